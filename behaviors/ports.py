@@ -1,0 +1,143 @@
+"""What the mind needs of the world: three ports and the values that pass through them.
+
+One convention holds everywhere in this project: *positive is right*. A bearing, a turn and a heading grow clockwise seen
+from above; x points forward at the start, y to the right of it. Lengths are millimetres, angles degrees, times seconds.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Where the robot believes it is, in the frame of its start.
+
+    Attributes:
+        x_mm: Forward of the start.
+        y_mm: To the right of the start.
+        heading_deg: Clockwise from the start heading; not wrapped, so full turns can be counted.
+    """
+
+    x_mm: float = 0.0
+    y_mm: float = 0.0
+    heading_deg: float = 0.0
+
+    def ahead(self, distance_mm: float, bearing_deg: float = 0.0) -> tuple[float, float]:
+        """The point (x_mm, y_mm) at `distance_mm` and `bearing_deg` (positive right) from here."""
+        angle = math.radians(self.heading_deg + bearing_deg)
+        return self.x_mm + distance_mm * math.cos(angle), self.y_mm + distance_mm * math.sin(angle)
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """A target, detected and confirmed in the camera's frames.
+
+    Attributes:
+        target: Name of the target.
+        bearing_deg: Angle from the robot's forward axis, positive right.
+        distance_mm: From the camera to the target, by its apparent size.
+        confidence: 0..1 as the detector grades it.
+        time_s: When the newest frame was taken, on the mission's clock.
+        box: The target in that frame: left, top, width, height in pixels.
+    """
+
+    target: str
+    bearing_deg: float
+    distance_mm: float
+    confidence: float
+    time_s: float
+    box: tuple[int, int, int, int]
+
+
+class Stop(StrEnum):
+    """Why a motion ended."""
+
+    DONE = "done"
+    OBSTACLE = "obstacle"
+    CONTACT = "contact"
+    STALLED = "stalled"
+    TIMEOUT = "timeout"
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """How a motion ended and how far it came.
+
+    Attributes:
+        stop: Why it ended.
+        distance_mm: Driven along the heading, by odometry.
+        turned_deg: Turned, positive right, by odometry.
+    """
+
+    stop: Stop
+    distance_mm: float
+    turned_deg: float
+
+    @property
+    def done(self) -> bool:
+        """Whether it came as far as asked."""
+        return self.stop is Stop.DONE
+
+
+class Clock(Protocol):
+    """The mission's time; in the simulator, sleeping *is* the simulation."""
+
+    def now(self) -> float:
+        """Seconds since an arbitrary start; never goes back."""
+        ...
+
+    def sleep(self, duration_s: float) -> None:
+        """Let `duration_s` pass."""
+        ...
+
+
+class Body(Protocol):
+    """The robot that moves. Every method ends in bounded time; link failures raise `OSError` subclasses."""
+
+    def turn(self, angle_deg: float) -> Motion:
+        """Turn on the spot by `angle_deg` (positive right) and stop; returns when at rest."""
+        ...
+
+    def straight(self, distance_mm: float) -> Motion:
+        """Drive `distance_mm` along the heading (negative: back) and stop; the safety stop may end it early."""
+        ...
+
+    def drive(self, speed_mm_s: float, turn_deg_s: float) -> Stop | None:
+        """Drive on until the next call, for at most one lease; returns what the safety stop objects to, or None."""
+        ...
+
+    def stop(self) -> None:
+        """Motors off, brakes on, now."""
+        ...
+
+    def pose(self) -> Pose:
+        """Where the robot is by odometry."""
+        ...
+
+    def range_mm(self) -> float | None:
+        """Distance ahead by ultrasound, or None without an echo or without a sensor."""
+        ...
+
+    def touching(self) -> bool:
+        """Whether the bumper is pressed; False without a sensor."""
+        ...
+
+    def keep_alive(self) -> None:
+        """Keep the brick from switching itself off."""
+        ...
+
+    def battery_mv(self) -> int:
+        """Battery voltage in millivolts."""
+        ...
+
+
+class Eyes(Protocol):
+    """The camera with its detectors."""
+
+    def look(self, target: str) -> Sighting | None:
+        """Take the next fresh frame and say whether `target` is confirmed in it; bounded by the camera's time limit."""
+        ...

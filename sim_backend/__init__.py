@@ -1,0 +1,1 @@
+"""The other end: a simulated brick that behaves as LEGO's firmware, its robot, its world and its camera."""
