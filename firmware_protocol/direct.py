@@ -1,4 +1,4 @@
-"""The direct commands, 0x00 to 0x21. Source: FIRMWARE.md section 4 (docs/firmware.md).
+"""The direct commands, 0x00 to 0x21. Source: docs/firmware.md section 4.
 
 No ``from __future__ import annotations`` here: the declarations' annotations are read as objects.
 """

@@ -1,6 +1,6 @@
 """The status byte of every reply: what it means and what to do about it.
 
-Source: FIRMWARE.md section 5.1 (docs/firmware.md).
+Source: docs/firmware.md section 5.1.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ is everything this project knows about that command: both ends encode and decode
 command line builds it from ``field=value``, the tests generate it, and the simulated brick must answer it.
 
 Byte 0 of a telegram is its kind (bit 0x80: no reply wanted), byte 1 the opcode; a reply adds a status byte
-(FIRMWARE.md section 3).
+(docs/firmware.md section 3).
 """
 
 from __future__ import annotations

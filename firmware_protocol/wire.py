@@ -1,7 +1,7 @@
 """Wire types: how one field of a telegram lies in the bytes.
 
 A field is declared as ``port: U8``; to a type checker that is an ``int``, and the annotation carries how it is packed.
-All integers are little-endian (FIRMWARE.md section 3).
+All integers are little-endian (docs/firmware.md section 3).
 """
 
 from __future__ import annotations

@@ -1,0 +1,1 @@
+"""The driver: bricks, motors, sensors and the rover, over any transport."""

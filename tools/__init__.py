@@ -1,0 +1,1 @@
+"""Leaf programs over the public API."""

@@ -1,0 +1,1 @@
+"""Ways to a brick, by address scheme."""

@@ -1,0 +1,1 @@
+"""Cameras, detectors and the geometry between pixels and the world."""

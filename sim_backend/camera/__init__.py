@@ -1,0 +1,1 @@
+"""What a webcam on the simulated robot would see."""

@@ -1,0 +1,1 @@
+"""Ways for other programs to plug into the simulated brick."""

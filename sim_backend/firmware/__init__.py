@@ -1,0 +1,1 @@
+"""The simulated brick: LEGO's firmware, module by module."""

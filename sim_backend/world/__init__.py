@@ -1,0 +1,1 @@
+"""Floor, walls, people, pictures and the robot among them."""
