@@ -1,0 +1,120 @@
+"""What the world hands to the camera each frame: upright panels, and where the lens is.
+
+The map is image-like: x to the right, y down, heading 0 along +x and 90 along +y (clockwise), lengths in millimetres.
+
+Every surface is an upright rectangle standing on a line from foot point 0 to foot point 1. Its *front* is the side from
+which point 0 is on the left and point 1 on the right; the texture reads correctly from there. Example: the panel from
+(1000, -100) to (1000, 100) shows its front to a camera at the origin with heading 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+PICTURE_BACK = "cardboard"
+
+
+@dataclass(frozen=True, slots=True)
+class Viewpoint:
+    """Where the lens is and where it looks; the camera is level, without pitch or roll.
+
+    Attributes:
+        x_mm: Lens position on the map.
+        y_mm: Lens position on the map.
+        heading_deg: Direction of the optical axis, clockwise; 0 along +x, 90 along +y.
+        height_mm: Lens above the floor.
+    """
+
+    x_mm: float
+    y_mm: float
+    heading_deg: float
+    height_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """An upright rectangle with a texture: a wall, one side of a box, a picture on a stand.
+
+    Attributes:
+        x0_mm: Foot point 0, at the left as seen from the front.
+        y0_mm: Foot point 0.
+        x1_mm: Foot point 1, at the right as seen from the front.
+        y1_mm: Foot point 1.
+        bottom_mm: Lower edge above the floor.
+        top_mm: Upper edge above the floor.
+        texture: Name of the front's texture in the texture library (`textures.py`), for example "wall" or "lena".
+        back: Name of the back's texture; None shows `texture` on both sides (mirrored from behind).
+    """
+
+    x0_mm: float
+    y0_mm: float
+    x1_mm: float
+    y1_mm: float
+    bottom_mm: float
+    top_mm: float
+    texture: str
+    back: str | None = None
+
+    @property
+    def width_mm(self) -> float:
+        """Length of the foot line."""
+        return math.hypot(self.x1_mm - self.x0_mm, self.y1_mm - self.y0_mm)
+
+    @property
+    def center_mm(self) -> tuple[float, float]:
+        """Middle of the foot line on the map."""
+        return (self.x0_mm + self.x1_mm) / 2, (self.y0_mm + self.y1_mm) / 2
+
+    def shows_front_to(self, x_mm: float, y_mm: float) -> bool:
+        """Whether the point (x_mm, y_mm) is on the front side."""
+        along_x, along_y = self.x1_mm - self.x0_mm, self.y1_mm - self.y0_mm
+        return along_x * (y_mm - self.y0_mm) - along_y * (x_mm - self.x0_mm) > 0.0
+
+
+def picture_panel(
+    name: str,
+    x_mm: float,
+    y_mm: float,
+    facing_deg: float,
+    *,
+    width_mm: float = 210.0,
+    height_mm: float = 297.0,
+    bottom_mm: float = 100.0,
+) -> Panel:
+    """A picture (an A4 sheet unless said otherwise) with a plain back.
+
+    Args:
+        name: Picture in the texture library.
+        x_mm: Middle of the sheet on the map.
+        y_mm: Middle of the sheet on the map.
+        facing_deg: Direction the front looks to; a viewer standing in that direction sees the picture.
+        width_mm: Width of the sheet.
+        height_mm: Height of the sheet.
+        bottom_mm: Lower edge above the floor.
+    """
+    facing = math.radians(facing_deg)
+    half_x, half_y = math.sin(facing) * width_mm / 2, -math.cos(facing) * width_mm / 2
+    return Panel(
+        x_mm - half_x,
+        y_mm - half_y,
+        x_mm + half_x,
+        y_mm + half_y,
+        bottom_mm,
+        bottom_mm + height_mm,
+        name,
+        PICTURE_BACK,
+    )
+
+
+def standing_panels(corners_mm: Sequence[tuple[float, float]], height_mm: float, texture: str) -> list[Panel]:
+    """The sides of an upright prism (a box, a post, a person) on the floor.
+
+    Args:
+        corners_mm: Foot points in clockwise order on the map (y down), so that the fronts look outwards.
+        height_mm: Height of the sides.
+        texture: Texture of every side.
+    """
+    ends = [*corners_mm[1:], corners_mm[0]]
+    return [Panel(x1, y1, x0, y0, 0.0, height_mm, texture) for (x0, y0), (x1, y1) in zip(corners_mm, ends, strict=True)]
