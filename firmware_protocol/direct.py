@@ -1,10 +1,102 @@
-"""The direct commands, 0x00 to 0x21. Source: docs/firmware.md section 4.
+"""The direct commands, 0x00 to 0x21: what a program or a remote control does with a running brick.
+
+Source of all opcodes, layouts and remarks: docs/firmware.md section 4. Opcodes 0x12, 0x14 to 0x18 and those from 0x22
+on are answered with UNKNOWN_OPCODE by every known firmware and therefore not declared.
 
 No ``from __future__ import annotations`` here: the declarations' annotations are read as objects.
 """
 
-from firmware_protocol.telegram import Command, Reply, direct, reply
-from firmware_protocol.wire import S8, S32, U32, OutputModeField, OutputPortField, RegulationModeField, RunStateField
+from typing import Annotated, Self
+
+from firmware_protocol.enums import InputPort, Property
+from firmware_protocol.telegram import Ack, Command, Reply, direct, reply
+from firmware_protocol.wire import (
+    S8,
+    S16,
+    S32,
+    U8,
+    U16,
+    U32,
+    Block,
+    Bool,
+    FileName,
+    InputPortField,
+    OutputModeField,
+    OutputPortField,
+    PropertyField,
+    RegulationModeField,
+    RunStateField,
+    SensorModeField,
+    SensorTypeField,
+    Tail,
+    Text,
+)
+
+MESSAGE_LIMIT = 59
+"""Most bytes of a mailbox message, its closing zero included (docs/firmware.md section 4, 0x09)."""
+
+LS_LIMIT = 16
+"""Most bytes of an I2C transaction in either direction; 16 received are lost (docs/firmware.md section 1, fact 10)."""
+
+
+@direct(0x00)
+class StartProgram(Command[Ack]):
+    """Start a program. OK does not mean that it runs: the user interface may be busy (docs/firmware.md section 1)."""
+
+    name: FileName
+
+
+@direct(0x01)
+class StopProgram(Command[Ack]):
+    """Stop the running program; NO_ACTIVE_PROGRAM if none runs."""
+
+
+@direct(0x02)
+class PlaySoundFile(Command[Ack]):
+    """Play a sound file; OUT_OF_RANGE if it does not exist."""
+
+    loop: Bool
+    name: FileName
+
+
+@direct(0x03)
+class PlayTone(Command[Ack]):
+    """Play a tone; the firmware clamps it to 220..14080 Hz and at least 10 ms."""
+
+    frequency_hz: U16
+    duration_ms: U16
+
+
+@direct(0x04)
+class SetOutputState(Command[Ack]):
+    """Command one motor, or all of them with port ALL. Only the port is checked by the firmware.
+
+    Attributes:
+        port: A, B, C or ALL.
+        power: Percent, -100..100; the motor chip saturates beyond.
+        mode: Motor on, brake, regulated.
+        regulation: What to regulate; counts only with mode bit REGULATED.
+        turn_ratio: With SYNC regulation: -100..100, 50 stops the lower port's wheel, 100 turns on the spot.
+        run_state: Run, or ramp towards `power`.
+        tacho_limit: Degrees to go from the last target, 0 for no limit.
+    """
+
+    port: OutputPortField
+    power: S8
+    mode: OutputModeField
+    regulation: RegulationModeField
+    turn_ratio: S8
+    run_state: RunStateField
+    tacho_limit: U32
+
+
+@direct(0x05)
+class SetInputMode(Command[Ack]):
+    """Say what is plugged in and how to scale it; values are invalid for 20 to 400 ms after a change of type."""
+
+    port: InputPortField
+    type: SensorTypeField
+    mode: SensorModeField
 
 
 @reply
@@ -39,5 +131,327 @@ class OutputState(Reply):
 @direct(0x06)
 class GetOutputState(Command[OutputState]):
     """Read one motor. Ports other than A, B, C are refused with OUT_OF_RANGE and zeros."""
+
+    port: OutputPortField
+
+
+@reply
+class InputValues(Reply):
+    """One input port.
+
+    Attributes:
+        port: Echo of the port asked for.
+        valid: Whether the values belong to the type set; false for 20 to 400 ms after it changed.
+        calibrated: Always false.
+        type: As commanded.
+        mode: As commanded.
+        raw: Of the converter, 0..1023.
+        normalized: 0..1023, by the sensor's type.
+        scaled: By the sensor's mode.
+        calibrated_value: Always `normalized`.
+    """
+
+    port: InputPortField
+    valid: Bool
+    calibrated: Bool
+    type: SensorTypeField
+    mode: SensorModeField
+    raw: U16
+    normalized: U16
+    scaled: S16
+    calibrated_value: S16
+
+
+@direct(0x07)
+class GetInputValues(Command[InputValues]):
+    """Read one input port. Ports beyond 3 are refused with OUT_OF_RANGE and zeros."""
+
+    port: InputPortField
+
+
+@direct(0x08)
+class ResetInputScaledValue(Command[Ack]):
+    """Clear the scaled value, for the modes that count."""
+
+    port: InputPortField
+
+
+@direct(0x09)
+class MessageWrite(Command[Ack]):
+    """Put a message into a mailbox of the running program; the sixth message pushes out the oldest.
+
+    Attributes:
+        box: 0..9 towards the program, 10..19 the program's own.
+        size: Bytes of `data`, the closing zero included, 1..59.
+        data: The message; its last byte must be zero.
+    """
+
+    box: U8
+    size: U8
+    data: Annotated[bytes, Tail(MESSAGE_LIMIT)]
+
+    @classmethod
+    def text(cls, box: int, message: str) -> Self:
+        """A message of at most 58 Latin-1 characters; size and closing zero are added."""
+        data = message.encode("latin-1") + b"\0"
+        return cls(box, len(data), data)
+
+
+@direct(0x0A)
+class ResetMotorPosition(Command[Ack]):
+    """Zero a counter: BlockTachoCount if relative, else RotationCount; TachoCount stays (see `UpdateResetCount`)."""
+
+    port: OutputPortField
+    relative: Bool
+
+
+@reply
+class BatteryLevel(Reply):
+    """Attributes: voltage_mv: Battery voltage, refreshed every 167 ms."""
+
+    voltage_mv: U16
+
+
+@direct(0x0B)
+class GetBatteryLevel(Command[BatteryLevel]):
+    """Read the battery's voltage."""
+
+
+@direct(0x0C)
+class StopSoundPlayback(Command[Ack]):
+    """Stop sound files and tones; always OK."""
+
+
+@reply
+class SleepLimit(Reply):
+    """Attributes: sleep_ms: Time without a key press or KeepAlive after which the brick switches off; 0 is never."""
+
+    sleep_ms: U32
+
+
+@direct(0x0D)
+class KeepAlive(Command[SleepLimit]):
+    """Restart the sleep timer; other traffic does not (docs/firmware.md section 1, fact 5)."""
+
+
+@reply
+class LSStatus(Reply):
+    """Attributes: bytes_ready: Received bytes waiting for `LSRead`."""
+
+    bytes_ready: U8
+
+
+@direct(0x0E)
+class LSGetStatus(Command[LSStatus]):
+    """Ask for the state of a port's I2C bus: OK idle, PENDING busy, BUS_ERROR until the next `LSWrite`."""
+
+    port: InputPortField
+
+
+@direct(0x0F)
+class LSWrite(Command[Ack]):
+    """Start an I2C transaction.
+
+    Attributes:
+        port: Must be set to LOW_SPEED or LOW_SPEED_9V for 20 ms.
+        tx_length: Bytes of `data`, 1..16.
+        rx_length: Bytes to read afterwards, 0..15 (16 are lost).
+        data: The device's 8-bit write address, then what to write.
+    """
+
+    port: InputPortField
+    tx_length: U8
+    rx_length: U8
+    data: Annotated[bytes, Tail(LS_LIMIT)]
+
+    @classmethod
+    def transaction(cls, port: InputPort, tx_data: bytes, rx_length: int = 0) -> Self:
+        """Write `tx_data`, then read `rx_length` bytes; the length of the data is counted here."""
+        return cls(port, len(tx_data), rx_length, tx_data)
+
+
+@reply
+class LSData(Reply):
+    """What an I2C transaction brought.
+
+    Attributes:
+        count: Bytes that count, 0..16.
+        data: Those bytes, padded with zeros; see `received`.
+    """
+
+    count: U8
+    data: Annotated[bytes, Block(LS_LIMIT)]
+
+    @property
+    def received(self) -> bytes:
+        """The bytes that count."""
+        return self.data[: self.count]
+
+
+@direct(0x10)
+class LSRead(Command[LSData]):
+    """Fetch what was received; works, with PENDING, while a transaction is still running."""
+
+    port: InputPortField
+
+
+@reply
+class CurrentProgram(Reply):
+    """Attributes: name: File name as given to `StartProgram`."""
+
+    name: FileName
+
+
+@direct(0x11)
+class GetCurrentProgramName(Command[CurrentProgram]):
+    """Ask which program runs; NO_ACTIVE_PROGRAM if none."""
+
+
+@reply
+class MailboxMessage(Reply):
+    """A message out of a mailbox.
+
+    Attributes:
+        local_box: Echo of the request's.
+        size: Bytes that count, the closing zero included; 0 if there is none.
+        data: Those bytes, padded with zeros; see `text`.
+    """
+
+    local_box: U8
+    size: U8
+    data: Annotated[bytes, Block(MESSAGE_LIMIT)]
+
+    @property
+    def text(self) -> str:
+        """The message up to its closing zero."""
+        return self.data[: self.size].split(b"\0", 1)[0].decode("latin-1")
+
+
+@direct(0x13)
+class MessageRead(Command[MailboxMessage]):
+    """Fetch a message the running program has sent.
+
+    Attributes:
+        remote_box: Mailbox on the brick, 0..19.
+        local_box: Where the reader will put it; only echoed.
+        remove: False leaves the message in its box.
+    """
+
+    remote_box: U8
+    local_box: U8
+    remove: Bool
+
+
+@reply
+class DatalogRecord(Reply):
+    """A data log entry; of `data`, `size` bytes count."""
+
+    size: U8
+    data: Annotated[bytes, Block(60)]
+
+
+@direct(0x19, firmware_1_05=False)
+class DatalogRead(Command[DatalogRecord]):
+    """Fetch data that a running program logs; MAILBOX_EMPTY if there is none."""
+
+    remove: Bool
+
+
+@direct(0x1A, firmware_1_05=False)
+class DatalogSetTimes(Command[Ack]):
+    """Set the clock of the data log; it appears as SyncTime in the Command IO map."""
+
+    sync_time: U32
+
+
+@reply
+class BluetoothCount(Reply):
+    """Attributes: count: Entries of the table asked for."""
+
+    count: U8
+
+
+@reply
+class BluetoothName(Reply):
+    """An entry of a Bluetooth table; `device_type` 0 if there is none."""
+
+    device_type: U8
+    name: Annotated[str, Text(17)]
+
+
+@direct(0x1B, firmware_1_05=False)
+class GetBluetoothContactCount(Command[BluetoothCount]):
+    """Ask for the size of the table of known devices: 30."""
+
+
+@direct(0x1C, firmware_1_05=False)
+class GetBluetoothContactName(Command[BluetoothName]):
+    """Read one entry of the table of known devices."""
+
+    index: U8
+
+
+@direct(0x1D, firmware_1_05=False)
+class GetBluetoothConnectionCount(Command[BluetoothCount]):
+    """Ask for the size of the table of connections: 4."""
+
+
+@direct(0x1E, firmware_1_05=False)
+class GetBluetoothConnectionName(Command[BluetoothName]):
+    """Read one entry of the table of connections."""
+
+    index: U8
+
+
+@direct(0x1F, firmware_1_05=False)
+class SetProperty(Command[Ack]):
+    """Change a setting; lost at power-off.
+
+    Attributes:
+        property: Which one; others than the three known are answered with UNKNOWN_OPCODE.
+        value: One byte; for SLEEP_TIME four.
+    """
+
+    property: PropertyField
+    value: Annotated[bytes, Tail(4)]
+
+    @classmethod
+    def bluetooth(cls, on: bool) -> Self:
+        """Switch the radio; answered with IN_PROGRESS, which is not an error."""
+        return cls(Property.BLUETOOTH, bytes([on]))
+
+    @classmethod
+    def volume(cls, level: int) -> Self:
+        """Set the loudness, 0..4; the firmware clamps what is above."""
+        return cls(Property.VOLUME, level.to_bytes(1, "little"))
+
+    @classmethod
+    def sleep_time(cls, sleep_ms: int) -> Self:
+        """Set the time until power-off; the firmware keeps whole minutes, 0 is never."""
+        return cls(Property.SLEEP_TIME, sleep_ms.to_bytes(4, "little"))
+
+
+@reply
+class PropertyValue(Reply):
+    """Attributes: value: One byte; for SLEEP_TIME four, milliseconds."""
+
+    value: Annotated[bytes, Tail(4)]
+
+    @property
+    def number(self) -> int:
+        """The value as a number."""
+        return int.from_bytes(self.value, "little")
+
+
+@direct(0x20, firmware_1_05=False)
+class GetProperty(Command[PropertyValue]):
+    """Read a setting."""
+
+    property: PropertyField
+
+
+@direct(0x21, firmware_1_05=False)
+class UpdateResetCount(Command[Ack]):
+    """Zero TachoCount and the basis of the tacho limit; do it before every limited move (section 1, fact 12)."""
 
     port: OutputPortField

@@ -33,6 +33,15 @@ class OpenEnum(IntEnum):
         return self.name.lower().replace("_", " ") if self.known else f"unknown 0x{self._value_ & 0xFF:02X}"
 
 
+class InputPort(OpenEnum):
+    """Where sensors are plugged in; the wire counts from 0, the brick's case from 1."""
+
+    IN_1 = 0
+    IN_2 = 1
+    IN_3 = 2
+    IN_4 = 3
+
+
 class OutputPort(OpenEnum):
     """Where motors are plugged in."""
 

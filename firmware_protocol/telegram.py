@@ -159,9 +159,9 @@ def _decoder(kind: WireType) -> Callable[[Any], Any]:
 
 def _encode(kind: WireType, value: Any) -> Any:  # noqa: ANN401 - the value's type is the field's
     match kind:
-        case Text(size=size):
-            if len(value) >= size or "\0" in value:
-                raise ValueError(f"text of at most {size - 1} characters expected, got {value!r}")
+        case Text(limit=limit):
+            if len(value) > limit or "\0" in value:
+                raise ValueError(f"text of at most {limit} characters expected, got {value!r}")
             return value.encode("latin-1")
         case Block(size=size):
             if len(value) > size:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from firmware_protocol.enums import (
+    InputPort,
     OpenEnum,
     OutputMode,
     OutputPort,
@@ -39,13 +40,20 @@ class Scalar:
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """Latin-1 text in a fixed field, zero-padded; the last byte is always zero on the way out.
+    """Latin-1 text in a fixed field, zero-padded.
 
     Attributes:
         size: Bytes on the wire, the closing zero included.
+        closed: Whether the last byte is always zero on the way out; else the text may fill the field.
     """
 
     size: int
+    closed: bool = True
+
+    @property
+    def limit(self) -> int:
+        """Most characters."""
+        return self.size - self.closed
 
     @property
     def code(self) -> str:
@@ -113,8 +121,12 @@ class _Members(dict[int, Any]):
 _U8 = Scalar("B", 0, 0xFF)
 
 
-def _named(enum: type[OpenEnum] | type[OutputMode]) -> Number:
+def _named(enum: Callable[[int], Any]) -> Number:
     return Number(_U8, _Members(enum).__getitem__)
+
+
+def _truth(value: int) -> int:
+    return bool(value) if value in (0, 1) else value
 
 
 WireType = Scalar | Text | Block | Tail | Number
@@ -128,8 +140,11 @@ S32 = Annotated[int, Scalar("i", -0x8000_0000, 0x7FFF_FFFF)]
 FileName = Annotated[str, Text(20)]
 BrickName = Annotated[str, Text(16)]
 """SetBrickName's field; DeviceInfo answers with 15 bytes (`ReportedName`)."""
-ReportedName = Annotated[str, Text(15)]
+ReportedName = Annotated[str, Text(15, closed=False)]
+Bool = Annotated[bool, _named(_truth)]
+"""One byte; anything but zero is true, and a number above 1 is kept so that it can be shown."""
 
+InputPortField = Annotated[InputPort, _named(InputPort)]
 OutputPortField = Annotated[OutputPort, _named(OutputPort)]
 OutputModeField = Annotated[OutputMode, _named(OutputMode)]
 RegulationModeField = Annotated[RegulationMode, _named(RegulationMode)]
