@@ -1,0 +1,228 @@
+"""Find a picture by correlation: proposals on a gray pyramid, then a check in colour.
+
+The first stage slides small gray templates over a pyramid of the frame; each level halves the frame, so a few template
+heights cover every size from 14 pixels to larger than the frame, and most of the cost is that of the full level. It
+proposes freely: a few gray pixels match much. The second stage compares each proposal with the picture *in colour* and
+at the frame's own resolution, over a few sizes and positions around it; only its score counts.
+
+Correlation survives blur, noise and bad light, but neither a picture that is turned in its plane nor a covered one:
+there `nxtdrive.vision.detectors.features` takes over. Measured in docs/vision.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from nxtdrive.vision.detection import Box, Detection, Image, overlap
+
+WORK_WIDTH = 320
+"""Proposals are made on a copy of the frame this wide."""
+
+LEVELS = 5
+HEIGHTS = (14, 17, 20, 24)
+"""Heights of the templates in pixels of a level; the next level down continues with twice the first."""
+
+FRONTAL, OBLIQUE = 1.0, 0.72
+"""Widths of the templates against the picture's: seen from the front, and from 44 degrees aside."""
+
+CORE = 0.6
+"""Close up, the middle of the picture in width and height is searched for too: its rim may lie outside the frame."""
+
+NEAR_LEVEL = 3
+"""From this level on the core is searched for."""
+
+FAR_HEIGHT = 20
+"""On the full level, oblique templates start at this height: smaller ones match anything."""
+
+PROPOSE_AT = 0.45
+PROPOSALS_PER_LEVEL = 6
+
+CHECK_HEIGHT = 40
+FINE_HEIGHT = 80
+COARSE_SCALES = (1.0, 0.92, 1.09, 0.84, 1.19)
+FINE_SCALES = (1.0, 0.97, 1.03, 0.94, 1.06)
+HOPELESS = 0.5
+"""A proposal with a lower colour score at its own size is dropped at once."""
+
+SURE = 0.75
+CHANCE_AREA = 12.0
+CORE_EXTRA = 0.08
+"""A score is accepted from ``SURE + CHANCE_AREA / area`` on, with the compared area in square pixels: the fewer pixels,
+the better the matches that chance finds. The core has less to tell it from other things. Source: docs/vision.md."""
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """One level of the pyramid: the gray frame, `scale` times smaller than the frame that came in."""
+
+    gray: Image
+    scale: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Template:
+    gray: Image
+    part: float
+    far: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Match:
+    """A rectangle (left, top, width, height in pixels of the frame) that shows the middle `part` of the picture."""
+
+    score: float
+    rectangle: tuple[float, float, float, float]
+    part: float
+
+
+def pyramid(image: Image) -> list[Level]:
+    """The gray levels of a BGR frame, the finest first."""
+    scale = image.shape[1] / WORK_WIDTH
+    size = (WORK_WIDTH, max(1, round(image.shape[0] / scale)))
+    work = image if scale == 1 else cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+    gray = cv2.cvtColor(work, cv2.COLOR_BGR2GRAY)
+    levels = [Level(_u8(gray), scale)]
+    while len(levels) < LEVELS and min(gray.shape) >= 2 * min(HEIGHTS):
+        gray = cv2.resize(gray, (gray.shape[1] // 2, gray.shape[0] // 2), interpolation=cv2.INTER_AREA)
+        levels.append(Level(_u8(gray), scale * 2 ** len(levels)))
+    return levels
+
+
+class CorrelationMatcher:
+    """Finds one reference picture, upright, at any distance from filling the frame to 14 pixels high.
+
+    Args:
+        picture: The picture as it looks from the front, BGR, without anything around it.
+    """
+
+    def __init__(self, picture: Image) -> None:
+        height, width = picture.shape[:2]
+        y, x = round(height * (1 - CORE) / 2), round(width * (1 - CORE) / 2)
+        self._parts = {1.0: picture, CORE: picture[y : height - y, x : width - x]}
+        self._templates = tuple(self._make_templates())
+        self._resized: dict[tuple[float, int, int], Image] = {}
+
+    def match(self, image: Image, levels: list[Level]) -> list[Detection]:
+        """Places in the BGR `image` (with its `pyramid`) that show the picture, best first, none twice."""
+        found = []
+        for number, level in enumerate(levels):
+            for proposal in self._propose(level, number):
+                match = self._refine(image, proposal, CHECK_HEIGHT, COARSE_SCALES)
+                if match is not None and match.score >= self._needed(match):
+                    finer = self._refine(image, match, FINE_HEIGHT, FINE_SCALES) or match
+                    found.append(Detection(_whole(finer), min(1.0, match.score)))
+        return distinct(found)
+
+    def _make_templates(self) -> Iterator[_Template]:
+        for part, picture in self._parts.items():
+            gray = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+            for aspect in (FRONTAL, OBLIQUE):
+                for height in HEIGHTS:
+                    width = max(4, round(height * aspect * gray.shape[1] / gray.shape[0]))
+                    small = cv2.resize(gray, (width, height), interpolation=cv2.INTER_AREA)
+                    yield _Template(_u8(small), part, far=aspect == FRONTAL or height >= FAR_HEIGHT)
+
+    def _propose(self, level: Level, number: int) -> list[_Match]:
+        """The best places of one level that do not overlap much, best first."""
+        scores: list[NDArray[np.float32]] = []
+        boxes: list[NDArray[np.float64]] = []
+        parts: list[NDArray[np.float64]] = []
+        for template in self._templates:
+            height, width = template.gray.shape
+            wanted = template.far if number == 0 else template.part == 1.0 or number >= NEAR_LEVEL
+            if not wanted or height > level.gray.shape[0] or width > level.gray.shape[1]:
+                continue
+            score = cv2.matchTemplate(level.gray, template.gray, cv2.TM_CCOEFF_NORMED)
+            ys, xs = np.nonzero(score > PROPOSE_AT)
+            scores.append(score[ys, xs])
+            boxes.append(np.stack([xs, ys, np.full_like(xs, width), np.full_like(xs, height)], axis=1) * level.scale)
+            parts.append(np.full(len(xs), template.part))
+        return _peaks(np.concatenate(scores), np.concatenate(boxes), np.concatenate(parts)) if scores else []
+
+    def _refine(self, image: Image, around: _Match, check_height: int, scales: tuple[float, ...]) -> _Match | None:
+        """The best colour match over `scales` near a rectangle; None if there is none worth following."""
+        left, top, width, height = around.rectangle
+        zoom = min(1.0, check_height / height)
+        margin = 0.2 * height
+        x0, y0 = int(max(0.0, left - margin)), int(max(0.0, top - margin))
+        patch = image[y0 : int(top + height + margin) + 1, x0 : int(left + width + margin) + 1]
+        if zoom < 1:
+            size = (max(1, round(patch.shape[1] * zoom)), max(1, round(patch.shape[0] * zoom)))
+            zoom_x, zoom_y = size[0] / patch.shape[1], size[1] / patch.shape[0]
+            patch = _u8(cv2.resize(patch, size, interpolation=cv2.INTER_AREA))
+        else:
+            zoom_x = zoom_y = 1.0
+        best: _Match | None = None
+        for scale in scales:
+            across, down = max(3, round(width * zoom_x * scale)), max(3, round(height * zoom_y * scale))
+            if across > patch.shape[1] or down > patch.shape[0]:
+                continue
+            score, x, y = _best_place(patch, self._sized(around.part, across, down))
+            if best is None or score > best.score:
+                rectangle = (x0 + x / zoom_x, y0 + y / zoom_y, across / zoom_x, down / zoom_y)
+                best = _Match(score, rectangle, around.part)
+            if best.score < HOPELESS:
+                return None
+        return best
+
+    def _sized(self, part: float, width: int, height: int) -> Image:
+        key = (part, width, height)
+        if key not in self._resized:
+            self._resized[key] = _u8(cv2.resize(self._parts[part], (width, height), interpolation=cv2.INTER_AREA))
+        return self._resized[key]
+
+    @staticmethod
+    def _needed(match: _Match) -> float:
+        width, height = match.rectangle[2:]
+        area = width * height * min(1.0, CHECK_HEIGHT / height) ** 2
+        return SURE + CHANCE_AREA / area + (CORE_EXTRA if match.part != 1.0 else 0.0)
+
+
+def distinct(detections: list[Detection]) -> list[Detection]:
+    """The best of every group of overlapping detections, best first."""
+    kept: list[Detection] = []
+    for detection in sorted(detections, key=lambda d: -d.score):
+        if all(overlap(detection.box, other.box) < 0.3 for other in kept):
+            kept.append(detection)
+    return kept
+
+
+def _peaks(
+    scores: NDArray[np.float32], boxes: NDArray[np.float64], parts: NDArray[np.float64]
+) -> list[_Match]:
+    """Greedy choice of the best, each time leaving out what overlaps the chosen one by half."""
+    order = np.argsort(-scores, kind="stable")
+    scores, boxes, parts = scores[order], boxes[order], parts[order]
+    peaks: list[_Match] = []
+    while len(scores) and len(peaks) < PROPOSALS_PER_LEVEL:
+        left, top, width, height = boxes[0]
+        peaks.append(_Match(float(scores[0]), (float(left), float(top), float(width), float(height)), float(parts[0])))
+        shared_x = np.minimum(left + width, boxes[:, 0] + boxes[:, 2]) - np.maximum(left, boxes[:, 0])
+        shared_y = np.minimum(top + height, boxes[:, 1] + boxes[:, 3]) - np.maximum(top, boxes[:, 1])
+        shared = np.maximum(shared_x, 0) * np.maximum(shared_y, 0)
+        apart = shared < 0.5 * (width * height + boxes[:, 2] * boxes[:, 3] - shared)
+        apart[0] = False
+        scores, boxes, parts = scores[apart], boxes[apart], parts[apart]
+    return peaks
+
+
+def _best_place(patch: Image, template: Image) -> tuple[float, int, int]:
+    _, score, _, (x, y) = cv2.minMaxLoc(cv2.matchTemplate(patch, template, cv2.TM_CCOEFF_NORMED))
+    return score, x, y
+
+
+def _whole(match: _Match) -> Box:
+    """The box of the whole picture, of which the match may show only the core."""
+    left, top, width, height = match.rectangle
+    rim_x, rim_y = width * (1 / match.part - 1) / 2, height * (1 / match.part - 1) / 2
+    return round(left - rim_x), round(top - rim_y), round(width / match.part), round(height / match.part)
+
+
+def _u8(array: cv2.typing.MatLike) -> Image:
+    """Tell the type checker what OpenCV's stubs leave open."""
+    return array.astype(np.uint8, copy=False)
