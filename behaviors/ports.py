@@ -1,7 +1,8 @@
 """What the mind needs of the world: three ports and the values that pass through them.
 
 One convention holds everywhere in this project: *positive is right*. A bearing, a turn and a heading grow clockwise
-seen from above; x points forward at the start, y to the right of it. Lengths are millimetres, angles degrees, times seconds.
+seen from above; x points forward at the start, y to the right of it. Lengths are millimetres, angles degrees, times
+seconds.
 """
 
 from __future__ import annotations

@@ -1,0 +1,97 @@
+"""The chart as a table and as a picture, read off the class, so that neither can drift from it.
+
+The chart library's own Mermaid exporter redraws an edge at a compound's border as an edge of its first child, which is wrong
+for `suspend` and `recovery_done`; this one draws what is declared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from statemachine import State
+
+from behaviors.chart import MissionChart
+
+
+@dataclass(frozen=True, slots=True)
+class Arrow:
+    """One declared transition.
+
+    Attributes:
+        region: Name of the region it stands in.
+        source: State it leaves.
+        event: Fact that triggers it; empty for one that follows by itself.
+        guard: Condition, empty for none; ``!`` in front negates.
+        target: State it enters.
+    """
+
+    region: str
+    source: str
+    event: str
+    guard: str
+    target: str
+
+    @property
+    def label(self) -> str:
+        """Event and guard as they are written on an arrow."""
+        return " ".join(part for part in (self.event, f"[{self.guard}]" if self.guard else "") if part)
+
+
+def arrows() -> list[Arrow]:
+    """Every declared transition of the chart, region by region."""
+    robot = next(state for state in MissionChart.states if state.id == "robot")
+    found = [arrow for region in robot.states for arrow in _arrows_below(region, region.id)]
+    return [*found, *_arrows_of(robot, "robot")]
+
+
+def transition_table() -> str:
+    """A Markdown table of all transitions."""
+    lines = ["| region | in state | on | if | to |", "|---|---|---|---|---|"]
+    lines += [f"| {a.region} | {a.source} | {a.event or '(at once)'} | {a.guard} | {a.target} |" for a in arrows()]
+    return "\n".join(lines)
+
+
+def mermaid() -> str:
+    """The chart as a Mermaid state diagram."""
+    robot = next(state for state in MissionChart.states if state.id == "robot")
+    lines = ["stateDiagram-v2", "    state robot {"]
+    for i, region in enumerate(robot.states):
+        if i:
+            lines.append("        --")
+        lines += _compound(region, 2)
+    lines.append("    }")
+    lines += [f"    robot --> done : {arrow.label}" for arrow in _arrows_of(robot, "robot")]
+    return "\n".join(lines)
+
+
+def _arrows_below(state: State, region: str) -> Iterator[Arrow]:
+    for child in state.states:
+        yield from _arrows_of(child, region)
+        yield from _arrows_below(child, region)
+
+
+def _arrows_of(state: State, region: str) -> Iterator[Arrow]:
+    """Transitions declared on `state`; the library's own arrows to initial children are left out."""
+    for transition in state.transitions:
+        if transition.target is None or transition.initial:
+            continue
+        guard = " and ".join(str(condition) for condition in transition.cond)
+        yield Arrow(region, state.id, transition.event or "", guard, transition.target.id)
+
+
+def _compound(state: State, depth: int) -> list[str]:
+    indent = "    " * depth
+    lines = [f"{indent}state {state.id} {{"]
+    for child in state.states:
+        if child.initial:
+            lines.append(f"{indent}    [*] --> {child.id}")
+        if child.states:
+            lines += _compound(child, depth + 1)
+    lines += [f'{indent}    state "H*" as {history.id}' for history in state.history]
+    for child in state.states:
+        lines += [f"{indent}    {a.source} --> {a.target} : {a.label}" for a in _arrows_of(child, "")]
+        if child.final:
+            lines.append(f"{indent}    {child.id} --> [*]")
+    lines.append(f"{indent}}}")
+    return lines

@@ -1,0 +1,69 @@
+"""The facts that move the chart, and the reasons that go with them.
+
+Events are facts about the world ("the target was seen"), never commands. Misspelt events would be ignored silently by
+the chart's library, so they are only sent as members of `Event`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+
+class Event(StrEnum):
+    """Everything the chart reacts to."""
+
+    START = "start"
+    TARGET_SEEN = "target_seen"
+    SEARCH_FAILED = "search_failed"
+    CONTINUED = "continued"
+    ARRIVED = "arrived"
+    ARRIVE_FAILED = "arrive_failed"
+    RECOVERY_DONE = "recovery_done"
+    OBSTACLE = "obstacle"
+    OBSTACLE_GONE = "obstacle_gone"
+    LINK_LOST = "link_lost"
+    LINK_BACK = "link_back"
+    TRIP = "trip"
+    SUSPEND = "suspend"
+    RESUME = "resume"
+    ABORT = "abort"
+
+
+class Reason(StrEnum):
+    """Why something happened: each failure has a name."""
+
+    MISSION_STARTED = "mission_started"
+    SIGHTED = "sighted"
+    FULL_TURN_WITHOUT_SIGHTING = "full_turn_without_sighting"
+    DRIVING_ON = "driving_on"
+    WITHIN_REACH = "within_reach"
+    TARGET_LOST = "target_lost"
+    APPROACH_TIMEOUT = "approach_timeout"
+    WAITED = "waited"
+    MOVED = "moved"
+    OBSTACLE_AHEAD = "obstacle_ahead"
+    WAY_CLEAR = "way_clear"
+    LINK_LOST = "link_lost"
+    CAMERA_LOST = "camera_lost"
+    OPERATOR_STOP = "operator_stop"
+
+
+Evidence = Mapping[str, object]
+"""What was measured, as plain values that go into the journal."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """An event with its reason and what was measured.
+
+    Attributes:
+        event: What happened.
+        reason: Its name among the reasons.
+        evidence: The measurements behind it.
+    """
+
+    event: Event
+    reason: Reason
+    evidence: Evidence = field(default_factory=dict)

@@ -1,0 +1,220 @@
+"""Runs a mission: calls the service of the present state and tells the chart the fact that came of it.
+
+The executive owns the order of things and nothing else. It stops the motors whenever a mission ends, however it ends,
+and it refuses to decide twice at the same moment, so that no rule can spin without time passing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, cast
+
+from behaviors.agenda import Agenda, Errand
+from behaviors.chart import MISSION_STATES, MissionChart
+from behaviors.events import Event, Fact, Reason
+from behaviors.journal import Kind, Observer, Record, plain
+from behaviors.mission import Mission
+from behaviors.ports import Body, Clock, Eyes
+from behaviors.recovery import Choice, Evidence, RecoveryPolicy, ThesisPolicy
+from behaviors.skills import Arrive, Moving, Reply, Search, Senses, Service, Waiting
+
+LINK_FAILURES = (ConnectionError, TimeoutError)
+"""What a body raises when the brick no longer answers."""
+
+REPLIES = {
+    Event.TARGET_SEEN: Reply.CONTINUE,
+    Event.CONTINUED: Reply.CONTINUE,
+    Event.ARRIVED: Reply.ARRIVED,
+    Event.SEARCH_FAILED: Reply.FAILED,
+    Event.ARRIVE_FAILED: Reply.FAILED,
+}
+"""What ``arrive`` answered the thesis's client."""
+
+
+class Ending(StrEnum):
+    """How a mission ended."""
+
+    ACHIEVED = "achieved"
+    EXHAUSTED = "exhausted"
+    INTERRUPTED = "interrupted"
+    LINK_LOST = "link_lost"
+    BROKEN = "broken"
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What came of a mission.
+
+    Attributes:
+        ending: How it ended.
+        errands: What became of each target.
+        path: The states gone through, in order.
+        duration_s: Mission time it took.
+        error: What broke the link, or an empty string.
+    """
+
+    ending: Ending
+    errands: Sequence[Errand]
+    path: Sequence[str]
+    duration_s: float
+    error: str = ""
+
+    @property
+    def achieved(self) -> bool:
+        """Whether every target was reached."""
+        return self.ending is Ending.ACHIEVED
+
+
+class Livelock(RuntimeError):
+    """Two decisions without time passing between them: a policy or a service that does nothing."""
+
+
+class Executive:
+    """One mission on one robot.
+
+    Args:
+        mission: What to do.
+        body: The robot; its motors are off when `run` returns or raises.
+        eyes: The camera.
+        clock: Mission time.
+        observers: Hear every record, in order.
+    """
+
+    def __init__(
+        self, mission: Mission, body: Body, eyes: Eyes, clock: Clock, observers: Sequence[Observer] = ()
+    ) -> None:
+        profile = mission.thesis
+        self._mission = mission
+        self._body = body
+        self._clock = clock
+        self._observers = observers
+        self._start_s = clock.now()
+        self._senses = Senses(body, eyes, clock, profile, self.note, self._report)
+        self._policy: RecoveryPolicy = ThesisPolicy(profile.wait_s, profile.turn_deg, profile.max_researches)
+        self._agenda = Agenda(mission.mission.targets, mission.mission.rounds)
+        self._chart = MissionChart(self._agenda, self._decide, [self])
+        self._service: Service | None = None
+        self._failure = Reason.MISSION_STARTED
+        self._exist = False
+        self._researches = 0
+        self._decided_s = float("-inf")
+        self._path: list[str] = []
+        self._error = ""
+
+    def run(self) -> Report:
+        """Pursue the targets until all are decided.
+
+        Returns:
+            What came of it. A mission that fails, a lost link and Ctrl-C are reported, not raised.
+
+        Raises:
+            Livelock: Two decisions at the same moment.
+            Exception: Whatever else a service raised, a lost camera for instance; the motors are off.
+        """
+        ending = Ending.BROKEN
+        self.note(Kind.START, mission=self._mission.mission.name, targets=list(self._mission.mission.targets))
+        try:
+            ending = self._pursue()
+        except Exception as error:
+            self._error = str(error)
+            raise
+        finally:
+            self._stop_motors()
+            fates = {errand.target: errand.fate.value for errand in self._agenda.errands}
+            self.note(Kind.END, ending=ending, targets=fates, error=self._error)
+        return Report(ending, self._agenda.errands, self._path, self.now(), self._error)
+
+    def now(self) -> float:
+        """Mission time in seconds."""
+        return self._clock.now() - self._start_s
+
+    def note(self, kind: Kind, **data: object) -> None:
+        """Tell every observer."""
+        values = cast("Mapping[str, Any]", plain(data))
+        record = Record(round(self.now(), 3), kind, self._chart.mission_state, self._agenda.target, values)
+        for observer in self._observers:
+            observer(record)
+
+    def after_transition(self, event: str | None, source: Any, target: Any, fact: Fact | None = None) -> None:  # noqa: ANN401 - the chart library's states
+        """Hear of a transition; called by the chart."""
+        entered = "search" if target.id == "active" else target.id
+        if entered in MISSION_STATES and event != Event.CONTINUED:
+            self._path.append(entered)
+            self._service = None
+        if entered in ("reached", "gave_up"):
+            self._agenda.errand.time_s = self.now()
+            self._researches = 0
+        reason = {} if fact is None else {"reason": fact.reason, "evidence": fact.evidence}
+        self.note(Kind.TRANSITION, source=source.id, to=entered, event=event, **reason)
+
+    def _pursue(self) -> Ending:
+        try:
+            self._report(Fact(Event.START, Reason.MISSION_STARTED))
+            while not self._chart.is_terminated:
+                self._report(self._serve())
+        except KeyboardInterrupt:
+            self._stop_motors()
+            self._report(Fact(Event.TRIP, Reason.OPERATOR_STOP))
+            return Ending.INTERRUPTED
+        except LINK_FAILURES as error:
+            self._error = str(error)
+            self._report(Fact(Event.LINK_LOST, Reason.LINK_LOST, {"error": self._error}))
+            self._report(Fact(Event.ABORT, Reason.LINK_LOST))
+            return Ending.LINK_LOST
+        return Ending.ACHIEVED if self._agenda.achieved else Ending.EXHAUSTED
+
+    def _report(self, fact: Fact) -> None:
+        """Keep what the next choice will need, then tell the chart."""
+        if fact.event is Event.TARGET_SEEN:
+            self._exist = True
+        elif fact.event is Event.RECOVERY_DONE:
+            self._researches += 1
+        elif fact.event in (Event.SEARCH_FAILED, Event.ARRIVE_FAILED):
+            self._failure = fact.reason
+        self._chart.report(fact)
+
+    def _serve(self) -> Fact:
+        """One call of the present state's service."""
+        if self._service is None:
+            self._service = self._new_service()
+        if not isinstance(self._service, Search | Arrive):
+            return self._service.call()
+        self.note(Kind.CALL, verb="arrive")
+        fact = self._service.call()
+        self.note(Kind.REPLY, verb="arrive", value=REPLIES[fact.event])
+        return fact
+
+    def _new_service(self) -> Service:
+        state, target, choice = self._chart.mission_state, self._agenda.target, self._chart.choice
+        if state == "search":
+            self._exist = False
+            self._agenda.errand.attempts += 1
+            return Search(self._senses, target)
+        if state == "arrive":
+            return Arrive(self._senses, target)
+        if state == "wait" and choice:
+            return Waiting(self._senses, choice.wait_s)
+        if state == "move_to" and choice:
+            return Moving(self._senses, choice.turn_deg)
+        raise Livelock(f"there is nothing to do in state {state!r}")
+
+    def _decide(self) -> Choice:
+        """Ask the policy; called by the chart on entry of `select`."""
+        if self._clock.now() <= self._decided_s:
+            raise Livelock(f"two decisions at {self.now():.3f} s; every service must let time pass")
+        self._decided_s = self._clock.now()
+        evidence = Evidence(self._agenda.target, self._failure, self._exist, self._researches)
+        self.note(Kind.CALL, verb="select")
+        self.note(Kind.REPLY, verb="select", value=int(self._exist))
+        choice = self._policy.select(evidence)
+        seen = {"reason": evidence.reason, "exist": evidence.exist, "researches": evidence.researches}
+        self.note(Kind.CHOICE, choice=choice.kind, why=choice.why, evidence=seen)
+        return choice
+
+    def _stop_motors(self) -> None:
+        # on a dead link the lease stops them; the failure has been reported already
+        with suppress(*LINK_FAILURES):
+            self._body.stop()

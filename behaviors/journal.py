@@ -1,0 +1,84 @@
+"""What happened, as it happened: one record after the other.
+
+Everything that wants to know of a mission (the journal file, the console, the status line, the video's caption, the
+map) listens to the same records. They carry mission time only, so the same seed gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Protocol
+
+Value = str | int | float | bool | None | list["Value"] | dict[str, "Value"]
+
+
+class Kind(StrEnum):
+    """What a record tells of."""
+
+    START = "start"
+    TRANSITION = "transition"
+    CALL = "call"
+    REPLY = "reply"
+    LOOK = "look"
+    STEP = "step"
+    CHOICE = "choice"
+    END = "end"
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """One thing that happened.
+
+    Attributes:
+        time_s: Mission time, seconds, rounded to the millisecond.
+        kind: What it tells of.
+        state: State of the mission region when it happened.
+        target: The target being pursued.
+        data: What else there is to say; keys depend on the kind and are documented in docs/journal.md.
+    """
+
+    time_s: float
+    kind: Kind
+    state: str
+    target: str
+    data: Mapping[str, Value] = field(default_factory=dict)
+
+    def to_json(self) -> str:
+        """One line of ``journal.jsonl``, keys in a fixed order, without the line's end."""
+        head = {"t": self.time_s, "kind": self.kind.value, "state": self.state, "target": self.target}
+        return json.dumps({**head, **self.data}, ensure_ascii=False)
+
+
+Observer = Callable[[Record], None]
+
+
+class Note(Protocol):
+    """Writes a record with the present time, state and target."""
+
+    def __call__(self, kind: Kind, **data: object) -> None:
+        """Write it down; values are made plain by `plain`."""
+        ...
+
+
+def plain(value: object) -> Value:
+    """A value as JSON knows it: numbers rounded to three decimals, enums by their text.
+
+    Raises:
+        TypeError: There is no plain form; the journal takes measurements, not objects.
+    """
+    if isinstance(value, bool | None):
+        return value
+    if isinstance(value, str):
+        return str(value)
+    if isinstance(value, int):
+        return int(value)
+    if isinstance(value, float):
+        return round(float(value), 3)
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    raise TypeError(f"{value!r} cannot be written into a journal")

@@ -1,0 +1,290 @@
+"""A mission file: what to look for, with which robot, and the numbers of the behaviour.
+
+TOML, checked as a whole: every mistake is reported at once, with its path. Units are in the keys' names.
+"""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self, get_args
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+BUILT_IN = Path(__file__).parent / "missions" / "lena_rilakkuma.toml"
+"""The mission that runs when none is named."""
+
+OutputPort = Literal["A", "B", "C"]
+InputPort = Literal[1, 2, 3, 4]
+
+
+class MissionError(ValueError):
+    """A mission file with mistakes; the message lists all of them, one a line, each with its path and what to do."""
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class ThesisProfile(_Table):
+    """The numbers of the thesis; where it gives none, the reading of docs/thesis.md.
+
+    Attributes:
+        wait_s: Time at rest when the target was recognised but not reached.
+        turn_deg: Turn to the right before moving off when it was not recognised.
+        advances: Advances of one move_to.
+        advance_mm: Length of one advance.
+        max_researches: Searches for one target after the first.
+        look_every_deg: Turn between two looks of a search; one full turn to the right in all.
+        looks_per_stop: Frames looked at, at most, at each stop of a search.
+        settle_s: Rest before a look, for the picture to stop swinging.
+        continue_every_s: Longest one call of arrive drives before it answers "continue".
+        lost_after_s: A target unseen for so long is lost.
+        approach_limit_s: An approach that takes longer has failed.
+        arrive_mm: Apparent distance at which the target is reached.
+        cruise_mm_s: Speed of an approach.
+    """
+
+    wait_s: float = Field(default=15.0, ge=0, le=600)
+    turn_deg: float = Field(default=90.0, ge=-360, le=360)
+    advances: int = Field(default=10, ge=1, le=100)
+    advance_mm: float = Field(default=150.0, ge=10, le=2000)
+    max_researches: int = Field(default=2, ge=0, le=20)
+    look_every_deg: float = Field(default=30.0, ge=5, le=180)
+    looks_per_stop: int = Field(default=3, ge=1, le=20)
+    settle_s: float = Field(default=0.3, ge=0, le=5)
+    continue_every_s: float = Field(default=5.0, ge=0.5, le=60)
+    lost_after_s: float = Field(default=2.0, ge=0.2, le=30)
+    approach_limit_s: float = Field(default=45.0, ge=1, le=600)
+    arrive_mm: float = Field(default=420.0, ge=100, le=2000)
+    cruise_mm_s: float = Field(default=150.0, ge=20, le=400)
+
+
+class _Target(_Table):
+    height_mm: float = Field(default=297.0, ge=10, le=3000, description="real height of what is detected")
+
+
+class PictureTarget(_Target):
+    """Something flat the user has photographs of.
+
+    Attributes:
+        pictures: Image files, beside the mission file or among the built-in ones.
+    """
+
+    detector: Literal["picture"]
+    pictures: list[str] = Field(min_length=1)
+
+
+class HaarTarget(_Target):
+    """What one of OpenCV's cascades finds, or a cascade file of the user's.
+
+    Attributes:
+        cascade: Name of a cascade that comes with OpenCV, or an XML file.
+    """
+
+    detector: Literal["haar"]
+    cascade: str = "haarcascade_frontalface_alt2"
+
+
+class MarkerTarget(_Target):
+    """A printed ArUco or AprilTag marker.
+
+    Attributes:
+        family: Its dictionary.
+        id: Its number.
+    """
+
+    detector: Literal["marker"]
+    family: Literal["aruco_4x4_50", "apriltag_36h11"] = "aruco_4x4_50"
+    id: int = Field(ge=0, le=586)
+
+
+class ColorTarget(_Target):
+    """A patch of strong colour.
+
+    Attributes:
+        color: Its name.
+    """
+
+    detector: Literal["color"]
+    color: Literal["red", "orange", "yellow", "green", "cyan", "blue", "magenta"]
+
+
+Target = Annotated[PictureTarget | HaarTarget | MarkerTarget | ColorTarget, Field(discriminator="detector")]
+
+
+class RobotTable(_Table):
+    """How the robot is built.
+
+    Attributes:
+        left: Output port of the left wheel.
+        right: Output port of the right wheel.
+        ultrasonic: Input port of the ultrasonic sensor; 0 for none.
+        touch: Input port of the bumper; 0 for none.
+        wheel_diameter_mm: Diameter of the wheels; 56 is the NXT set's.
+        axle_track_mm: Distance between the wheels' middles.
+        stop_distance_mm: The safety stop's distance ahead.
+    """
+
+    left: OutputPort = "B"
+    right: OutputPort = "C"
+    ultrasonic: InputPort | Literal[0] = 4
+    touch: InputPort | Literal[0] = 1
+    wheel_diameter_mm: float = Field(default=56.0, ge=10, le=300)
+    axle_track_mm: float = Field(default=112.0, ge=30, le=600)
+    stop_distance_mm: float = Field(default=200.0, ge=30, le=1000)
+
+    @model_validator(mode="after")
+    def _ports_differ(self) -> Self:
+        if self.left == self.right:
+            raise ValueError(f"left and right both use port {self.left}; give each motor a port of its own")
+        if self.ultrasonic and self.ultrasonic == self.touch:
+            raise ValueError(f"ultrasonic and touch both use port {self.touch}; give each sensor a port of its own")
+        return self
+
+
+class CameraTable(_Table):
+    """The camera on the robot.
+
+    Attributes:
+        hfov_deg: Horizontal field of view.
+    """
+
+    hfov_deg: float = Field(default=60.0, ge=20, le=140)
+
+
+class MissionTable(_Table):
+    """What to do.
+
+    Attributes:
+        name: For people.
+        targets: Names of targets, in order.
+        profile: How to behave.
+        rounds: How often the list is gone through at most; later rounds try what was given up again.
+    """
+
+    name: str = "mission"
+    targets: list[str] = Field(min_length=1)
+    profile: Literal["thesis"] = "thesis"
+    rounds: int = Field(default=1, ge=1, le=20)
+
+
+class Mission(_Table):
+    """A whole mission file."""
+
+    mission: MissionTable
+    target: dict[str, Target]
+    thesis: ThesisProfile = ThesisProfile()
+    robot: RobotTable = RobotTable()
+    camera: CameraTable = CameraTable()
+
+    @model_validator(mode="after")
+    def _targets_are_described(self) -> Self:
+        missing = [name for name in self.mission.targets if name not in self.target]
+        if missing:
+            raise ValueError("; ".join(f"target {name!r} has no table [target.{name}]" for name in missing))
+        return self
+
+
+def load_mission(path: Path, picture_folders: Sequence[Path] = ()) -> Mission:
+    """Read and check a mission file.
+
+    Args:
+        path: The TOML file.
+        picture_folders: Where else pictures are looked for when they do not lie beside the file.
+
+    Returns:
+        The mission; its pictures are absolute paths of files that exist.
+
+    Raises:
+        MissionError: The file cannot be read or has mistakes; the message lists all of them.
+    """
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise MissionError(f"{path}: cannot be read ({error.strerror}). Check the path.") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise MissionError(f"{path}: not a TOML file: {error}") from None
+    folders = [path.resolve().parent, *picture_folders]
+    problems = list(_resolve_pictures(table, folders))
+    try:
+        mission = Mission.model_validate(table)
+    except ValidationError as error:
+        problems = [*_describe(error), *problems]
+    if problems:
+        count = "1 mistake" if len(problems) == 1 else f"{len(problems)} mistakes"
+        raise MissionError("\n".join([f"{path}: {count}", *(f"  {problem}" for problem in problems)]))
+    return mission
+
+
+def _resolve_pictures(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[str]:
+    """Make the pictures' paths absolute in place; yields what is wrong with them."""
+    targets = table.get("target")
+    for name, target in targets.items() if isinstance(targets, dict) else ():
+        pictures = target.get("pictures") if isinstance(target, dict) else None
+        if not isinstance(pictures, list):
+            continue
+        for i, picture in enumerate(pictures):
+            found = [folder / str(picture) for folder in folders if (folder / str(picture)).is_file()]
+            if found:
+                pictures[i] = str(found[0])
+            else:
+                yield (
+                    f"target.{name}.pictures[{i}]: there is no picture {str(picture)!r}; "
+                    f"put it beside the mission file ({folders[0]})"
+                )
+
+
+def _describe(error: ValidationError) -> Iterable[str]:
+    for problem in error.errors():
+        path = [part for part in problem["loc"] if part not in _DETECTORS]
+        where = ".".join(str(part) for part in path) or "mission file"
+        message = problem["msg"].removeprefix("Value error, ")
+        if problem["type"] == "extra_forbidden":
+            message = f"unknown key; {_advice(path)}"
+        elif problem["type"] == "missing" and where == "mission":
+            message = 'there is no [mission] table; it names the targets: targets = ["lena"]'
+        elif problem["type"] == "too_short" and where == "mission.targets":
+            message = "a mission needs at least one target; name one and describe it in a table [target.NAME]"
+        elif "input" in problem and not isinstance(problem["input"], dict):
+            message = f"{message}, not {problem['input']!r}{_unit(str(path[-1]) if path else '')}"
+        yield f"{where}: {message}"
+
+
+_DETECTORS = ("picture", "haar", "marker", "color")
+_UNITS = {"_mm": "millimetres", "_s": "seconds", "_deg": "degrees", "_mm_s": "millimetres per second"}
+
+
+def _unit(key: str) -> str:
+    for ending in sorted(_UNITS, key=len, reverse=True):
+        if key.endswith(ending):
+            return f" ({key} is a number in {_UNITS[ending]})"
+    return ""
+
+
+def _advice(path: Sequence[int | str]) -> str:
+    """The nearest key that exists, or all of them."""
+    key, known = str(path[-1]), sorted(_known_keys(path[:-1]))
+    stem = key.rsplit("_", 1)[0]
+    near = [name for name in known if name.rsplit("_", 1)[0] == stem] or difflib.get_close_matches(key, known, n=1)
+    if near:
+        return f"did you mean {near[0]!r}{_unit(near[0])}?"
+    return f"known here: {', '.join(known)}"
+
+
+def _known_keys(path: Sequence[int | str]) -> set[str]:
+    tables: dict[str, type[BaseModel]] = {
+        "mission": MissionTable,
+        "thesis": ThesisProfile,
+        "robot": RobotTable,
+        "camera": CameraTable,
+    }
+    if not path:
+        return set(Mission.model_fields)
+    if path[0] == "target":
+        kinds = get_args(get_args(Target)[0])
+        return set().union(*(kind.model_fields for kind in kinds))
+    table = tables.get(str(path[0]))
+    return set(table.model_fields) if table else set()

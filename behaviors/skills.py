@@ -1,0 +1,305 @@
+"""What the robot does in each state: the thesis's services over the ports.
+
+Each service is called as the thesis's client called it over TCP: one call, one small integer back, the robot at rest or
+driving on in between. `Search` has no verb of its own there: the first call of ``arrive`` searches until the target is
+in view.
+
+    ======== ============================== =====================================
+    verb     service here                   answers
+    ======== ============================== =====================================
+    arrive   `Search`, then `Arrive`        0 continue, 1 arrived, 2 failed
+    select   the record `exist`             0 never recognised, 1 recognised
+    move_to  `MoveTo`                       0 moving, 1 done
+    ======== ============================== =====================================
+
+Source: docs/thesis.md, services and readings A2-A5, A10-A12.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Protocol
+
+from behaviors.events import Event, Fact, Reason
+from behaviors.journal import Kind, Note
+from behaviors.mission import ThesisProfile
+from behaviors.ports import Body, Clock, Eyes, Sighting, Stop
+
+STEER_PER_S = 1.6
+"""Turn rate per degree of bearing while approaching, 1/s; settles in about a second without swinging."""
+
+STEER_LIMIT_DEG_S = 60.0
+"""Fastest turn while approaching; faster blurs the picture."""
+
+SHARP_DEG = 20.0
+"""At this bearing an approach only turns; straight ahead it drives at full cruise."""
+
+BLIND_DRIVE_S = 0.5
+"""A target unseen for so long stops an approach's motors; one dropped frame does not."""
+
+NAP_S = 0.5
+"""A wait is cut into naps, so that it can be interrupted and the brick kept awake."""
+
+
+class Reply(IntEnum):
+    """The small integers of ``arrive``."""
+
+    CONTINUE = 0
+    ARRIVED = 1
+    FAILED = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Senses:
+    """What every service works with.
+
+    Attributes:
+        body: The robot.
+        eyes: Its camera.
+        clock: Mission time.
+        profile: The numbers.
+        note: Writes down what is done.
+        report: Tells the chart a fact that does not end the service.
+    """
+
+    body: Body
+    eyes: Eyes
+    clock: Clock
+    profile: ThesisProfile
+    note: Note
+    report: Callable[[Fact], None]
+
+
+class Service(Protocol):
+    """One state's doing; called again until a fact leads out of the state."""
+
+    def call(self) -> Fact:
+        """Do a bounded piece of work and report what came of it."""
+        ...
+
+
+class ObstacleWatch:
+    """Tells the chart when the safety stop holds the robot and when it lets go.
+
+    Args:
+        senses: What to work with.
+    """
+
+    def __init__(self, senses: Senses) -> None:
+        self._senses = senses
+        self._held = False
+
+    def update(self, stop: Stop | None) -> None:
+        """Hear what the last motion objected to; None or any other end is no objection."""
+        held = stop in (Stop.OBSTACLE, Stop.CONTACT)
+        if held and not self._held:
+            self._senses.report(
+                Fact(Event.OBSTACLE, Reason.OBSTACLE_AHEAD, {"stop": stop, **surroundings(self._senses)})
+            )
+        elif self._held and not held:
+            self._senses.report(Fact(Event.OBSTACLE_GONE, Reason.WAY_CLEAR))
+        self._held = held
+
+
+class Search:
+    """Stop and look every few degrees through one full turn to the right.
+
+    Args:
+        senses: What to work with.
+        target: Name of the target.
+    """
+
+    def __init__(self, senses: Senses, target: str) -> None:
+        self._senses = senses
+        self._target = target
+
+    def call(self) -> Fact:
+        """Search until the target is confirmed or the turn is complete; the robot is at rest afterwards."""
+        profile, body = self._senses.profile, self._senses.body
+        start_deg = body.pose().heading_deg
+        stops = max(1, round(360.0 / profile.look_every_deg))
+        for i in range(stops + 1):
+            if i:
+                # aimed at the heading wanted in all, so that the errors of single turns do not add up
+                body.turn(start_deg + i * 360.0 / stops - body.pose().heading_deg)
+            if i == stops:
+                break
+            sighting = self._look()
+            if sighting:
+                return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(sighting), "looks": i + 1})
+        return Fact(Event.SEARCH_FAILED, Reason.FULL_TURN_WITHOUT_SIGHTING, {"looks": stops})
+
+    def _look(self) -> Sighting | None:
+        senses = self._senses
+        senses.clock.sleep(senses.profile.settle_s)
+        sighting = None
+        for _ in range(senses.profile.looks_per_stop):
+            sighting = senses.eyes.look(self._target)
+            if sighting:
+                break
+        note_look(senses, sighting)
+        return sighting
+
+
+class Arrive:
+    """Drive towards what the camera sees.
+
+    Args:
+        senses: What to work with.
+        target: Name of the target.
+    """
+
+    def __init__(self, senses: Senses, target: str) -> None:
+        self._senses = senses
+        self._target = target
+        self._begun_s = self._seen_s = senses.clock.now()
+        self._watch = ObstacleWatch(senses)
+
+    def call(self) -> Fact:
+        """Drive for one slice.
+
+        Returns:
+            CONTINUED with the robot driving on under its lease; ARRIVED or ARRIVE_FAILED with the robot at rest.
+        """
+        slice_end_s = self._senses.clock.now() + self._senses.profile.continue_every_s
+        while self._senses.clock.now() < slice_end_s:
+            fact = self._step()
+            if fact:
+                self._senses.body.stop()
+                self._watch.update(None)
+                return fact
+        return Fact(Event.CONTINUED, Reason.DRIVING_ON)
+
+    def _step(self) -> Fact | None:
+        """Look once and steer by it; a fact when the approach is over."""
+        senses, profile = self._senses, self._senses.profile
+        sighting = senses.eyes.look(self._target)
+        now_s = senses.clock.now()
+        note_look(senses, sighting)
+        if sighting:
+            self._seen_s = now_s
+            if sighting.distance_mm <= profile.arrive_mm:
+                return Fact(Event.ARRIVED, Reason.WITHIN_REACH, {"sighting": sighting_values(sighting)})
+            self._steer(sighting)
+        unseen_s = now_s - self._seen_s
+        if unseen_s >= profile.lost_after_s:
+            return Fact(Event.ARRIVE_FAILED, Reason.TARGET_LOST, {"unseen_s": unseen_s, **surroundings(senses)})
+        if now_s - self._begun_s >= profile.approach_limit_s:
+            taken = {"approach_s": now_s - self._begun_s}
+            return Fact(Event.ARRIVE_FAILED, Reason.APPROACH_TIMEOUT, {**taken, **surroundings(senses)})
+        if unseen_s > BLIND_DRIVE_S:
+            senses.body.stop()
+        return None
+
+    def _steer(self, sighting: Sighting) -> None:
+        bearing_deg = sighting.bearing_deg
+        turn_deg_s = max(-STEER_LIMIT_DEG_S, min(STEER_LIMIT_DEG_S, STEER_PER_S * bearing_deg))
+        speed_mm_s = self._senses.profile.cruise_mm_s * max(0.0, 1.0 - abs(bearing_deg) / SHARP_DEG)
+        self._watch.update(self._senses.body.drive(speed_mm_s, turn_deg_s))
+
+
+class MoveTo:
+    """Turn right by an angle, then advance step by step: eleven calls for ten advances.
+
+    Args:
+        senses: What to work with.
+    """
+
+    def __init__(self, senses: Senses) -> None:
+        self._senses = senses
+        self._watch = ObstacleWatch(senses)
+        self._count = 0
+
+    def call(self, direction_deg: float) -> int:
+        """One call of the service.
+
+        Args:
+            direction_deg: Turn before the first advance, positive right.
+
+        Returns:
+            0 after an advance, 1 when all have been made.
+        """
+        body, profile = self._senses.body, self._senses.profile
+        if self._count >= profile.advances:
+            self._count = 0
+            self._watch.update(None)
+            return 1
+        if self._count == 0:
+            turned = body.turn(direction_deg)
+            self._senses.note(Kind.STEP, what="turn", stop=turned.stop, turned_deg=turned.turned_deg)
+        advanced = body.straight(profile.advance_mm)
+        self._watch.update(advanced.stop)
+        self._count += 1
+        self._senses.note(Kind.STEP, what="advance", stop=advanced.stop, distance_mm=advanced.distance_mm)
+        return 0
+
+
+class Moving:
+    """The state move_to: the service, called until it is done."""
+
+    def __init__(self, senses: Senses, direction_deg: float) -> None:
+        self._senses = senses
+        self._direction_deg = direction_deg
+        self._service = MoveTo(senses)
+
+    def call(self) -> Fact:
+        """Move off; the robot is at rest afterwards."""
+        calls = 0
+        done = 0
+        while not done:
+            self._senses.note(Kind.CALL, verb="move_to", direction_deg=self._direction_deg)
+            done = self._service.call(self._direction_deg)
+            self._senses.note(Kind.REPLY, verb="move_to", value=done)
+            calls += 1
+        return Fact(Event.RECOVERY_DONE, Reason.MOVED, {"calls": calls})
+
+
+class Waiting:
+    """The state wait: at rest, the brick kept awake, for a fixed time.
+
+    The remaining time is kept here and not in the chart, so that a wait that was interrupted goes on where it was.
+    """
+
+    def __init__(self, senses: Senses, wait_s: float) -> None:
+        self._senses = senses
+        self._wait_s = wait_s
+        self._left_s = wait_s
+
+    def call(self) -> Fact:
+        """Wait for what is left of the time."""
+        senses = self._senses
+        senses.body.stop()
+        senses.body.keep_alive()
+        while self._left_s > 0:
+            begun_s = senses.clock.now()
+            senses.clock.sleep(min(NAP_S, self._left_s))
+            self._left_s -= senses.clock.now() - begun_s
+        return Fact(Event.RECOVERY_DONE, Reason.WAITED, {"waited_s": self._wait_s})
+
+
+def note_look(senses: Senses, sighting: Sighting | None) -> None:
+    """Write a look down, with where it was taken from."""
+    pose = senses.body.pose()
+    senses.note(
+        Kind.LOOK,
+        pose=[round(pose.x_mm, 1), round(pose.y_mm, 1), round(pose.heading_deg, 1)],
+        range_mm=senses.body.range_mm(),
+        sighting=None if sighting is None else sighting_values(sighting),
+    )
+
+
+def surroundings(senses: Senses) -> dict[str, float | bool | None]:
+    """What the sensors ahead say, as plain values."""
+    return {"range_mm": senses.body.range_mm(), "touching": senses.body.touching()}
+
+
+def sighting_values(sighting: Sighting) -> dict[str, float | list[int]]:
+    """A sighting as plain values."""
+    return {
+        "bearing_deg": round(sighting.bearing_deg, 2),
+        "distance_mm": round(sighting.distance_mm, 1),
+        "confidence": round(sighting.confidence, 3),
+        "box": list(sighting.box),
+    }

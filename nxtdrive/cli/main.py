@@ -1,0 +1,159 @@
+"""The command line's entrance: finds the command, runs it, turns errors into one sentence and an exit code.
+
+Exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick, 4 link lost, 5 the brick refused.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import logging
+import sys
+from collections.abc import Sequence
+from typing import Protocol, cast
+
+from firmware_protocol.errors import (
+    AddressError,
+    BrickError,
+    BrickNotFound,
+    CameraError,
+    ConfigError,
+    LinkError,
+    LocalProtocolError,
+    NXTError,
+    PermissionDenied,
+)
+
+DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED = range(6)
+"""Exit codes."""
+
+INTERRUPTED = 130
+"""Exit code of a command that Ctrl-C ended and that had nothing to report; 128 + SIGINT, as shells have it."""
+
+COMMANDS = {
+    "run": ("run", "run a mission: search, drive there, recover (the default is the built-in one, simulated)"),
+    "list": ("list_bricks", "find bricks and print their addresses"),
+    "info": ("info", "name, firmware and battery of a brick"),
+    "explain": ("explain", "say what the bytes of a telegram mean"),
+    "send": ("send", "send any declared command and print the reply"),
+    "mission": ("mission", "check a mission file, show how missions run"),
+    "detect": ("detect", "try a detector on a picture, a video or a camera"),
+    "sim": ("sim", "serve the simulated brick to other programs"),
+    "bench": ("bench", "measure this machine: protocol, simulation, detectors"),
+}
+"""Command -> (module in this package, one line of help); a module is imported when its command is used."""
+
+
+class CommandModule(Protocol):
+    """What a module of this package offers."""
+
+    DESCRIPTION: str
+    """A paragraph for ``--help``."""
+    EXAMPLES: str
+    """Lines shown under ``--help``, each a command that works."""
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        """Declare the command's arguments."""
+        ...
+
+    def run(self, args: argparse.Namespace) -> int:
+        """Do it; returns the exit code."""
+        ...
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        argv: Arguments without the program's name; those of the process when None.
+
+    Returns:
+        The exit code.
+    """
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    args = _parse(arguments)
+    logging.basicConfig(level=logging.DEBUG if args.verbose else logging.WARNING, format="%(name)s: %(message)s")
+    try:
+        return cast("int", args.run(args))
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except BrokenPipeError:
+        # the reader of our output went away, as `head` does; nothing is left to say
+        sys.stderr.close()
+        return DONE
+    except Exception as error:
+        code = _exit_code(error)
+        if args.verbose or code is None:
+            raise
+        print(f"nxtdrive: {error}", file=sys.stderr)
+        return code
+
+
+def _exit_code(error: Exception) -> int | None:
+    """The exit code of an error we know; None for a fault of ours, which deserves its traceback."""
+    match error:
+        case BrickNotFound() | PermissionDenied():
+            return NO_BRICK
+        case LinkError():
+            return LINK_LOST
+        case BrickError():
+            return REFUSED
+        case AddressError() | ConfigError() | CameraError() | LocalProtocolError():
+            return USAGE
+        case NXTError():
+            return LINK_LOST
+    return None
+
+
+def _parse(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="nxtdrive",
+        description="A LEGO MINDSTORMS NXT that searches for what you showed it and drives there.",
+        epilog="example:\n  nxtdrive run            # the built-in mission on the simulated brick",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action=_Version)
+    parser.add_argument("-v", "--verbose", action="store_true", help="log what happens; show tracebacks")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    named = next((word for word in arguments if word in COMMANDS), None)
+    for name, (module, summary) in COMMANDS.items():
+        if name == named:
+            _add_command(commands, name, module, summary)
+        else:
+            commands.add_parser(name, help=summary)
+    return parser.parse_args(arguments)
+
+
+def _add_command(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, module: str, summary: str
+) -> None:
+    command = cast("CommandModule", importlib.import_module(f"nxtdrive.cli.{module}"))
+    parser = commands.add_parser(
+        name,
+        help=summary,
+        description=command.DESCRIPTION,
+        epilog="examples:\n" + command.EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("-v", "--verbose", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+    command.add_arguments(parser)
+    if parser.get_default("run") is None:
+        parser.set_defaults(run=command.run)
+
+
+class _Version(argparse.Action):
+    """Prints the version; reads the package's metadata only when asked, it is slow to import."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str) -> None:
+        super().__init__(option_strings, dest, nargs=0, help="print the version")
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        """Print it and leave."""
+        from importlib.metadata import version
+
+        print(f"nxtdrive {version('nxtdrive')}")
+        parser.exit()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

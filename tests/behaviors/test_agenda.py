@@ -1,0 +1,47 @@
+"""The order of targets, and what a second round tries again."""
+
+import pytest
+
+from behaviors.agenda import Agenda, Fate
+
+
+def _decide(agenda: Agenda, fate: Fate) -> None:
+    agenda.decide(fate)
+    if agenda.more_targets:
+        agenda.next_target()
+
+
+def test_targets_come_in_order_and_end():
+    agenda = Agenda(["lena", "rilakkuma"])
+    assert agenda.target == "lena"
+    _decide(agenda, Fate.GIVEN_UP)
+    assert agenda.target == "rilakkuma"
+    agenda.decide(Fate.REACHED)
+    assert not agenda.more_targets
+    assert not agenda.achieved
+
+
+def test_a_second_round_tries_only_what_was_given_up():
+    agenda = Agenda(["a", "b", "c"], rounds=2)
+    for fate in (Fate.GIVEN_UP, Fate.REACHED, Fate.GIVEN_UP):
+        _decide(agenda, fate)
+    assert agenda.target == "a"
+    _decide(agenda, Fate.REACHED)
+    assert agenda.target == "c"
+    agenda.decide(Fate.REACHED)
+    assert not agenda.more_targets
+    assert agenda.achieved
+
+
+def test_the_last_round_is_the_last():
+    agenda = Agenda(["a"], rounds=2)
+    _decide(agenda, Fate.GIVEN_UP)
+    agenda.decide(Fate.GIVEN_UP)
+    assert not agenda.more_targets
+
+
+def test_going_on_when_nothing_is_left_is_an_error():
+    agenda = Agenda(["a"])
+    agenda.decide(Fate.REACHED)
+    with pytest.raises(IndexError):
+        agenda.next_target()

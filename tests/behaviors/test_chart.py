@@ -1,0 +1,128 @@
+"""The chart: the thesis's way through it, and that watching over it works from every state."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from behaviors.agenda import Agenda, Fate
+from behaviors.chart import MISSION_STATES, MissionChart
+from behaviors.diagram import arrows, mermaid, transition_table
+from behaviors.events import Event, Fact, Reason
+from behaviors.recovery import Choice, Recovery
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "statechart.md"
+
+
+def _chart(*choices: Recovery, targets: tuple[str, ...] = ("lena", "rilakkuma")) -> MissionChart:
+    left = list(choices)
+    return MissionChart(Agenda(targets), lambda: Choice(left.pop(0) if left else Recovery.CHANGE_TARGET, "test"))
+
+
+def _send(chart: MissionChart, *events: Event) -> list[str]:
+    states = []
+    for event in events:
+        chart.report(Fact(event, Reason.SIGHTED))
+        states.append(chart.mission_state)
+    return states
+
+
+REACH = {
+    "idle": [],
+    "search": [Event.START],
+    "arrive": [Event.START, Event.TARGET_SEEN],
+    "wait": [Event.START, Event.SEARCH_FAILED],
+    "suspended": [Event.START, Event.TARGET_SEEN, Event.LINK_LOST],
+}
+
+
+def test_a_target_reached_leads_to_the_next_and_the_last_one_ends_the_mission():
+    chart = _chart()
+    path = _send(chart, Event.START, Event.TARGET_SEEN, Event.CONTINUED, Event.ARRIVED)
+    assert path == ["search", "arrive", "arrive", "search"]
+    assert chart.agenda.target == "rilakkuma"
+    assert _send(chart, Event.TARGET_SEEN, Event.ARRIVED) == ["arrive", "finished"]
+    assert chart.is_terminated
+    assert chart.agenda.achieved
+
+
+def test_failures_pass_through_select_and_the_recovery_leads_back_to_search():
+    chart = _chart(Recovery.MOVE_TO, Recovery.WAIT)
+    path = _send(chart, Event.START, Event.SEARCH_FAILED, Event.RECOVERY_DONE)
+    assert path == ["search", "move_to", "search"]
+    path = _send(chart, Event.TARGET_SEEN, Event.ARRIVE_FAILED, Event.RECOVERY_DONE)
+    assert path == ["arrive", "wait", "search"]
+
+
+def test_giving_up_changes_the_target_and_giving_up_the_last_ends_the_mission():
+    chart = _chart(Recovery.CHANGE_TARGET, Recovery.CHANGE_TARGET)
+    assert _send(chart, Event.START, Event.SEARCH_FAILED) == ["search", "search"]
+    assert [errand.fate for errand in chart.agenda.errands] == [Fate.GIVEN_UP, Fate.PENDING]
+    assert _send(chart, Event.SEARCH_FAILED) == ["finished"]
+    assert chart.is_terminated
+
+
+@pytest.mark.parametrize("state", ["search", "arrive", "wait"])
+def test_a_lost_link_suspends_any_state_and_its_return_resumes_it(state):
+    chart = _chart(Recovery.WAIT)
+    _send(chart, *REACH[state])
+    assert chart.mission_state == state
+    assert _send(chart, Event.LINK_LOST, Event.LINK_BACK) == ["suspended", state]
+
+
+@pytest.mark.parametrize("state", list(REACH))
+def test_a_trip_ends_the_mission_from_any_state(state):
+    chart = _chart(Recovery.WAIT)
+    _send(chart, *REACH[state])
+    assert _send(chart, Event.TRIP) == ["finished"]
+    assert chart.is_terminated
+
+
+def test_an_exception_in_the_policy_surfaces():
+    def broken() -> Choice:
+        raise RuntimeError("no choice")
+
+    chart = MissionChart(Agenda(["lena"]), broken)
+    _send(chart, Event.START)
+    with pytest.raises(RuntimeError, match="no choice"):
+        _send(chart, Event.SEARCH_FAILED)
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    facts=st.lists(st.sampled_from(list(Event)), max_size=40),
+    choices=st.lists(st.sampled_from(list(Recovery)), max_size=40),
+    targets=st.integers(1, 3),
+)
+def test_any_sequence_of_facts_leaves_exactly_one_state_per_region(facts, choices, targets):
+    chart = _chart(*choices, targets=tuple("abc"[:targets]))
+    for event in facts:
+        if chart.is_terminated:
+            break
+        _send(chart, event)
+        now = chart.states_now
+        if chart.is_terminated:
+            assert now == {"done"}
+        else:
+            assert len(now & set(MISSION_STATES)) == 1
+            assert len(now & {"up", "down"}) == 1
+            assert len(now & {"clear", "held", "tripped"}) == 1
+            assert "select" not in now, "select is passed through, never rested in"
+
+
+def test_every_event_is_declared_in_the_chart_and_the_other_way_round():
+    assert {arrow.event for arrow in arrows()} - {""} == {str(event) for event in Event}
+
+
+def test_every_callback_names_a_state_of_the_chart():
+    ids = {arrow.source for arrow in arrows()} | {arrow.target for arrow in arrows()}
+    for name in vars(MissionChart):
+        if name.startswith(("on_enter_", "on_exit_")):
+            assert name.removeprefix("on_enter_").removeprefix("on_exit_") in ids
+
+
+def test_the_document_shows_the_chart_as_it_is():
+    text = DOCUMENT.read_text(encoding="utf-8")
+    assert transition_table() in text
+    assert mermaid() in text
