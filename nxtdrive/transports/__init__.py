@@ -1,1 +1,82 @@
-"""Ways to a brick, by address scheme."""
+"""Ways to a brick, by address scheme.
+
+A new transport is one file with one class (see `base.Transport`), one line in `SCHEMES`, and the cases of
+``tests/contract/``. A package of its own registers an entry point in the group ``nxtdrive.transports`` instead.
+"""
+
+from __future__ import annotations
+
+import os
+from importlib import import_module
+from typing import Protocol, cast
+
+from firmware_protocol.errors import NXTError
+from nxtdrive.transports.address import DEFAULT, Address, unknown_scheme
+from nxtdrive.transports.base import Transport
+
+SCHEMES: dict[str, tuple[str, str]] = {
+    "usb": ("nxtdrive.transports.usb_port", "UsbTransport"),
+    "bt": ("nxtdrive.transports.bluetooth", "BluetoothTransport"),
+    "serial": ("nxtdrive.transports.serial_port", "SerialTransport"),
+    "tcp": ("nxtdrive.transports.tcp", "TcpTransport"),
+    "sim": ("nxtdrive.transports.sim", "SimTransport"),
+}
+"""Scheme to module and class; the module is imported when the scheme is used."""
+
+ENTRY_POINTS = "nxtdrive.transports"
+
+
+class TransportClass(Protocol):
+    """What stands behind a scheme."""
+
+    def open(self, address: Address, timeout_s: float) -> Transport:
+        """Open `address` within about `timeout_s`."""
+        ...
+
+
+def open_transport(address: str | Address | None = None, *, timeout_s: float = 1.0) -> Transport:
+    """Open the way to a brick.
+
+    Args:
+        address: See `nxtdrive.transports.address`; None means ``$NXT``, and without that the first brick on USB.
+        timeout_s: How long connecting may take where that can be told in advance.
+
+    Raises:
+        AddressError: Nobody can open this address; the message lists what can be opened.
+        BrickNotFound: No brick there.
+        LinkError: A brick, but no way to it.
+    """
+    if address is None:
+        address = os.environ.get("NXT") or DEFAULT
+    if isinstance(address, str):
+        address = Address.parse(address)
+    return transport_class(address.scheme).open(address, timeout_s)
+
+
+def transport_class(scheme: str) -> TransportClass:
+    """The class that serves `scheme`: the table first, then other packages' entry points.
+
+    Raises:
+        AddressError: Nobody serves it.
+    """
+    if scheme in SCHEMES:
+        module, name = SCHEMES[scheme]
+        return cast("TransportClass", getattr(import_module(module), name))
+    from importlib.metadata import entry_points
+
+    plugins = {plugin.name: plugin for plugin in entry_points(group=ENTRY_POINTS)}
+    if scheme not in plugins:
+        raise unknown_scheme(scheme, [*SCHEMES, *plugins])
+    return cast("TransportClass", plugins[scheme].load())
+
+
+def discover() -> list[str]:
+    """Addresses of the bricks that USB and the serial ports show, ready to be opened; what cannot be searched is left out."""
+    found: list[str] = []
+    for scheme in ("usb", "serial"):
+        search = getattr(transport_class(scheme), "discover")  # noqa: B009 - not every transport can be searched
+        try:
+            found += search()
+        except NXTError:
+            continue
+    return found

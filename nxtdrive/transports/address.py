@@ -1,0 +1,120 @@
+"""Addresses: where a brick is, as one line of text.
+
+::
+
+    usb://                        the first brick on USB          usb://0016530A1B2C   the one with this id
+    bt://00:16:53:0A:1B:2C        Bluetooth, paired before
+    serial:///dev/rfcomm0         a Bluetooth serial port         serial://COM5        the same on Windows
+    tcp://localhost:2727          a brick served over the network
+    sim://                        the simulator                   sim://arena.toml?seed=7&latency_ms=30
+
+What can be recognised by its shape needs no scheme: ``COM5``, ``/dev/rfcomm0``, ``00:16:53:0A:1B:2C``, ``0016530A1B2C``,
+``localhost:2727``, ``arena.toml``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from typing import Any
+from urllib.parse import parse_qsl, quote, urlencode
+
+from firmware_protocol.errors import AddressError
+
+DEFAULT = "usb://"
+"""What is opened when neither the program nor ``$NXT`` names a brick."""
+
+_SCHEME = re.compile(r"[a-z][a-z0-9+.-]*", re.IGNORECASE)
+
+_SHAPES: tuple[tuple[re.Pattern[str], str], ...] = (
+    (re.compile(r"COM\d+", re.IGNORECASE), "serial"),
+    (re.compile(r"/.*[^/]"), "serial"),
+    (re.compile(r"([0-9A-F]{2}:){5}[0-9A-F]{2}", re.IGNORECASE), "bt"),
+    (re.compile(r"[0-9A-F]{12}", re.IGNORECASE), "usb"),
+    (re.compile(r"[^\s:?]+\.toml(\?.*)?", re.IGNORECASE), "sim"),
+    (re.compile(r"[\w.-]+:\d+"), "tcp"),
+)
+"""Text without ``://`` that can only be one thing; the first match counts."""
+
+Options = Mapping[str, Callable[[str], Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """An address taken apart.
+
+    Attributes:
+        scheme: What stands in front of ``://``, in lower case.
+        target: Which one: an id, a device, ``host:port`` or a world file; may be empty.
+        options: What follows the question mark.
+    """
+
+    scheme: str
+    target: str = ""
+    options: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def parse(cls, text: str) -> Address:
+        """Take `text` apart, adding the scheme where the shape tells it.
+
+        Raises:
+            AddressError: Neither a scheme nor a known shape.
+        """
+        text = text.strip()
+        scheme, separator, rest = text.partition("://")
+        if not separator:
+            scheme, rest = _by_shape(text), text
+        if not _SCHEME.fullmatch(scheme):
+            raise AddressError(f"{text!r} is not an address.", remedy=f"Try {DEFAULT!r} or 'sim://'.")
+        target, _, query = rest.partition("?")
+        pairs = parse_qsl(query, keep_blank_values=True)
+        names = [name for name, _ in pairs]
+        if doubled := {name for name in names if names.count(name) > 1}:
+            raise AddressError(f"{text!r} says {', '.join(sorted(doubled))} more than once.")
+        return cls(scheme.lower(), target, dict(pairs))
+
+    def __str__(self) -> str:
+        query = urlencode(self.options, quote_via=quote)
+        return f"{self.scheme}://{self.target}{'?' if query else ''}{query}"
+
+    def read_options(self, known: Options) -> dict[str, Any]:
+        """The options as values, each by its converter in `known`.
+
+        Raises:
+            AddressError: An option nobody knows, or a value its converter refuses; the message says what is allowed.
+        """
+        values = {}
+        for name, text in self.options.items():
+            if name not in known:
+                raise AddressError(f"{self}: unknown option {name!r}.", remedy=_suggest(name, known, "Options are"))
+            try:
+                values[name] = known[name](text)
+            except ValueError as reason:
+                raise AddressError(f"{self}: {name}={text} does not fit: {reason}.") from None
+        return values
+
+
+def unknown_scheme(scheme: str, known: Iterable[str]) -> AddressError:
+    """The error for a scheme nobody serves; lists those somebody does."""
+    known = [f"{name}://" for name in known]
+    return AddressError(f"nobody serves {scheme}:// addresses.", remedy=_suggest(f"{scheme}://", known, "Known are"))
+
+
+def _by_shape(text: str) -> str:
+    for shape, scheme in _SHAPES:
+        if shape.fullmatch(text):
+            return scheme
+    known = ", ".join(("usb://", "bt://", "serial://", "tcp://host:port", "sim://"))
+    raise AddressError(
+        f"{text!r} is not an address: it has no scheme and does not look like a port, an id or a world file.",
+        remedy=f"Write one of {known}.",
+    )
+
+
+def _suggest(word: str, known: Iterable[str], lead: str) -> str:
+    names = sorted(known)
+    close = get_close_matches(word, names, n=1)
+    hint = f"Did you mean {close[0]!r}? " if close else ""
+    return f"{hint}{lead} {', '.join(names) if names else 'none'}."

@@ -1,0 +1,100 @@
+"""Bluetooth on Linux without any package: an RFCOMM socket to a paired brick.
+
+Many builds of Python come without ``socket.AF_BLUETOOTH``. The kernel does not care: the socket is made by number and
+connected through the C library, and from there on it is an ordinary socket.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+import re
+import select
+import socket
+import sys
+from typing import Self
+
+from firmware_protocol.errors import AddressError, BrickNotFound, LinkBusy, LinkError
+from nxtdrive.transports.address import Address
+from nxtdrive.transports.sockets import SocketTransport
+
+AF_BLUETOOTH = 31
+"""Source: Linux, include/linux/socket.h."""
+BTPROTO_RFCOMM = 3
+"""Source: BlueZ, lib/bluetooth.h."""
+CHANNEL = 1
+"""The brick's serial port service. Source: docs/firmware.md section 2."""
+
+_MAC = re.compile(r"([0-9A-F]{2}:){5}[0-9A-F]{2}", re.IGNORECASE)
+_PAIR = "Is it on, in range and paired? `bluetoothctl pair {mac}`, the brick's default PIN is 1234."
+
+
+class _SockaddrRc(ctypes.Structure):
+    """``struct sockaddr_rc``: where an RFCOMM socket connects to."""
+
+    _fields_ = (("family", ctypes.c_ushort), ("bdaddr", ctypes.c_uint8 * 6), ("channel", ctypes.c_uint8))
+
+
+class BluetoothTransport(SocketTransport):
+    """``bt://00:16:53:0A:1B:2C``."""
+
+    @classmethod
+    def open(cls, address: Address, timeout_s: float = 1.0) -> Self:
+        """Connect to the paired brick; Bluetooth paging takes seconds, so at least 10 s are allowed.
+
+        Raises:
+            AddressError: Not a Bluetooth address.
+            BrickNotFound: The brick does not answer.
+            LinkBusy: Another program is connected to it.
+            LinkError: This computer has no Bluetooth, or not the Linux kind.
+        """
+        address.read_options({})
+        mac = address.target.upper()
+        if not _MAC.fullmatch(mac):
+            raise AddressError(f"{address}: a Bluetooth address looks like bt://00:16:53:0A:1B:2C.")
+        if not sys.platform.startswith("linux"):
+            raise LinkError(
+                f"{address} cannot be opened directly on this system.",
+                remedy="Pair the brick, then use its serial port, e.g. serial://COM5 or serial:///dev/tty.NXT-DevB.",
+            )
+        return cls(str(address), _connect(mac, max(timeout_s, 10.0)))
+
+
+def _connect(mac: str, timeout_s: float) -> socket.socket:
+    try:
+        connection = socket.socket(AF_BLUETOOTH, socket.SOCK_STREAM, BTPROTO_RFCOMM)
+    except OSError as error:
+        raise LinkError(
+            f"this computer offers no Bluetooth: {error.strerror}.", remedy="Plug a Bluetooth adapter in, or use usb://."
+        ) from error
+    connection.setblocking(False)
+    try:
+        failure = _connect_by_number(connection.fileno(), mac)
+        if failure == errno.EINPROGRESS:
+            _, writable, _ = select.select([], [connection], [], timeout_s)
+            failure = connection.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) if writable else errno.ETIMEDOUT
+    except BaseException:
+        connection.close()
+        raise
+    if failure:
+        connection.close()
+        raise _refused(mac, failure)
+    return connection
+
+
+def _connect_by_number(descriptor: int, mac: str) -> int:
+    """``connect(2)``; returns 0 or the error number."""
+    reversed_bytes = bytes.fromhex(mac.replace(":", ""))[::-1]
+    target = _SockaddrRc(AF_BLUETOOTH, (ctypes.c_uint8 * 6)(*reversed_bytes), CHANNEL)
+    library = ctypes.CDLL(None, use_errno=True)
+    if library.connect(descriptor, ctypes.byref(target), ctypes.sizeof(target)) == 0:
+        return 0
+    return ctypes.get_errno()
+
+
+def _refused(mac: str, failure: int) -> Exception:
+    reason = os.strerror(failure)
+    if failure == errno.EBUSY:
+        return LinkBusy(f"the brick {mac} is busy: {reason}.", remedy="Close the other program that is connected to it.")
+    return BrickNotFound(f"the brick {mac} does not answer: {reason}.", remedy=_PAIR.format(mac=mac))

@@ -1,0 +1,95 @@
+"""A Bluetooth serial port: ``/dev/rfcomm0``, ``COM5``, or a pseudo-terminal with a simulated brick behind it.
+
+pyserial opens with O_NOCTTY. Without it the port would become the controlling terminal of a session leader (a systemd
+service, the first process of a container), and the end of the link would kill the program by SIGHUP.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+from firmware_protocol.errors import AddressError, BrickNotFound, LinkBusy, LinkLost, LinkTimeout, NXTError, PermissionDenied
+from nxtdrive.transports.address import Address
+from nxtdrive.transports.stream import SEND_TIMEOUT_S, StreamTransport
+
+if TYPE_CHECKING:
+    import serial
+
+NXT_PORT_NAMES = ("rfcomm", "tty.NXT", "cu.NXT")
+"""How paired bricks' ports are called on Linux and macOS; on Windows they cannot be told from other ports."""
+
+
+class SerialTransport(StreamTransport):
+    """``serial:///dev/rfcomm0``, ``serial://COM5``."""
+
+    def __init__(self, address: str, port: serial.Serial) -> None:
+        super().__init__(address)
+        self._port = port
+
+    @classmethod
+    def open(cls, address: Address, timeout_s: float = 1.0) -> Self:
+        """Open the port for this program alone.
+
+        Raises:
+            AddressError: No port is named.
+            BrickNotFound: No such port, or no brick answers behind it.
+            LinkBusy: Another program has it open.
+            PermissionDenied: This user may not open it.
+        """
+        import serial
+
+        address.read_options({})
+        if not address.target:
+            raise AddressError(f"{address} names no port.", remedy="Write serial:///dev/rfcomm0 or serial://COM5.")
+        try:
+            port = serial.Serial(address.target, timeout=timeout_s, write_timeout=SEND_TIMEOUT_S, exclusive=True)
+        except (OSError, ValueError) as error:
+            raise _cannot_open(address.target, error) from error
+        return cls(str(address), port)
+
+    @classmethod
+    def discover(cls) -> list[str]:
+        """Addresses of the serial ports that belong to paired bricks, as far as their names tell."""
+        return [f"serial://{path}" for path in sorted(Path("/dev").glob("*")) if path.name.startswith(NXT_PORT_NAMES)]
+
+    def _read(self, timeout_s: float) -> bytes:
+        import serial
+
+        try:
+            self._port.timeout = timeout_s
+            return bytes(self._port.read(self._port.in_waiting or 1))
+        except (OSError, serial.SerialException, TypeError) as error:
+            # pyserial reads from None (TypeError) when another thread closes the port under it.
+            raise self._lost(error) from error
+
+    def _write(self, data: bytes) -> None:
+        import serial
+
+        try:
+            self._port.write(data)
+        except serial.SerialTimeoutException:
+            raise LinkTimeout(f"{self.address} takes no more telegrams.", remedy="Is the brick still on?") from None
+        except (OSError, serial.SerialException, TypeError) as error:
+            raise self._lost(error) from error
+
+    def _close(self) -> None:
+        with contextlib.suppress(OSError):
+            self._port.close()
+
+    def _lost(self, error: Exception) -> LinkLost:
+        return LinkLost(f"the link through {self.address} is gone: {error}.", remedy="Is the brick on and in range?")
+
+
+def _cannot_open(device: str, error: Exception) -> NXTError:
+    # On Windows pyserial packs the reason into the text and leaves errno empty.
+    number, text = getattr(error, "errno", None), str(error)
+    if number in (errno.EAGAIN, errno.EBUSY, errno.EWOULDBLOCK) or "Access is denied" in text:
+        return LinkBusy(f"{device} is in use.", remedy="Close the other program that has it open.")
+    if number == errno.EACCES:
+        return PermissionDenied(
+            f"this user may not open {device}.", remedy="Add the user to the group 'dialout' and log in again."
+        )
+    return BrickNotFound(f"no brick answers at {device}: {error}.", remedy="Is it on and paired, and the port's name right?")

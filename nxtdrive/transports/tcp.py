@@ -1,0 +1,44 @@
+"""A brick served over the network, e.g. by ``nxtdrive sim serve``; telegrams carry their length as over Bluetooth."""
+
+from __future__ import annotations
+
+import socket
+from typing import Self
+
+from firmware_protocol.errors import AddressError, BrickNotFound
+from nxtdrive.transports.address import Address
+from nxtdrive.transports.sockets import SocketTransport
+
+DEFAULT_PORT = 2727
+
+
+class TcpTransport(SocketTransport):
+    """``tcp://host:port``."""
+
+    @classmethod
+    def open(cls, address: Address, timeout_s: float = 1.0) -> Self:
+        """Connect.
+
+        Raises:
+            AddressError: The port is no number.
+            BrickNotFound: Nobody serves a brick there.
+        """
+        address.read_options({})
+        host, port = _split(address)
+        try:
+            connection = socket.create_connection((host, port), timeout=timeout_s)
+        except (OSError, UnicodeError) as error:
+            raise BrickNotFound(
+                f"no brick is served at {host}:{port}: {error}.", remedy="Start the server first, then check host and port."
+            ) from error
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return cls(str(address), connection)
+
+
+def _split(address: Address) -> tuple[str, int]:
+    host, separator, port = address.target.rpartition(":")
+    if not separator:
+        host, port = address.target, str(DEFAULT_PORT)
+    if not (port.isascii() and port.isdigit() and 0 < int(port) < 65536):
+        raise AddressError(f"{address}: the port must be a number from 1 to 65535, not {port!r}.")
+    return host.strip("[]") or "localhost", int(port)

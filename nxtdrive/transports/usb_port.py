@@ -1,0 +1,211 @@
+"""The brick on a USB cable, through pyusb and libusb.
+
+One packet is one telegram, without any header (docs/firmware.md section 2).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Self
+
+from firmware_protocol.errors import (
+    AddressError,
+    BrickNotFound,
+    LinkBusy,
+    LinkError,
+    LinkLost,
+    LinkTimeout,
+    LocalProtocolError,
+    PermissionDenied,
+)
+from nxtdrive.transports.address import Address
+from nxtdrive.transports.base import WallClock
+
+if TYPE_CHECKING:
+    from usb.backend import IBackend
+    from usb.core import Device
+
+VENDOR, PRODUCT = 0x0694, 0x0002
+ENDPOINT_OUT, ENDPOINT_IN, PACKET = 0x01, 0x82, 64
+"""Source of all of these: docs/firmware.md section 2."""
+
+SEND_TIMEOUT_MS = 1000
+STALE_PACKETS = 8
+"""More answers than the brick can have waiting for a program that died."""
+
+UDEV_RULE = 'SUBSYSTEM=="usb", ATTR{idVendor}=="0694", ATTR{idProduct}=="0002", MODE="0660", TAG+="uaccess"'
+UDEV_FILE = "/etc/udev/rules.d/60-nxtdrive.rules"
+
+_PLUG_IN = "Plug the brick in and switch it on; it needs some seconds before USB sees it."
+_NO_LIBUSB = "Install libusb 1.0 (Debian: apt install libusb-1.0-0; macOS: brew install libusb; Windows: pip install libusb-package)."
+
+
+class UsbTransport(WallClock):
+    """``usb://`` for the first brick, ``usb://0016530A1B2C`` for a certain one."""
+
+    max_telegram = PACKET
+
+    def __init__(self, device: Device, address: str) -> None:
+        self.address = address
+        self._device: Device | None = device
+
+    @classmethod
+    def open(cls, address: Address, timeout_s: float = 1.0, *, backend: IBackend | None = None) -> Self:
+        """Find the brick and claim it.
+
+        Args:
+            address: Its id may be empty; colons in it do not matter.
+            timeout_s: Not used: USB answers at once.
+            backend: Another libusb, e.g. a simulated one. By default each call makes a fresh libusb context, because
+                one context does not see a brick plugged in again where no udevd runs.
+
+        Raises:
+            AddressError: Not an id.
+            BrickNotFound: No brick on USB, or no libusb to look with.
+            PermissionDenied: The operating system does not let this user have it.
+            LinkBusy: Another program has claimed it.
+        """
+        address.read_options({})
+        wanted = address.target.replace(":", "").upper()
+        if wanted and not (len(wanted) == 12 and set(wanted) <= set("0123456789ABCDEF")):
+            raise AddressError(f"{address}: a brick's id has 12 hex digits, e.g. usb://0016530A1B2C.")
+        with _translated(str(address)):
+            device = _find(wanted, backend or _fresh_backend())
+            device.set_configuration()
+            _claim(device)
+            _discard_stale(device)
+        return cls(device, str(address))
+
+    @classmethod
+    def discover(cls, backend: IBackend | None = None) -> list[str]:
+        """Addresses of all bricks on USB; a brick this user may not open appears as plain ``usb://``."""
+        with _translated("usb://"):
+            return [f"usb://{_serial_number(device)}" for device in _bricks(backend or _fresh_backend())]
+
+    def send(self, telegram: bytes) -> None:
+        """Write one packet."""
+        if len(telegram) > PACKET:
+            raise LocalProtocolError(f"a telegram of {len(telegram)} bytes; USB takes {PACKET}, and would split it in two.")
+        device = self._opened()
+        with _translated(self.address):
+            if device.write(ENDPOINT_OUT, telegram, SEND_TIMEOUT_MS) != len(telegram):
+                raise LinkTimeout(f"{self.address} took only part of a telegram.")
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        """Read one packet."""
+        import usb.core
+
+        device = self._opened()
+        with _translated(self.address):
+            try:
+                # libusb takes 0 for "wait for ever".
+                return bytes(device.read(ENDPOINT_IN, PACKET, max(1, round(timeout_s * 1000))))
+            except usb.core.USBTimeoutError:
+                return None
+            except usb.core.USBError as error:
+                if error.errno != errno.EPIPE:
+                    raise
+                device.clear_halt(ENDPOINT_IN)
+                return None
+
+    def close(self) -> None:
+        """Release the brick."""
+        import usb.core
+        import usb.util
+
+        if self._device is not None:
+            device, self._device = self._device, None
+            with contextlib.suppress(usb.core.USBError):
+                usb.util.dispose_resources(device)
+
+    def _opened(self) -> Device:
+        if self._device is None:
+            raise LinkLost(f"{self.address} is closed.", remedy="Open the brick again.")
+        return self._device
+
+
+def _fresh_backend() -> IBackend:
+    from usb.backend import libusb1
+
+    if libusb1.get_backend() is None:
+        raise BrickNotFound("USB cannot be searched: there is no libusb on this computer.", remedy=_NO_LIBUSB)
+    # get_backend() hands out one context per process; pyusb has no public way to a second one.
+    return libusb1._LibUSB(libusb1._lib)  # type: ignore[no-any-return]
+
+
+def _bricks(backend: IBackend) -> list[Any]:
+    import usb.core
+
+    return list(usb.core.find(find_all=True, idVendor=VENDOR, idProduct=PRODUCT, backend=backend))
+
+
+def _find(wanted: str, backend: IBackend) -> Device:
+    bricks = _bricks(backend)
+    if not bricks:
+        raise BrickNotFound("no brick on USB.", remedy=_PLUG_IN)
+    if not wanted:
+        return bricks[0]
+    ids = [_serial_number(device) for device in bricks]
+    if wanted in ids:
+        return bricks[ids.index(wanted)]
+    if "" in ids:
+        raise _not_allowed()
+    raise BrickNotFound(f"no brick {wanted} on USB.", remedy=f"There are: {', '.join(ids)}.")
+
+
+def _serial_number(device: Device) -> str:
+    """The brick's id, or an empty string if this user may not even ask."""
+    import usb.core
+
+    try:
+        return str(device.serial_number).upper()
+    except (ValueError, usb.core.USBError):  # pyusb says ValueError "no langid" where the device cannot be opened
+        return ""
+
+
+def _claim(device: Device) -> None:
+    import usb.util
+
+    usb.util.claim_interface(device, 0)
+
+
+def _discard_stale(device: Device) -> None:
+    """Read what the brick still wanted to say to a program that died."""
+    import usb.core
+
+    for _ in range(STALE_PACKETS):
+        try:
+            device.read(ENDPOINT_IN, PACKET, 1)
+        except usb.core.USBTimeoutError:
+            return
+
+
+def _not_allowed() -> PermissionDenied:
+    return PermissionDenied(
+        "this user may not open the brick on USB.",
+        remedy=f"Write the line\n    {UDEV_RULE}\ninto {UDEV_FILE}, run `sudo udevadm control --reload`, "
+        "and plug the brick in again.",
+    )
+
+
+@contextlib.contextmanager
+def _translated(address: str) -> Iterator[None]:
+    """Let no exception of pyusb out."""
+    import usb.core
+
+    try:
+        yield
+    except usb.core.NoBackendError as error:
+        raise BrickNotFound("USB cannot be searched: there is no libusb on this computer.", remedy=_NO_LIBUSB) from error
+    except usb.core.USBTimeoutError as error:
+        raise LinkTimeout(f"{address} takes no more telegrams.", remedy="Is the brick still on?") from error
+    except usb.core.USBError as error:
+        if error.errno == errno.EACCES:
+            raise _not_allowed() from error
+        if error.errno == errno.EBUSY:
+            raise LinkBusy(f"{address} is in use.", remedy="Close the other program that holds the brick.") from error
+        if error.errno in (errno.ENODEV, errno.EIO, errno.ENOENT, errno.ESHUTDOWN, errno.EPROTO):
+            raise LinkLost(f"the cable to {address} is gone: {error}.", remedy=_PLUG_IN) from error
+        raise LinkError(f"{address}: {error}.", remedy="Unplug the brick and plug it in again.") from error
