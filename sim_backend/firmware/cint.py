@@ -1,0 +1,31 @@
+"""Integer arithmetic as the firmware's C does it: fixed widths, division towards zero."""
+
+from __future__ import annotations
+
+
+def divide(dividend: int, divisor: int) -> int:
+    """Quotient rounded towards zero; a division by zero gives zero, as ARM's run-time library does."""
+    if not divisor:
+        return 0
+    quotient = abs(dividend) // abs(divisor)
+    return quotient if (dividend < 0) == (divisor < 0) else -quotient
+
+
+def clamp(value: int, limit: int) -> int:
+    """`value` limited to -limit..limit."""
+    return limit if value > limit else -limit if value < -limit else value
+
+
+def s8(value: int) -> int:
+    """The low 8 bits, signed."""
+    return (value + 0x80 & 0xFF) - 0x80
+
+
+def s16(value: int) -> int:
+    """The low 16 bits, signed."""
+    return (value + 0x8000 & 0xFFFF) - 0x8000
+
+
+def s32(value: int) -> int:
+    """The low 32 bits, signed."""
+    return (value + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000

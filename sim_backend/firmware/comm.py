@@ -1,0 +1,104 @@
+"""The comm module: telegrams in, replies out. Source: docs/firmware.md section 2 and 3.
+
+Two things of the real firmware show on the wire and are kept: the receive buffer is never cleared, so a short telegram
+is completed with bytes of the ones before it; and a system opcode without a handler is answered with stale bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from firmware_protocol.status import Status
+from firmware_protocol.telegram import COMMANDS, NO_REPLY, Command, Kind, Reply
+
+PACKET = 64
+"""Bytes of a USB packet and of the firmware's USB buffers."""
+
+
+class Answer(NamedTuple):
+    """What a handler answers.
+
+    Attributes:
+        status: Third byte of the reply.
+        payload: What follows it.
+    """
+
+    status: int = Status.OK
+    payload: bytes = b""
+
+
+DONE = Answer()
+"""OK without payload."""
+
+Handler = Callable[[Any], Answer]
+Handlers = Mapping[type[Command[Any]], Handler]
+
+
+def answer(reply: Reply, status: int = Status.OK) -> Answer:
+    """An answer with a declared payload."""
+    return Answer(status, reply.pack())
+
+
+def refuse_with_zeros(command: type[Command[Any]], status: int) -> Answer:
+    """A refusal that still carries the whole payload, all zeros."""
+    return Answer(status, bytes(command.reply_type.layout.size))
+
+
+class Comm:
+    """Buffers and dispatch of one link.
+
+    Attributes:
+        length: Bytes of the telegram being handled; what lies beyond in the buffer is stale.
+        want_reply: Whether the telegram being handled asks for a reply.
+    """
+
+    def __init__(self, handlers: Handlers, *, extended: bool) -> None:
+        """Make the module.
+
+        Args:
+            handlers: What to do for each command.
+            extended: Whether the firmware knows the commands that came with 1.28.
+        """
+        self._handlers = handlers
+        self._extended = extended
+        self._inbox = bytearray(PACKET)
+        self._outbox = bytearray(PACKET)
+        self.length = 0
+        self.want_reply = True
+
+    def receive(self, telegram: bytes) -> bytes | None:
+        """Handle one telegram of at most 64 bytes (more is cut, as no packet carries it)."""
+        telegram = telegram[:PACKET]
+        inbox = self._inbox
+        inbox[: len(telegram)] = telegram
+        self.length = len(telegram)
+        self.want_reply = not inbox[0] & NO_REPLY
+        kind, opcode = inbox[0] & ~NO_REPLY, inbox[1]
+        if not telegram or kind not in (Kind.DIRECT, Kind.SYSTEM):
+            return None
+        command = COMMANDS.get((Kind(kind), opcode))
+        handler = self._handlers.get(command) if command and self._knows(command) else None
+        if handler is None or command is None:
+            return self._unknown(kind, opcode)
+        status, payload = handler(command.decode(bytes(inbox)))
+        return self._reply(bytes((Kind.REPLY, opcode, status)) + payload)
+
+    def stale(self, start: int, stop: int) -> bytes:
+        """Bytes left in the reply buffer by earlier replies."""
+        return bytes(self._outbox[start:stop])
+
+    def _knows(self, command: type[Command[Any]]) -> bool:
+        return self._extended or command.firmware_1_05
+
+    def _unknown(self, kind: int, opcode: int) -> bytes | None:
+        if kind == Kind.DIRECT:
+            return self._reply(bytes((Kind.REPLY, opcode, Status.UNKNOWN_OPCODE)))
+        size = min(self.length + 2, PACKET)
+        return self._reply(bytes((Kind.REPLY, opcode)) + self.stale(2, size))
+
+    def _reply(self, reply: bytes) -> bytes | None:
+        if not self.want_reply:
+            return None
+        self._outbox[: len(reply)] = reply
+        return reply

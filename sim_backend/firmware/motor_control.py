@@ -1,0 +1,330 @@
+"""One motor inside the firmware: run states, ramps, tacho limits. Source: docs/firmware.md section 9.1-9.5 and 9.7.
+
+The regulators that turn errors into PWM are in `regulation`. Arithmetic is the firmware's: whole numbers, division
+towards zero, fixed widths where they matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from firmware_protocol.enums import OutputMode, RegulationMode, RunState
+from sim_backend.firmware.cint import divide, s16, s32
+
+IDLE, RAMP_UP, RUNNING = int(RunState.IDLE), int(RunState.RAMP_UP), int(RunState.RUNNING)
+RAMP_DOWN, HOLD = int(RunState.RAMP_DOWN), int(RunState.HOLD)
+MOTOR_ON, BRAKE, REGULATED = int(OutputMode.MOTOR_ON), int(OutputMode.BRAKE), int(OutputMode.REGULATED)
+SPEED, SYNC = int(RegulationMode.SPEED), int(RegulationMode.SYNC)
+
+PERIOD = 101
+"""Passes between two regulations."""
+
+COUNT_WRAP = 10_000_000
+"""A motor that runs forever starts counting anew beyond this many degrees."""
+
+STALL_PATIENCE = 100
+"""Passes without progress after which an unregulated ramp-up pushes harder."""
+
+CREEP = 10
+"""Slowest speed a ramp starts from or ends at, percent."""
+
+
+class MotorControl:
+    """State of one motor, as the firmware's output driver keeps it.
+
+    Attributes:
+        index: 0..2 for A..C.
+        set_speed: Speed the motion shall reach, percent.
+        target_speed: Speed wanted in this pass, percent.
+        actual_speed: PWM handed to the motor, percent.
+        turn: Turn ratio, percent.
+        gains: P, I and D of the regulators.
+        elapsed: Passes since the last regulation.
+        run_state: Phase of the motion.
+        regulation: Regulator bits in force (speed, synchronisation).
+        brake: Whether the windings are shorted in the PWM's off-phase.
+        overloaded: Whether the regulator asked for more than 100 %.
+        forever: Whether no tacho limit is in force.
+        delta: Counts since the last regulation.
+        count: TachoCount, degrees.
+        limit: Absolute target of the tacho limit, degrees.
+        block: BlockTachoCount, degrees.
+        rotation: RotationCount, degrees.
+        fresh: Counts that arrived since the last pass.
+    """
+
+    __slots__ = (
+        "accumulated_error",
+        "actual_speed",
+        "block",
+        "brake",
+        "count",
+        "delta",
+        "elapsed",
+        "forever",
+        "fresh",
+        "gains",
+        "index",
+        "limit",
+        "old_error",
+        "others",
+        "overloaded",
+        "ramp_counter",
+        "ramp_old",
+        "ramp_start",
+        "ramp_step",
+        "regulation",
+        "rotation",
+        "run_state",
+        "set_speed",
+        "stop_all_synchronised",
+        "target_speed",
+        "turn",
+    )
+
+    def __init__(self, index: int, *, stop_all_synchronised: bool) -> None:
+        self.index = index
+        self.stop_all_synchronised = stop_all_synchronised and index > 0
+        self.others: Sequence[MotorControl] = ()
+        self.gains = (96, 32, 32)
+        self.set_speed = self.target_speed = self.actual_speed = self.turn = 0
+        self.elapsed = self.run_state = self.regulation = 0
+        self.brake = self.overloaded = False
+        self.forever = True
+        self.accumulated_error = self.old_error = self.delta = self.fresh = 0
+        self.count = self.limit = self.block = self.rotation = 0
+        self.ramp_start = self.ramp_old = self.ramp_step = self.ramp_counter = 0
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether a pass without new counts changes nothing but the regulation timer."""
+        return (
+            not (self.actual_speed or self.target_speed or self.set_speed or self.regulation or self.fresh)
+            and self.run_state in (IDLE, RUNNING)
+            and self.count <= COUNT_WRAP
+        )
+
+    @property
+    def partner(self) -> MotorControl | None:
+        """The motor this one is synchronised with: the first other one in synchronisation."""
+        for other in self.others:
+            if other.regulation & SYNC:
+                return other
+        return None
+
+    def stop(self) -> None:
+        """Let go: idle without regulation; speed falls by the idle rule."""
+        self.run_state, self.regulation = IDLE, 0
+
+    def reset_count(self) -> None:
+        """Zero TachoCount and the base of the tacho limit, for a synchronised pair on both motors."""
+        pair: list[MotorControl] = [self]
+        if self.regulation & SYNC and (partner := self.partner):
+            pair.append(partner)
+        for motor in pair:
+            motor.count = motor.limit = 0
+        self.forever = False
+
+    def set_limit(self, limit: int) -> None:
+        """Move the target of the tacho limit by `limit` degrees in the direction of motion; 0 removes the limit."""
+        self.forever = not limit
+        if limit:
+            direction = self.set_speed or self.target_speed
+            self.limit = s32(self.limit + limit if direction > 0 else self.limit - limit)
+
+    def enable_regulation(self, regulation: int) -> None:
+        """Put regulator bits in force; speed regulation from rest starts with clean errors."""
+        self.regulation = regulation
+        if self.run_state != RAMP_DOWN and regulation & SPEED and not self.set_speed:
+            self.accumulated_error = self.old_error = 0
+
+    def set_motion(self, run_state: int, speed: int, turn: int) -> None:
+        """Ask for a motion, as docs/firmware.md section 9.1 `setSpeed`."""
+        if (self.set_speed, self.run_state, self.turn) == (speed, run_state, turn) and run_state != IDLE:
+            return
+        if not self.target_speed:
+            self.accumulated_error = self.old_error = self.elapsed = self.delta = self.fresh = 0
+        if run_state == IDLE:
+            self.regulation = 0
+        elif run_state == RUNNING:
+            self.set_speed = self.target_speed = speed
+            self.turn = turn
+            run_state = RUNNING if speed else HOLD
+        elif run_state in (RAMP_UP, RAMP_DOWN):
+            run_state = self._start_ramp(run_state, speed, turn)
+        self.run_state = run_state
+        self.overloaded = False
+
+    def _start_ramp(self, run_state: int, speed: int, turn: int) -> int:
+        if run_state == RAMP_UP:
+            faster = self.set_speed < speed if speed > 0 else self.set_speed > speed
+            ramps = not self.set_speed or faster
+        else:
+            ramps = self.set_speed > speed if self.target_speed >= 0 else self.set_speed < speed
+        if not ramps:
+            return RUNNING
+        self.set_speed, self.turn = speed, turn
+        self.ramp_step = self.ramp_counter = 0
+        self.ramp_start = self.count
+        return run_state
+
+    def advance(self) -> bool:
+        """Run the motor's part of one pass up to regulation.
+
+        Returns:
+            Whether the regulation period is over.
+        """
+        fresh = self.fresh
+        if fresh:
+            self.fresh = 0
+            self.delta += fresh
+            self.count += fresh
+            self.block += fresh
+            self.rotation += fresh
+        elapsed = self.elapsed = self.elapsed + 1
+        state = self.run_state
+        if state != IDLE:
+            if state == RAMP_UP:
+                self._ramp_up()
+                state = self.run_state
+            if state == RAMP_DOWN:
+                self._ramp_down()
+                state = self.run_state
+            if state == RUNNING:
+                self._run()
+                state = self.run_state
+        if state == IDLE:
+            self._coast()
+        elif state == HOLD:
+            self._hold()
+            return False
+        return elapsed >= PERIOD
+
+    def _run(self) -> None:
+        if self.forever:
+            if self.count > COUNT_WRAP:
+                self.count = 0
+            if self.target_speed:
+                self.limit = self.count
+        elif self.regulation & SYNC:
+            self._check_synchronised_limit()
+        elif (self.set_speed > 0 and self.count >= self.limit) or (self.set_speed < 0 and self.count <= self.limit):
+            self.stop()
+        if not self.regulation:
+            self.actual_speed = self.target_speed
+
+    def _coast(self) -> None:
+        self.brake = False
+        if speed := self.actual_speed:
+            self.actual_speed = speed - 1 if speed > 0 else speed + 1
+        if speed := self.target_speed:
+            self.target_speed = speed - 1 if speed > 0 else speed + 1
+        if speed := self.set_speed:
+            self.set_speed = speed - 1 if speed > 0 else speed + 1
+
+    def _hold(self) -> None:
+        self.set_speed = self.actual_speed = self.target_speed = self.elapsed = self.delta = 0
+        self.run_state = RUNNING
+
+    def _ramp_up(self) -> None:
+        sign = 1 if self.set_speed > 0 else -1
+        if not self.target_speed:
+            self.target_speed = CREEP * sign
+        else:
+            if not self.ramp_step:
+                steps = self.set_speed - self.target_speed
+                self.ramp_step = s16(sign * divide(self.limit - self.ramp_start, steps))
+                self.ramp_old = self.count
+            if (self.count - self.ramp_old - self.ramp_step) * sign > 0:
+                self.target_speed += sign
+                self.ramp_old, self.ramp_counter = self.count, 0
+            elif not self.regulation & SPEED:
+                self.ramp_counter += 1
+                if self.ramp_counter > STALL_PATIENCE:
+                    self.ramp_counter = 0
+                    self.target_speed += sign
+        if (self.count - self.limit) * sign >= 0:
+            self.target_speed, self.run_state = self.set_speed, IDLE
+        elif (self.target_speed - self.set_speed) * sign > 0:
+            self.target_speed = self.set_speed
+        if not self.regulation:
+            self.actual_speed = self.target_speed
+
+    def _ramp_down(self) -> None:
+        sign = 1 if self.target_speed > 0 else -1
+        if not self.ramp_step:
+            steps = self.target_speed - self.set_speed
+            if not self.set_speed and abs(self.target_speed) > CREEP:
+                steps -= CREEP * sign
+            self.ramp_step = s16(sign * divide(self.limit - self.count, steps))
+            self.ramp_old = self.count
+        if (self.count - self.ramp_old - self.ramp_step) * sign > 0:
+            self._slow_down(sign)
+        elif not self.regulation & SPEED:
+            self.ramp_counter += 1
+            if self.ramp_counter > (30 * sign * self.ramp_step & 0xFFFF):
+                self.ramp_counter = 20 * sign * self.ramp_step & 0xFFFF
+                self.target_speed += sign
+        if self._reached_ramp_end():
+            self._end_ramp_down()
+        if not self.regulation:
+            self.actual_speed = self.target_speed
+
+    def _slow_down(self, sign: int) -> None:
+        slower = self.target_speed - sign
+        self.target_speed = slower if slower * sign >= CREEP else CREEP * sign
+        self.ramp_old, self.ramp_counter = self.count, 0
+        partner = self.partner if self.regulation & SYNC and self.turn else None
+        if partner:
+            if self.target_speed >= 0 and partner.actual_speed < 0:
+                partner.target_speed -= 1
+            elif self.target_speed < 0 and partner.actual_speed > 0:
+                partner.target_speed += 1
+
+    def _reached_ramp_end(self) -> bool:
+        if self.regulation & SYNC and self.turn:
+            self._check_synchronised_limit()
+            return self.run_state == IDLE
+        return self.count >= self.limit if self.target_speed > 0 else self.count <= self.limit
+
+    def _end_ramp_down(self) -> None:
+        if self.regulation & SYNC:
+            pair = [self, self.partner] if not self.stop_all_synchronised else [self, *self.others]
+            for motor in pair:
+                if motor is self or (motor and motor.regulation & SYNC):
+                    motor.set_speed = motor.target_speed = motor.actual_speed = 0
+                    motor.stop()
+            return
+        if not self.set_speed:
+            self.target_speed = self.actual_speed = 0
+        self.stop()
+
+    def _check_synchronised_limit(self) -> None:
+        partner = self.partner
+        if partner is None:
+            return
+        if not self.turn:
+            motors = (self, partner)
+            if self.set_speed > 0:
+                reached = any(motor.count >= motor.limit for motor in motors)
+            elif self.set_speed < 0:
+                reached = any(motor.count <= motor.limit for motor in motors)
+            else:
+                reached = False
+        else:
+            reached = self._outer_reached_limit(partner)
+        if reached:
+            self.run_state = partner.run_state = IDLE
+
+    def _outer_reached_limit(self, partner: MotorControl) -> bool:
+        """Whether the faster motor of a turning pair is there; it then hands its counts to the slower one."""
+        first, second = (partner, self) if self.turn > 0 else (self, partner)
+        if first.target_speed >= 0:
+            outer, inner = first, second
+            reached = outer.count >= outer.limit
+        else:
+            outer, inner = second, first
+            reached = outer.count <= outer.limit
+        if reached:
+            inner.count, inner.limit = outer.count, outer.limit
+        return reached

@@ -1,0 +1,198 @@
+"""The output module: commands to the three motors, applied and regulated in passes of 1 ms.
+
+Source: docs/firmware.md section 9; the map's layout is in section 5.2.
+"""
+
+from __future__ import annotations
+
+from enum import IntFlag
+from typing import Protocol
+
+from sim_backend.firmware.cint import s32
+from sim_backend.firmware.module import NEVER
+from sim_backend.firmware.motor_control import BRAKE, IDLE, MOTOR_ON, PERIOD, RAMP_DOWN, REGULATED, SYNC, MotorControl
+from sim_backend.firmware.regulation import Regulators
+
+
+class MotorPlant(Protocol):
+    """What hangs on an output port: a motor and whatever it drives.
+
+    A plant may have a property ``at_rest: bool``, true when stepping it without PWM would change nothing; the simulated
+    brick then leaves out the milliseconds in which nothing moves. Plants without it are stepped every millisecond.
+    """
+
+    def step(self, pwm: int, brake: bool) -> int:
+        """Run one millisecond under `pwm` (-100..100 percent; `brake`: windings shorted when off).
+
+        Returns:
+            New tacho counts in this millisecond, whole degrees.
+        """
+
+
+class Update(IntFlag):
+    """What the next pass shall take over from the map (its flags byte)."""
+
+    MODE = 0x01
+    SPEED = 0x02
+    TACHO_LIMIT = 0x04
+    RESET_COUNT = 0x08
+    PID = 0x10
+    RESET_BLOCK = 0x20
+    RESET_ROTATION = 0x40
+    PENDING = 0x80
+    """Keeps the commanded run state from being overwritten."""
+
+
+COMMAND = int(Update.MODE | Update.SPEED | Update.TACHO_LIMIT)
+_RESET_COUNT, _RESET_BLOCK, _RESET_ROTATION = (
+    int(Update.RESET_COUNT),
+    int(Update.RESET_BLOCK),
+    int(Update.RESET_ROTATION),
+)
+_SPEED, _LIMIT, _MODE, _PID = int(Update.SPEED), int(Update.TACHO_LIMIT), int(Update.MODE), int(Update.PID)
+_PENDING = int(Update.PENDING)
+
+
+class Output:
+    """One output port: what was commanded, the motor's control and the plant.
+
+    Attributes:
+        control: The motor as the driver below sees it.
+        plant: What is plugged in, or None.
+        flags: `Update` bits waiting for the next pass.
+        mode: As commanded.
+        power: As commanded, percent.
+        p_gain, i_gain, d_gain: Regulator gains; in force after `Update.PID`.
+        run_state: As commanded until the next pass, then live.
+        regulation: As commanded.
+        turn: As commanded, percent.
+        tacho_limit: As commanded, degrees.
+        spare: Bytes of the map without a meaning.
+    """
+
+    __slots__ = (
+        "control",
+        "d_gain",
+        "flags",
+        "i_gain",
+        "mode",
+        "p_gain",
+        "plant",
+        "power",
+        "regulation",
+        "run_state",
+        "tacho_limit",
+        "turn",
+    )
+
+    def __init__(self, control: MotorControl) -> None:
+        self.control = control
+        self.plant: MotorPlant | None = None
+        self.p_gain, self.i_gain, self.d_gain = control.gains
+        self.release()
+        self.flags = 0
+
+    def release(self) -> None:
+        """Command rest: coasting, no regulation, no limit."""
+        self.mode = self.power = self.run_state = self.regulation = self.turn = self.tacho_limit = 0
+        self.flags = COMMAND
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the next pass would change nothing here."""
+        return not self.flags and self.control.at_rest and (self.plant is None or getattr(self.plant, "at_rest", False))
+
+
+class OutputModule:
+    """Three outputs and their regulators.
+
+    Attributes:
+        due_ms: See `Module`.
+        outputs: Ports A, B, C.
+        pwm_frequency: Byte 96 of the map, kHz.
+    """
+
+    def __init__(self, now_ms: int, *, stop_all_synchronised: bool) -> None:
+        """Make the module of a brick that has just booted.
+
+        Args:
+            now_ms: The brick's time.
+            stop_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor
+                (firmware 1.29) or only the partner.
+        """
+        self.controls = [MotorControl(i, stop_all_synchronised=stop_all_synchronised) for i in range(3)]
+        for control in self.controls:
+            control.others = [other for other in self.controls if other is not control]
+        self.outputs = [Output(control) for control in self.controls]
+        self.pwm_frequency = 0
+        self.due_ms = NEVER
+        self._regulators = Regulators()
+        self._last_ms = now_ms
+
+    def wake(self) -> None:
+        """Make the next pass count: a command was given or a plant was touched."""
+        self.due_ms = self._last_ms + 1
+
+    def run(self, now_ms: int) -> None:
+        """Apply commands, regulate, hand out PWM, and let the plants move for one millisecond."""
+        slept = now_ms - self._last_ms - 1
+        if slept > 0:
+            self._account(slept)
+        self._last_ms = now_ms
+        outputs = self.outputs
+        for output in outputs:
+            if output.flags:
+                self._apply(output)
+        for control in self.controls:
+            if control.advance():
+                control.elapsed = 0
+                self._regulators.regulate(control)
+                control.delta = 0
+        awake = False
+        for output in outputs:
+            control = output.control
+            output.run_state = control.run_state
+            plant = output.plant
+            if plant is not None:
+                control.fresh = plant.step(control.actual_speed, control.brake)
+            awake = awake or not output.at_rest
+        self.due_ms = now_ms + 1 if awake else NEVER
+
+    def _account(self, passes: int) -> None:
+        """Let only the regulation timers go on: all motors were at rest."""
+        for control in self.controls:
+            elapsed = control.elapsed + passes
+            if elapsed >= PERIOD:
+                control.delta = 0
+            control.elapsed = elapsed % PERIOD
+
+    def _apply(self, output: Output) -> None:
+        """Take over what the flags announce, in the firmware's order (docs/firmware.md section 9.1)."""
+        control, flags = output.control, output.flags
+        if flags & _RESET_ROTATION:
+            control.rotation = 0
+        if flags & _RESET_COUNT:
+            control.reset_count()
+        if flags & _RESET_BLOCK:
+            control.block = 0
+        if flags & _SPEED and output.mode & MOTOR_ON:
+            control.set_motion(output.run_state, output.power, output.turn)
+        if flags & _LIMIT:
+            control.set_limit(s32(output.tacho_limit))
+        if flags & _MODE:
+            self._apply_mode(output)
+        if flags & _PID:
+            control.gains = (output.p_gain, output.i_gain, output.d_gain)
+        output.flags = 0
+
+    def _apply_mode(self, output: Output) -> None:
+        control = output.control
+        control.brake = bool(output.mode & BRAKE)
+        if not output.mode & MOTOR_ON:
+            control.set_motion(IDLE, 0, 0)
+        elif output.mode & REGULATED:
+            control.enable_regulation(output.regulation)
+            if output.regulation & SYNC and control.run_state != RAMP_DOWN:
+                self._regulators.reset()
+        else:
+            control.regulation = 0
