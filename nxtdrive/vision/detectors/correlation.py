@@ -24,7 +24,7 @@ WORK_WIDTH = 320
 """Proposals are made on a copy of the frame this wide."""
 
 LEVELS = 5
-HEIGHTS = (14, 17, 20, 24)
+HEIGHTS = (14, 18, 22)
 """Heights of the templates in pixels of a level; the next level down continues with twice the first."""
 
 FRONTAL, OBLIQUE = 1.0, 0.72
@@ -36,16 +36,20 @@ CORE = 0.6
 NEAR_LEVEL = 3
 """From this level on the core is searched for."""
 
-FAR_HEIGHT = 20
+FAR_HEIGHT = 22
 """On the full level, oblique templates start at this height: smaller ones match anything."""
 
-PROPOSE_AT = 0.45
+PROPOSE_AT = 0.5
 PROPOSALS_PER_LEVEL = 6
+
+NEIGHBOURS = np.ones((3, 3), np.uint8)
 
 CHECK_HEIGHT = 40
 FINE_HEIGHT = 80
-COARSE_SCALES = (1.0, 0.92, 1.09, 0.84, 1.19)
-FINE_SCALES = (1.0, 0.97, 1.03, 0.94, 1.06)
+COARSE = tuple((scale, scale) for scale in (1.0, 0.92, 1.09, 0.84, 1.19))
+SLANT = ((1.0, 1.0), (0.87, 1.0), (1.15, 1.0))
+FINE = tuple((scale, scale) for scale in (1.0, 0.97, 1.03, 0.94, 1.06))
+PROMISING = 0.65
 HOPELESS = 0.5
 """A proposal with a lower colour score at its own size is dropped at once."""
 
@@ -112,11 +116,17 @@ class CorrelationMatcher:
         found = []
         for number, level in enumerate(levels):
             for proposal in self._propose(level, number):
-                match = self._refine(image, proposal, CHECK_HEIGHT, COARSE_SCALES)
-                if match is not None and match.score >= self._needed(match):
-                    finer = self._refine(image, match, FINE_HEIGHT, FINE_SCALES) or match
+                match = self._check(image, proposal)
+                if match is not None:
+                    finer = self._refine(image, match, FINE_HEIGHT, FINE) or match
                     found.append(Detection(_whole(finer), min(1.0, match.score)))
         return distinct(found)
+
+    def _check(self, image: Image, proposal: _Match) -> _Match | None:
+        match = self._refine(image, proposal, CHECK_HEIGHT, COARSE)
+        if match is not None and match.score >= PROMISING:
+            match = self._refine(image, match, CHECK_HEIGHT, SLANT)
+        return match if match is not None and match.score >= _needed(match) else None
 
     def _make_templates(self) -> Iterator[_Template]:
         for part, picture in self._parts.items():
@@ -139,13 +149,15 @@ class CorrelationMatcher:
                 continue
             score = cv2.matchTemplate(level.gray, template.gray, cv2.TM_CCOEFF_NORMED)
             ys, xs = np.nonzero(score > PROPOSE_AT)
+            top = score[ys, xs] == cv2.dilate(score, NEIGHBOURS)[ys, xs]
+            ys, xs = ys[top], xs[top]
             scores.append(score[ys, xs])
             boxes.append(np.stack([xs, ys, np.full_like(xs, width), np.full_like(xs, height)], axis=1) * level.scale)
             parts.append(np.full(len(xs), template.part))
         return _peaks(np.concatenate(scores), np.concatenate(boxes), np.concatenate(parts)) if scores else []
 
-    def _refine(self, image: Image, around: _Match, check_height: int, scales: tuple[float, ...]) -> _Match | None:
-        """The best colour match over `scales` near a rectangle; None if there is none worth following."""
+    def _refine(self, image: Image, around: _Match, check_height: int, stretches: tuple[tuple[float, float], ...]) -> _Match | None:
+        """The best colour match over `stretches` (in width, in height) near a rectangle; None if there is none worth following."""
         left, top, width, height = around.rectangle
         zoom = min(1.0, check_height / height)
         margin = 0.2 * height
@@ -158,8 +170,8 @@ class CorrelationMatcher:
         else:
             zoom_x = zoom_y = 1.0
         best: _Match | None = None
-        for scale in scales:
-            across, down = max(3, round(width * zoom_x * scale)), max(3, round(height * zoom_y * scale))
+        for wider, higher in stretches:
+            across, down = max(3, round(width * zoom_x * wider)), max(3, round(height * zoom_y * higher))
             if across > patch.shape[1] or down > patch.shape[0]:
                 continue
             score, x, y = _best_place(patch, self._sized(around.part, across, down))
@@ -176,12 +188,6 @@ class CorrelationMatcher:
             self._resized[key] = _u8(cv2.resize(self._parts[part], (width, height), interpolation=cv2.INTER_AREA))
         return self._resized[key]
 
-    @staticmethod
-    def _needed(match: _Match) -> float:
-        width, height = match.rectangle[2:]
-        area = width * height * min(1.0, CHECK_HEIGHT / height) ** 2
-        return SURE + CHANCE_AREA / area + (CORE_EXTRA if match.part != 1.0 else 0.0)
-
 
 def distinct(detections: list[Detection]) -> list[Detection]:
     """The best of every group of overlapping detections, best first."""
@@ -190,6 +196,12 @@ def distinct(detections: list[Detection]) -> list[Detection]:
         if all(overlap(detection.box, other.box) < 0.3 for other in kept):
             kept.append(detection)
     return kept
+
+
+def _needed(match: _Match) -> float:
+    width, height = match.rectangle[2:]
+    area = width * height * min(1.0, CHECK_HEIGHT / height) ** 2
+    return SURE + CHANCE_AREA / area + (CORE_EXTRA if match.part != 1.0 else 0.0)
 
 
 def _peaks(

@@ -1,0 +1,140 @@
+"""Find a picture by its features: SIFT keypoints, a homography, and a look at the straightened picture.
+
+It sees what correlation misses: a picture turned in its plane, partly covered, or seen from far aside. It needs texture
+and about 55 pixels of height, and fails in blur and poor light. Measured in docs/vision.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from nxtdrive.vision.detection import Detection, Image, Quad, box_of
+
+WORK_WIDTH = 240
+"""Keypoints are sought on a copy of the frame this wide: half the cost of 320, and what is smaller is left to correlation."""
+
+REFERENCE_HEIGHTS = (64, 128, 220)
+"""The picture is learnt at these heights in pixels, because a keypoint looks different when it is seen smaller."""
+
+MAX_KEYPOINTS = 400
+RATIO = 0.75
+"""A match counts if its distance is below this share of the second best's. Source: Lowe 2004, section 7.1, has 0.8."""
+SAME_PLACE = 0.05
+"""Keypoints closer than this share of the picture are the same one, learnt at another height; they do not compete."""
+NEIGHBOURS = 4
+MIN_INLIERS = 9
+REPROJECTION_PX = 2.5
+MIN_HEIGHT_PX = 20
+STRAIGHT_HEIGHT = 40
+SURE = 0.4
+"""Colour correlation of the straightened picture: low, because a third of it may be covered."""
+
+
+@dataclass(frozen=True, slots=True)
+class Keypoints:
+    """Keypoints of a frame: positions (N, 2) in pixels of the working copy and descriptors (N, 128)."""
+
+    points: NDArray[np.float32]
+    descriptors: NDArray[np.float32]
+    scale: float
+
+
+def keypoints(image: Image) -> Keypoints:
+    """The keypoints of a BGR frame."""
+    scale = max(1.0, image.shape[1] / WORK_WIDTH)
+    size = (round(image.shape[1] / scale), round(image.shape[0] / scale))
+    gray = cv2.cvtColor(cv2.resize(image, size, interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY)
+    points, descriptors = _sift(gray)
+    return Keypoints(points, descriptors, scale)
+
+
+class FeatureMatcher:
+    """Finds one reference picture (BGR) in the keypoints of a frame."""
+
+    def __init__(self, picture: Image) -> None:
+        self._ratio = picture.shape[1] / picture.shape[0]
+        size = (max(1, round(STRAIGHT_HEIGHT * self._ratio)), STRAIGHT_HEIGHT)
+        self._small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+        found = [_reference(picture, height) for height in REFERENCE_HEIGHTS if height <= 2 * picture.shape[0]]
+        self._points = np.concatenate([points for points, _ in found])
+        self._descriptors = np.concatenate([descriptors for _, descriptors in found])
+
+    def match(self, image: Image, seen: Keypoints) -> list[Detection]:
+        """The picture in the BGR `image` with its `keypoints`: at most one detection, with its four corners."""
+        pairs = self._pairs(seen)
+        if len(pairs) < MIN_INLIERS:
+            return []
+        source = self._points[[reference for _, reference in pairs]]
+        target = seen.points[[frame for frame, _ in pairs]]
+        cv2.setRNGSeed(0)
+        homography, inliers = cv2.findHomography(source, target, cv2.USAC_MAGSAC, REPROJECTION_PX)
+        if homography is None or int(inliers.sum()) < MIN_INLIERS:
+            return []
+        corners = np.array([[(0, 0), (1, 0), (1, 1), (0, 1)]], np.float32)
+        corners = cv2.perspectiveTransform(corners, homography)[0] * seen.scale
+        if not _plausible(corners, self._ratio):
+            return []
+        score = self._resemblance(image, corners)
+        if score < SURE:
+            return []
+        quad = _quad(corners)
+        return [Detection(box_of(quad), min(1.0, score), quad)]
+
+    def _pairs(self, seen: Keypoints) -> list[tuple[int, int]]:
+        """Indices (in the frame, in the reference) of keypoints that match unambiguously."""
+        if len(seen.descriptors) == 0 or len(self._descriptors) == 0:
+            return []
+        matches = cv2.BFMatcher(cv2.NORM_L2).knnMatch(seen.descriptors, self._descriptors, k=NEIGHBOURS)
+        return [(best[0].queryIdx, best[0].trainIdx) for best in matches if self._unambiguous(best)]
+
+    def _unambiguous(self, best: Sequence[cv2.DMatch]) -> bool:
+        """Whether the best is clearly better than the first that lies elsewhere on the picture."""
+        here = self._points[best[0].trainIdx]
+        for other in best[1:]:
+            if np.abs(self._points[other.trainIdx] - here).max() > SAME_PLACE:
+                return best[0].distance < RATIO * other.distance
+        return True
+
+    def _resemblance(self, image: Image, corners: NDArray[np.float32]) -> float:
+        """Colour correlation of the straightened quad with the picture, -1..1."""
+        height, width = self._small.shape[:2]
+        straight = np.array([(0, 0), (width, 0), (width, height), (0, height)], np.float32) - 0.5
+        transform = cv2.getPerspectiveTransform((corners - 0.5).astype(np.float32), straight.astype(np.float32))
+        patch = cv2.warpPerspective(image, transform, (width, height), flags=cv2.INTER_LINEAR)
+        return float(cv2.matchTemplate(patch, self._small, cv2.TM_CCOEFF_NORMED)[0, 0])
+
+
+def _sift(gray: cv2.typing.MatLike) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Positions, measured from the corner of the image and not from the middle of its first pixel, and descriptors."""
+    found, descriptors = cv2.SIFT.create(MAX_KEYPOINTS).detectAndCompute(gray, None)
+    if descriptors is None or not found:
+        return np.empty((0, 2), np.float32), np.empty((0, 128), np.float32)
+    return cv2.KeyPoint.convert(found).astype(np.float32) + 0.5, descriptors.astype(np.float32)
+
+
+def _reference(picture: Image, height: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Keypoints of the picture at a height; positions as shares 0..1 of its width and height."""
+    width = max(1, round(height * picture.shape[1] / picture.shape[0]))
+    small = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
+    points, descriptors = _sift(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
+    return points / np.array([width, height], np.float32), descriptors
+
+
+def _plausible(corners: NDArray[np.float32], ratio: float) -> bool:
+    """Whether the quad can be the picture, seen from its front side and from at most some 70 degrees aside."""
+    if not cv2.isContourConvex(corners) or cv2.contourArea(corners, oriented=True) <= 0:
+        return False
+    top, right, bottom, left = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+    if min(left, right) < MIN_HEIGHT_PX or max(left, right) > 2 * min(left, right):
+        return False
+    return bool(0.3 * ratio < (top + bottom) / (left + right) < 1.4 * ratio and max(top, bottom) < 2 * min(top, bottom))
+
+
+def _quad(corners: NDArray[np.float32]) -> Quad:
+    a, b, c, d = ((float(u), float(v)) for u, v in corners)
+    return a, b, c, d

@@ -1,0 +1,54 @@
+"""Find what a photograph shows: the detector that needs no training."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.vision.detection import Detection, Image
+from nxtdrive.vision.detectors.correlation import CorrelationMatcher, distinct, pyramid
+from nxtdrive.vision.detectors.features import FeatureMatcher, keypoints
+
+SMALLEST_PX = 40
+
+
+class PictureDetector:
+    """Finds a flat picture (a print, a poster, a box) that the user has one or more photographs of.
+
+    Correlation comes first; if it sees nothing, features are tried: the two fail in opposite situations. The score is
+    the correlation in colour, 0..1, of the picture with what is seen.
+
+    Args:
+        pictures: BGR photographs of the same target, each cropped to the target, seen from the front.
+        use_features: Try features, too; without them a look takes half the time and misses turned and covered pictures.
+
+    Raises:
+        ConfigError: there is no picture, or one is too small or without any contrast.
+    """
+
+    def __init__(self, pictures: Sequence[Image], *, use_features: bool = True) -> None:
+        if not pictures:
+            raise ConfigError("The picture detector needs at least one picture.", remedy="Give it a file.")
+        for picture in pictures:
+            _check(picture)
+        self._correlation = [CorrelationMatcher(picture) for picture in pictures]
+        self._features = [FeatureMatcher(picture) for picture in pictures] if use_features else []
+
+    def detect(self, image: Image) -> list[Detection]:
+        """All places where the picture is seen, best first."""
+        levels = pyramid(image)
+        found = [detection for matcher in self._correlation for detection in matcher.match(image, levels)]
+        if not found and self._features:
+            seen = keypoints(image)
+            found = [detection for matcher in self._features for detection in matcher.match(image, seen)]
+        return distinct(found)
+
+
+def _check(picture: Image) -> None:
+    height, width = picture.shape[:2]
+    if min(height, width) < SMALLEST_PX:
+        raise ConfigError(
+            f"The picture is only {width}x{height} pixels.", remedy=f"Use one of at least {SMALLEST_PX} pixels each way."
+        )
+    if float(picture.std()) < 1.0:
+        raise ConfigError("The picture is of a single colour.", remedy="Use the color detector for this target.")
