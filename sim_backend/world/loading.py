@@ -1,0 +1,151 @@
+"""Reading a world file, with every mistake in it said at once."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from firmware_protocol.errors import ConfigError
+from sim_backend.world.world_file import WorldFile
+
+BUNDLED = Path(__file__).parent.parent / "worlds"
+"""Where the worlds that come with the simulation are."""
+
+
+def load_world(source: str | Path) -> WorldFile:
+    """The world in a file.
+
+    Args:
+        source: Path of a TOML file, or the name of a bundled world, with or without ".toml".
+
+    Raises:
+        ConfigError: There is no such file, or it has mistakes; the message lists all of them.
+    """
+    path = _find(Path(source))
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path} is not TOML: {error}.") from error
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be read: {error.strerror}.") from error
+    return parse_world(tables, path)
+
+
+def parse_world(tables: Mapping[str, Any], path: Path) -> WorldFile:
+    """The world in the parsed tables of a TOML file.
+
+    Args:
+        tables: As `tomllib` returns them.
+        path: The file, for messages and for the pictures beside it.
+
+    Raises:
+        ConfigError: The tables have mistakes; the message lists all of them.
+    """
+    try:
+        world = WorldFile.model_validate(tables)
+    except ValidationError as error:
+        raise _mistakes(path, list(map(_sentence, error.errors(include_url=False)))) from None
+    mistakes = [*_wrong_names(world), *_wrong_places(world), *_missing_images(world, path.parent)]
+    if mistakes:
+        raise _mistakes(path, mistakes)
+    return _with_image_paths(world, path.parent)
+
+
+def _find(path: Path) -> Path:
+    for candidate in (path, BUNDLED / path.name, BUNDLED / f"{path.name}.toml"):
+        if candidate.is_file():
+            return candidate
+    names = ", ".join(sorted(entry.stem for entry in BUNDLED.glob("*.toml")))
+    raise ConfigError(f"there is no world file {path}.", remedy=f"Give a path, or one of: {names}.")
+
+
+def _mistakes(path: Path, mistakes: list[str]) -> ConfigError:
+    count = "1 mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
+    return ConfigError("\n  ".join([f"{path} has {count}:", *mistakes]))
+
+
+def _sentence(error: Any) -> str:
+    location: tuple[str | int, ...] = error["loc"]
+    path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location).lstrip(".")
+    if error["type"] == "extra_forbidden":
+        known = list(_model_at(location[:-1]).model_fields)
+        near = difflib.get_close_matches(str(location[-1]), known, n=1)
+        hint = f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"
+        return f"{path}: there is no such key; {hint}"
+    if error["type"] == "missing":
+        return f"{path}: is missing"
+    if error["type"] == "value_error":
+        return f"{path}: {error['ctx']['error']}"
+    return f"{path}: {error['msg'][0].lower()}{error['msg'][1:]}, not {error['input']!r}"
+
+
+def _model_at(location: tuple[str | int, ...]) -> type[BaseModel]:
+    model: type[BaseModel] = WorldFile
+    for part in location:
+        if isinstance(part, str):
+            annotation = model.model_fields[part].annotation
+            model = next(kind for kind in (annotation, *get_args(annotation)) if _is_model(kind))
+    return model
+
+
+def _is_model(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def _wrong_names(world: WorldFile) -> Iterator[str]:
+    for table in ("boxes", "people", "pictures", "events"):
+        names = [item.name for item in getattr(world, table)]
+        for index, name in enumerate(names):
+            if name in names[:index]:
+                yield f"{table}[{index}].name: {name!r} is taken already"
+    things = [item.name for item in (*world.boxes, *world.people, *world.pictures)]
+    people, boxes, pictures, events = (
+        [item.name for item in group] for group in (world.people, world.boxes, world.pictures, world.events)
+    )
+    for index, event in enumerate(world.events):
+        references = {
+            "person": (event.person, people),
+            "box": (event.box, boxes),
+            "picture": (event.picture, pictures),
+            "blocks": (event.blocks, pictures),
+            "when.sees": (event.when.sees, pictures),
+            "when.of": (event.when.of, things),
+            "when.after": (event.when.after, events),
+            "when.after_end_of": (event.when.after_end_of, events),
+        }
+        for key, (name, known) in references.items():
+            if name is not None and name not in known:
+                near = difflib.get_close_matches(name, known, n=1)
+                hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known) or 'none'}"
+                yield f"events[{index}].{key}: there is no {name!r}; {hint}"
+
+
+def _wrong_places(world: WorldFile) -> Iterator[str]:
+    places = [("robot.start_mm", world.robot.start_mm)]
+    places += [(f"boxes[{index}].at_mm", box.at_mm) for index, box in enumerate(world.boxes)]
+    places += [(f"pictures[{index}].at_mm", picture.at_mm) for index, picture in enumerate(world.pictures)]
+    places += [(f"people[{index}].enters_from_mm", person.enters_from_mm) for index, person in enumerate(world.people)]
+    places += [(f"events[{index}].to_mm", event.to_mm) for index, event in enumerate(world.events) if event.to_mm]
+    width, depth = world.floor.size_mm
+    for key, (x, y) in places:
+        if not (0 <= x <= width and 0 <= y <= depth):
+            yield f"{key}: ({x:g}, {y:g}) is outside the floor of {width:g} x {depth:g} mm"
+
+
+def _missing_images(world: WorldFile, folder: Path) -> Iterator[str]:
+    for index, picture in enumerate(world.pictures):
+        if picture.file is not None and not (folder / picture.file).is_file():
+            yield f"pictures[{index}].file: there is no file {folder / picture.file}"
+
+
+def _with_image_paths(world: WorldFile, folder: Path) -> WorldFile:
+    pictures = tuple(
+        picture if picture.file is None else picture.model_copy(update={"file": folder / picture.file})
+        for picture in world.pictures
+    )
+    return world.model_copy(update={"pictures": pictures})

@@ -1,0 +1,146 @@
+"""The robot's body: two driven wheels under a disc that walls, boxes and people stop."""
+
+from __future__ import annotations
+
+import math
+from random import Random
+
+import pymunk
+
+from sim_backend.world.motor import WheelMotor
+from sim_backend.world.world_file import Robot
+
+GRAVITY_MM_S2 = 9810.0
+DRIVEN_SHARE = 0.8
+"""Part of the weight that rests on the driven wheels; the caster carries the rest."""
+BUMPER_DEG = 45.0
+"""A contact within this angle of the front presses the bumper."""
+SLIP_MM_S = 5.0
+"""Less difference than this between wheel and floor is rolling."""
+REST_MM_S = 0.05
+ROBOT_GROUP = 1
+"""Shapes of this pymunk filter group belong to the robot; its own rays pass through them."""
+
+
+class RobotBody:
+    """The robot in the physics of the floor.
+
+    The wheels ask for a motion, friction between tyres and floor carries it out as far as it can, and contacts resist.
+    The wheels' motors then learn what the floor did.
+
+    Args:
+        space: Where it moves; millimetres, kilograms and seconds.
+        robot: Its figures.
+        random: Draws the slip of the wheels.
+
+    Attributes:
+        left: Left wheel and motor.
+        right: Right wheel and motor.
+        contact_bearings_deg: Where something touches the body, relative to its front, positive right.
+    """
+
+    def __init__(self, space: pymunk.Space, robot: Robot, random: Random) -> None:
+        self._robot, self._random = robot, random
+        mismatch = robot.motor_mismatch_percent / 200.0
+        self.left = WheelMotor(robot.battery_mv, 1.0 - mismatch)
+        self.right = WheelMotor(robot.battery_mv, 1.0 + mismatch)
+        self.contact_bearings_deg: tuple[float, ...] = ()
+        self._mm_per_deg = math.pi * robot.wheel_diameter_mm / 360.0
+        self._angles = (0.0, 0.0)
+        self._asked = (0.0, 0.0)
+        self.body = pymunk.Body(robot.mass_kg, pymunk.moment_for_circle(robot.mass_kg, 0, robot.radius_mm))
+        self.body.position = robot.start_mm
+        self.body.angle = math.radians(robot.heading_deg)
+        shape = pymunk.Circle(self.body, robot.radius_mm)
+        shape.friction = 0.3
+        shape.filter = pymunk.ShapeFilter(group=ROBOT_GROUP)
+        self._wheels = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+        space.add(self.body, shape, *self._traction())
+
+    def _traction(self) -> tuple[pymunk.Constraint, ...]:
+        """Friction that pulls the body along with the wheels, and no harder than the tyres can."""
+        grip = self._robot.grip * self._robot.mass_kg * DRIVEN_SHARE * GRAVITY_MM_S2
+        drive = pymunk.PivotJoint(self._wheels, self.body, (0, 0), (0, 0))
+        turn = pymunk.GearJoint(self._wheels, self.body, 0.0, 1.0)
+        drive.max_bias = turn.max_bias = 0.0
+        drive.max_force, turn.max_force = grip, grip * self._robot.track_mm / 2
+        self._slip_torque_nm = grip / 2 * self._robot.wheel_diameter_mm / 2 * 1e-6
+        return drive, turn
+
+    @property
+    def x_mm(self) -> float:
+        """Middle of the axle on the map."""
+        return float(self.body.position.x)
+
+    @property
+    def y_mm(self) -> float:
+        """Middle of the axle on the map."""
+        return float(self.body.position.y)
+
+    @property
+    def heading_deg(self) -> float:
+        """Direction of the front, clockwise from +x, not wrapped."""
+        return math.degrees(self.body.angle)
+
+    @property
+    def turn_rate_deg_s(self) -> float:
+        """Clockwise."""
+        return math.degrees(self.body.angular_velocity)
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether neither wheels nor body move."""
+        return self.left.at_rest and self.right.at_rest and self._asked == (0.0, 0.0) and not any(self.body.velocity)
+
+    @property
+    def bumper_pressed(self) -> bool:
+        """Whether something touches the front."""
+        return any(abs(bearing) <= BUMPER_DEG for bearing in self.contact_bearings_deg)
+
+    def drive(self, duration_s: float) -> None:
+        """Let the wheels ask for the motion they made in the last `duration_s`."""
+        left = self._wheel_speed(self.left, self._angles[0], duration_s)
+        right = self._wheel_speed(self.right, self._angles[1], duration_s)
+        self._angles = (self.left.angle, self.right.angle)
+        slip = self._robot.slip
+        forward = (left + right) / 2 * (1.0 - slip.distance_percent / 100.0)
+        turning = (left - right) / self._robot.track_mm * (1.0 - slip.turn_percent / 100.0)
+        turning += math.radians(slip.veer_deg_per_m) * forward / 1000.0
+        half_turn = turning * self._robot.track_mm / 2
+        self._asked = (forward + half_turn, forward - half_turn)
+        heading = self.body.angle + turning * duration_s / 2
+        self._wheels.velocity = (forward * math.cos(heading), forward * math.sin(heading))
+        self._wheels.angular_velocity = turning
+
+    def _wheel_speed(self, motor: WheelMotor, angle: float, duration_s: float) -> float:
+        """What the wheel asks for, mm/s: the way it rolled, or under load the speed it strives for."""
+        speed = motor.free_speed if motor.gripped else (motor.angle - angle) / duration_s
+        jitter = self._robot.slip.jitter_percent
+        if speed and jitter:
+            speed *= 1.0 + self._random.gauss(0.0, jitter / 100.0)
+        return speed * self._mm_per_deg
+
+    def settle(self) -> None:
+        """After the physics moved the body: note the contacts and tell the motors what the floor did."""
+        velocity, angle = self.body.velocity, self.body.angle
+        forward = velocity.x * math.cos(angle) + velocity.y * math.sin(angle)
+        half_turn = self.body.angular_velocity * self._robot.track_mm / 2
+        self._load(self.left, self._asked[0], forward + half_turn)
+        self._load(self.right, self._asked[1], forward - half_turn)
+        if self._asked == (0.0, 0.0) and abs(velocity.x) + abs(velocity.y) + abs(half_turn) < REST_MM_S:
+            self.body.velocity, self.body.angular_velocity = (0.0, 0.0), 0.0
+        contacts: list[float] = []
+        self.body.each_arbiter(self._note_contact, contacts)
+        self.contact_bearings_deg = tuple(contacts)
+
+    def _load(self, motor: WheelMotor, asked_mm_s: float, ground_mm_s: float) -> None:
+        if abs(asked_mm_s - ground_mm_s) > SLIP_MM_S:
+            motor.grip(ground_mm_s / self._mm_per_deg, self._slip_torque_nm)
+        else:
+            motor.roll_freely()
+
+    def _note_contact(self, arbiter: pymunk.Arbiter, contacts: list[float]) -> None:
+        for point in arbiter.contact_point_set.points:
+            offset = point.point_a - self.body.position
+            bearing = math.degrees(math.atan2(offset.y, offset.x)) - self.heading_deg
+            contacts.append((bearing + 180.0) % 360.0 - 180.0)

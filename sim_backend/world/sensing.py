@@ -1,0 +1,139 @@
+"""What the robot's sensors could perceive of the floor: echoes, and lines of sight."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from random import Random
+
+import pymunk
+
+from sim_backend.camera.scene import Viewpoint
+from sim_backend.world.robot import ROBOT_GROUP, RobotBody
+from sim_backend.world.things import PictureThing
+from sim_backend.world.world_file import Ultrasonic
+
+CONE_DEG = 15.0
+"""Half the angle of the ultrasonic beam."""
+RAYS = 7
+NEAREST_MM, FARTHEST_MM = 30.0, 2550.0
+"""Range of the ultrasonic sensor; 255 cm is its word for "no echo". Source: LEGO's hardware developer kit."""
+VIEW_RANGE_MM = 3000.0
+"""Farther pictures do not count as seen. Source: docs/vision.md, A4 at 320 x 240."""
+VIEW_ANGLE_DEG = 55.0
+"""Nor do pictures seen from further than this from their normal."""
+
+_NOT_ROBOT = pymunk.ShapeFilter(group=ROBOT_GROUP)
+
+
+class UltrasonicBeam:
+    """The ultrasonic sensor's view: the nearest echo in a cone.
+
+    Args:
+        space: What reflects.
+        sensor: Its figures.
+        robot: What carries it.
+        heights_mm: Height of every shape; lower ones than the sensor pass under the beam.
+        random: Draws noise and missing echoes.
+    """
+
+    def __init__(
+        self,
+        space: pymunk.Space,
+        sensor: Ultrasonic,
+        robot: RobotBody,
+        heights_mm: Mapping[pymunk.Shape, float],
+        random: Random,
+    ) -> None:
+        self._space, self._sensor, self._robot, self._heights_mm = space, sensor, robot, heights_mm
+        self._random = random
+
+    def distance_cm(self) -> int | None:
+        """A new reading in whole centimetres, 3..254, or None without an echo."""
+        distance_mm = self._nearest_mm()
+        if distance_mm is None or self._random.random() < self._sensor.dropout:
+            return None
+        distance_mm = max(NEAREST_MM, distance_mm + self._random.gauss(0.0, self._sensor.noise_mm))
+        return round(distance_mm / 10.0) if distance_mm < FARTHEST_MM - 5.0 else None
+
+    def _nearest_mm(self) -> float | None:
+        heading = self._robot.heading_deg
+        angles = (heading - CONE_DEG + 2 * CONE_DEG * ray / (RAYS - 1) for ray in range(RAYS))
+        echoes = [echo for angle in angles if (echo := self._echo_mm(math.radians(angle))) is not None]
+        return min(echoes, default=None)
+
+    def _echo_mm(self, angle: float) -> float | None:
+        heading = math.radians(self._robot.heading_deg)
+        x = self._robot.x_mm + self._sensor.forward_mm * math.cos(heading)
+        y = self._robot.y_mm + self._sensor.forward_mm * math.sin(heading)
+        direction = (math.cos(angle), math.sin(angle))
+        end = (x + FARTHEST_MM * direction[0], y + FARTHEST_MM * direction[1])
+        for hit in _hits(self._space, (x, y), end):
+            if hit.shape is None or self._heights_mm[hit.shape] < self._sensor.height_mm:
+                continue
+            cosine = -(hit.normal.x * direction[0] + hit.normal.y * direction[1])
+            returns = cosine >= math.cos(math.radians(self._sensor.max_incidence_deg))
+            return hit.alpha * FARTHEST_MM if returns else None
+        return None
+
+
+def in_view(
+    space: pymunk.Space,
+    picture: PictureThing,
+    viewpoint: Viewpoint,
+    hfov_deg: float,
+    heights_mm: Mapping[pymunk.Shape, float],
+) -> bool:
+    """Whether a camera could recognise a picture: present, in front, near enough, not too oblique, and not hidden.
+
+    Args:
+        space: What may hide it.
+        picture: The picture.
+        viewpoint: Where the lens is.
+        hfov_deg: Horizontal angle of view; all of the picture's middle half must be inside.
+        heights_mm: Height of every shape.
+    """
+    if not picture.present:
+        return False
+    eye, middle = (viewpoint.x_mm, viewpoint.y_mm), picture.at_mm
+    if math.dist(eye, middle) > VIEW_RANGE_MM:
+        return False
+    back = _bearing_deg(middle, eye)
+    if abs(_wrapped(back - picture.facing_deg)) > VIEW_ANGLE_DEG:
+        return False
+    points = picture.edge_points()
+    if any(abs(_wrapped(_bearing_deg(eye, point) - viewpoint.heading_deg)) > hfov_deg / 2 for point in points):
+        return False
+    return not any(_hidden(space, eye, viewpoint.height_mm, point, picture, heights_mm) for point in points)
+
+
+def _hidden(
+    space: pymunk.Space,
+    eye: tuple[float, float],
+    eye_height_mm: float,
+    point: tuple[float, float],
+    picture: PictureThing,
+    heights_mm: Mapping[pymunk.Shape, float],
+) -> bool:
+    for hit in _hits(space, eye, point):
+        if hit.shape is None or hit.shape in picture.shapes:
+            continue
+        sight_line_mm = eye_height_mm + (picture.centre_height_mm - eye_height_mm) * hit.alpha
+        if heights_mm[hit.shape] > sight_line_mm:
+            return True
+    return False
+
+
+def _hits(
+    space: pymunk.Space, start: tuple[float, float], end: tuple[float, float]
+) -> Iterable[pymunk.SegmentQueryInfo]:
+    """Everything but the robot between two points, nearest first."""
+    return sorted(space.segment_query(start, end, 0.0, _NOT_ROBOT), key=lambda hit: hit.alpha)
+
+
+def _bearing_deg(start: tuple[float, float], end: tuple[float, float]) -> float:
+    return math.degrees(math.atan2(end[1] - start[1], end[0] - start[0]))
+
+
+def _wrapped(angle_deg: float) -> float:
+    return (angle_deg + 180.0) % 360.0 - 180.0

@@ -1,0 +1,232 @@
+"""What stands on the floor: walls, boxes and pictures, as obstacles for the body and as panels for the camera."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import pymunk
+
+from sim_backend.camera.scene import Panel, picture_panel, standing_panels
+from sim_backend.world.robot import GRAVITY_MM_S2
+from sim_backend.world.world_file import Box, Floor, Picture, Point, Wall
+
+STAND_THICKNESS_MM = 10.0
+BOX_FRICTION = 0.4
+"""Coefficient of friction between a box and the floor."""
+
+
+class Thing(Protocol):
+    """Something that can be seen and run into.
+
+    Attributes:
+        name: As in the world file.
+        height_mm: Top edge above the floor.
+        present: Whether it is there now.
+        shapes: Its outline in the physics.
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def height_mm(self) -> float: ...
+    @property
+    def present(self) -> bool: ...
+    @property
+    def shapes(self) -> tuple[pymunk.Shape, ...]: ...
+
+    @property
+    def at_mm(self) -> Point:
+        """Its middle on the map."""
+        ...
+
+    def panels(self) -> list[Panel]:
+        """What the camera sees of it; nothing when absent."""
+        ...
+
+
+class WallThing:
+    """A wall; it stays where it is."""
+
+    present = True
+
+    def __init__(self, space: pymunk.Space, wall: Wall) -> None:
+        self.name, self.height_mm, self._wall = "wall", wall.height_mm, wall
+        segment = pymunk.Segment(space.static_body, wall.from_mm, wall.to_mm, wall.thickness_mm / 2)
+        segment.friction = 0.5
+        self.shapes = (segment,)
+        space.add(segment)
+
+    @property
+    def at_mm(self) -> Point:
+        """The wall's middle."""
+        (x0, y0), (x1, y1) = self._wall.from_mm, self._wall.to_mm
+        return (x0 + x1) / 2, (y0 + y1) / 2
+
+    def panels(self) -> list[Panel]:
+        """Four upright sides."""
+        (x0, y0), (x1, y1) = self._wall.from_mm, self._wall.to_mm
+        length = math.hypot(x1 - x0, y1 - y0)
+        corners = _corners(self.at_mm, (length, self._wall.thickness_mm), math.atan2(y1 - y0, x1 - x0))
+        return standing_panels(corners, self.height_mm, self._wall.texture)
+
+
+class RoomThing:
+    """The four walls around the floor, thick outwards and seen from inside."""
+
+    THICKNESS_MM = 200.0
+    present = True
+
+    def __init__(self, space: pymunk.Space, floor: Floor) -> None:
+        self.name, self.height_mm, self._floor = "room", floor.wall_height_mm, floor
+        half = self.THICKNESS_MM / 2
+        width, depth = floor.size_mm
+        centre_lines = _loop(
+            [(-half, -half), (width + half, -half), (width + half, depth + half), (-half, depth + half)]
+        )
+        self.shapes = tuple(pymunk.Segment(space.static_body, start, end, half) for start, end in centre_lines)
+        for shape in self.shapes:
+            shape.friction = 0.5
+        space.add(*self.shapes)
+
+    @property
+    def at_mm(self) -> Point:
+        """The room's middle."""
+        return self._floor.size_mm[0] / 2, self._floor.size_mm[1] / 2
+
+    def panels(self) -> list[Panel]:
+        """Four upright sides, fronts inwards."""
+        width, depth = self._floor.size_mm
+        corners = [(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)]
+        return [
+            Panel(x0, y0, x1, y1, 0.0, self.height_mm, self._floor.wall_texture)
+            for (x0, y0), (x1, y1) in _loop(corners)
+        ]
+
+
+class _Placed:
+    """Something on a body of its own that events may move, take away and bring back."""
+
+    def __init__(self, space: pymunk.Space, body: pymunk.Body, shape: pymunk.Shape, *, present: bool) -> None:
+        self._space, self._body = space, body
+        shape.friction = 0.4
+        self.shapes: tuple[pymunk.Shape, ...] = (shape,)
+        self.present = False
+        self._attached: tuple[pymunk.Constraint, ...] = ()
+        self._show(present)
+
+    @property
+    def at_mm(self) -> Point:
+        """Its middle on the map."""
+        return float(self._body.position.x), float(self._body.position.y)
+
+    @property
+    def facing_deg(self) -> float:
+        """Direction of its front."""
+        return math.degrees(self._body.angle)
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing pushes it along."""
+        return not self.present or (self._body.velocity.length < 0.05 and abs(self._body.angular_velocity) < 1e-3)
+
+    def place(self, at_mm: Point | None, facing_deg: float | None, *, present: bool) -> None:
+        """Put it somewhere else, take it away or bring it back; None keeps place or facing."""
+        self._show(False)
+        if at_mm is not None:
+            self._body.position = at_mm
+        if facing_deg is not None:
+            self._body.angle = math.radians(facing_deg)
+        self._body.velocity, self._body.angular_velocity = (0.0, 0.0), 0.0
+        self._show(present)
+
+    def _show(self, present: bool) -> None:
+        members = (self._body, *self.shapes, *self._attached)
+        if present and not self.present:
+            self._space.add(*members)
+        elif self.present and not present:
+            self._space.remove(*members)
+        self.present = present
+
+
+class BoxThing(_Placed):
+    """A box; with a mass it can be pushed and rubs on the floor.
+
+    Attributes:
+        movable: Whether the robot can push it.
+    """
+
+    def __init__(self, space: pymunk.Space, box: Box) -> None:
+        self.name, self.height_mm, self._box = box.name, box.height_mm, box
+        if box.mass_kg is None:
+            body = pymunk.Body(body_type=pymunk.Body.STATIC)
+        else:
+            body = pymunk.Body(box.mass_kg, pymunk.moment_for_box(box.mass_kg, box.size_mm))
+        body.position, body.angle = box.at_mm, math.radians(box.facing_deg)
+        super().__init__(space, body, pymunk.Poly.create_box(body, box.size_mm), present=False)
+        self.movable = box.mass_kg is not None
+        if box.mass_kg is not None:
+            self._attached = _friction(space.static_body, body, box.mass_kg, max(box.size_mm))
+        self._show(box.present)
+
+    def panels(self) -> list[Panel]:
+        """Four upright sides."""
+        if not self.present:
+            return []
+        corners = _corners(self.at_mm, self._box.size_mm, self._body.angle)
+        return standing_panels(corners, self.height_mm, self._box.texture)
+
+
+class PictureThing(_Placed):
+    """A picture on a stand."""
+
+    def __init__(self, space: pymunk.Space, picture: Picture) -> None:
+        self.name, self._picture = picture.name, picture
+        self.width_mm, self._print_height_mm = picture.size_mm
+        self.bottom_mm = picture.centre_height_mm - self._print_height_mm / 2
+        self.height_mm = self.bottom_mm + self._print_height_mm
+        self.centre_height_mm = picture.centre_height_mm
+        body = pymunk.Body(body_type=pymunk.Body.STATIC)
+        body.position, body.angle = picture.at_mm, math.radians(picture.facing_deg)
+        board = pymunk.Poly.create_box(body, (STAND_THICKNESS_MM, self.width_mm))
+        super().__init__(space, body, board, present=picture.present)
+
+    @property
+    def texture(self) -> str:
+        """Its name in the texture library, or the path of its file."""
+        return self.name if self._picture.file is None else str(self._picture.file)
+
+    def edge_points(self) -> tuple[Point, Point, Point]:
+        """Left quarter, middle and right quarter of the picture."""
+        (x, y), facing = self.at_mm, self._body.angle
+        across_x, across_y = -math.sin(facing) * self.width_mm / 4, math.cos(facing) * self.width_mm / 4
+        return (x - across_x, y - across_y), (x, y), (x + across_x, y + across_y)
+
+    def panels(self) -> list[Panel]:
+        """The print, with a plain back."""
+        if not self.present:
+            return []
+        x, y = self.at_mm
+        size = {"width_mm": self.width_mm, "height_mm": self._print_height_mm, "bottom_mm": self.bottom_mm}
+        return [picture_panel(self.texture, x, y, self.facing_deg, **size)]
+
+
+def _friction(floor: pymunk.Body, body: pymunk.Body, mass_kg: float, size_mm: float) -> tuple[pymunk.Constraint, ...]:
+    force = BOX_FRICTION * mass_kg * GRAVITY_MM_S2
+    slide = pymunk.PivotJoint(floor, body, (0, 0), (0, 0))
+    twist = pymunk.GearJoint(floor, body, 0.0, 1.0)
+    slide.max_bias = twist.max_bias = 0.0
+    slide.max_force, twist.max_force = force, force * size_mm / 3
+    return slide, twist
+
+
+def _corners(middle: Point, size: tuple[float, float], angle: float) -> list[Point]:
+    """Corners of a rectangle, `size` along and across `angle` (radians), clockwise."""
+    along, across = size[0] / 2, size[1] / 2
+    cos, sin = math.cos(angle), math.sin(angle)
+    offsets = ((along, -across), (along, across), (-along, across), (-along, -across))
+    return [(middle[0] + a * cos - b * sin, middle[1] + a * sin + b * cos) for a, b in offsets]
+
+
+def _loop(corners: list[Point]) -> list[tuple[Point, Point]]:
+    return list(zip(corners, [*corners[1:], corners[0]], strict=True))

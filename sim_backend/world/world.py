@@ -1,0 +1,146 @@
+"""The world of the simulated robot: a floor, what stands and walks on it, and what happens."""
+
+from __future__ import annotations
+
+import math
+from random import Random
+
+import pymunk
+
+from sim_backend.camera.scene import Panel, Viewpoint
+from sim_backend.world.people import PersonThing
+from sim_backend.world.robot import RobotBody
+from sim_backend.world.sensing import UltrasonicBeam, in_view
+from sim_backend.world.story import INTERVAL_MS, Story
+from sim_backend.world.things import BoxThing, PictureThing, RoomThing, Thing, WallThing
+from sim_backend.world.world_file import Event, Point, WorldFile
+
+STEP_MS = 10
+_STEP_S = STEP_MS / 1000.0
+
+
+class World:
+    """The state of a world, stepped every `STEP_MS`.
+
+    Args:
+        file: What the world consists of.
+        seed: Seeds everything that is drawn: slip, sensor noise, durations of events.
+
+    Attributes:
+        file: As given.
+        now_ms: Time since the start; a multiple of `STEP_MS`.
+        robot: The robot's body.
+        boxes: By name.
+        pictures: By name.
+        people: By name.
+        story: The events.
+        ultrasonic: The ultrasonic sensor.
+        contact_count: How often the robot has run into something or was run into.
+    """
+
+    def __init__(self, file: WorldFile, seed: int = 0) -> None:
+        self.file = file
+        self.now_ms = 0
+        self.contact_count = 0
+        self._space = space = pymunk.Space()
+        # a stream of its own for each purpose: reading a sensor must not change how the wheels slip
+        self.robot = RobotBody(space, file.robot, Random(f"{seed}/wheels"))
+        self.boxes = {box.name: BoxThing(space, box) for box in file.boxes}
+        self.pictures = {picture.name: PictureThing(space, picture) for picture in file.pictures}
+        self.people = {person.name: PersonThing(space, person) for person in file.people}
+        walls = [RoomThing(space, file.floor), *(WallThing(space, wall) for wall in file.walls)]
+        self._things: dict[str, BoxThing | PictureThing | PersonThing] = {**self.boxes, **self.pictures, **self.people}
+        everything: list[Thing] = [*walls, *self._things.values()]
+        self._heights_mm = {shape: thing.height_mm for thing in everything for shape in thing.shapes}
+        self.ultrasonic = UltrasonicBeam(
+            space, file.ultrasonic, self.robot, self._heights_mm, Random(f"{seed}/ultrasonic")
+        )
+        self.story = Story(file.events, Random(f"{seed}/story"))
+        self._wall_panels = tuple(panel for wall in walls for panel in wall.panels())
+        self._panels: tuple[Panel, ...] | None = None
+        self._pushable = [box for box in self.boxes.values() if box.movable]
+
+    @property
+    def quiet(self) -> bool:
+        """Whether nothing moves; then only the story and the wheels can change anything."""
+        return (
+            self.robot.at_rest
+            and not any(person.walking for person in self.people.values())
+            and all(box.at_rest for box in self._pushable)
+        )
+
+    def step(self) -> None:
+        """Let `STEP_MS` pass."""
+        self.now_ms += STEP_MS
+        for person in self.people.values():
+            if person.walking:
+                robot_mm = (self.robot.x_mm, self.robot.y_mm)
+                person.walk(self.now_ms, _STEP_S, robot_mm, self.file.robot.radius_mm)
+                self._panels = None
+        touching = bool(self.robot.contact_bearings_deg)
+        self.robot.drive(_STEP_S)
+        self._space.step(_STEP_S)
+        self.robot.settle()
+        self.contact_count += bool(self.robot.contact_bearings_deg) and not touching
+        if self._pushable and not all(box.at_rest for box in self._pushable):
+            self._panels = None
+        self._tell_story()
+
+    def rest(self) -> None:
+        """Let `STEP_MS` pass while the world is `quiet`: nothing moves, but the story goes on."""
+        self.now_ms += STEP_MS
+        self._tell_story()
+
+    def _tell_story(self) -> None:
+        if self.now_ms % INTERVAL_MS == 0:
+            for person in self.people.values():
+                person.decide(self.now_ms)
+            self.story.advance(self.now_ms, self)
+
+    def panels(self) -> tuple[Panel, ...]:
+        """Everything the camera could see; the same tuple as long as nothing but the robot moves."""
+        if self._panels is None:
+            moving = (panel for thing in self._things.values() for panel in thing.panels())
+            self._panels = (*self._wall_panels, *moving)
+        return self._panels
+
+    def viewpoint(self) -> Viewpoint:
+        """Where the camera's lens is."""
+        camera, heading = self.file.camera, math.radians(self.robot.heading_deg)
+        x = self.robot.x_mm + camera.forward_mm * math.cos(heading)
+        y = self.robot.y_mm + camera.forward_mm * math.sin(heading)
+        return Viewpoint(x, y, self.robot.heading_deg, camera.height_mm)
+
+    def in_view(self, picture: str) -> bool:
+        """Whether the robot's camera could see the picture now."""
+        camera = self.file.camera
+        return in_view(self._space, self.pictures[picture], self.viewpoint(), camera.hfov_deg, self._heights_mm)
+
+    def robot_distance_mm(self, name: str) -> float:
+        """From the robot's middle to the middle of a thing."""
+        return math.dist((self.robot.x_mm, self.robot.y_mm), self._things[name].at_mm)
+
+    def perform(self, event: Event, stays_ms: int | None) -> None:
+        """Do what the event says."""
+        self._panels = None
+        if event.person is None:
+            thing = self.boxes[event.box] if event.box is not None else self.pictures[event.picture or ""]
+            thing.place(event.to_mm, event.facing_deg, present=event.present)
+        elif event.leaves:
+            self.people[event.person].leave()
+        else:
+            person = self.people[event.person]
+            person.come(event.to_mm or self._blocking_place(event, person.radius_mm), stays_ms)
+
+    def is_over(self, event: Event) -> bool:
+        """Whether the person of a performed event has gone again; other events are over at once."""
+        return event.person is None or not self.people[event.person].present
+
+    def _blocking_place(self, event: Event, person_radius_mm: float) -> Point:
+        """Between robot and picture: as near to the picture as asked, but not on the robot."""
+        x, y = self.pictures[event.blocks or ""].at_mm
+        way_x, way_y = self.robot.x_mm - x, self.robot.y_mm - y
+        distance_mm = math.hypot(way_x, way_y)
+        room_mm = distance_mm - person_radius_mm - self.file.robot.radius_mm - 100.0
+        share = max(0.0, min(event.blocks_at_mm, room_mm)) / max(distance_mm, 1.0)
+        return x + share * way_x, y + share * way_y
