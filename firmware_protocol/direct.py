@@ -9,20 +9,26 @@ No ``from __future__ import annotations`` here: the declarations' annotations ar
 from typing import Annotated, Self
 
 from firmware_protocol.enums import InputPort, Property
+from firmware_protocol.status import Status
 from firmware_protocol.telegram import Ack, Command, Reply, direct, reply
 from firmware_protocol.wire import (
-    S8,
     S16,
-    S32,
     U8,
     U16,
     U32,
     Block,
     Bool,
+    Degrees,
+    DegreesLimit,
     FileName,
+    Hertz,
     InputPortField,
+    Milliseconds16,
+    Milliseconds32,
+    Millivolts,
     OutputModeField,
     OutputPortField,
+    Percent,
     PropertyField,
     RegulationModeField,
     RunStateField,
@@ -63,31 +69,21 @@ class PlaySoundFile(Command[Ack]):
 class PlayTone(Command[Ack]):
     """Play a tone; the firmware clamps it to 220..14080 Hz and at least 10 ms."""
 
-    frequency_hz: U16
-    duration_ms: U16
+    frequency_hz: Hertz
+    duration_ms: Milliseconds16
 
 
 @direct(0x04)
 class SetOutputState(Command[Ack]):
-    """Command one motor, or all of them with port ALL. Only the port is checked by the firmware.
-
-    Attributes:
-        port: A, B, C or ALL.
-        power: Percent, -100..100; the motor chip saturates beyond.
-        mode: Motor on, brake, regulated.
-        regulation: What to regulate; counts only with mode bit REGULATED.
-        turn_ratio: With SYNC regulation: -100..100, 50 stops the lower port's wheel, 100 turns on the spot.
-        run_state: Run, or ramp towards `power`.
-        tacho_limit: Degrees to go from the last target, 0 for no limit.
-    """
+    """Command one motor, or all of them with port ALL. Only the port is checked by the firmware."""
 
     port: OutputPortField
-    power: S8
+    power: Percent  # -100..100; the motor chip saturates beyond
     mode: OutputModeField
-    regulation: RegulationModeField
-    turn_ratio: S8
-    run_state: RunStateField
-    tacho_limit: U32
+    regulation: RegulationModeField  # counts only with mode bit REGULATED
+    turn_ratio: Percent  # for SYNC: 50 about stops the lower port's wheel, 100 turns on the spot
+    run_state: RunStateField  # run, or ramp towards `power`
+    tacho_limit: DegreesLimit  # to go from the last target, 0 for no limit
 
 
 @direct(0x05)
@@ -101,31 +97,18 @@ class SetInputMode(Command[Ack]):
 
 @reply
 class OutputState(Reply):
-    """One motor, as of the firmware's previous 1 ms pass.
+    """One motor, as of the firmware's previous 1 ms pass; power to turn ratio and the limit are as commanded."""
 
-    Attributes:
-        port: Echo of the port asked for.
-        power: As commanded, percent, -100..100 (the wire allows -128..127).
-        mode: As commanded.
-        regulation: As commanded.
-        turn_ratio: As commanded, -100..100.
-        run_state: Live.
-        tacho_limit: As commanded, degrees; 0 is no limit.
-        tacho_count: Degrees since the last motor reset (basis of the limit).
-        block_tacho_count: Degrees since the last block reset (basis of synchronisation).
-        rotation_count: Degrees since the last rotation reset; the one for odometry.
-    """
-
-    port: OutputPortField
-    power: S8
+    port: OutputPortField  # echo
+    power: Percent
     mode: OutputModeField
     regulation: RegulationModeField
-    turn_ratio: S8
-    run_state: RunStateField
-    tacho_limit: U32
-    tacho_count: S32
-    block_tacho_count: S32
-    rotation_count: S32
+    turn_ratio: Percent
+    run_state: RunStateField  # live
+    tacho_limit: DegreesLimit  # 0 is no limit
+    tacho_count: Degrees  # since the last motor reset; basis of the limit
+    block_tacho_count: Degrees  # since the last block reset; basis of synchronisation
+    rotation_count: Degrees  # since the last rotation reset; the one for odometry
 
 
 @direct(0x06)
@@ -137,29 +120,17 @@ class GetOutputState(Command[OutputState]):
 
 @reply
 class InputValues(Reply):
-    """One input port.
+    """One input port."""
 
-    Attributes:
-        port: Echo of the port asked for.
-        valid: Whether the values belong to the type set; false for 20 to 400 ms after it changed.
-        calibrated: Always false.
-        type: As commanded.
-        mode: As commanded.
-        raw: Of the converter, 0..1023.
-        normalized: 0..1023, by the sensor's type.
-        scaled: By the sensor's mode.
-        calibrated_value: Always `normalized`.
-    """
-
-    port: InputPortField
-    valid: Bool
-    calibrated: Bool
-    type: SensorTypeField
-    mode: SensorModeField
-    raw: U16
-    normalized: U16
-    scaled: S16
-    calibrated_value: S16
+    port: InputPortField  # echo
+    valid: Bool  # the values belong to the type set; false for 20 to 400 ms after it changed
+    calibrated: Bool  # always false
+    type: SensorTypeField  # as commanded
+    mode: SensorModeField  # as commanded
+    raw: U16  # of the converter, 0..1023
+    normalized: U16  # by the sensor's type, 0..1023
+    scaled: S16  # by the sensor's mode
+    calibrated_value: S16  # always `normalized`
 
 
 @direct(0x07)
@@ -178,17 +149,11 @@ class ResetInputScaledValue(Command[Ack]):
 
 @direct(0x09)
 class MessageWrite(Command[Ack]):
-    """Put a message into a mailbox of the running program; the sixth message pushes out the oldest.
+    """Put a message into a mailbox of the running program; the sixth message pushes out the oldest."""
 
-    Attributes:
-        box: 0..9 towards the program, 10..19 the program's own.
-        size: Bytes of `data`, the closing zero included, 1..59.
-        data: The message; its last byte must be zero.
-    """
-
-    box: U8
-    size: U8
-    data: Annotated[bytes, Tail(MESSAGE_LIMIT)]
+    box: U8  # 0..9 towards the program, 10..19 the program's own
+    size: U8  # bytes of `data`, the closing zero included, 1..59
+    data: Annotated[bytes, Tail(MESSAGE_LIMIT)]  # the last byte must be zero
 
     @classmethod
     def text(cls, box: int, message: str) -> Self:
@@ -207,9 +172,9 @@ class ResetMotorPosition(Command[Ack]):
 
 @reply
 class BatteryLevel(Reply):
-    """Attributes: voltage_mv: Battery voltage, refreshed every 167 ms."""
+    """`voltage_mv`: Battery voltage, refreshed every 167 ms."""
 
-    voltage_mv: U16
+    voltage_mv: Millivolts
 
 
 @direct(0x0B)
@@ -224,9 +189,9 @@ class StopSoundPlayback(Command[Ack]):
 
 @reply
 class SleepLimit(Reply):
-    """Attributes: sleep_ms: Time without a key press or KeepAlive after which the brick switches off; 0 is never."""
+    """`sleep_ms`: Time without a key press or KeepAlive after which the brick switches off; 0 is never."""
 
-    sleep_ms: U32
+    sleep_ms: Milliseconds32
 
 
 @direct(0x0D)
@@ -236,7 +201,7 @@ class KeepAlive(Command[SleepLimit]):
 
 @reply
 class LSStatus(Reply):
-    """Attributes: bytes_ready: Received bytes waiting for `LSRead`."""
+    """`bytes_ready`: Received bytes waiting for `LSRead`."""
 
     bytes_ready: U8
 
@@ -250,19 +215,12 @@ class LSGetStatus(Command[LSStatus]):
 
 @direct(0x0F)
 class LSWrite(Command[Ack]):
-    """Start an I2C transaction.
-
-    Attributes:
-        port: Must be set to LOW_SPEED or LOW_SPEED_9V for 20 ms.
-        tx_length: Bytes of `data`, 1..16.
-        rx_length: Bytes to read afterwards, 0..15 (16 are lost).
-        data: The device's 8-bit write address, then what to write.
-    """
+    """Start an I2C transaction on a port that has been LOW_SPEED or LOW_SPEED_9V for 20 ms."""
 
     port: InputPortField
-    tx_length: U8
-    rx_length: U8
-    data: Annotated[bytes, Tail(LS_LIMIT)]
+    tx_length: U8  # bytes of `data`, 1..16
+    rx_length: U8  # bytes to read afterwards, 0..15
+    data: Annotated[bytes, Tail(LS_LIMIT)]  # the device's 8-bit write address, then what to write
 
     @classmethod
     def transaction(cls, port: InputPort, tx_data: bytes, rx_length: int = 0) -> Self:
@@ -272,12 +230,7 @@ class LSWrite(Command[Ack]):
 
 @reply
 class LSData(Reply):
-    """What an I2C transaction brought.
-
-    Attributes:
-        count: Bytes that count, 0..16.
-        data: Those bytes, padded with zeros; see `received`.
-    """
+    """What an I2C transaction brought: of `data`, `count` bytes count; see `received`."""
 
     count: U8
     data: Annotated[bytes, Block(LS_LIMIT)]
@@ -297,7 +250,7 @@ class LSRead(Command[LSData]):
 
 @reply
 class CurrentProgram(Reply):
-    """Attributes: name: File name as given to `StartProgram`."""
+    """`name`: File name as given to `StartProgram`."""
 
     name: FileName
 
@@ -309,16 +262,10 @@ class GetCurrentProgramName(Command[CurrentProgram]):
 
 @reply
 class MailboxMessage(Reply):
-    """A message out of a mailbox.
+    """A message out of a mailbox; see `text`."""
 
-    Attributes:
-        local_box: Echo of the request's.
-        size: Bytes that count, the closing zero included; 0 if there is none.
-        data: Those bytes, padded with zeros; see `text`.
-    """
-
-    local_box: U8
-    size: U8
+    local_box: U8  # echo
+    size: U8  # bytes of `data` that count, the closing zero included; 0 if there is no message
     data: Annotated[bytes, Block(MESSAGE_LIMIT)]
 
     @property
@@ -329,17 +276,11 @@ class MailboxMessage(Reply):
 
 @direct(0x13)
 class MessageRead(Command[MailboxMessage]):
-    """Fetch a message the running program has sent.
+    """Fetch a message the running program has sent."""
 
-    Attributes:
-        remote_box: Mailbox on the brick, 0..19.
-        local_box: Where the reader will put it; only echoed.
-        remove: False leaves the message in its box.
-    """
-
-    remote_box: U8
-    local_box: U8
-    remove: Bool
+    remote_box: U8  # on the brick, 0..19
+    local_box: U8  # where the reader will put it; only echoed
+    remove: Bool  # false leaves the message in its box
 
 
 @reply
@@ -366,7 +307,7 @@ class DatalogSetTimes(Command[Ack]):
 
 @reply
 class BluetoothCount(Reply):
-    """Attributes: count: Entries of the table asked for."""
+    """`count`: Entries of the table asked for."""
 
     count: U8
 
@@ -403,17 +344,12 @@ class GetBluetoothConnectionName(Command[BluetoothName]):
     index: U8
 
 
-@direct(0x1F, firmware_1_05=False)
+@direct(0x1F, success=(Status.OK, Status.IN_PROGRESS), firmware_1_05=False)
 class SetProperty(Command[Ack]):
-    """Change a setting; lost at power-off.
-
-    Attributes:
-        property: Which one; others than the three known are answered with UNKNOWN_OPCODE.
-        value: One byte; for SLEEP_TIME four.
-    """
+    """Change a setting until power-off; unknown ones are answered with UNKNOWN_OPCODE."""
 
     property: PropertyField
-    value: Annotated[bytes, Tail(4)]
+    value: Annotated[bytes, Tail(4)]  # one byte; for SLEEP_TIME four
 
     @classmethod
     def bluetooth(cls, on: bool) -> Self:
@@ -433,7 +369,7 @@ class SetProperty(Command[Ack]):
 
 @reply
 class PropertyValue(Reply):
-    """Attributes: value: One byte; for SLEEP_TIME four, milliseconds."""
+    """`value`: One byte; for SLEEP_TIME four, milliseconds."""
 
     value: Annotated[bytes, Tail(4)]
 

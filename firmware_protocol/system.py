@@ -6,10 +6,11 @@ them) are not routed: the firmware answers them with stale bytes (section 1, fac
 No ``from __future__ import annotations`` here: the declarations' annotations are read as objects.
 """
 
-from typing import Annotated
+from typing import Annotated, Self
 
+from firmware_protocol.status import Status
 from firmware_protocol.telegram import Ack, Command, Reply, reply, system
-from firmware_protocol.wire import U8, U16, U32, Block, BrickName, FileName, ReportedName, Tail, Text
+from firmware_protocol.wire import U8, U16, U32, Block, BrickName, ByteCount, FileName, ReportedName, Tail, Text
 
 BOOT_TEXT = "Let's dance: SAMBA"
 """What `Boot` wants to hear (docs/firmware.md section 5, 0x97)."""
@@ -29,7 +30,7 @@ POLL_LIMIT = 121
 
 @reply
 class FileHandle(Reply):
-    """Attributes: handle: Number of the open file, 0..15."""
+    """`handle`: Number of the open file, 0..15."""
 
     handle: U8
 
@@ -39,7 +40,7 @@ class FileOpened(Reply):
     """An open file and its size in bytes: the only reliable word on how much there is to read."""
 
     handle: U8
-    size: U32
+    size: ByteCount
 
 
 @system(0x80)
@@ -54,25 +55,19 @@ class OpenWrite(Command[FileHandle]):
     """Create a file of `size` bytes; programs (.rxe, .sys, .rtm) get one contiguous block."""
 
     name: FileName
-    size: U32
+    size: ByteCount
 
 
 @reply
 class FileData(Reply):
-    """A piece of a file.
+    """A piece of a file."""
 
-    Attributes:
-        handle: Echo.
-        size: Echo of the length asked for, *not* of what was delivered.
-        data: The piece; past the end of the file zeros.
-    """
-
-    handle: U8
-    size: U16
-    data: Annotated[bytes, Tail(FILE_READ_LIMIT)]
+    handle: U8  # echo
+    size: U16  # echo of the length asked for, *not* of what was delivered
+    data: Annotated[bytes, Tail(FILE_READ_LIMIT)]  # past the end of the file zeros
 
 
-@system(0x82)
+@system(0x82, success=(Status.OK, Status.END_OF_FILE))
 class Read(Command[FileData]):
     """Read on; END_OF_FILE comes with valid data. Over USB never ask for more than 58 bytes (section 1, fact 17)."""
 
@@ -105,7 +100,7 @@ class Close(Command[FileHandle]):
 
 @reply
 class FileDeleted(Reply):
-    """Attributes: name: As sent."""
+    """`name`: As sent."""
 
     name: FileName
 
@@ -123,7 +118,7 @@ class FileFound(Reply):
 
     handle: U8
     name: FileName
-    size: U32
+    size: ByteCount
 
 
 @system(0x86)
@@ -170,7 +165,7 @@ class OpenWriteLinear(Command[FileHandle]):
     """Create a file in one contiguous block; NO_LINEAR_SPACE if there is none."""
 
     name: FileName
-    size: U32
+    size: ByteCount
 
 
 @system(0x8B)
@@ -178,7 +173,7 @@ class OpenWriteData(Command[FileHandle]):
     """Create a data file, reserving `size` bytes; its real size is set when it is closed."""
 
     name: FileName
-    size: U32
+    size: ByteCount
 
 
 @reply
@@ -186,7 +181,7 @@ class AppendOpened(Reply):
     """A data file open for appending, and how many bytes are left in it."""
 
     handle: U8
-    remaining: U32
+    remaining: ByteCount
 
 
 @system(0x8C)
@@ -224,7 +219,7 @@ class ModuleFound(Reply):
 
 @reply
 class ModuleHandle(Reply):
-    """Attributes: handle: Always 0."""
+    """`handle`: Always 0."""
 
     handle: U8
 
@@ -252,16 +247,10 @@ class CloseModuleHandle(Command[ModuleHandle]):
 
 @reply
 class IOMapData(Reply):
-    """A piece of an IO map.
+    """A piece of an IO map."""
 
-    Attributes:
-        module_id: Echo.
-        size: Bytes that count; over USB at most 55, over Bluetooth 119.
-        data: Those bytes.
-    """
-
-    module_id: U32
-    size: U16
+    module_id: U32  # echo
+    size: U16  # of `data`: as asked for, but over USB at most 55, over Bluetooth 119
     data: Annotated[bytes, Tail(IO_MAP_READ_LIMIT)]
 
 
@@ -272,6 +261,13 @@ class IOMapRead(Command[IOMapData]):
     module_id: U32
     offset: U16
     size: U16
+
+    @classmethod
+    def reply_head(cls, request: bytes) -> bytes:
+        """See `Command.reply_head`; a length that USB would cut short is not compared."""
+        size = request[8:10]
+        module = cls.encode_reply() + request[2:6]
+        return module + size if int.from_bytes(size, "little") <= IO_MAP_READ_LIMIT_USB else module
 
 
 @reply
@@ -284,29 +280,22 @@ class IOMapWritten(Reply):
 
 @system(0x95)
 class IOMapWrite(Command[IOMapWritten]):
-    """Write a piece of a module's IO map.
-
-    Attributes:
-        module_id: Such as 0x00020001 for Output.
-        offset: First byte to write.
-        size: Bytes of `data`; `put` counts them.
-        data: At most 54 bytes over USB, 118 over Bluetooth.
-    """
+    """Write a piece of a module's IO map; see `put`."""
 
     module_id: U32
     offset: U16
-    size: U16
-    data: Annotated[bytes, Tail(IO_MAP_WRITE_LIMIT)]
+    size: U16  # bytes of `data`
+    data: Annotated[bytes, Tail(IO_MAP_WRITE_LIMIT)]  # over USB at most 54 bytes
 
     @classmethod
-    def put(cls, module_id: int, offset: int, data: bytes) -> "IOMapWrite":
+    def put(cls, module_id: int, offset: int, data: bytes) -> Self:
         """Write `data`; its length is counted here."""
         return cls(module_id, offset, len(data), data)
 
 
 @reply
 class BootAnswer(Reply):
-    """Attributes: answer: ``Yes``."""
+    """`answer`: ``Yes``."""
 
     answer: Annotated[str, Text(4)]
 
@@ -327,7 +316,7 @@ class SetBrickName(Command[Ack]):
 
 @reply
 class BluetoothAddress(Reply):
-    """Attributes: address: Six bytes and a zero."""
+    """`address`: Six bytes and a zero."""
 
     address: Annotated[bytes, Block(7)]
 
@@ -351,7 +340,7 @@ class DeviceInfo(Reply):
     name: ReportedName
     address: Annotated[bytes, Block(7)]
     link_quality: Annotated[bytes, Block(4)]
-    free_flash: U32
+    free_flash: ByteCount
 
 
 @system(0x9B)

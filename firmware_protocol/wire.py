@@ -1,18 +1,16 @@
 """Wire types: how one field of a telegram lies in the bytes.
 
-A field is declared as ``port: U8``; to a type checker that is an ``int``, and the annotation carries how it is packed.
-All integers are little-endian (docs/firmware.md section 3).
+A field is declared as ``port: U8``; to a type checker that is an ``int``, and the annotation carries how it is packed
+and, if it has one, its unit. All integers are little-endian (docs/firmware.md section 3).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from firmware_protocol.enums import (
     InputPort,
-    OpenEnum,
     OutputMode,
     OutputPort,
     Property,
@@ -23,8 +21,7 @@ from firmware_protocol.enums import (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Scalar:
+class Scalar(NamedTuple):
     """An integer of fixed size.
 
     Attributes:
@@ -37,9 +34,51 @@ class Scalar:
     minimum: int
     maximum: int
 
+    def to_wire(self, value: int) -> int:
+        """The value, if it fits.
 
-@dataclass(frozen=True, slots=True)
-class Text:
+        Raises:
+            ValueError: It does not.
+        """
+        if not (isinstance(value, int) and self.minimum <= value <= self.maximum):
+            raise ValueError(f"must be a whole number from {self.minimum} to {self.maximum}, not {value!r}")
+        return value
+
+
+class Members(dict[int, Any]):
+    """Number -> member, filled on first sight; a dict hit costs a tenth of an enum call."""
+
+    def __init__(self, enum: Callable[[int], Any]) -> None:
+        super().__init__()
+        self.enum = enum
+
+    def __missing__(self, value: int) -> Any:  # noqa: ANN401 - the member type depends on the enum
+        member = self[value] = self.enum(value)
+        return member
+
+
+class Number(NamedTuple):
+    """A scalar whose values have names.
+
+    Attributes:
+        scalar: How it is packed.
+        members: From the integer to the named (possibly unknown) member.
+    """
+
+    scalar: Scalar
+    members: Members
+
+    @property
+    def code(self) -> str:
+        """Its `struct` format."""
+        return self.scalar.code
+
+    def to_wire(self, value: int) -> int:
+        """See `Scalar.to_wire`."""
+        return self.scalar.to_wire(value)
+
+
+class Text(NamedTuple):
     """Latin-1 text in a fixed field, zero-padded.
 
     Attributes:
@@ -51,18 +90,30 @@ class Text:
     closed: bool = True
 
     @property
-    def limit(self) -> int:
-        """Most characters."""
-        return self.size - self.closed
-
-    @property
     def code(self) -> str:
         """Its `struct` format."""
         return f"{self.size}s"
 
+    def to_wire(self, value: str) -> bytes:
+        """The text as bytes, not yet padded.
 
-@dataclass(frozen=True, slots=True)
-class Block:
+        Raises:
+            ValueError: It is too long, contains a zero, or has characters beyond Latin-1.
+        """
+        limit = self.size - self.closed
+        if not isinstance(value, str) or len(value) > limit or "\0" in value:
+            raise ValueError(f"must be text of at most {limit} characters, not {value!r}")
+        try:
+            return value.encode("latin-1")
+        except UnicodeEncodeError:
+            raise ValueError(f"must be text in Latin-1 characters, not {value!r}") from None
+
+    def from_wire(self, raw: bytes) -> str:
+        """The text up to its first zero."""
+        return raw.split(b"\0", 1)[0].decode("latin-1")
+
+
+class Block(NamedTuple):
     """Raw bytes of fixed size; shorter values are zero-padded.
 
     Attributes:
@@ -76,9 +127,20 @@ class Block:
         """Its `struct` format."""
         return f"{self.size}s"
 
+    def to_wire(self, value: bytes) -> bytes:
+        """The bytes, not yet padded.
 
-@dataclass(frozen=True, slots=True)
-class Tail:
+        Raises:
+            ValueError: There are too many.
+        """
+        return _at_most(self.size, value)
+
+    def from_wire(self, raw: bytes) -> bytes:
+        """The bytes, padding included."""
+        return raw
+
+
+class Tail(NamedTuple):
     """The rest of the telegram; only allowed as the last field.
 
     Attributes:
@@ -87,49 +149,33 @@ class Tail:
 
     limit: int
 
+    def to_wire(self, value: bytes) -> bytes:
+        """The bytes.
 
-@dataclass(frozen=True, slots=True)
-class Number:
-    """A scalar whose values have names.
-
-    Attributes:
-        scalar: How it is packed.
-        convert: Turns the integer into the named (possibly unknown) member.
-    """
-
-    scalar: Scalar
-    convert: Callable[[int], Any]
-
-    @property
-    def code(self) -> str:
-        """Its `struct` format."""
-        return self.scalar.code
+        Raises:
+            ValueError: There are too many.
+        """
+        return _at_most(self.limit, value)
 
 
-class _Members(dict[int, Any]):
-    """Number -> member, filled on first sight; a dict hit costs a tenth of an enum call."""
-
-    def __init__(self, enum: Callable[[int], Any]) -> None:
-        super().__init__()
-        self._enum = enum
-
-    def __missing__(self, value: int) -> Any:  # noqa: ANN401 - the member type depends on the enum
-        member = self[value] = self._enum(value)
-        return member
+def _at_most(limit: int, value: bytes) -> bytes:
+    if not isinstance(value, bytes | bytearray | memoryview) or len(value) > limit:
+        raise ValueError(f"must be at most {limit} bytes, not {value!r}")
+    return bytes(value)
 
 
-_U8 = Scalar("B", 0, 0xFF)
+WireType = Scalar | Number | Text | Block | Tail
 
 
 def _named(enum: Callable[[int], Any]) -> Number:
-    return Number(_U8, _Members(enum).__getitem__)
+    return Number(_U8, Members(enum))
 
 
 def _truth(value: int) -> int:
     return bool(value) if value in (0, 1) else value
 
 
-WireType = Scalar | Text | Block | Tail | Number
+_U8 = Scalar("B", 0, 0xFF)
 
 U8 = Annotated[int, _U8]
 S8 = Annotated[int, Scalar("b", -0x80, 0x7F)]
@@ -137,12 +183,22 @@ U16 = Annotated[int, Scalar("H", 0, 0xFFFF)]
 S16 = Annotated[int, Scalar("h", -0x8000, 0x7FFF)]
 U32 = Annotated[int, Scalar("I", 0, 0xFFFF_FFFF)]
 S32 = Annotated[int, Scalar("i", -0x8000_0000, 0x7FFF_FFFF)]
+Bool = Annotated[bool, _named(_truth)]
+"""One byte; anything but zero is true, and a number above 1 is kept so that it can be shown."""
+
+Percent = Annotated[S8, "%"]
+Degrees = Annotated[S32, "deg"]
+DegreesLimit = Annotated[U32, "deg"]
+Milliseconds16 = Annotated[U16, "ms"]
+Milliseconds32 = Annotated[U32, "ms"]
+Millivolts = Annotated[U16, "mV"]
+Hertz = Annotated[U16, "Hz"]
+ByteCount = Annotated[U32, "bytes"]
+
 FileName = Annotated[str, Text(20)]
 BrickName = Annotated[str, Text(16)]
 """SetBrickName's field; DeviceInfo answers with 15 bytes (`ReportedName`)."""
 ReportedName = Annotated[str, Text(15, closed=False)]
-Bool = Annotated[bool, _named(_truth)]
-"""One byte; anything but zero is true, and a number above 1 is kept so that it can be shown."""
 
 InputPortField = Annotated[InputPort, _named(InputPort)]
 OutputPortField = Annotated[OutputPort, _named(OutputPort)]
