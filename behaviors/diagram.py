@@ -1,7 +1,7 @@
 """The chart as a table and as a picture, read off the class, so that neither can drift from it.
 
-The chart library's own Mermaid exporter redraws an edge at a compound's border as an edge of its first child, which is wrong
-for `suspend` and `recovery_done`; this one draws what is declared.
+The chart library's own Mermaid exporter redraws an edge at a compound's border as an edge of its first child, which is
+wrong for `suspend` and `recovery_done`; this one draws what is declared.
 """
 
 from __future__ import annotations

@@ -228,11 +228,15 @@ class MoveTo:
             return 1
         if self._count == 0:
             turned = body.turn(direction_deg)
-            self._senses.note(Kind.STEP, what="turn", stop=turned.stop, turned_deg=turned.turned_deg)
+            self._senses.note(
+                Kind.STEP, what="turn", stop=turned.stop, turned_deg=turned.turned_deg, pose=pose_values(body)
+            )
         advanced = body.straight(profile.advance_mm)
         self._watch.update(advanced.stop)
         self._count += 1
-        self._senses.note(Kind.STEP, what="advance", stop=advanced.stop, distance_mm=advanced.distance_mm)
+        self._senses.note(
+            Kind.STEP, what="advance", stop=advanced.stop, distance_mm=advanced.distance_mm, pose=pose_values(body)
+        )
         return 0
 
 
@@ -281,13 +285,18 @@ class Waiting:
 
 def note_look(senses: Senses, sighting: Sighting | None) -> None:
     """Write a look down, with where it was taken from."""
-    pose = senses.body.pose()
     senses.note(
         Kind.LOOK,
-        pose=[round(pose.x_mm, 1), round(pose.y_mm, 1), round(pose.heading_deg, 1)],
+        pose=pose_values(senses.body),
         range_mm=senses.body.range_mm(),
         sighting=None if sighting is None else sighting_values(sighting),
     )
+
+
+def pose_values(body: Body) -> list[float]:
+    """The pose as plain values: x_mm, y_mm, heading_deg."""
+    pose = body.pose()
+    return [round(pose.x_mm, 1), round(pose.y_mm, 1), round(pose.heading_deg, 1)]
 
 
 def surroundings(senses: Senses) -> dict[str, float | bool | None]:

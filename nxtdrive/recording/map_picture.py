@@ -1,0 +1,245 @@
+"""Draws ``map.png``: where the robot believes it was, what it saw and what it decided, from the journal alone.
+
+Everything is in the frame of the robot's start and as the robot knows it: the path by odometry, walls where the
+ultrasonic sensor heard an echo, targets where the camera put them. The simulation's truth is not known here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from behaviors.journal import Kind, Record
+
+Image = npt.NDArray[np.uint8]
+Point = tuple[float, float]
+Color = tuple[int, int, int]
+
+SCALE = 0.2
+"""Pixels per millimetre."""
+
+MARGIN_PX = 60
+LEGEND_PX = 250
+SMALLEST_MM = 2600.0
+"""A map shows at least so much in each direction."""
+
+INK: Color = (60, 50, 45)
+PAPER: Color = (250, 250, 248)
+GRID: Color = (228, 228, 224)
+ECHO: Color = (150, 140, 130)
+
+STATE_COLORS: dict[str, Color] = {
+    "search": (200, 130, 30),
+    "arrive": (70, 160, 40),
+    "wait": (40, 160, 230),
+    "move_to": (180, 60, 150),
+}
+"""Colour of the path in each state, blue-green-red."""
+
+TARGET_COLORS: tuple[Color, ...] = ((60, 60, 210), (30, 110, 190), (150, 120, 20), (120, 40, 120))
+
+
+@dataclass(slots=True)
+class Mark:
+    """A place where something was decided."""
+
+    where: Point
+    kind: str
+    text: str
+
+
+@dataclass(slots=True)
+class Known:
+    """What the journal knows of the arena."""
+
+    path: list[tuple[Point, str]] = field(default_factory=list)
+    echoes: list[Point] = field(default_factory=list)
+    sightings: dict[str, list[Point]] = field(default_factory=dict)
+    looks: list[tuple[Point, float]] = field(default_factory=list)
+    marks: list[Mark] = field(default_factory=list)
+
+    def points(self) -> list[Point]:
+        """Everything the map must have room for."""
+        seen = [point for points in self.sightings.values() for point in points]
+        return [(0.0, 0.0), *(point for point, _ in self.path), *self.echoes, *seen]
+
+
+def draw_map(records: Sequence[Record]) -> Image:
+    """The map of a run.
+
+    Args:
+        records: The whole journal.
+
+    Returns:
+        Shape (height, width, 3), dtype uint8, BGR.
+    """
+    known = gather(records)
+    sheet = _Sheet(known.points())
+    sheet.grid()
+    for echo in known.echoes:
+        cv2.circle(sheet.image, sheet.at(echo), 2, ECHO, -1, cv2.LINE_AA)
+    for (start, _), (end, state) in zip(known.path, known.path[1:], strict=False):
+        cv2.line(sheet.image, sheet.at(start), sheet.at(end), STATE_COLORS.get(state, INK), 3, cv2.LINE_AA)
+    for where, heading_deg in known.looks:
+        _tick(sheet, where, heading_deg)
+    for i, (target, points) in enumerate(known.sightings.items()):
+        color = TARGET_COLORS[i % len(TARGET_COLORS)]
+        for point in points:
+            cv2.circle(sheet.image, sheet.at(point), 4, color, -1, cv2.LINE_AA)
+        sheet.text(target, points[-1], color, 0.5, shift=(9, -9))
+    cv2.drawMarker(sheet.image, sheet.at((0.0, 0.0)), INK, cv2.MARKER_DIAMOND, 16, 2, cv2.LINE_AA)
+    sheet.text("start", (0.0, 0.0), INK, 0.42, shift=(10, 18))
+    _draw_marks(sheet, known.marks)
+    _legend(sheet, known, records)
+    return sheet.image
+
+
+def gather(records: Sequence[Record]) -> Known:
+    """Read what the map shows off the journal."""
+    known = Known()
+    here: Point = (0.0, 0.0)
+    for record in records:
+        pose = record.data.get("pose")
+        if isinstance(pose, list):
+            x_mm, y_mm, heading_deg = (float(value) for value in pose if isinstance(value, int | float))
+            here = (x_mm, y_mm)
+            known.path.append((here, record.state))
+            if record.kind is Kind.LOOK:
+                known.looks.append((here, heading_deg))
+                _add_look(known, record, here, heading_deg)
+        if record.kind is Kind.TRANSITION:
+            mark = _mark_of(record)
+            if mark:
+                known.marks.append(Mark(here, *mark))
+    return known
+
+
+def _add_look(known: Known, record: Record, here: Point, heading_deg: float) -> None:
+    range_mm, sighting = record.data.get("range_mm"), record.data.get("sighting")
+    if isinstance(range_mm, int | float):
+        known.echoes.append(_ahead(here, heading_deg, float(range_mm)))
+    if isinstance(sighting, dict):
+        distance_mm, bearing_deg = sighting["distance_mm"], sighting["bearing_deg"]
+        if isinstance(distance_mm, int | float) and isinstance(bearing_deg, int | float):
+            place = _ahead(here, heading_deg + float(bearing_deg), float(distance_mm))
+            known.sightings.setdefault(record.target, []).append(place)
+
+
+def _mark_of(record: Record) -> tuple[str, str] | None:
+    """Kind and text of the mark that a transition leaves on the map."""
+    entered, reason = record.data["to"], str(record.data.get("reason", "")).replace("_", " ")
+    match entered:
+        case "select":
+            return "failed", f"{record.target}: {reason}"
+        case "wait":
+            return "waited", "wait"
+        case "move_to":
+            return "moved", "move to"
+        case "reached":
+            return "reached", f"{record.target}: reached"
+        case "gave_up":
+            return "gave up", f"{record.target}: given up"
+    return None
+
+
+def _ahead(here: Point, heading_deg: float, distance_mm: float) -> Point:
+    angle = math.radians(heading_deg)
+    return here[0] + distance_mm * math.cos(angle), here[1] + distance_mm * math.sin(angle)
+
+
+class _Sheet:
+    """The paper: millimetres of the robot's frame to pixels, x forward drawn upwards, y right drawn to the right."""
+
+    def __init__(self, points: Sequence[Point]) -> None:
+        xs, ys = [point[0] for point in points], [point[1] for point in points]
+        self._x_mid, self._y_mid = (min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2
+        self.up_mm = max(SMALLEST_MM, max(xs) - min(xs))
+        self.right_mm = max(SMALLEST_MM, max(ys) - min(ys))
+        self.width = round(self.right_mm * SCALE) + 2 * MARGIN_PX
+        self.height = round(self.up_mm * SCALE) + 2 * MARGIN_PX
+        self.image: Image = np.full((self.height, self.width + LEGEND_PX, 3), PAPER, np.uint8)
+
+    def at(self, point: Point) -> tuple[int, int]:
+        """Pixel of a point."""
+        return (
+            round((point[1] - self._y_mid) * SCALE + self.width / 2),
+            round(self.height / 2 - (point[0] - self._x_mid) * SCALE),
+        )
+
+    def grid(self, step_mm: float = 500.0) -> None:
+        """Lines every half metre."""
+        left_px, top_px = self.at((self._x_mid + self.up_mm / 2, self._y_mid - self.right_mm / 2))
+        right_px, bottom_px = self.at((self._x_mid - self.up_mm / 2, self._y_mid + self.right_mm / 2))
+        for i in range(-40, 41):
+            column, row = self.at((i * step_mm, i * step_mm))
+            if left_px <= column <= right_px:
+                cv2.line(self.image, (column, top_px), (column, bottom_px), GRID, 1)
+            if top_px <= row <= bottom_px:
+                cv2.line(self.image, (left_px, row), (right_px, row), GRID, 1)
+
+    def text(self, text: str, point: Point, color: Color, size: float, shift: tuple[int, int] = (0, 0)) -> None:
+        """Text beside a point, with a halo so that it can be read over lines."""
+        column, row = self.at(point)
+        write(self.image, text, (column + shift[0], row + shift[1]), color, size)
+
+
+def write(image: Image, text: str, where: tuple[int, int], color: Color, size: float) -> None:
+    """Text with a halo of paper."""
+    for ink, width in ((PAPER, 4), (color, 1)):
+        cv2.putText(image, text, where, cv2.FONT_HERSHEY_SIMPLEX, size, ink, width, cv2.LINE_AA)
+
+
+def _tick(sheet: _Sheet, where: Point, heading_deg: float) -> None:
+    cv2.line(sheet.image, sheet.at(where), sheet.at(_ahead(where, heading_deg, 90.0)), (190, 180, 170), 1, cv2.LINE_AA)
+
+
+MARK_SHAPES: dict[str, tuple[int, Color]] = {
+    "failed": (cv2.MARKER_TILTED_CROSS, (40, 40, 200)),
+    "waited": (cv2.MARKER_SQUARE, STATE_COLORS["wait"]),
+    "moved": (cv2.MARKER_TRIANGLE_UP, STATE_COLORS["move_to"]),
+    "reached": (cv2.MARKER_STAR, STATE_COLORS["arrive"]),
+    "gave up": (cv2.MARKER_TRIANGLE_DOWN, (40, 40, 200)),
+}
+
+
+def _draw_marks(sheet: _Sheet, marks: Sequence[Mark]) -> None:
+    """Marks with their numbers in the order of events; marks at one place stand side by side."""
+    taken: dict[tuple[int, int], int] = {}
+    for number, mark in enumerate(marks, start=1):
+        column, row = sheet.at(mark.where)
+        cell = (column // 24, row // 24)
+        shift = taken.get(cell, 0)
+        taken[cell] = shift + 1
+        place = (column + 26 * (shift % 4), row - 8 + 20 * (shift // 4))
+        shape, color = MARK_SHAPES[mark.kind]
+        cv2.drawMarker(sheet.image, place, color, shape, 14, 2, cv2.LINE_AA)
+        write(sheet.image, str(number), (place[0] + 5, place[1] - 7), color, 0.38)
+
+
+def _legend(sheet: _Sheet, known: Known, records: Sequence[Record]) -> None:
+    left, row = sheet.width + 8, 34
+    for state, color in STATE_COLORS.items():
+        cv2.line(sheet.image, (left, row - 4), (left + 26, row - 4), color, 3, cv2.LINE_AA)
+        write(sheet.image, state, (left + 36, row), INK, 0.42)
+        row += 20
+    cv2.circle(sheet.image, (left + 13, row - 4), 2, ECHO, -1, cv2.LINE_AA)
+    write(sheet.image, "ultrasonic echo", (left + 36, row), INK, 0.42)
+    row += 20
+    cv2.line(sheet.image, (left, row - 4), (left + 100, row - 4), INK, 2)
+    write(sheet.image, f"{100 / SCALE / 1000:.1f} m", (left + 108, row), INK, 0.42)
+    row += 30
+    for number, mark in enumerate(known.marks, start=1):
+        if row > sheet.height - 40:
+            write(sheet.image, "...", (left, row), INK, 0.38)
+            break
+        shape, color = MARK_SHAPES[mark.kind]
+        cv2.drawMarker(sheet.image, (left + 6, row - 4), color, shape, 10, 2, cv2.LINE_AA)
+        write(sheet.image, f"{number} {mark.text}", (left + 20, row), INK, 0.38)
+        row += 17
+    if records:
+        write(sheet.image, f"{records[-1].time_s:.0f} s", (left, sheet.height - 16), INK, 0.42)

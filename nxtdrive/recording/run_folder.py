@@ -1,0 +1,101 @@
+"""The folder of one run: ``journal.jsonl``, ``summary.json``, ``map.png`` and ``camera.mp4``.
+
+The journal is written line by line as things happen, so a run that is killed leaves everything up to that moment. The
+rest is written when the run ends, however it ends.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TextIO
+
+from behaviors.executive import Report
+from behaviors.journal import Record
+from firmware_protocol.errors import ConfigError
+
+JOURNAL, SUMMARY, MAP, VIDEO = "journal.jsonl", "summary.json", "map.png", "camera.mp4"
+
+
+class RunFolder:
+    """Files of one run.
+
+    Args:
+        path: An existing folder; files in it are overwritten.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.records: list[Record] = []
+        self._journal: TextIO = (path / JOURNAL).open("w", encoding="utf-8", newline="\n")
+
+    def __call__(self, record: Record) -> None:
+        """Write one record into the journal, at once."""
+        self.records.append(record)
+        self._journal.write(record.to_json() + "\n")
+        self._journal.flush()
+
+    def close(self) -> None:
+        """Close the journal; may be called again."""
+        self._journal.close()
+
+    def write_summary(self, report: Report | None, error: str, details: dict[str, object]) -> None:
+        """Write ``summary.json``.
+
+        Args:
+            report: What came of the mission; None when it broke.
+            error: Why it broke or ended early, or an empty string.
+            details: What else belongs there: mission, address, camera, seed.
+        """
+        (self.path / SUMMARY).write_text(
+            json.dumps(summary(report, error, details), indent=2, ensure_ascii=False) + "\n", encoding="utf-8"
+        )
+
+
+def summary(report: Report | None, error: str, details: dict[str, object]) -> dict[str, object]:
+    """The summary of a run as plain values, as ``summary.json`` and ``--json`` have it."""
+    if report is None:
+        return {"ending": "broken", "achieved": False, "error": error, **details}
+    return {
+        "ending": report.ending.value,
+        "achieved": report.achieved,
+        "error": report.error or error,
+        "duration_s": round(report.duration_s, 3),
+        "targets": [
+            {
+                "target": errand.target,
+                "fate": errand.fate.value,
+                "time_s": None if errand.time_s is None else round(errand.time_s, 3),
+                "searches": errand.attempts,
+            }
+            for errand in report.errands
+        ],
+        "path": list(report.path),
+        **details,
+    }
+
+
+def new_run_folder(parent: Path, mission_name: str) -> RunFolder:
+    """Make the next numbered folder for a mission, ``lena-then-rilakkuma-001`` and so on.
+
+    Raises:
+        ConfigError: The folder cannot be made.
+    """
+    stem = re.sub(r"[^a-z0-9]+", "-", mission_name.lower()).strip("-") or "mission"
+    try:
+        parent.mkdir(parents=True, exist_ok=True)
+        number = _highest([folder.name for folder in parent.iterdir()], stem) + 1
+        path = parent / f"{stem}-{number:03d}"
+        path.mkdir()
+    except OSError as error:
+        raise ConfigError(
+            f"{parent}: cannot keep the run there ({error.strerror}).", remedy="Choose another folder with --out."
+        ) from None
+    return RunFolder(path)
+
+
+def _highest(names: Sequence[str], stem: str) -> int:
+    numbers = [re.fullmatch(rf"{re.escape(stem)}-(\d+)", name) for name in names]
+    return max((int(match[1]) for match in numbers if match), default=0)

@@ -1,0 +1,73 @@
+"""One live line on the terminal: state, target, sighting, mission time, battery."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import TracebackType
+from typing import Self
+
+from rich.console import Console
+from rich.live import Live
+from rich.text import Text
+
+from behaviors.journal import Kind, Record
+
+REDRAWS_PER_S = 8
+
+
+class StatusLine:
+    """Shows the latest of every kind; prints nothing when standard error is no terminal.
+
+    Args:
+        battery_mv: Asked now and then for the battery's voltage.
+    """
+
+    def __init__(self, battery_mv: Callable[[], int | None]) -> None:
+        self._battery_mv = battery_mv
+        self._battery = ""
+        self._battery_asked_s = float("-inf")
+        self._sighting = "-"
+        console = Console(stderr=True)
+        self._live = Live(console=console, refresh_per_second=REDRAWS_PER_S, transient=True)
+        self._shown = console.is_terminal
+
+    def __enter__(self) -> Self:
+        """Start drawing."""
+        if self._shown:
+            self._live.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Clear the line."""
+        self._live.stop()
+
+    def __call__(self, record: Record) -> None:
+        """Hear of a record."""
+        if not self._shown:
+            return
+        if record.kind is Kind.LOOK:
+            sighting = record.data.get("sighting")
+            self._sighting = _sighting(sighting) if isinstance(sighting, dict) else "-"
+        self._ask_battery(record.time_s)
+        self._live.update(
+            Text.assemble(
+                (f" {record.state:<9}", "bold"),
+                f" {record.target}  ",
+                (f"sighting {self._sighting}", "green" if self._sighting != "-" else "dim"),
+                f"  {record.time_s:6.1f} s",
+                self._battery,
+            )
+        )
+
+    def _ask_battery(self, time_s: float) -> None:
+        if time_s - self._battery_asked_s < 5.0:
+            return
+        self._battery_asked_s = time_s
+        battery_mv = self._battery_mv()
+        self._battery = "" if battery_mv is None else f"  battery {battery_mv / 1000:.1f} V"
+
+
+def _sighting(values: Mapping[str, object]) -> str:
+    return f"{values['distance_mm']:.0f} mm at {values['bearing_deg']:+.0f}°"
