@@ -99,7 +99,11 @@ class Surface:
         """Maps (column, row, 1) of the texture's smaller copy number `level` to the image."""
         height, width = self.texture.mips[level].shape[:2]
         scale_x, scale_y = width * self.repeats[0], height * self.repeats[1]
-        from_texel = np.array([[1 / scale_x, 0, 0.5 / scale_x], [0, 1 / scale_y, 0.5 / scale_y], [0, 0, 1]])
+        shift_y = 0.5 / scale_y
+        if self.repeats[0] > 1 and self.repeats[1] == 1:
+            # a wrapped texture that does not repeat upright: keep its lowest row from bleeding into its highest
+            scale_y, shift_y = height - 1, 0.0
+        from_texel = np.array([[1 / scale_x, 0, 0.5 / scale_x], [0, 1 / scale_y, shift_y], [0, 0, 1]])
         return np.asarray(self.to_image @ from_texel, np.float64)
 
 

@@ -1,0 +1,129 @@
+"""What a webcam adds to a perfect picture: exposure, softness, motion blur, noise, compression.
+
+The effects are the ones that decide whether a detector still finds its target (`docs/vision.md` section 1.4). Lens
+distortion and rolling shutter are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_backend.camera.textures import Image
+
+_NOISE_MARGIN = 64
+
+
+@dataclass(frozen=True, slots=True)
+class LensEffects:
+    """How far the webcam is from a perfect camera.
+
+    Attributes:
+        gain: Brightness against the scene's colours, 1.0 leaves them.
+        auto_exposure: Share of the way to `mean_level` that the gain moves with each frame; 0 keeps `gain`.
+        mean_level: Average brightness, 0..255, that auto-exposure aims at.
+        softness_px: Standard deviation of the lens blur in pixels.
+        noise: Standard deviation of the sensor noise in brightness levels of 255.
+        exposure_s: Shutter time; a turning camera smears the picture by turn rate times this.
+        jpeg_quality: 1..100; None leaves the frame uncompressed.
+    """
+
+    gain: float = 1.0
+    auto_exposure: float = 0.0
+    mean_level: float = 128.0
+    softness_px: float = 0.6
+    noise: float = 4.0
+    exposure_s: float = 0.02
+    jpeg_quality: int | None = None
+
+
+PERFECT = LensEffects(softness_px=0.0, noise=0.0, exposure_s=0.0)
+"""No effects at all: the rendered frame as it is."""
+
+
+class Lens:
+    """Applies the effects frame after frame; the same seed and frames give the same pictures.
+
+    Args:
+        effects: Which effects, and how strong.
+        size: Width and height of the frames.
+        focal_px: Focal length in pixels, turns degrees of motion into pixels of smear.
+        seed: Seeds the sensor noise.
+    """
+
+    def __init__(self, effects: LensEffects, size: tuple[int, int], focal_px: float, seed: int = 0) -> None:
+        self.effects = effects
+        self.gain = effects.gain
+        self._size = size
+        self._focal_px = focal_px
+        self._rng = np.random.default_rng(seed)
+        self._brighter, self._darker = self._noise_bank()
+
+    def expose(self, image: Image, turn_rate_deg_s: float = 0.0) -> Image:
+        """The frame as the webcam delivers it.
+
+        Args:
+            image: The rendered frame, (height, width, 3), left unchanged.
+            turn_rate_deg_s: How fast the camera turns while the shutter is open.
+        """
+        frame = self._blur(image, turn_rate_deg_s)
+        if self.gain != 1.0:
+            frame = np.asarray(cv2.convertScaleAbs(frame, alpha=self.gain), np.uint8)
+        if self.effects.auto_exposure:
+            self._adapt(frame)
+        if self.effects.noise:
+            frame = self._add_noise(frame)
+        if self.effects.jpeg_quality is not None:
+            frame = _compress(frame, self.effects.jpeg_quality)
+        return frame
+
+    def smear_px(self, turn_rate_deg_s: float) -> float:
+        """Length of the motion blur in the middle of the frame."""
+        return self._focal_px * math.tan(math.radians(min(80.0, abs(turn_rate_deg_s) * self.effects.exposure_s)))
+
+    def _blur(self, image: Image, turn_rate_deg_s: float) -> Image:
+        smear = self.smear_px(turn_rate_deg_s)
+        frame = image
+        if smear > 0.5:
+            frame = np.asarray(cv2.filter2D(frame, -1, _smear_kernel(smear), borderType=cv2.BORDER_REPLICATE), np.uint8)
+        if self.effects.softness_px:
+            frame = np.asarray(cv2.GaussianBlur(frame, (5, 5), self.effects.softness_px), np.uint8)
+        return frame
+
+    def _adapt(self, frame: Image) -> None:
+        """Move the gain towards the mean level, slowly and within a webcam's range."""
+        mean = max(1.0, float(np.mean(cv2.mean(frame)[:3])))
+        wanted = self.gain * self.effects.mean_level / mean
+        self.gain = min(4.0, max(0.25, self.gain + self.effects.auto_exposure * (wanted - self.gain)))
+
+    def _noise_bank(self) -> tuple[Image, Image]:
+        """Noise larger than a frame, split into its brighter and its darker part: two fast saturating sums apply it."""
+        width, height = self._size
+        shape = (height + _NOISE_MARGIN, width + _NOISE_MARGIN, 3)
+        noise = np.rint(self._rng.normal(0.0, self.effects.noise, shape))
+        return np.maximum(noise, 0).astype(np.uint8), np.maximum(-noise, 0).astype(np.uint8)
+
+    def _add_noise(self, frame: Image) -> Image:
+        """Add a window of the noise bank that differs from frame to frame."""
+        width, height = self._size
+        left, top = (int(offset) for offset in self._rng.integers(0, _NOISE_MARGIN, 2))
+        window = (slice(top, top + height), slice(left, left + width))
+        return np.asarray(cv2.subtract(cv2.add(frame, self._brighter[window]), self._darker[window]), np.uint8)
+
+
+def _smear_kernel(length_px: float) -> NDArray[np.float32]:
+    """A horizontal box of `length_px`, its ends weighted by the part of the pixel they cover."""
+    reach = math.ceil((length_px - 1.0) / 2.0)
+    kernel = np.ones((1, 2 * reach + 1), np.float32)
+    kernel[0, 0] = kernel[0, -1] = (length_px - (2 * reach - 1)) / 2.0
+    return np.asarray(kernel / kernel.sum(), np.float32)
+
+
+def _compress(frame: Image, quality: int) -> Image:
+    """The frame after JPEG compression and decompression."""
+    _, coded = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    return np.asarray(cv2.imdecode(coded, cv2.IMREAD_COLOR), np.uint8)
