@@ -1,0 +1,107 @@
+"""The shape of the code: who imports whom, how long things are, what may not be called."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+ROOMS = ("firmware_protocol", "nxtdrive", "behaviors", "sim_backend", "tools")
+SOURCES = sorted(path for room in ROOMS for path in (ROOT / room).rglob("*.py"))
+
+MAX_FILE_LINES = 400
+MAX_FUNCTION_LINES = 50
+MAX_ROOT_NAMES = 20
+GPL = {"nxt", "agentspeak"}
+CLOCKS = {"time", "monotonic", "perf_counter", "sleep", "process_time"}
+
+
+def _tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def _relative(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+def _imports(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=_relative)
+def test_files_and_functions_stay_short(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= MAX_FILE_LINES
+    for node in ast.walk(_tree(path)):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            length = (node.end_lineno or node.lineno) - node.lineno + 1
+            assert length <= MAX_FUNCTION_LINES, f"{node.name} has {length} lines"
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=_relative)
+def test_gpl_programs_are_never_imported(path):
+    assert not {name.split(".")[0] for name in _imports(_tree(path))} & GPL
+
+
+@pytest.mark.parametrize(
+    "path",
+    [p for p in SOURCES if p.relative_to(ROOT).parts[0] != "tools" and "transports" not in p.parts],
+    ids=_relative,
+)
+def test_clocks_are_injected(path):
+    for node in ast.walk(_tree(path)):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in CLOCKS:
+            assert ast.unparse(node.func.value) != "time", f"line {node.lineno} reads the wall clock"
+
+
+def test_every_package_is_installed():
+    configured = set(
+        tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"]
+    )
+    found = {
+        ".".join(path.parent.relative_to(ROOT).parts) for room in ROOMS for path in (ROOT / room).rglob("__init__.py")
+    }
+    found = {name.replace("tools", "nxtdrive.tools", 1) if name.startswith("tools") else name for name in found}
+    assert configured == found
+
+
+def test_the_driver_has_few_names_at_its_root_and_all_of_them_work():
+    import nxtdrive
+
+    assert 0 < len(nxtdrive.__all__) <= MAX_ROOT_NAMES
+    for name in nxtdrive.__all__:
+        assert getattr(nxtdrive, name) is not None
+
+
+def test_importing_the_driver_loads_no_heavy_library():
+    heavy = ("usb", "serial", "cv2", "numpy", "statemachine", "pydantic", "pymunk", "rich")
+    code = f"import sys, nxtdrive; print([name for name in {heavy!r} if name in sys.modules])"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert loaded.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("lint-imports", "--no-cache"),
+        ("ruff", "check", "."),
+        ("ruff", "format", "--check", "."),
+        ("mypy",),
+    ],
+    ids=lambda command: command[0] + (" format" if "format" in command else ""),
+)
+def test_static_checks_pass(command):
+    program = Path(sys.executable).parent / command[0]
+    checked = subprocess.run(
+        [program, *command[1:]], cwd=ROOT, capture_output=True, text=True, check=False, timeout=600
+    )
+    assert checked.returncode == 0, checked.stdout + checked.stderr

@@ -1,0 +1,154 @@
+"""Measures this machine: protocol, simulation, detectors. Run it with ``nxtdrive bench``.
+
+Figures are medians over repeats within one run, and goals are ratios between figures of the same run, so they hold on fast and
+slow machines alike. CPU time is the process's own.
+"""
+
+from __future__ import annotations
+
+import statistics
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from firmware_protocol.direct import GetOutputState, OutputState
+from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
+from nxtdrive.brick import Brick
+
+REPEATS = 7
+"""Repeats of each measurement; the median is reported."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One measured number.
+
+    Attributes:
+        name: What was measured.
+        value: The median.
+        unit: Its unit.
+        goal: What it should be, as text, or an empty string.
+        met: Whether it is; None without a goal.
+    """
+
+    name: str
+    value: float
+    unit: str
+    goal: str = ""
+    met: bool | None = None
+
+
+def measure_all() -> Iterable[Figure]:
+    """Every figure, one after the other, as they are measured."""
+    yield from measure_protocol()
+    yield from measure_import()
+    yield from measure_simulation()
+    yield from measure_detectors()
+
+
+class NullTransport:
+    """A link without a brick: every question has been answered already."""
+
+    address = "null://"
+    max_telegram = 64
+    simulated = True  # no thread of the driver's own may disturb the measurement
+
+    def __init__(self, answer: bytes) -> None:
+        self._answer = answer
+
+    def send(self, telegram: bytes) -> None:
+        """Take it and forget it."""
+
+    def receive(self, timeout_s: float) -> bytes:  # noqa: ARG002 - the answer is there at once
+        """The answer."""
+        return self._answer
+
+    def close(self) -> None:
+        """Nothing to give back."""
+
+    now = staticmethod(time.monotonic)
+    sleep = staticmethod(time.sleep)
+
+
+def _microseconds(action: Callable[[], object], number: int = 50_000) -> float:
+    """Median time of one call."""
+    rounds = []
+    for _ in range(REPEATS):
+        begun = time.perf_counter()
+        for _ in range(number):
+            action()
+        rounds.append((time.perf_counter() - begun) / number * 1e6)
+    return statistics.median(rounds)
+
+
+def measure_protocol() -> Iterable[Figure]:
+    """GetOutputState: encode, decode and a whole request, against bare `struct` and against nxt-python."""
+    state = OutputState(
+        OutputPort.A, 75, OutputMode.MOTOR_ON, RegulationMode.SPEED, 0, RunState.RUNNING, 360, 123, 123, 4567
+    )
+    command, answer = GetOutputState(OutputPort.A), GetOutputState.encode_reply(state)
+    pack, unpack = struct.Struct("<BBB").pack, struct.Struct("<BBBBbBBbBIiii").unpack
+    brick = Brick(NullTransport(answer))
+    floor_us = _microseconds(lambda: (pack(0, 6, 0), unpack(answer)))
+    request_us = _microseconds(lambda: brick.request(GetOutputState(OutputPort.A)))
+    yield Figure("bare struct: pack 3 bytes, unpack 25", floor_us, "µs")
+    yield Figure("encode GetOutputState", _microseconds(command.encode), "µs")
+    yield Figure("decode its reply", _microseconds(lambda: GetOutputState.decode_reply(answer)), "µs")
+    yield Figure("request over a null transport", request_us, "µs")
+    yield _at_most("request / bare struct", request_us / floor_us, "x", 8.0)
+    peer_us = _nxt_python_us(answer)
+    if peer_us is None:
+        yield Figure("nxt-python is not installed; pip install nxt-python to compare", float("nan"), "")
+    else:
+        yield Figure("nxt-python get_output_state, own process", peer_us, "µs")
+        yield _at_most("request / nxt-python", request_us / peer_us, "x", 0.5)
+
+
+NXT_PYTHON = """
+import statistics, sys, time
+try:
+    import nxt.brick, nxt.motor
+except ImportError:
+    sys.exit(3)
+answer = bytes.fromhex(sys.argv[1])
+class Socket:
+    type = "null"
+    def send(self, data): pass
+    def recv(self, size=64): return answer
+    def close(self): pass
+brick = nxt.brick.Brick(Socket())
+rounds = []
+for _ in range(int(sys.argv[2])):
+    begun = time.perf_counter()
+    for _ in range(20000):
+        brick.get_output_state(nxt.motor.Port.A)
+    rounds.append((time.perf_counter() - begun) / 20000 * 1e6)
+print(statistics.median(rounds))
+"""
+"""An outside client in its own process; nothing of nxt-python (GPL) is imported here."""
+
+
+def _nxt_python_us(answer: bytes) -> float | None:
+    done = subprocess.run(  # noqa: S603 - our own interpreter on the text above
+        [sys.executable, "-c", NXT_PYTHON, answer.hex(), str(REPEATS)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    return float(done.stdout) if done.returncode == 0 else None
+
+
+def measure_import() -> Iterable[Figure]:
+    """CPU time of ``import nxtdrive`` above an empty interpreter."""
+    code = "import time; begun = time.process_time(); import nxtdrive; print((time.process_time() - begun) * 1e3)"
+    rounds = [
+        float(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60).stdout)  # noqa: S603
+        for _ in range(REPEATS)
+    ]
+    yield _at_most("import nxtdrive, CPU", statistics.median(rounds), "ms", 60.0)
