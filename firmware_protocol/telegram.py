@@ -180,7 +180,7 @@ class Command(Declared, Generic[R]):
         cls._install(layout.compile(cls, "BB", source))
         if "unpack" not in vars(cls.reply_type):
             cls.reply_type._compile()
-        cls.decode_reply = cls.reply_type.unpack  # type: ignore[method-assign, assignment] # one call less
+        cls._install({"decode_reply": cls.reply_type.unpack})  # one call less than the method above
 
     @classmethod
     def _echoes(cls) -> list[str]:
