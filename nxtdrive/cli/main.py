@@ -71,9 +71,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit code.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
-    args = _parse(arguments)
-    logging.basicConfig(level=logging.DEBUG if args.verbose else logging.WARNING, format="%(name)s: %(message)s")
+    verbose = False
     try:
+        args = _parse(arguments)
+        verbose = args.verbose
+        logging.basicConfig(level=logging.DEBUG if verbose else logging.WARNING, format="%(name)s: %(message)s")
         return cast("int", args.run(args))
     except KeyboardInterrupt:
         return INTERRUPTED
@@ -83,14 +85,18 @@ def main(argv: Sequence[str] | None = None) -> int:
         return DONE
     except Exception as error:
         code = _exit_code(error)
-        if args.verbose or code is None:
+        if verbose or code is None:
             raise
-        print(f"nxtdrive: {error}", file=sys.stderr)
+        print(f"nxtdrive: {_overwritten(error) or error}", file=sys.stderr)
         return code
 
 
 def _exit_code(error: Exception) -> int | None:
     """The exit code of an error we know; None for a fault of ours, which deserves its traceback."""
+    # imported here, the mission file's reader would cost every command a third of a second
+    missions = sys.modules.get("behaviors.mission")
+    if (missions and isinstance(error, missions.MissionError)) or _overwritten(error):
+        return USAGE
     match error:
         case BrickNotFound() | PermissionDenied():
             return NO_BRICK
@@ -103,6 +109,21 @@ def _exit_code(error: Exception) -> int | None:
         case NXTError():
             return LINK_LOST
     return None
+
+
+def _overwritten(error: Exception) -> str:
+    """What to do when another distribution's package ``behaviors`` stands in the place of ours; else nothing."""
+    if not isinstance(error, ImportError) or (error.name or "").partition(".")[0] != "behaviors":
+        return ""
+    from importlib.metadata import packages_distributions
+
+    others = sorted(set(packages_distributions().get("behaviors", ())) - {"nxtdrive"})
+    culprit = " and ".join(others) or "another package"
+    return (
+        f"{culprit} brought a package that is also called 'behaviors' and hides the one of nxtdrive ({error}). "
+        f"Mend it: pip uninstall {' '.join(others) or 'that package'}, "
+        "then pip install --force-reinstall --no-deps nxtdrive; or give nxtdrive a virtual environment of its own."
+    )
 
 
 def _parse(arguments: Sequence[str]) -> argparse.Namespace:

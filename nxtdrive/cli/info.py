@@ -1,0 +1,55 @@
+"""``nxtdrive info``: who a brick is and how it feels."""
+
+from __future__ import annotations
+
+import argparse
+import json
+
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+
+DESCRIPTION = """\
+Ask a brick for its name, addresses, versions, battery, free flash and sleep
+time. If this works, everything between this computer and the brick does."""
+EXAMPLES = """\
+  nxtdrive info
+  nxtdrive info --nxt usb://
+  nxtdrive info --nxt serial:///dev/rfcomm0 --json"""
+
+LOW_BATTERY_MV = 7100
+"""The brick itself warns below this when a rechargeable pack is in it (docs/firmware.md section 8)."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    add_brick_arguments(parser)
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Ask and print."""
+    from dataclasses import asdict
+
+    from firmware_protocol.direct import KeepAlive
+    from nxtdrive.brick import open_brick
+
+    with open_brick(args.nxt) as brick:
+        info = brick.info()
+        sleep_s = brick.request(KeepAlive()).sleep_ms / 1000
+        address = brick.transport.address
+    if args.json:
+        print(json.dumps({"address": address, **asdict(info), "sleep_s": sleep_s}, indent=2))
+        return 0
+    weak = ", low: charge it" if info.battery_mv < LOW_BATTERY_MV else ""
+    rows = {
+        "address": address,
+        "name": info.name,
+        "Bluetooth": info.bluetooth_address,
+        "firmware": info.firmware,
+        "protocol": info.protocol,
+        "battery": f"{info.battery_mv / 1000:.2f} V{weak}",
+        "free flash": f"{info.free_flash} bytes",
+        "sleeps": f"after {sleep_s / 60:g} min without a keep-alive" if sleep_s else "never",
+    }
+    for label, value in rows.items():
+        print(f"{label:<10}  {value}")
+    return 0

@@ -1,0 +1,93 @@
+"""``nxtdrive list``: where bricks are, as addresses to copy."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+from firmware_protocol.errors import NXTError
+from nxtdrive.cli.options import DEFAULT_ADDRESS, add_json_argument
+
+if TYPE_CHECKING:
+    from serial.tools.list_ports_common import ListPortInfo
+
+DESCRIPTION = """\
+List the bricks on USB, the serial ports a paired brick may be behind, and the
+simulated brick, as addresses for --nxt. Nothing is opened: a port in the list
+says nothing about the brick behind it; `nxtdrive info --nxt ADDRESS` does."""
+EXAMPLES = """\
+  nxtdrive list
+  nxtdrive list --json"""
+
+_BLUETOOTH = re.compile(r"rfcomm|bthenum|bluetooth|(tty|cu)\.nxt|001653", re.IGNORECASE)
+"""How Bluetooth serial ports call themselves on Linux, Windows and macOS; 00:16:53 is LEGO's."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a brick is or may be.
+
+    Attributes:
+        address: For ``--nxt``.
+        what: What is there, for people.
+    """
+
+    address: str
+    what: str
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """List what there is; what cannot be searched is a note, no failure."""
+    places, notes = find_places()
+    if args.json:
+        print(json.dumps({"bricks": [asdict(place) for place in places], "notes": notes}, indent=2))
+        return 0
+    width = max(len(place.address) for place in places)
+    for place in places:
+        print(f"{place.address:<{width}}  {place.what}")
+    for note in notes:
+        print(f"note: {note}")
+    return 0
+
+
+def find_places() -> tuple[list[Place], list[str]]:
+    """Every place, the surest first, and notes about what could not be searched."""
+    places, notes = [], []
+    try:
+        places += _on_usb()
+    except NXTError as error:
+        notes.append(str(error))
+    places += _behind_serial_ports()
+    places.append(Place(DEFAULT_ADDRESS, "the simulated brick"))
+    return places, notes
+
+
+def _on_usb() -> Iterator[Place]:
+    from nxtdrive.transports.usb_port import UsbTransport
+
+    for address in UsbTransport.discover():
+        readable = address != "usb://"
+        yield Place(address, "brick on USB" if readable else "brick on USB that this user may not open")
+
+
+def _behind_serial_ports() -> Iterator[Place]:
+    from serial.tools.list_ports import comports
+
+    ports = sorted(comports(), key=lambda port: (not _looks_like_bluetooth(port), port.device))
+    for port in ports:
+        kind = "Bluetooth serial port, perhaps a paired brick" if _looks_like_bluetooth(port) else "serial port"
+        named = port.description and port.description not in ("n/a", port.device, port.name)
+        yield Place(f"serial://{port.device}", f"{kind} ({port.description})" if named else kind)
+
+
+def _looks_like_bluetooth(port: ListPortInfo) -> bool:
+    return bool(_BLUETOOTH.search(f"{port.device} {port.description} {port.hwid}"))
