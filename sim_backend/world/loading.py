@@ -6,12 +6,13 @@ import difflib
 import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, TypeGuard, get_args
 
 from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
 from firmware_protocol.errors import ConfigError
-from sim_backend.world.world_file import WorldFile
+from sim_backend.world.world_file import Event, WorldFile
 
 BUNDLED = Path(__file__).parent.parent / "worlds"
 """Where the worlds that come with the simulation are."""
@@ -69,8 +70,8 @@ def _mistakes(path: Path, mistakes: list[str]) -> ConfigError:
     return ConfigError("\n  ".join([f"{path} has {count}:", *mistakes]))
 
 
-def _sentence(error: Any) -> str:
-    location: tuple[str | int, ...] = error["loc"]
+def _sentence(error: ErrorDetails) -> str:
+    location = error["loc"]
     path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location).lstrip(".")
     if error["type"] == "extra_forbidden":
         known = list(_model_at(location[:-1]).model_fields)
@@ -93,36 +94,42 @@ def _model_at(location: tuple[str | int, ...]) -> type[BaseModel]:
     return model
 
 
-def _is_model(kind: Any) -> bool:
+def _is_model(kind: object) -> TypeGuard[type[BaseModel]]:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
 def _wrong_names(world: WorldFile) -> Iterator[str]:
-    for table in ("boxes", "people", "pictures", "events"):
-        names = [item.name for item in getattr(world, table)]
-        for index, name in enumerate(names):
-            if name in names[:index]:
+    names = {
+        "boxes": [box.name for box in world.boxes],
+        "people": [person.name for person in world.people],
+        "pictures": [picture.name for picture in world.pictures],
+        "events": [event.name for event in world.events],
+    }
+    for table, taken in names.items():
+        for index, name in enumerate(taken):
+            if name in taken[:index]:
                 yield f"{table}[{index}].name: {name!r} is taken already"
-    things = [item.name for item in (*world.boxes, *world.people, *world.pictures)]
-    people, boxes, pictures, events = (
-        [item.name for item in group] for group in (world.people, world.boxes, world.pictures, world.events)
-    )
     for index, event in enumerate(world.events):
-        references = {
-            "person": (event.person, people),
-            "box": (event.box, boxes),
-            "picture": (event.picture, pictures),
-            "blocks": (event.blocks, pictures),
-            "when.sees": (event.when.sees, pictures),
-            "when.of": (event.when.of, things),
-            "when.after": (event.when.after, events),
-            "when.after_end_of": (event.when.after_end_of, events),
-        }
-        for key, (name, known) in references.items():
-            if name is not None and name not in known:
-                near = difflib.get_close_matches(name, known, n=1)
-                hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known) or 'none'}"
-                yield f"events[{index}].{key}: there is no {name!r}; {hint}"
+        yield from _unknown_names(f"events[{index}]", event, names)
+
+
+def _unknown_names(path: str, event: Event, names: Mapping[str, list[str]]) -> Iterator[str]:
+    pictures, events = names["pictures"], names["events"]
+    references: dict[str, tuple[str | None, list[str]]] = {
+        "person": (event.person, names["people"]),
+        "box": (event.box, names["boxes"]),
+        "picture": (event.picture, pictures),
+        "blocks": (event.blocks, pictures),
+        "when.sees": (event.when.sees, pictures),
+        "when.of": (event.when.of, [*names["boxes"], *names["people"], *pictures]),
+        "when.after": (event.when.after, events),
+        "when.after_end_of": (event.when.after_end_of, events),
+    }
+    for key, (name, known) in references.items():
+        if name is not None and name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known) or 'none'}"
+            yield f"{path}.{key}: there is no {name!r}; {hint}"
 
 
 def _wrong_places(world: WorldFile) -> Iterator[str]:

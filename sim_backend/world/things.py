@@ -12,62 +12,45 @@ from sim_backend.world.robot import GRAVITY_MM_S2
 from sim_backend.world.world_file import Box, Floor, Picture, Point, Wall
 
 STAND_THICKNESS_MM = 10.0
+POST_WIDTH_MM, POST_TEXTURE = 40.0, "wood"
 BOX_FRICTION = 0.4
 """Coefficient of friction between a box and the floor."""
 
 
 class Thing(Protocol):
-    """Something that can be seen and run into.
-
-    Attributes:
-        name: As in the world file.
-        height_mm: Top edge above the floor.
-        present: Whether it is there now.
-        shapes: Its outline in the physics.
-    """
+    """Something that can be seen and run into."""
 
     @property
-    def name(self) -> str: ...
-    @property
-    def height_mm(self) -> float: ...
-    @property
-    def present(self) -> bool: ...
-    @property
-    def shapes(self) -> tuple[pymunk.Shape, ...]: ...
+    def height_mm(self) -> float:
+        """Top edge above the floor."""
+        ...
 
     @property
-    def at_mm(self) -> Point:
-        """Its middle on the map."""
+    def shapes(self) -> tuple[pymunk.Shape, ...]:
+        """Its outline in the physics."""
         ...
 
     def panels(self) -> list[Panel]:
-        """What the camera sees of it; nothing when absent."""
+        """What the camera sees of it; nothing while it is absent."""
         ...
 
 
 class WallThing:
     """A wall; it stays where it is."""
 
-    present = True
-
     def __init__(self, space: pymunk.Space, wall: Wall) -> None:
-        self.name, self.height_mm, self._wall = "wall", wall.height_mm, wall
+        self.height_mm, self._wall = wall.height_mm, wall
         segment = pymunk.Segment(space.static_body, wall.from_mm, wall.to_mm, wall.thickness_mm / 2)
         segment.friction = 0.5
-        self.shapes = (segment,)
+        self.shapes: tuple[pymunk.Shape, ...] = (segment,)
         space.add(segment)
-
-    @property
-    def at_mm(self) -> Point:
-        """The wall's middle."""
-        (x0, y0), (x1, y1) = self._wall.from_mm, self._wall.to_mm
-        return (x0 + x1) / 2, (y0 + y1) / 2
 
     def panels(self) -> list[Panel]:
         """Four upright sides."""
         (x0, y0), (x1, y1) = self._wall.from_mm, self._wall.to_mm
         length = math.hypot(x1 - x0, y1 - y0)
-        corners = _corners(self.at_mm, (length, self._wall.thickness_mm), math.atan2(y1 - y0, x1 - x0))
+        middle = (x0 + x1) / 2, (y0 + y1) / 2
+        corners = _corners(middle, (length, self._wall.thickness_mm), math.atan2(y1 - y0, x1 - x0))
         return standing_panels(corners, self.height_mm, self._wall.texture)
 
 
@@ -75,24 +58,20 @@ class RoomThing:
     """The four walls around the floor, thick outwards and seen from inside."""
 
     THICKNESS_MM = 200.0
-    present = True
 
     def __init__(self, space: pymunk.Space, floor: Floor) -> None:
-        self.name, self.height_mm, self._floor = "room", floor.wall_height_mm, floor
+        self.height_mm, self._floor = floor.wall_height_mm, floor
         half = self.THICKNESS_MM / 2
         width, depth = floor.size_mm
         centre_lines = _loop(
             [(-half, -half), (width + half, -half), (width + half, depth + half), (-half, depth + half)]
         )
-        self.shapes = tuple(pymunk.Segment(space.static_body, start, end, half) for start, end in centre_lines)
+        self.shapes: tuple[pymunk.Shape, ...] = tuple(
+            pymunk.Segment(space.static_body, start, end, half) for start, end in centre_lines
+        )
         for shape in self.shapes:
             shape.friction = 0.5
         space.add(*self.shapes)
-
-    @property
-    def at_mm(self) -> Point:
-        """The room's middle."""
-        return self._floor.size_mm[0] / 2, self._floor.size_mm[1] / 2
 
     def panels(self) -> list[Panel]:
         """Four upright sides, fronts inwards."""
@@ -141,7 +120,11 @@ class _Placed:
         self._show(present)
 
     def _show(self, present: bool) -> None:
-        members = (self._body, *self.shapes, *self._attached)
+        members: tuple[pymunk.Body | pymunk.Shape | pymunk.Constraint, ...] = (
+            self._body,
+            *self.shapes,
+            *self._attached,
+        )
         if present and not self.present:
             self._space.add(*members)
         elif self.present and not present:
@@ -203,12 +186,16 @@ class PictureThing(_Placed):
         return (x - across_x, y - across_y), (x, y), (x + across_x, y + across_y)
 
     def panels(self) -> list[Panel]:
-        """The print, with a plain back."""
+        """The print with a plain back, and the post under it."""
         if not self.present:
             return []
         x, y = self.at_mm
         size = {"width_mm": self.width_mm, "height_mm": self._print_height_mm, "bottom_mm": self.bottom_mm}
-        return [picture_panel(self.texture, x, y, self.facing_deg, **size)]
+        post = {"width_mm": POST_WIDTH_MM, "height_mm": self.bottom_mm, "bottom_mm": 0.0}
+        return [
+            picture_panel(self.texture, x, y, self.facing_deg, **size),
+            picture_panel(POST_TEXTURE, x, y, self.facing_deg, **post),
+        ]
 
 
 def _friction(floor: pymunk.Body, body: pymunk.Body, mass_kg: float, size_mm: float) -> tuple[pymunk.Constraint, ...]:

@@ -48,7 +48,7 @@ class World:
         self.boxes = {box.name: BoxThing(space, box) for box in file.boxes}
         self.pictures = {picture.name: PictureThing(space, picture) for picture in file.pictures}
         self.people = {person.name: PersonThing(space, person) for person in file.people}
-        walls = [RoomThing(space, file.floor), *(WallThing(space, wall) for wall in file.walls)]
+        walls: list[Thing] = [RoomThing(space, file.floor), *(WallThing(space, wall) for wall in file.walls)]
         self._things: dict[str, BoxThing | PictureThing | PersonThing] = {**self.boxes, **self.pictures, **self.people}
         everything: list[Thing] = [*walls, *self._things.values()]
         self._heights_mm = {shape: thing.height_mm for thing in everything for shape in thing.shapes}
@@ -72,30 +72,29 @@ class World:
     def step(self) -> None:
         """Let `STEP_MS` pass."""
         self.now_ms += STEP_MS
+        if not self.quiet:
+            self._move()
+        if self.now_ms % INTERVAL_MS == 0:
+            self._tell_story()
+
+    def _move(self) -> None:
+        robot = self.robot
         for person in self.people.values():
             if person.walking:
-                robot_mm = (self.robot.x_mm, self.robot.y_mm)
-                person.walk(self.now_ms, _STEP_S, robot_mm, self.file.robot.radius_mm)
+                person.walk(self.now_ms, _STEP_S, (robot.x_mm, robot.y_mm), self.file.robot.radius_mm)
                 self._panels = None
-        touching = bool(self.robot.contact_bearings_deg)
-        self.robot.drive(_STEP_S)
+        touching = bool(robot.contact_bearings_deg)
+        robot.drive(_STEP_S)
         self._space.step(_STEP_S)
-        self.robot.settle()
-        self.contact_count += bool(self.robot.contact_bearings_deg) and not touching
-        if self._pushable and not all(box.at_rest for box in self._pushable):
+        robot.settle()
+        self.contact_count += bool(robot.contact_bearings_deg) and not touching
+        if not all(box.at_rest for box in self._pushable):
             self._panels = None
-        self._tell_story()
-
-    def rest(self) -> None:
-        """Let `STEP_MS` pass while the world is `quiet`: nothing moves, but the story goes on."""
-        self.now_ms += STEP_MS
-        self._tell_story()
 
     def _tell_story(self) -> None:
-        if self.now_ms % INTERVAL_MS == 0:
-            for person in self.people.values():
-                person.decide(self.now_ms)
-            self.story.advance(self.now_ms, self)
+        for person in self.people.values():
+            person.decide(self.now_ms)
+        self.story.advance(self.now_ms, self)
 
     def panels(self) -> tuple[Panel, ...]:
         """Everything the camera could see; the same tuple as long as nothing but the robot moves."""

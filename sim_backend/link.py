@@ -1,0 +1,161 @@
+"""The way to the simulated brick: latency, order, and faults on schedule."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Container, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+
+class Timeline(Protocol):
+    """What a link needs of the simulation."""
+
+    @property
+    def now_ms(self) -> int:
+        """Time since the start."""
+        ...
+
+    def advance(self, duration_ms: int) -> None:
+        """Let time pass."""
+        ...
+
+    def at(self, due_ms: int, action: Callable[[], None]) -> None:
+        """Run `action` when that time has come."""
+        ...
+
+    def deliver(self, telegram: bytes) -> bytes | None:
+        """Give the brick a telegram, now."""
+        ...
+
+
+@dataclass(frozen=True)
+class LinkFaults:
+    """What goes wrong on a link, and when. Telegrams are counted from 0 on each link.
+
+    Attributes:
+        drop_requests: Numbers of the telegrams that never reach the brick; any container, `range(0, 10**6, 7)` too.
+        drop_replies: Numbers of the telegrams whose reply is lost.
+        duplicate_replies: Numbers of the telegrams whose reply comes twice.
+        delay_replies_ms: Extra delay of the reply, by number of the telegram; later replies queue up behind it.
+        silent_ms: Spans (from, to) of the simulation's time in which nothing gets through, in either direction.
+        unplugged_ms: Spans (from, to) without a cable: a link that lives at the beginning is lost for good, and none
+            can be opened before the end.
+    """
+
+    drop_requests: Container[int] = ()
+    drop_replies: Container[int] = ()
+    duplicate_replies: Container[int] = ()
+    delay_replies_ms: Mapping[int, int] = field(default_factory=dict)
+    silent_ms: tuple[tuple[int, int], ...] = ()
+    unplugged_ms: tuple[tuple[int, int], ...] = ()
+
+    def silent(self, now_ms: int) -> bool:
+        """Whether nothing gets through now."""
+        return any(start <= now_ms < end for start, end in self.silent_ms)
+
+    def unplugged(self, since_ms: int, now_ms: int) -> bool:
+        """Whether a link opened at `since_ms` has lost its cable by `now_ms`."""
+        return any(start <= now_ms and since_ms < end for start, end in self.unplugged_ms)
+
+
+NO_FAULTS = LinkFaults()
+
+
+class SimLink:
+    """A link to the simulated brick.
+
+    Telegrams keep their order; the brick takes one in each pass of 1 ms.
+
+    Args:
+        simulation: What holds the brick and the clock.
+        latency_ms: Round trip, rounded to whole milliseconds; the brick itself needs one.
+        faults: What goes wrong.
+
+    Raises:
+        ConnectionError: The cable is not plugged in.
+    """
+
+    def __init__(self, simulation: Timeline, latency_ms: float = 0.0, faults: LinkFaults = NO_FAULTS) -> None:
+        self._simulation, self._faults = simulation, faults
+        self._latency_ms = max(0, round(latency_ms))
+        self._opened_ms = simulation.now_ms
+        self._sent = 0
+        self._deliveries: deque[int] = deque()
+        self._next_pass_ms = 0
+        self._replies: deque[tuple[int, bytes]] = deque()
+        self._open = True
+        self._check_cable()
+
+    def send(self, telegram: bytes) -> None:
+        """Send a telegram to the brick; returns at once.
+
+        Raises:
+            ConnectionError: The cable was unplugged, or the link is closed.
+        """
+        self._check_cable()
+        number, sent_ms = self._sent, self._simulation.now_ms
+        self._sent += 1
+        if number in self._faults.drop_requests or self._faults.silent(sent_ms):
+            return
+        due_ms = max(sent_ms + self._latency_ms // 2, self._next_pass_ms)
+        self._next_pass_ms = due_ms + 1
+        self._deliveries.append(due_ms)
+        self._simulation.at(due_ms, lambda: self._deliver(number, sent_ms, telegram))
+
+    def poll(self) -> bytes | None:
+        """The next reply that has arrived, or None.
+
+        Raises:
+            ConnectionError: The cable was unplugged, or the link is closed.
+        """
+        self._check_cable()
+        if self._replies and self._replies[0][0] <= self._simulation.now_ms:
+            return self._replies.popleft()[1]
+        return None
+
+    def receive(self, timeout_ms: int) -> bytes | None:
+        """Let the simulation run until a reply arrives, at most `timeout_ms`; None if none came.
+
+        Raises:
+            ConnectionError: The cable was unplugged meanwhile, or the link is closed.
+        """
+        deadline_ms = self._simulation.now_ms + timeout_ms
+        while (reply := self.poll()) is None:
+            now_ms = self._simulation.now_ms
+            if now_ms >= deadline_ms:
+                return None
+            self._simulation.advance(self._next_news_ms(now_ms, deadline_ms) - now_ms)
+        return reply
+
+    def close(self) -> None:
+        """Give the link up; what is under way is lost."""
+        self._open = False
+
+    def _next_news_ms(self, now_ms: int, deadline_ms: int) -> int:
+        news = [deadline_ms]
+        news += [start_ms for start_ms, _ in self._faults.unplugged_ms if start_ms > now_ms]
+        if self._replies:
+            news.append(self._replies[0][0])
+        if self._deliveries:
+            news.append(self._deliveries[0] + 1)
+        return min(news)
+
+    def _deliver(self, number: int, sent_ms: int, telegram: bytes) -> None:
+        self._deliveries.popleft()
+        now_ms = self._simulation.now_ms
+        if not self._open or self._faults.unplugged(self._opened_ms, now_ms):
+            return
+        reply = self._simulation.deliver(telegram)
+        due_ms = max(sent_ms + self._latency_ms, now_ms + 1) + self._faults.delay_replies_ms.get(number, 0)
+        if reply is None or number in self._faults.drop_replies or self._faults.silent(due_ms):
+            return
+        copies = 2 if number in self._faults.duplicate_replies else 1
+        self._replies.extend([(due_ms, reply)] * copies)
+
+    def _check_cable(self) -> None:
+        if not self._open:
+            raise ConnectionError("the link to the simulated brick is closed")
+        if self._faults.unplugged(self._opened_ms, self._simulation.now_ms):
+            self._open = False
+            raise ConnectionError("the cable to the simulated brick was unplugged")

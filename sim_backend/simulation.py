@@ -1,0 +1,142 @@
+"""A simulated robot in its world: brick, motors, sensors, floor and camera on one clock.
+
+Time is counted in whole milliseconds and passes only in `Simulation.advance`. The same world, seed and calls give the
+same run, on any machine and at any speed.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sim_backend.firmware.brick import SimBrick
+from sim_backend.link import LinkFaults, SimLink
+from sim_backend.webcam import Webcam
+from sim_backend.world.loading import load_world
+from sim_backend.world.motor import WheelMotor
+from sim_backend.world.truth import GroundTruth
+from sim_backend.world.world import STEP_MS, World
+from sim_backend.world.world_file import WorldFile
+
+if TYPE_CHECKING:
+    from sim_backend.camera.textures import Image
+
+__all__ = ["DEFAULT_WORLD", "LinkFaults", "SimLink", "Simulation"]
+
+DEFAULT_WORLD = "arena"
+
+
+class Simulation:
+    """A world with a robot, its brick and its webcam.
+
+    Args:
+        world: A world, the path of a world file, or the name of a bundled world.
+        seed: Seeds everything that is drawn.
+        firmware: Which firmware the brick runs, "1.29" or "1.05".
+        camera_size: Width and height of the webcam's frames in pixels.
+
+    Raises:
+        ConfigError: There is no such world, or its file has mistakes.
+
+    Attributes:
+        brick: The simulated brick; a `SimLink` leads to it.
+        webcam: The webcam on the robot.
+        truth: Where everything really is; for tests and reports only.
+        seed: As given.
+    """
+
+    def __init__(
+        self,
+        world: WorldFile | str | Path = DEFAULT_WORLD,
+        *,
+        seed: int = 0,
+        firmware: str = "1.29",
+        camera_size: tuple[int, int] = (320, 240),
+    ) -> None:
+        self._world = World(world if isinstance(world, WorldFile) else load_world(world), seed)
+        self.seed = seed
+        self.brick = SimBrick(firmware=firmware, seed=seed)
+        self.webcam = Webcam(self._world, camera_size, seed)
+        self.truth = GroundTruth(self._world)
+        self._now_ms = 0
+        self._agenda: list[tuple[int, int, Callable[[], None]]] = []
+        self._order = count()
+        self._plug_in()
+
+    def _plug_in(self) -> None:
+        robot = self._world.file.robot
+        motors = {robot.left_port: self._world.robot.left, robot.right_port: self._world.robot.right}
+        for port in ("A", "B", "C"):
+            self.brick.attach_motor(port, motors.get(port) or WheelMotor(robot.battery_mv))
+
+    @property
+    def world_file(self) -> WorldFile:
+        """What the world was made from."""
+        return self._world.file
+
+    @property
+    def now_ms(self) -> int:
+        """Time since the start."""
+        return self._now_ms
+
+    @property
+    def time_s(self) -> float:
+        """Time since the start."""
+        return self._now_ms / 1000.0
+
+    def advance(self, duration_ms: int) -> None:
+        """Let time pass; not to be called from an action or a frame callback.
+
+        Args:
+            duration_ms: Whole milliseconds, 0 or more.
+        """
+        end_ms = self._now_ms + duration_ms
+        while True:
+            while self._agenda and self._agenda[0][0] <= self._now_ms:
+                heapq.heappop(self._agenda)[2]()
+            if self._now_ms >= end_ms:
+                return
+            self._run_until(min(end_ms, self._agenda[0][0]) if self._agenda else end_ms)
+
+    def _run_until(self, stop_ms: int) -> None:
+        world, brick = self._world, self.brick
+        now_ms = self._now_ms
+        while now_ms < stop_ms:
+            step_ms = world.now_ms + STEP_MS
+            until_ms = min(stop_ms, step_ms)
+            brick.tick(until_ms - now_ms)
+            self._now_ms = now_ms = until_ms
+            if now_ms == step_ms:
+                world.step()
+                if now_ms >= self.webcam.next_frame_ms:
+                    self.webcam.expose(now_ms)
+
+    def at(self, due_ms: int, action: Callable[[], None]) -> None:
+        """Run `action` when that time has come, in the order of the calls if several are due; at once if it is past."""
+        heapq.heappush(self._agenda, (due_ms, next(self._order), action))
+
+    def deliver(self, telegram: bytes) -> bytes | None:
+        """Give the brick a telegram, now; links do this in time and order."""
+        return self.brick.receive(telegram)
+
+    def camera_frame(self) -> Image | None:
+        """The webcam's freshest frame; see `Webcam.frame`."""
+        return self.webcam.frame(self._now_ms)
+
+    def on_frame(self, callback: Callable[[Image, float], None], fps: float) -> None:
+        """Have `callback` called with the frame and the time in seconds while time advances, `fps` times a second.
+
+        Moments in which the webcam is unplugged are left out.
+        """
+        start_ms = self._now_ms
+
+        def show(number: int) -> None:
+            frame = self.camera_frame()
+            if frame is not None:
+                callback(frame, self.time_s)
+            self.at(start_ms + round((number + 1) * 1000 / fps), lambda: show(number + 1))
+
+        self.at(start_ms, lambda: show(0))

@@ -1,0 +1,104 @@
+"""The webcam on the simulated robot: frames at its rate, drawn only when somebody looks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sim_backend.camera.scene import Panel, Viewpoint
+    from sim_backend.camera.sim_camera import SimCamera
+    from sim_backend.camera.textures import Image
+    from sim_backend.world.world import World
+
+
+@dataclass(frozen=True, slots=True)
+class Exposure:
+    """What is needed to draw a frame later than it was taken.
+
+    Attributes:
+        index: Number of the frame.
+        panels: What stood in the world.
+        viewpoint: Where the lens was.
+        turn_rate_deg_s: How fast it turned, clockwise.
+    """
+
+    index: int
+    panels: tuple[Panel, ...]
+    viewpoint: Viewpoint
+    turn_rate_deg_s: float
+
+
+class Webcam:
+    """Frames of the world as the robot's webcam delivers them.
+
+    Args:
+        world: What it sees.
+        size: Width and height of the frames in pixels.
+        seed: Seeds textures and sensor noise.
+
+    Attributes:
+        size: As given.
+        fps: Frames per second; frame n is taken at n / fps.
+        hfov_deg: Horizontal angle of view.
+        unplugged_ms: Spans (from, to) of the simulation's time in which there is no picture; may be set at any time.
+    """
+
+    def __init__(self, world: World, size: tuple[int, int] = (320, 240), seed: int = 0) -> None:
+        self.size, self._world, self._seed = size, world, seed
+        self.fps, self.hfov_deg = float(world.file.camera.fps), world.file.camera.hfov_deg
+        self.unplugged_ms: tuple[tuple[int, int], ...] = ()
+        self._camera: SimCamera | None = None
+        self._exposure: Exposure | None = None
+        self._drawn: tuple[int, Image] | None = None
+        self._now_ms = 0
+        self.next_frame_ms = 0.0
+
+    @property
+    def index(self) -> int:
+        """Number of the freshest frame."""
+        return int(self._now_ms * self.fps / 1000.0)
+
+    @property
+    def time_s(self) -> float:
+        """When the freshest frame was taken."""
+        return self.index / self.fps
+
+    def expose(self, now_ms: int) -> None:
+        """Take the frame that is due; it costs next to nothing until somebody looks at it."""
+        self._now_ms = now_ms
+        self._exposure = self._expose()
+        self.next_frame_ms = (self.index + 1) * 1000.0 / self.fps
+
+    def frame(self, now_ms: int) -> Image | None:
+        """The freshest frame: (height, width, 3) uint8, blue, green, red, not to be written to; None while unplugged.
+
+        Raises:
+            ConfigError: The world names a texture or image file that cannot be read.
+        """
+        self._now_ms = now_ms
+        if any(start <= now_ms < end for start, end in self.unplugged_ms):
+            return None
+        if self._exposure is None or self._exposure.index != self.index:
+            self._exposure = self._expose()
+        if self._drawn is None or self._drawn[0] != self.index:
+            self._drawn = (self.index, self._draw(self._exposure))
+        return self._drawn[1]
+
+    def _expose(self) -> Exposure:
+        world = self._world
+        return Exposure(self.index, world.panels(), world.viewpoint(), world.robot.turn_rate_deg_s)
+
+    def _draw(self, exposure: Exposure) -> Image:
+        if self._camera is None:
+            self._camera = self._open()
+        image = self._camera.frame(exposure.panels, exposure.viewpoint, exposure.turn_rate_deg_s)
+        image.flags.writeable = False
+        return image
+
+    def _open(self) -> SimCamera:
+        from sim_backend.camera.lens import LensEffects
+        from sim_backend.camera.sim_camera import SimCamera
+
+        lens = LensEffects(gain=self._world.file.light.exposure)
+        return SimCamera(self.size, self.hfov_deg, round(self.fps), self._seed, lens)
