@@ -1,0 +1,51 @@
+"""The detectors, by the name a mission file gives them.
+
+A new detector is one module here with a class that has ``detect(image)`` and a function ``from_options(options)`` that
+makes it, and one line in `DETECTORS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.vision.detection import Detector, TargetDetector
+from nxtdrive.vision.detectors.options import Options
+from nxtdrive.vision.geometry import A4_HEIGHT_MM
+from nxtdrive.vision.opencv import configure
+
+DETECTORS = {
+    "picture": "nxtdrive.vision.detectors.picture",
+    "haar": "nxtdrive.vision.detectors.haar",
+    "marker": "nxtdrive.vision.detectors.marker",
+    "color": "nxtdrive.vision.detectors.color",
+}
+"""Kind -> module; imported when used."""
+
+
+def make_detector(spec: Mapping[str, object], folder: Path = Path()) -> TargetDetector:
+    """Make a detector from its description.
+
+    Args:
+        spec: ``detector`` is the kind, ``height_mm`` the target's real height (an A4 sheet's if left out), the rest the
+            options of the kind: ``{"detector": "marker", "id": 3, "height_mm": 158}``,
+            ``{"detector": "picture", "pictures": ["lena.jpg"]}``.
+        folder: Where relative paths start.
+
+    Raises:
+        ConfigError: the description has a mistake or names a file that is missing; the message says which.
+    """
+    configure()
+    values = dict(spec)
+    kind = values.pop("detector", None)
+    if kind not in DETECTORS:
+        raise ConfigError(f"There is no detector {kind!r}.", remedy=f"Use one of: {', '.join(DETECTORS)}.")
+    options = Options(str(kind), values, folder)
+    height_mm = options.take("height_mm", float, A4_HEIGHT_MM)
+    if not 1 <= height_mm <= 10_000:
+        raise ConfigError(f"height_mm = {height_mm:g} is no height of a target.", remedy="An A4 sheet is 297 mm high.")
+    detector: Detector = import_module(DETECTORS[str(kind)]).from_options(options)
+    options.finish()
+    return TargetDetector(detector, height_mm)

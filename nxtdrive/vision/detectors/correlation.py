@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from nxtdrive.vision.detection import Box, Detection, Image, overlap
 
 WORK_WIDTH = 320
-"""Proposals are made on a copy of the frame this wide."""
+"""Proposals are made on a copy of the frame at most this wide."""
 
 LEVELS = 5
 HEIGHTS = (14, 18, 22)
@@ -46,9 +46,12 @@ NEIGHBOURS = np.ones((3, 3), np.uint8)
 
 CHECK_HEIGHT = 40
 FINE_HEIGHT = 80
-COARSE = tuple((scale, scale) for scale in (1.0, 0.92, 1.09, 0.84, 1.19))
-SLANT = ((1.0, 1.0), (0.87, 1.0), (1.15, 1.0))
-FINE = tuple((scale, scale) for scale in (1.0, 0.97, 1.03, 0.94, 1.06))
+Stretches = tuple[tuple[float, float], ...]
+"""Factors on the width and on the height of a rectangle."""
+
+COARSE: Stretches = tuple((scale, scale) for scale in (1.0, 0.92, 1.09, 0.84, 1.19))
+SLANT: Stretches = ((1.0, 1.0), (0.87, 1.0), (1.15, 1.0))
+FINE: Stretches = tuple((scale, scale) for scale in (1.0, 0.97, 1.03, 0.94, 1.06))
 PROMISING = 0.65
 HOPELESS = 0.5
 """A proposal with a lower colour score at its own size is dropped at once."""
@@ -86,8 +89,8 @@ class _Match:
 
 def pyramid(image: Image) -> list[Level]:
     """The gray levels of a BGR frame, the finest first."""
-    scale = image.shape[1] / WORK_WIDTH
-    size = (WORK_WIDTH, max(1, round(image.shape[0] / scale)))
+    scale = max(1.0, image.shape[1] / WORK_WIDTH)
+    size = (round(image.shape[1] / scale), max(1, round(image.shape[0] / scale)))
     work = image if scale == 1 else cv2.resize(image, size, interpolation=cv2.INTER_AREA)
     gray = cv2.cvtColor(work, cv2.COLOR_BGR2GRAY)
     levels = [Level(_u8(gray), scale)]
@@ -156,7 +159,9 @@ class CorrelationMatcher:
             parts.append(np.full(len(xs), template.part))
         return _peaks(np.concatenate(scores), np.concatenate(boxes), np.concatenate(parts)) if scores else []
 
-    def _refine(self, image: Image, around: _Match, check_height: int, stretches: tuple[tuple[float, float], ...]) -> _Match | None:
+    def _refine(
+        self, image: Image, around: _Match, check_height: int, stretches: tuple[tuple[float, float], ...]
+    ) -> _Match | None:
         """The best colour match over `stretches` (in width, in height) near a rectangle; None if there is none worth following."""
         left, top, width, height = around.rectangle
         zoom = min(1.0, check_height / height)
@@ -204,9 +209,7 @@ def _needed(match: _Match) -> float:
     return SURE + CHANCE_AREA / area + (CORE_EXTRA if match.part != 1.0 else 0.0)
 
 
-def _peaks(
-    scores: NDArray[np.float32], boxes: NDArray[np.float64], parts: NDArray[np.float64]
-) -> list[_Match]:
+def _peaks(scores: NDArray[np.float32], boxes: NDArray[np.float64], parts: NDArray[np.float64]) -> list[_Match]:
     """Greedy choice of the best, each time leaving out what overlaps the chosen one by half."""
     order = np.argsort(-scores, kind="stable")
     scores, boxes, parts = scores[order], boxes[order], parts[order]

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from nxtdrive.vision.detection import Detection, Image, Quad, box_of
 
 WORK_WIDTH = 240
-"""Keypoints are sought on a copy of the frame this wide: half the cost of 320, and what is smaller is left to correlation."""
+"""Keypoints are sought on a copy of the frame at most this wide, at half the cost of 320; what is too small there is left
+to correlation."""
 
 REFERENCE_HEIGHTS = (64, 128, 220)
 """The picture is learnt at these heights in pixels, because a keypoint looks different when it is seen smaller."""
@@ -114,7 +115,8 @@ def _sift(gray: cv2.typing.MatLike) -> tuple[NDArray[np.float32], NDArray[np.flo
     found, descriptors = cv2.SIFT.create(MAX_KEYPOINTS).detectAndCompute(gray, None)
     if descriptors is None or not found:
         return np.empty((0, 2), np.float32), np.empty((0, 128), np.float32)
-    return cv2.KeyPoint.convert(found).astype(np.float32) + 0.5, descriptors.astype(np.float32)
+    points = np.array([keypoint.pt for keypoint in found], np.float32) + np.float32(0.5)
+    return points, descriptors.astype(np.float32)
 
 
 def _reference(picture: Image, height: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -122,7 +124,7 @@ def _reference(picture: Image, height: int) -> tuple[NDArray[np.float32], NDArra
     width = max(1, round(height * picture.shape[1] / picture.shape[0]))
     small = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
     points, descriptors = _sift(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
-    return points / np.array([width, height], np.float32), descriptors
+    return (points / np.array([width, height])).astype(np.float32), descriptors
 
 
 def _plausible(corners: NDArray[np.float32], ratio: float) -> bool:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
-from firmware_protocol.errors import ConfigError
+from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.detection import Detection, Image
 from nxtdrive.vision.detectors.correlation import CorrelationMatcher, distinct, pyramid
 from nxtdrive.vision.detectors.features import FeatureMatcher, keypoints
+from nxtdrive.vision.detectors.options import Options
+from nxtdrive.vision.sources import read_image
 
 SMALLEST_PX = 40
 
@@ -44,11 +47,24 @@ class PictureDetector:
         return distinct(found)
 
 
+def from_options(options: Options) -> PictureDetector:
+    """Make it from ``pictures``: image files of the same target."""
+    return PictureDetector([_read(path) for path in options.take_paths("pictures")])
+
+
+def _read(path: Path) -> Image:
+    try:
+        return read_image(path)
+    except CameraError as error:
+        raise ConfigError(*error.args, remedy=error.remedy) from None
+
+
 def _check(picture: Image) -> None:
     height, width = picture.shape[:2]
     if min(height, width) < SMALLEST_PX:
         raise ConfigError(
-            f"The picture is only {width}x{height} pixels.", remedy=f"Use one of at least {SMALLEST_PX} pixels each way."
+            f"The picture is only {width}x{height} pixels.",
+            remedy=f"Use one of at least {SMALLEST_PX} pixels each way.",
         )
     if float(picture.std()) < 1.0:
         raise ConfigError("The picture is of a single colour.", remedy="Use the color detector for this target.")

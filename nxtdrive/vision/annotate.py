@@ -1,0 +1,60 @@
+"""Draw what was seen into a copy of the frame, for recordings and for ``detect try``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+
+from behaviors.ports import Sighting
+from nxtdrive.vision.detection import Detection, Image
+
+CONFIRMED = (60, 220, 60)
+UNCONFIRMED = (0, 190, 255)
+TEXT = (255, 255, 255)
+SHADE = (0, 0, 0)
+LINE_PX = 16
+
+
+def annotate(image: Image, sighting: Sighting | None, detections: Sequence[Detection] = (), state: str = "") -> Image:
+    """A copy of the BGR `image` with what was seen in it.
+
+    Args:
+        image: Stays as it is.
+        sighting: Drawn in green with name, bearing (R right, L left) and distance.
+        detections: Those that are not the sighting are drawn in orange with their scores.
+        state: Written along the lower edge.
+    """
+    drawn = image.copy()
+    for detection in detections:
+        if sighting is None or detection.box != sighting.box:
+            _outline(drawn, detection, UNCONFIRMED)
+            _write(drawn, f"{detection.score:.2f}", detection.box[0], detection.box[1] - 4)
+    if sighting is not None:
+        confirmed = next((one for one in detections if one.box == sighting.box), Detection(sighting.box, 1.0))
+        _outline(drawn, confirmed, CONFIRMED)
+        _write(drawn, caption(sighting), sighting.box[0], sighting.box[1] - 4)
+    if state:
+        _write(drawn, state, 4, drawn.shape[0] - 5)
+    return drawn
+
+
+def caption(sighting: Sighting) -> str:
+    """A sighting in one line, e.g. ``lena R 12 deg 1.43 m``; plain ASCII, because OpenCV's fonts know no more."""
+    side = "R" if sighting.bearing_deg >= 0 else "L"
+    return f"{sighting.target} {side} {abs(sighting.bearing_deg):.0f} deg {sighting.distance_mm / 1000:.2f} m"
+
+
+def _outline(image: Image, detection: Detection, color: tuple[int, int, int]) -> None:
+    left, top, width, height = detection.box
+    corners = detection.quad or ((left, top), (left + width, top), (left + width, top + height), (left, top + height))
+    cv2.polylines(image, [np.rint(np.array(corners)).astype(np.int32)], True, color, 2, cv2.LINE_AA)
+
+
+def _write(image: Image, text: str, x: int, y: int) -> None:
+    """White on black, kept inside the image."""
+    y = min(max(y, LINE_PX), image.shape[0] - 2)
+    x = max(x, 2)
+    for color, thickness in ((SHADE, 3), (TEXT, 1)):
+        cv2.putText(image, text, (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.45, color, thickness, cv2.LINE_AA)

@@ -1,0 +1,83 @@
+"""Find what a Haar cascade was trained for: OpenCV's own cascades, or a cascade file of the user's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.vision.detection import Detection, Image
+from nxtdrive.vision.detectors.correlation import distinct
+from nxtdrive.vision.detectors.options import Options
+
+DEFAULT_CASCADE = "haarcascade_frontalface_alt2"
+
+SCALE_FACTOR = 1.1
+"""Step between the sizes that are tried."""
+
+MIN_NEIGHBOURS = 3
+"""Overlapping hits that make a detection. Source: docs/vision.md; fewer see no farther and find faces in wallpaper."""
+
+HITS_FOR_FULL_SCORE = 10
+
+
+class HaarDetector:
+    """Runs one cascade over the gray frame. The score grows with the number of overlapping hits.
+
+    Args:
+        cascade: Name of a cascade that comes with OpenCV (``haarcascade_frontalface_alt2``) or the path of an XML file.
+
+    Raises:
+        ConfigError: there is no such cascade, or OpenCV has no Haar detector any more (5.0 and later).
+    """
+
+    def __init__(self, cascade: str = DEFAULT_CASCADE) -> None:
+        if not hasattr(cv2, "CascadeClassifier"):
+            raise ConfigError(
+                f"OpenCV {cv2.__version__} has no Haar detector.",
+                remedy='Install one that has: pip install "opencv-python-headless<5"; or use a picture target.',
+            )
+        path = _find(cascade)
+        try:
+            self._classifier = cv2.CascadeClassifier(str(path))
+        except cv2.error:
+            self._classifier = cv2.CascadeClassifier()
+        if self._classifier.empty():
+            raise ConfigError(f"{path} is not a cascade OpenCV can read.", remedy="Use an XML file of OpenCV 3 or 4.")
+
+    def detect(self, image: Image) -> list[Detection]:
+        """All hits, best first."""
+        gray = cv2.equalizeHist(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
+        boxes, hits = self._classifier.detectMultiScale2(gray, scaleFactor=SCALE_FACTOR, minNeighbors=MIN_NEIGHBOURS)
+        return distinct(
+            [
+                Detection((int(left), int(top), int(width), int(height)), min(1.0, int(count) / HITS_FOR_FULL_SCORE))
+                for (left, top, width, height), count in zip(boxes, hits, strict=True)
+            ]
+        )
+
+
+def from_options(options: Options) -> HaarDetector:
+    """Make it from ``cascade``: a name, or a file."""
+    cascade = options.take("cascade", str, DEFAULT_CASCADE)
+    file = options.path(cascade)
+    return HaarDetector(str(file) if file.is_file() else cascade)
+
+
+def cascades() -> list[str]:
+    """Names of the cascades that come with this OpenCV."""
+    return sorted(file.stem for file in _folder().glob("*.xml"))
+
+
+def _find(cascade: str) -> Path:
+    for path in (Path(cascade).expanduser(), _folder() / f"{cascade}.xml"):
+        if path.is_file():
+            return path
+    raise ConfigError(
+        f"There is no cascade {cascade!r}.", remedy=f"Give an XML file or one of: {', '.join(cascades()) or '(none)'}."
+    )
+
+
+def _folder() -> Path:
+    return Path(cv2.__file__).parent / "data"

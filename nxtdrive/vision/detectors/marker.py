@@ -1,0 +1,60 @@
+"""Find a printed ArUco or AprilTag marker: the surest target, for classrooms."""
+
+from __future__ import annotations
+
+import cv2
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.vision.detection import Detection, Image, Quad, box_of
+from nxtdrive.vision.detectors.options import Options
+
+DEFAULT_FAMILY = "aruco_4x4_50"
+
+FAMILIES = {
+    "aruco_4x4_50": (cv2.aruco.DICT_4X4_50, 50),
+    "apriltag_36h11": (cv2.aruco.DICT_APRILTAG_36H11, 587),
+}
+"""OpenCV's dictionary and how many markers it has, for each family."""
+
+
+class MarkerDetector:
+    """Finds one marker of a family. It decodes the number, so the score is always 1.
+
+    Args:
+        number: The marker's.
+        family: ``aruco_4x4_50`` or ``apriltag_36h11``.
+
+    Raises:
+        ConfigError: there is no such family or number.
+    """
+
+    def __init__(self, number: int, family: str = DEFAULT_FAMILY) -> None:
+        if family not in FAMILIES:
+            raise ConfigError(f"There is no marker family {family!r}.", remedy=f"Use one of: {', '.join(FAMILIES)}.")
+        dictionary, count = FAMILIES[family]
+        if not 0 <= number < count:
+            raise ConfigError(f"{family} has no marker {number}.", remedy=f"Its numbers are 0 to {count - 1}.")
+        parameters = cv2.aruco.DetectorParameters()
+        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+        self._number = number
+        self._detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(dictionary), parameters)
+
+    def detect(self, image: Image) -> list[Detection]:
+        """Every copy of the marker in the frame, the largest first."""
+        corners, ids, _ = self._detector.detectMarkers(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
+        if ids is None:
+            return []
+        quads = [_quad(found[0]) for found, one in zip(corners, ids.ravel(), strict=True) if one == self._number]
+        found = [Detection(box_of(quad), 1.0, quad) for quad in quads]
+        return sorted(found, key=lambda detection: -detection.box[3])
+
+
+def from_options(options: Options) -> MarkerDetector:
+    """Make it from ``id`` and ``family``."""
+    return MarkerDetector(options.take("id", int), options.take("family", str, DEFAULT_FAMILY))
+
+
+def _quad(corners: cv2.typing.MatLike) -> Quad:
+    """OpenCV's corners, which count from the middle of the first pixel, counted from its corner."""
+    a, b, c, d = ((float(u) + 0.5, float(v) + 0.5) for u, v in corners)
+    return a, b, c, d

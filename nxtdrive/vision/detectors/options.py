@@ -1,0 +1,77 @@
+"""The options of a detector's description, taken one by one, so that every mistake has its own sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TypeVar
+
+from firmware_protocol.errors import ConfigError
+
+T = TypeVar("T", str, int, float)
+
+
+class Options:
+    """What stands in a description beside the kind of detector.
+
+    Args:
+        kind: Of the detector, for messages.
+        values: The options.
+        folder: Where relative paths start.
+    """
+
+    def __init__(self, kind: str, values: Mapping[str, object], folder: Path) -> None:
+        self.kind = kind
+        self._values = dict(values)
+        self._folder = folder
+
+    def take(self, name: str, type_: type[T], default: T | None = None) -> T:
+        """The option `name`.
+
+        Raises:
+            ConfigError: it is of another type, or missing without a default.
+        """
+        value = self._values.pop(name, default)
+        if value is None:
+            raise ConfigError(f"The {self.kind} detector needs {name}.", remedy=f"Add {name} to the target.")
+        if type_ is float and isinstance(value, int) and not isinstance(value, bool):
+            return type_(value)
+        if not isinstance(value, type_) or isinstance(value, bool):
+            raise ConfigError(
+                f"{name} of the {self.kind} detector must be {_KINDS[type_]}, not {value!r}.",
+                remedy="Correct the target.",
+            )
+        return value
+
+    def take_paths(self, name: str) -> list[Path]:
+        """The option `name`, one file or a list of files; that they exist is for the reader to see.
+
+        Raises:
+            ConfigError: it is missing, empty or something else.
+        """
+        value = self._values.pop(name, None)
+        names = [value] if isinstance(value, str | Path) else value
+        if not isinstance(names, list | tuple) or not names or not all(isinstance(one, str | Path) for one in names):
+            raise ConfigError(
+                f"The {self.kind} detector needs {name}, a list of files.", remedy=f'{name} = ["lena.png"]'
+            )
+        return [self._folder / Path(one).expanduser() for one in names]
+
+    def path(self, text: str) -> Path:
+        """A relative path as seen from the folder."""
+        return self._folder / Path(text).expanduser()
+
+    def finish(self) -> None:
+        """Complain about options that nobody took.
+
+        Raises:
+            ConfigError: there are some.
+        """
+        if self._values:
+            names = ", ".join(sorted(self._values))
+            raise ConfigError(
+                f"The {self.kind} detector has no option {names}.", remedy="Remove it, or check the spelling."
+            )
+
+
+_KINDS: dict[type, str] = {str: "a text", int: "a whole number", float: "a number"}

@@ -1,0 +1,47 @@
+"""Look for a target only where it was a moment ago: a crop of the frame, shrunk to the size the detectors like."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from nxtdrive.vision.detection import Box, Detection, Detector, Image, Quad
+
+TARGET_HEIGHT_PX = 80
+"""A larger target is shrunk to this height before detection; all detectors see that well (docs/vision.md)."""
+
+MARGIN = 0.7
+"""How far the crop reaches beyond the old box on each side, as a share of its larger side."""
+
+LEAST_MARGIN_PX = 24
+
+
+def detect_near(detector: Detector, image: Image, box: Box) -> list[Detection]:
+    """What `detector` finds in the BGR `image` near `box`, in the coordinates of the image, best first."""
+    left, top, width, height = box
+    margin = max(LEAST_MARGIN_PX, round(MARGIN * max(width, height)))
+    x0, y0 = max(0, left - margin), max(0, top - margin)
+    crop = image[y0 : max(0, top + height + margin), x0 : max(0, left + width + margin)]
+    if crop.size == 0:
+        return []
+    zoom = min(1.0, TARGET_HEIGHT_PX / max(1, height))
+    size = (max(1, round(crop.shape[1] * zoom)), max(1, round(crop.shape[0] * zoom)))
+    small = crop if zoom == 1 else cv2.resize(crop, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
+    stretch_x, stretch_y = crop.shape[1] / small.shape[1], crop.shape[0] / small.shape[0]
+    return [_placed(found, x0, y0, stretch_x, stretch_y) for found in detector.detect(small)]
+
+
+def _placed(found: Detection, x0: int, y0: int, stretch_x: float, stretch_y: float) -> Detection:
+    """A detection in the crop, carried over to the frame."""
+    left, top, width, height = found.box
+    box = (
+        round(x0 + left * stretch_x),
+        round(y0 + top * stretch_y),
+        round(width * stretch_x),
+        round(height * stretch_y),
+    )
+    if found.quad is None:
+        return Detection(box, found.score)
+    a, b, c, d = ((x0 + u * stretch_x, y0 + v * stretch_y) for u, v in found.quad)
+    quad: Quad = (a, b, c, d)
+    return Detection(box, found.score, quad)

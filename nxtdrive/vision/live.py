@@ -1,0 +1,127 @@
+"""Live cameras: a thread of their own keeps only the freshest frame.
+
+A camera that is read less often than it delivers queues old frames, and the robot would steer by the past. So a thread
+takes every frame at once and keeps the last. It also bounds what OpenCV cannot: a webcam whose driver hangs blocks only
+the thread. When the camera goes away, the thread opens it again and again; `read` tells its caller meanwhile.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from types import TracebackType
+from typing import Protocol, Self
+
+import cv2
+import numpy as np
+
+from behaviors.ports import Clock
+from firmware_protocol.errors import CameraError
+from nxtdrive.vision.camera import Frame
+
+REOPEN_AFTER_S = 0.5
+CLOSE_WITHIN_S = 2.0
+
+
+class Capture(Protocol):
+    """The part of ``cv2.VideoCapture`` that is used here."""
+
+    def isOpened(self) -> bool:  # noqa: N802
+        """Whether it delivers."""
+        ...
+
+    def read(self) -> tuple[bool, cv2.typing.MatLike]:
+        """Whether there was a frame, and the frame; blocks until there is one."""
+        ...
+
+    def release(self) -> None:
+        """Close the device."""
+        ...
+
+
+class LiveCamera:
+    """A webcam or network stream.
+
+    Args:
+        name: For messages, e.g. "camera 0".
+        remedy: What to do when it gives nothing.
+        open_capture: Opens the device; called in the camera's own thread.
+        clock: The mission's time; asked in the camera's own thread.
+        open_timeout_s: Longest wait for the first frame.
+
+    Raises:
+        CameraError: there was no frame in that time.
+    """
+
+    def __init__(
+        self, name: str, remedy: str, open_capture: Callable[[], Capture], clock: Clock, open_timeout_s: float
+    ) -> None:
+        self._name = name
+        self._remedy = remedy
+        self._open_capture = open_capture
+        self._clock = clock
+        self._news = threading.Condition()
+        self._closing = threading.Event()
+        self._latest: Frame | None = None
+        self._given = -1
+        self._failed = False
+        self._thread = threading.Thread(target=self._run, name=f"nxtdrive {name}", daemon=True)
+        self._thread.start()
+        with self._news:
+            self._news.wait_for(lambda: self._latest is not None or self._failed, open_timeout_s)
+            first = self._latest
+        if first is None:
+            self.close()
+            raise CameraError(f"{name} gives no frames.", remedy=remedy)
+        self._size: tuple[int, int] = (first.image.shape[1], first.image.shape[0])
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the first frame in pixels."""
+        return self._size
+
+    def read(self, timeout_s: float) -> Frame:
+        """The freshest frame; see `Camera.read`."""
+        with self._news:
+            self._news.wait_for(self._has_news, timeout_s)
+            if self._latest is None or not self._has_news():
+                raise CameraError(f"{self._name} gave no frame for {timeout_s:g} s.", remedy=self._remedy)
+            self._given = self._latest.index
+            return self._latest
+
+    def close(self) -> None:
+        """Stop the thread and give the device back; a hanging driver is left to the end of the program."""
+        self._closing.set()
+        self._thread.join(CLOSE_WITHIN_S)
+
+    def _has_news(self) -> bool:
+        return self._latest is not None and self._latest.index > self._given
+
+    def _run(self) -> None:
+        while not self._closing.is_set():
+            capture = self._open_capture()
+            self._grab(capture)
+            capture.release()
+            with self._news:
+                self._failed = True
+                self._news.notify_all()
+            self._closing.wait(REOPEN_AFTER_S)
+
+    def _grab(self, capture: Capture) -> None:
+        """Take frames until there are no more."""
+        while capture.isOpened() and not self._closing.is_set():
+            there, image = capture.read()
+            if not there:
+                return
+            with self._news:
+                index = 0 if self._latest is None else self._latest.index + 1
+                self._latest = Frame(image.astype(np.uint8, copy=False), self._clock.now(), index)
+                self._news.notify_all()

@@ -1,0 +1,137 @@
+"""Open whatever the user calls a camera: a webcam's number, a stream's URL, a video, a folder of images, one image."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from itertools import repeat
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from behaviors.ports import Clock
+from firmware_protocol.errors import CameraError
+from nxtdrive.vision.camera import Camera, ReplayCamera
+from nxtdrive.vision.detection import Image
+from nxtdrive.vision.live import LiveCamera
+from nxtdrive.vision.opencv import configure
+
+IMAGE_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".webp", ".tif", ".tiff", ".ppm"})
+FOLDER_FPS = 10.0
+FALLBACK_FPS = 25.0
+WEBCAM_SIZE = (640, 480)
+
+
+def open_camera(
+    source: str,
+    *,
+    clock: Clock,
+    open_timeout_s: float = 8.0,
+    stall_timeout_s: float = 3.0,
+    paced: bool = True,
+) -> Camera:
+    """Open a camera.
+
+    Args:
+        source: ``"0"`` (a webcam's number), ``"http://..."`` or ``"rtsp://..."`` (a stream), or the path of a video, of
+            a folder with images (shown in the order of their names) or of one image (shown for ever).
+        clock: The mission's time.
+        open_timeout_s: Longest wait for a live camera's first frame.
+        stall_timeout_s: A stream that is silent for this long is opened again.
+        paced: Show recordings at their own pace; otherwise one picture per read, without waiting.
+
+    Raises:
+        CameraError: it cannot be opened; the message says why and what to do.
+    """
+    configure()
+    if source.isdecimal():
+        number = int(source)
+        return LiveCamera(
+            f"Camera {number}",
+            "Is it plugged in, and does no other program use it? Other cameras have the numbers 0, 1, 2...",
+            lambda: _open_webcam(number),
+            clock,
+            open_timeout_s,
+        )
+    if re.match(r"[a-z][a-z0-9+.-]+://", source, re.IGNORECASE):
+        return LiveCamera(
+            f"The stream {source}",
+            "Open the address in a browser or in VLC to see whether it runs.",
+            _stream_opener(source, open_timeout_s, stall_timeout_s),
+            clock,
+            open_timeout_s,
+        )
+    return _open_recording(Path(source).expanduser(), clock, paced)
+
+
+def read_image(path: Path) -> Image:
+    """The image file as BGR.
+
+    Raises:
+        CameraError: it is missing or not an image.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise CameraError(f"{path} cannot be read ({error.strerror}).", remedy="Check the path.") from None
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR) if data else None
+    if image is None:
+        raise CameraError(f"{path} is not an image OpenCV can read.", remedy="Use a PNG or JPEG file.")
+    return image.astype(np.uint8, copy=False)
+
+
+def _open_webcam(number: int) -> cv2.VideoCapture:
+    """Without time limits: OpenCV's webcam backends refuse to open when given some; the camera's thread bounds them."""
+    capture = cv2.VideoCapture(number)
+    capture.set(cv2.CAP_PROP_FRAME_WIDTH, WEBCAM_SIZE[0])
+    capture.set(cv2.CAP_PROP_FRAME_HEIGHT, WEBCAM_SIZE[1])
+    capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
+    return capture
+
+
+def _stream_opener(url: str, open_timeout_s: float, stall_timeout_s: float) -> Callable[[], cv2.VideoCapture]:
+    limits = [
+        cv2.CAP_PROP_OPEN_TIMEOUT_MSEC,
+        round(open_timeout_s * 1000),
+        cv2.CAP_PROP_READ_TIMEOUT_MSEC,
+        round(stall_timeout_s * 1000),
+    ]
+    return lambda: cv2.VideoCapture(url, cv2.CAP_FFMPEG, limits)
+
+
+def _open_recording(path: Path, clock: Clock, paced: bool) -> Camera:
+    if path.is_dir():
+        files = sorted(file for file in path.iterdir() if file.suffix.lower() in IMAGE_SUFFIXES)
+        if not files:
+            raise CameraError(f"The folder {path} holds no images.", remedy="Put PNG or JPEG files there.")
+        return ReplayCamera(f"The folder {path}", map(read_image, files), FOLDER_FPS if paced else None, clock)
+    if not path.exists():
+        raise CameraError(
+            f"There is no camera, file or folder {str(path)!r}.",
+            remedy="Give a webcam's number (0), a video, an image, a folder of images or a URL.",
+        )
+    if path.suffix.lower() in IMAGE_SUFFIXES:
+        return ReplayCamera(f"The image {path}", repeat(read_image(path)), FOLDER_FPS if paced else None, clock)
+    return _open_video(path, clock, paced)
+
+
+def _open_video(path: Path, clock: Clock, paced: bool) -> Camera:
+    capture = cv2.VideoCapture(
+        str(path), cv2.CAP_FFMPEG, [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, 5000, cv2.CAP_PROP_READ_TIMEOUT_MSEC, 5000]
+    )
+    if not capture.isOpened():
+        raise CameraError(
+            f"{path} is not a video OpenCV can read.", remedy="Use AVI, MP4 or MKV, or a folder of images."
+        )
+    fps = capture.get(cv2.CAP_PROP_FPS)
+    fps = fps if 0 < fps <= 1000 else FALLBACK_FPS
+    return ReplayCamera(f"The video {path}", _frames(capture), fps if paced else None, clock, capture.release)
+
+
+def _frames(capture: cv2.VideoCapture) -> Iterator[Image]:
+    while True:
+        there, image = capture.read()
+        if not there:
+            return
+        yield image.astype(np.uint8, copy=False)
