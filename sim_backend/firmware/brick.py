@@ -2,19 +2,52 @@
 
 from __future__ import annotations
 
-from sim_backend.firmware.comm import Comm, Handlers
-from sim_backend.firmware.direct_handlers import OutputHandlers
+from sim_backend.firmware.answer import Handlers
+from sim_backend.firmware.comm import Comm
+from sim_backend.firmware.i2c import I2CDevice
+from sim_backend.firmware.input import AnalogSensor, InputModule
+from sim_backend.firmware.input_handlers import InputHandlers
+from sim_backend.firmware.low_speed import LowSpeedModule
+from sim_backend.firmware.module import Clock, Module
 from sim_backend.firmware.output import MotorPlant, OutputModule
+from sim_backend.firmware.output_handlers import OutputHandlers
+from sim_backend.firmware.property_handlers import PropertyHandlers
+from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.sound import SoundModule
+from sim_backend.firmware.ui import UiModule
 
 BOOT_MS = 6000
-"""Passes from power-on until the brick is ready; the conversations start there."""
+"""Passes from power-on until melody and radio have started. Source: docs/firmware.md section 0.1."""
+
+FIRMWARES = ("1.29", "1.05")
+"""The firmware versions the brick can behave as."""
+
+_MOTOR_PORTS = "ABC"
 
 
 class SimBrick:
-    """A brick that has been switched on six seconds ago.
+    """A brick that was switched on six seconds ago and has started up.
+
+    Telegrams are handled in the pass of one millisecond that is about to run; time passes only in `tick`. Waiting costs
+    nothing while nothing moves: the scheduler goes straight to the next pass in which a module has something to do.
+
+    Args:
+        firmware: "1.29", or "1.05" without the commands and sensors that came later.
+        name: The brick's name, at most 15 characters.
+        address: Six bytes: the address of its radio and its USB serial number.
+        seed: Reserved for what is drawn; the firmware itself draws nothing.
+
+    Raises:
+        ValueError: There is no such firmware.
 
     Attributes:
-        now_ms: Milliseconds since power-on.
+        output: The motor module.
+        input: The module of the four input ports.
+        low_speed: The I2C module.
+        sound: The loudspeaker's module.
+        ui: Battery, sleep timer, busy state.
+        radio: Name, address, Bluetooth.
+        comm: Telegram buffers and dispatch.
     """
 
     def __init__(
@@ -25,22 +58,78 @@ class SimBrick:
         address: bytes = bytes.fromhex("001653010203"),
         seed: int = 0,
     ) -> None:
-        self.now_ms = BOOT_MS
+        if firmware not in FIRMWARES:
+            raise ValueError(f"firmware must be one of {', '.join(FIRMWARES)}, not {firmware!r}")
         extended = firmware != "1.05"
-        self.output = OutputModule(self.now_ms, stop_all_synchronised=extended)
-        handlers: Handlers = {**OutputHandlers(self.output).table}
+        self.seed = seed
+        self._clock = clock = Clock(BOOT_MS)
+        self.output = OutputModule(clock, stop_all_synchronised=extended)
+        self.input = InputModule(clock, evaluates_all=not extended)
+        self.low_speed = LowSpeedModule(clock, self.input.ports)
+        self.sound = SoundModule(clock)
+        self.ui = UiModule(clock)
+        self.radio = Radio(clock, name.encode("latin-1"), address)
+        self._sleepers: tuple[Module, ...] = (self.low_speed, self.sound, self.ui)
+        handlers: Handlers = {
+            **OutputHandlers(self.output).table,
+            **InputHandlers(self.input, self.low_speed).table,
+            **PropertyHandlers(self.ui, self.sound, self.radio).table,
+        }
         self.comm = Comm(handlers, extended=extended)
 
+    @property
+    def now_ms(self) -> int:
+        """Milliseconds since power-on."""
+        return self._clock.now_ms
+
+    @property
+    def powered_off(self) -> bool:
+        """Whether the firmware has switched the brick off; a real one no longer answers."""
+        return self.ui.powered_off
+
     def receive(self, telegram: bytes) -> bytes | None:
+        """Handle one telegram in the pass that is about to run; no time passes.
+
+        Args:
+            telegram: At most 64 bytes; what is beyond is not looked at, as no USB packet carries more.
+
+        Returns:
+            The reply as LEGO's firmware would send it, or None.
+        """
         return self.comm.receive(telegram)
 
     def tick(self, passes: int = 1) -> None:
-        end = self.now_ms + passes
-        output = self.output
-        while self.now_ms < end:
-            self.now_ms = min(output.due_ms, end)
-            output.run(self.now_ms)
+        """Let `passes` milliseconds go by."""
+        clock, output, inputs = self._clock, self.output, self.input
+        low_speed, sound, ui = self._sleepers
+        now, end = clock.now_ms, clock.now_ms + passes
+        while now < end:
+            clock.now_ms = now = min(
+                end, max(now + 1, min(output.due_ms, inputs.due_ms, low_speed.due_ms, sound.due_ms, ui.due_ms))
+            )
+            if inputs.due_ms <= now or now == end:
+                inputs.run(now)
+            if low_speed.due_ms <= now:
+                low_speed.run(now)
+            if output.due_ms <= now or now == end:
+                output.run(now)
+            if sound.due_ms <= now:
+                sound.run(now)
+            if ui.due_ms <= now:
+                ui.run(now)
 
-    def attach_motor(self, port: str, plant: MotorPlant) -> None:
-        self.output.outputs["ABC".index(port)].plant = plant
+    def attach_motor(self, port: str, plant: MotorPlant | None) -> None:
+        """Plug a motor into port "A", "B" or "C", or unplug it with None."""
+        self.output.outputs[_MOTOR_PORTS.index(port)].plant = plant
         self.output.wake()
+
+    def attach_sensor(self, port: int, sensor: AnalogSensor | I2CDevice | None) -> None:
+        """Plug a sensor, analog or I2C, into port 1 to 4, or unplug it with None."""
+        digital = sensor if isinstance(sensor, I2CDevice) else None
+        self.low_speed.channels[port - 1].bus.device = digital
+        self.input.ports[port - 1].sensor = sensor if not isinstance(sensor, I2CDevice) else None
+        self.input.wake()
+
+    def set_battery(self, raw: int) -> None:
+        """Change the battery: what the 10-bit converter reads, 13.848 mV each; see `ui.RECHARGEABLE`."""
+        self.ui.set_battery(raw)

@@ -6,43 +6,14 @@ is completed with bytes of the ones before it; and a system opcode without a han
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from firmware_protocol.status import Status
-from firmware_protocol.telegram import COMMANDS, NO_REPLY, Command, Kind, Reply
+from firmware_protocol.telegram import COMMANDS, NO_REPLY, Command, Kind
+from sim_backend.firmware.answer import Handlers
 
 PACKET = 64
 """Bytes of a USB packet and of the firmware's USB buffers."""
-
-
-class Answer(NamedTuple):
-    """What a handler answers.
-
-    Attributes:
-        status: Third byte of the reply.
-        payload: What follows it.
-    """
-
-    status: int = Status.OK
-    payload: bytes = b""
-
-
-DONE = Answer()
-"""OK without payload."""
-
-Handler = Callable[[Any], Answer]
-Handlers = Mapping[type[Command[Any]], Handler]
-
-
-def answer(reply: Reply, status: int = Status.OK) -> Answer:
-    """An answer with a declared payload."""
-    return Answer(status, reply.pack())
-
-
-def refuse_with_zeros(command: type[Command[Any]], status: int) -> Answer:
-    """A refusal that still carries the whole payload, all zeros."""
-    return Answer(status, bytes(command.reply_type.layout.size))
 
 
 class Comm:

@@ -8,6 +8,19 @@ NEVER = 1 << 62
 """A pass that does not come."""
 
 
+class Clock:
+    """The brick's time; only the scheduler moves it.
+
+    Attributes:
+        now_ms: Milliseconds since power-on: the passes that are over.
+    """
+
+    __slots__ = ("now_ms",)
+
+    def __init__(self, now_ms: int) -> None:
+        self.now_ms = now_ms
+
+
 class Module(Protocol):
     """One module of the firmware, run by the scheduler once per pass of 1 ms.
 

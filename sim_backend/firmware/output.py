@@ -9,7 +9,7 @@ from enum import IntFlag
 from typing import Protocol
 
 from sim_backend.firmware.cint import s32
-from sim_backend.firmware.module import NEVER
+from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.motor_control import BRAKE, IDLE, MOTOR_ON, PERIOD, RAMP_DOWN, REGULATED, SYNC, MotorControl
 from sim_backend.firmware.regulation import Regulators
 
@@ -67,7 +67,6 @@ class Output:
         regulation: As commanded.
         turn: As commanded, percent.
         tacho_limit: As commanded, degrees.
-        spare: Bytes of the map without a meaning.
     """
 
     __slots__ = (
@@ -112,11 +111,11 @@ class OutputModule:
         pwm_frequency: Byte 96 of the map, kHz.
     """
 
-    def __init__(self, now_ms: int, *, stop_all_synchronised: bool) -> None:
+    def __init__(self, clock: Clock, *, stop_all_synchronised: bool) -> None:
         """Make the module of a brick that has just booted.
 
         Args:
-            now_ms: The brick's time.
+            clock: The brick's time.
             stop_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor
                 (firmware 1.29) or only the partner.
         """
@@ -127,11 +126,19 @@ class OutputModule:
         self.pwm_frequency = 0
         self.due_ms = NEVER
         self._regulators = Regulators()
-        self._last_ms = now_ms
+        self._clock = clock
+        self._last_ms = clock.now_ms
+
+    def release(self) -> None:
+        """What starting and stopping a program does: coasting motors, all counters zero."""
+        for output in self.outputs:
+            output.release()
+            output.flags |= int(Update.RESET_COUNT | Update.RESET_BLOCK | Update.RESET_ROTATION)
+        self.wake()
 
     def wake(self) -> None:
         """Make the next pass count: a command was given or a plant was touched."""
-        self.due_ms = self._last_ms + 1
+        self.due_ms = self._clock.now_ms + 1
 
     def run(self, now_ms: int) -> None:
         """Apply commands, regulate, hand out PWM, and let the plants move for one millisecond."""

@@ -1,4 +1,4 @@
-"""What each direct command does. Source: docs/firmware.md section 4."""
+"""What the motor commands do. Source: docs/firmware.md section 4."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ from firmware_protocol.direct import (
 )
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from firmware_protocol.status import Status
-from sim_backend.firmware.comm import DONE, Answer, Handlers, answer, refuse_with_zeros
+from sim_backend.firmware.answer import DONE, OUT_OF_RANGE, Answer, Handlers, answer, refuse_with_zeros
 from sim_backend.firmware.output import COMMAND, OutputModule, Update
-
-OUT_OF_RANGE = Answer(Status.OUT_OF_RANGE)
 
 
 class OutputHandlers:

@@ -1,0 +1,112 @@
+"""From the converter's value to what a program reads: normalisation by type, scaling by mode.
+
+Source: docs/firmware.md section 6.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Callable
+
+from firmware_protocol.enums import SensorMode, SensorType
+from sim_backend.firmware.cint import s16
+
+FULL_SCALE = 1023
+"""Largest value of the 10-bit converter; also what an open port reads."""
+
+_PRESSED_BELOW = 460
+"""Normalized values above it are boolean 0."""
+
+_TEMPERATURE = (
+    (290, 1023), (300, 986), (400, 747), (450, 666), (460, 650), (500, 593), (512, 577), (550, 527),
+    (562, 511), (600, 466), (700, 345), (800, 220), (899, 61), (900, 59), (928, 0),
+)  # fmt: skip
+"""Raw to normalized at the measured points of the firmware's table; in between we interpolate."""
+
+_BANDS = (450, 675, 910)
+"""Borders of the rotation sensor's four bands, per mille of full scale 440, 660, 890."""
+
+_ORDER = (0, 1, 3, 2)
+"""The bands in the order in which a turning shaft passes them; the same backwards is the other direction."""
+
+
+def _inverted(zero: int, percent: int) -> Callable[[int], int]:
+    def normalize(raw: int) -> int:
+        return FULL_SCALE - min(FULL_SCALE, max(0, raw - zero) * 100 // percent)
+
+    return normalize
+
+
+def _temperature(raw: int) -> int:
+    raws = [point[0] for point in _TEMPERATURE]
+    raw = min(max(raw, raws[0]), raws[-1])
+    i = max(1, bisect_left(raws, raw))
+    (left, high), (right, low) = _TEMPERATURE[i - 1], _TEMPERATURE[i]
+    return high - (high - low) * (raw - left) // (right - left)
+
+
+def _unchanged(raw: int) -> int:
+    return raw
+
+
+NORMALIZE: dict[int, Callable[[int], int]] = {
+    SensorType.SWITCH: _unchanged,
+    SensorType.TEMPERATURE: _temperature,
+    SensorType.REFLECTION: _inverted(476, 41),
+    SensorType.ANGLE: _unchanged,
+    SensorType.LIGHT_ACTIVE: _inverted(200, 68),
+    SensorType.LIGHT_INACTIVE: _inverted(200, 68),
+    SensorType.SOUND_DB: _inverted(162, 83),
+    SensorType.SOUND_DBA: _inverted(162, 83),
+    SensorType.CUSTOM: _unchanged,
+}
+"""How each analog type turns raw into normalized; types that are not here are not evaluated."""
+
+
+def celsius(normalized: int) -> int:
+    """Tenths of a degree."""
+    return 900 * normalized // FULL_SCALE - 200
+
+
+def fahrenheit(normalized: int) -> int:
+    """Tenths of a degree; below 0 °C the firmware's unsigned arithmetic gives garbage."""
+    return s16((celsius(normalized) * 180 & 0xFFFF_FFFF) // 100 + 320)
+
+
+LEVEL: dict[int, Callable[[int], int]] = {
+    SensorMode.RAW: _unchanged,
+    SensorMode.PERCENT: lambda normalized: 100 * normalized // FULL_SCALE,
+    SensorMode.CELSIUS: celsius,
+    SensorMode.FAHRENHEIT: fahrenheit,
+}
+"""Modes whose scaled value depends on nothing but the normalized one."""
+
+
+def boolean(normalized: int, slope: int, before: int, last: int) -> int:
+    """Whether a sensor is "pressed".
+
+    Args:
+        normalized: 0..1023.
+        slope: 0 for a fixed threshold, else the change that counts.
+        before: The normalized value one pass earlier.
+        last: The boolean one pass earlier; the answer where the firmware's is undefined.
+    """
+    if not slope:
+        return int(normalized <= _PRESSED_BELOW)
+    if normalized > FULL_SCALE - slope:
+        return 0
+    if normalized < slope or before - normalized > slope:
+        return 1
+    if normalized - before > slope:
+        return 0
+    return last
+
+
+def band(normalized: int) -> int:
+    """Position of the rotation sensor's disc in its cycle of four."""
+    return _ORDER.index(sum(normalized >= border for border in _BANDS))
+
+
+def step(before: int, now: int) -> int:
+    """Sixteenths of a turn between two bands: +1, -1, or 0 if the disc cannot have moved so."""
+    return {1: 1, 3: -1}.get((now - before) % 4, 0)

@@ -1,0 +1,75 @@
+"""One I2C bus: the wires between an input port and a digital sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol, runtime_checkable
+
+ADDRESS_CLOCKS = 9
+"""Clock pulses of one byte, its acknowledge included."""
+
+
+@runtime_checkable
+class I2CDevice(Protocol):
+    """A digital sensor.
+
+    Attributes:
+        address: Its address in the 8-bit write form, such as 0x02.
+    """
+
+    address: int
+
+    def write(self, data: bytes) -> None:
+        """Take the bytes behind the address."""
+
+    def read(self, size: int) -> bytes:
+        """Give `size` bytes."""
+
+
+class I2CBus:
+    """The bus of one port, with at most one device, as LEGO's cables allow.
+
+    Attributes:
+        device: What is plugged in, or None.
+        stuck: Whether something holds a line low.
+        trace: What happened on the wires, if a list is put here: S start, [aa] address byte, a acknowledged, n not, xx
+            byte written, rxx byte read, N last byte read, P stop.
+        clocks: Clock pulses so far.
+    """
+
+    __slots__ = ("clocks", "device", "stuck", "trace")
+
+    def __init__(self) -> None:
+        self.device: I2CDevice | None = None
+        self.stuck = False
+        self.trace: list[str] | None = None
+        self.clocks = 0
+
+    def acknowledges(self, address: int) -> bool:
+        """Whether a device answers to the 8-bit `address`, read or write."""
+        return self.device is not None and self.device.address == address & 0xFE
+
+    def probe(self, address: int) -> None:
+        """Call a device that does not answer."""
+        self._record(("S", f"[{address:02x}]n", "P"), bytes_moved=1, extra_clocks=1)
+
+    def transfer(self, message: bytes, rx_size: int) -> bytes:
+        """Write `message` (address first), then read `rx_size` bytes without a stop at the end."""
+        device = self.device
+        if device is None:
+            return b""
+        address, data = message[0], message[1:]
+        device.write(data)
+        tokens = ["S", f"[{address:02x}]a", *(f"{byte:02x}" for byte in data), "P"]
+        if not rx_size:
+            self._record(tokens, bytes_moved=len(message), extra_clocks=1)
+            return b""
+        received = device.read(rx_size)
+        tokens += ["S", f"[{address | 1:02x}]a", *(f"r{byte:02x}" for byte in received), "N"]
+        self._record(tokens, bytes_moved=len(message) + 1 + rx_size, extra_clocks=3)
+        return received
+
+    def _record(self, tokens: Sequence[str], bytes_moved: int, extra_clocks: int) -> None:
+        self.clocks += ADDRESS_CLOCKS * bytes_moved + extra_clocks
+        if self.trace is not None:
+            self.trace.extend(tokens)

@@ -1,0 +1,199 @@
+"""The input module: what the four input ports read. Source: docs/firmware.md section 6; the map is in section 5.2."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from firmware_protocol.enums import SensorMode, SensorType
+from sim_backend.firmware.analog import FULL_SCALE, LEVEL, NORMALIZE, band, boolean, step
+from sim_backend.firmware.cint import s16
+from sim_backend.firmware.module import NEVER, Clock
+
+DEBOUNCE = 100
+"""Passes without counting after each counted edge."""
+
+_MODE = 0xE0
+_SLOPE = 0x1F
+_COUNTING = (SensorMode.TRANSITION_COUNT, SensorMode.PERIOD_COUNT, SensorMode.ANGLE_STEPS)
+_SETTLING = 20
+_SETTLING_SOUND = 300
+_SOUND = (SensorType.SOUND_DB, SensorType.SOUND_DBA)
+_COLOR = range(SensorType.COLOR_FULL, SensorType.COLOR_NONE + 1)
+_PLAIN = (SensorType.NONE, SensorType.SWITCH, SensorType.TEMPERATURE)
+"""Types that share one set-up of the port's pins."""
+
+
+class AnalogSensor(Protocol):
+    """What an input port's converter sees."""
+
+    def raw(self) -> int:
+        """The converter's value now, 0..1023."""
+
+
+class InputPort:
+    """One input port.
+
+    Attributes:
+        sensor: What is plugged in, or None; None reads as an open port.
+        type: As commanded.
+        mode: As commanded.
+        raw: Of the converter, 0..1023.
+        normalized: 0..1023.
+        scaled: By the mode.
+        boolean: Whether "pressed".
+        invalid: Whether the values do not yet belong to the type.
+        custom_zero_offset, custom_full_scale, custom_active: For `SensorType.CUSTOM`; kept, not used here.
+        pin_directions, pins_in, pins_out: The two digital lines.
+    """
+
+    __slots__ = (
+        "_band",
+        "_debounce",
+        "_known_type",
+        "_last",
+        "_settling",
+        "boolean",
+        "custom_active",
+        "custom_full_scale",
+        "custom_zero_offset",
+        "invalid",
+        "mode",
+        "normalized",
+        "pin_directions",
+        "pins_in",
+        "pins_out",
+        "raw",
+        "scaled",
+        "sensor",
+        "type",
+    )
+
+    def __init__(self, reading: int) -> None:
+        self.sensor: AnalogSensor | None = None
+        self.type = self._known_type = int(SensorType.NONE)
+        self.mode = int(SensorMode.RAW)
+        self.raw = self.normalized = self.scaled = reading
+        self.boolean = 0
+        self.invalid = False
+        self.custom_zero_offset = self.custom_full_scale = self.custom_active = 0
+        self.pin_directions, self.pins_in, self.pins_out = 0, 3, 0
+        self._settling = self._band = self._debounce = self._last = 0
+
+    @property
+    def counts(self) -> bool:
+        """Whether the values depend on more than the last reading, so that no pass may be left out."""
+        return bool(self.mode & _SLOPE) or self.mode & _MODE in _COUNTING
+
+    def settle(self, passes: int) -> int:
+        """The type changed: the values are invalid for so many passes more."""
+        self._known_type = self.type
+        self._settling = passes
+        return passes
+
+    def wait(self, passes: int) -> int:
+        """Let `passes` go by; returns how many of the settling time are left, -1 when it is over."""
+        left = self._settling - passes
+        self._settling = max(left, 0)
+        return left
+
+    @property
+    def known_type(self) -> int:
+        """The type the module has already set up."""
+        return self._known_type
+
+    def read(self) -> None:
+        """Take the sensor's value and scale it."""
+        self.raw = raw = self.sensor.raw() if self.sensor is not None else FULL_SCALE
+        normalize = NORMALIZE.get(self.type)
+        before, normalized = self.normalized, normalize(raw) if normalize else raw
+        self.normalized = normalized
+        self.boolean = boolean(normalized, self.mode & _SLOPE, before, self.boolean)
+        mode = self.mode & _MODE
+        if level := LEVEL.get(mode):
+            self.scaled = level(normalized)
+        elif mode == SensorMode.BOOLEAN:
+            self.scaled = self.boolean
+        elif mode == SensorMode.ANGLE_STEPS:
+            now = band(normalized)
+            self.scaled = s16(self.scaled + step(self._band, now))
+            self._band = now
+        else:
+            self._count_edge(mode)
+
+    def _count_edge(self, mode: int) -> None:
+        if self._debounce:
+            self._debounce -= 1
+        elif self.boolean != self._last:
+            self._last = self.boolean
+            self._debounce = DEBOUNCE
+            if mode == SensorMode.TRANSITION_COUNT or not self.boolean:
+                self.scaled = s16(self.scaled + 1)
+
+
+class InputModule:
+    """Four input ports.
+
+    Attributes:
+        due_ms: See `Module`.
+        ports: Ports 1 to 4.
+    """
+
+    def __init__(self, clock: Clock, *, evaluates_all: bool) -> None:
+        """Make the module of a brick that has just booted.
+
+        Args:
+            clock: The brick's time.
+            evaluates_all: Whether every type is read (firmware 1.05) or only the analog ones.
+        """
+        self.ports: Sequence[InputPort] = [InputPort(FULL_SCALE if evaluates_all else 0) for _ in range(4)]
+        self.due_ms = NEVER
+        self._evaluates_all = evaluates_all
+        self._clock = clock
+        self._last_ms = clock.now_ms
+
+    def wake(self) -> None:
+        """Make the next pass count: a type or mode was set or a sensor plugged in."""
+        self.due_ms = self._clock.now_ms + 1
+
+    def set_mode(self, port: InputPort, sensor_type: int, mode: int) -> None:
+        """Say what is plugged in; the values are invalid until a later pass."""
+        port.type, port.mode, port.invalid = sensor_type, mode, True
+        self.wake()
+
+    def release(self) -> None:
+        """What starting and stopping a program does: no types, zeros, invalid."""
+        for port in self.ports:
+            port.raw = port.normalized = port.scaled = 0
+            self.set_mode(port, SensorType.NONE, SensorMode.RAW)
+
+    def run(self, now_ms: int) -> None:
+        """Read the sensors; passes left out since the last run only count for settling."""
+        passes, self._last_ms = now_ms - self._last_ms, now_ms
+        due = NEVER
+        for port in self.ports:
+            if port.type != port.known_type:
+                port.invalid = True
+                left = port.settle(self._settling(port))
+            else:
+                left = port.wait(passes) if port.invalid else -1
+            if left >= 0:
+                due = min(due, now_ms + left + 1)
+                continue
+            port.invalid = False
+            if port.type in NORMALIZE or self._evaluates_all:
+                port.read()
+                if port.counts:
+                    due = now_ms + 1
+        self.due_ms = due
+
+    def _settling(self, port: InputPort) -> int:
+        """Passes after that of the change of type in which the values are invalid."""
+        new, old = port.type, port.known_type
+        if self._evaluates_all:
+            if new in _PLAIN and old in _PLAIN:
+                return 0
+            return _SETTLING_SOUND if new in _SOUND and old in _SOUND else _SETTLING
+        if new in _COLOR:
+            return NEVER
+        return _SETTLING_SOUND if new in _SOUND else _SETTLING

@@ -1,0 +1,220 @@
+"""The low speed module: I2C transactions on the four input ports. Source: docs/firmware.md section 7.
+
+Its peculiarities are kept: a ring of 16 bytes per port that counts modulo 16 (a read of 16 bytes is lost), retries that
+send bytes from beyond the message, an error that stays until the next write.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import NamedTuple
+
+from firmware_protocol.enums import SensorType
+from firmware_protocol.status import Status
+from sim_backend.firmware.i2c import I2CBus
+from sim_backend.firmware.input import InputPort
+from sim_backend.firmware.module import NEVER, Clock
+
+RING = 16
+"""Bytes of a port's buffers."""
+
+RETRIES = 3
+"""Times a message is sent again when nobody acknowledged the address."""
+
+_TRY_MS = 2
+_STEPS_PER_MS = 23.4375
+_FRAME_STEPS, _RESTART_STEPS, _TX_STEPS, _RX_STEPS = 20, 28, 21, 20
+"""Interrupts of the bit machine for start and stop, for the turn to reading, per byte written and read; they reproduce
+all durations measured."""
+
+
+class ChannelState(IntEnum):
+    """What a port's bus is doing, as in the map."""
+
+    IDLE = 0
+    INIT = 1
+    LOAD = 2
+    COMMUNICATING = 3
+    ERROR = 4
+    DONE = 5
+
+
+class ChannelMode(IntEnum):
+    """Direction of the last transfer, as in the map."""
+
+    NONE = 0
+    TRANSMITTING = 1
+    RECEIVING = 2
+    RECEIVED = 3
+
+
+class ChannelError(IntEnum):
+    """What went wrong, as in the map."""
+
+    NONE = 0
+    NOT_READY = 1
+    NO_ACKNOWLEDGE = 2
+    RECEIVE = 3
+
+
+def transfer_ms(tx_size: int, rx_size: int) -> int:
+    """Milliseconds a transaction keeps the bus busy."""
+    steps = _FRAME_STEPS + _TX_STEPS * tx_size + (_RESTART_STEPS + _RX_STEPS * rx_size if rx_size else 0)
+    return int(-(-steps // _STEPS_PER_MS))
+
+
+class _Plan(NamedTuple):
+    """How a transaction will end: after how many calls into the void, and with which message."""
+
+    failures: list[int]
+    message: bytes | None
+
+
+class Channel:
+    """One port's bus and buffers.
+
+    Attributes:
+        bus: The wires.
+        state: See `ChannelState`.
+        mode: See `ChannelMode`.
+        error: See `ChannelError`.
+        tx, rx: Buffers of 16 bytes.
+        tx_size: Bytes of the message to send.
+        rx_size: Bytes to read after it.
+        rx_in, rx_out: Positions in the receive ring.
+        due_ms: Pass of the next change of state.
+    """
+
+    __slots__ = (
+        "_plan",
+        "bus",
+        "due_ms",
+        "error",
+        "mode",
+        "rx",
+        "rx_in",
+        "rx_out",
+        "rx_size",
+        "state",
+        "tx",
+        "tx_size",
+    )
+
+    def __init__(self) -> None:
+        self.bus = I2CBus()
+        self.state, self.mode, self.error = ChannelState.IDLE, ChannelMode.NONE, ChannelError.NONE
+        self.tx, self.rx = bytes(RING), bytearray(RING)
+        self.tx_size = self.rx_size = self.rx_in = self.rx_out = 0
+        self.due_ms = NEVER
+        self._plan = _Plan([], None)
+
+    @property
+    def ready(self) -> int:
+        """Received bytes waiting; 16 look like none."""
+        return (self.rx_in - self.rx_out) % RING
+
+    def start(self, data: bytes, rx_size: int, now_ms: int) -> None:
+        """Take over a message; the next pass sends it."""
+        self.tx = data + self.tx[len(data) :]
+        self.tx_size, self.rx_size = len(data), rx_size
+        self.state, self.error = ChannelState.INIT, ChannelError.NONE
+        self.due_ms = now_ms + 1
+
+    def fetch(self) -> bytes:
+        """Take the waiting bytes out of the ring."""
+        count, first = self.ready, self.rx_out
+        self.rx_out = self.rx_in
+        return bytes(self.rx[(first + i) % RING] for i in range(count))
+
+    def advance(self, now_ms: int) -> None:
+        """Make the change of state that is due."""
+        self.due_ms = NEVER
+        if self.state == ChannelState.INIT:
+            self._send(now_ms)
+        elif self.state == ChannelState.COMMUNICATING:
+            self._finish(now_ms)
+        elif self.state == ChannelState.DONE:
+            self.state = ChannelState.IDLE
+
+    def _send(self, now_ms: int) -> None:
+        if self.bus.stuck:
+            self.state, self.error = ChannelState.ERROR, ChannelError.NOT_READY
+            return
+        self.state, self.mode = ChannelState.COMMUNICATING, ChannelMode.TRANSMITTING
+        if not self.tx_size:
+            return  # the byte counter wraps: the port sends for ever
+        self._plan = plan = self._foresee()
+        busy = 0 if plan.message is None else transfer_ms(self.tx_size, self.rx_size)
+        self.due_ms = now_ms + _TRY_MS * len(plan.failures) + busy
+
+    def _foresee(self) -> _Plan:
+        """Try the address, and after a refusal up to three times what lies in the buffer behind the message."""
+        beyond = (self.tx + bytes(RING))[self.tx_size : 2 * self.tx_size]
+        failures: list[int] = []
+        for message in (self.tx[: self.tx_size], *(beyond,) * RETRIES):
+            if self.bus.acknowledges(message[0]):
+                return _Plan(failures, message)
+            failures.append(message[0])
+        return _Plan(failures, None)
+
+    def _finish(self, now_ms: int) -> None:
+        for address in self._plan.failures:
+            self.bus.probe(address)
+        if self._plan.message is None:
+            self.state, self.error = ChannelState.ERROR, ChannelError.NO_ACKNOWLEDGE
+            return
+        for byte in self.bus.transfer(self._plan.message, self.rx_size):
+            self.rx[self.rx_in] = byte
+            self.rx_in = (self.rx_in + 1) % RING
+        if self.rx_size:
+            self.mode = ChannelMode.RECEIVED
+        self.state = ChannelState.DONE
+        self.due_ms = now_ms + 1
+
+
+class LowSpeedModule:
+    """Four channels, one per input port; they run in parallel.
+
+    Attributes:
+        due_ms: See `Module`.
+        channels: Ports 1 to 4.
+    """
+
+    def __init__(self, clock: Clock, inputs: Sequence[InputPort]) -> None:
+        self.channels = [Channel() for _ in inputs]
+        self.due_ms = NEVER
+        self._clock, self._inputs = clock, inputs
+
+    def run(self, now_ms: int) -> None:
+        """Advance the channels whose time has come."""
+        for channel in self.channels:
+            if channel.due_ms <= now_ms:
+                channel.advance(now_ms)
+        self.due_ms = min(channel.due_ms for channel in self.channels)
+
+    def status(self, port: int) -> Status:
+        """What `LSGetStatus` says about a port, 0..3."""
+        if not self._configured(port):
+            return Status.CHANNEL_NOT_CONFIGURED
+        match self.channels[port].state:
+            case ChannelState.IDLE:
+                return Status.OK
+            case ChannelState.ERROR:
+                return Status.BUS_ERROR
+            case _:
+                return Status.PENDING
+
+    def write(self, port: int, data: bytes, rx_size: int) -> bool:
+        """Start a transaction; false if the port is not set up or busy. After an error the set-up is not checked."""
+        channel = self.channels[port]
+        idle = channel.state == ChannelState.IDLE and self._configured(port)
+        if not idle and channel.state != ChannelState.ERROR:
+            return False
+        channel.start(data, rx_size, self._clock.now_ms)
+        self.due_ms = min(self.due_ms, channel.due_ms)
+        return True
+
+    def _configured(self, port: int) -> bool:
+        settings = self._inputs[port]
+        return settings.type in (SensorType.LOW_SPEED, SensorType.LOW_SPEED_9V) and not settings.invalid
