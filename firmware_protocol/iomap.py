@@ -1,0 +1,349 @@
+"""IO maps: the firmware's own variables, which IOMapRead and IOMapWrite open to the outside, declared as data.
+
+A field is found by the firmware's name for it; where a map repeats a group (three motors), an index chooses::
+
+    spot = OUTPUT.field("RunState", 1)  # of motor B
+    reply = brick.request(spot.read())
+    value = spot.decode(reply.data)
+
+Source of all names, identifiers, sizes and offsets: docs/firmware.md section 5.2. RAM pointers, buffers without a known
+inner layout and spare bytes are left out.
+"""
+
+from __future__ import annotations
+
+from enum import IntFlag
+from typing import Annotated
+
+from firmware_protocol.enums import OpenEnum
+from firmware_protocol.errors import LocalProtocolError
+from firmware_protocol.iomap_layout import Array, IOMap, Spot, repeated, single
+from firmware_protocol.wire import S8, S16, S32, U8, U16, U32, Block, RunStateField, Scalar, SensorTypeField, Text
+
+
+class OutputFlag(IntFlag):
+    """Bits of Output's Flags: what the firmware is to take over in its next pass."""
+
+    MODE = 0x01
+    SPEED = 0x02
+    TACHO_LIMIT = 0x04
+    RESET_TACHO_COUNT = 0x08
+    PID = 0x10
+    RESET_BLOCK_COUNT = 0x20
+    RESET_ROTATION_COUNT = 0x40
+    PENDING = 0x80
+
+
+class UiFlag(IntFlag):
+    """Bits of Ui's Flags."""
+
+    UPDATE = 0x01
+    DISABLE_LEFT_RIGHT_ENTER = 0x02
+    DISABLE_EXIT = 0x04
+    REDRAW_STATUS = 0x08
+    RESET_SLEEP_TIMER = 0x10
+    EXECUTE_FILE = 0x20
+    BUSY = 0x40
+    ENABLE_STATUS = 0x80
+
+
+class DisplayFlag(IntFlag):
+    """Bits of Display's Flags."""
+
+    ON = 0x01
+    REFRESH = 0x02
+    POPUP = 0x08
+    REFRESH_DISABLED = 0x40
+    BUSY = 0x80
+
+
+class SoundState(OpenEnum):
+    """Sound's State."""
+
+    IDLE = 0
+    FILE = 1
+    TONE = 2
+    STOP = 3
+
+
+class ProgramStatus(OpenEnum):
+    """Command's ProgStatus."""
+
+    IDLE = 0
+    OK = 1
+    RUNNING = 2
+    ERROR = 3
+    ABORTED = 4
+    RESET = 5
+
+
+_TEXT_16 = Annotated[str, Text(16)]
+_NAME = Annotated[str, Text(20)]
+_BYTES_4 = Annotated[bytes, Block(4)]
+_ADDRESS = Annotated[bytes, Block(7)]
+_BYTE, _WORD, _SHORT, _LONG = (
+    Scalar("B", 0, 0xFF),
+    Scalar("H", 0, 0xFFFF),
+    Scalar("h", -0x8000, 0x7FFF),
+    Scalar("I", 0, 0xFFFF_FFFF),
+)
+
+
+def _row(scalar: Scalar, count: int) -> object:
+    return Annotated[list[int], Array(scalar, count)]
+
+
+COMMAND = IOMap(
+    "Command.mod",
+    0x0001_0001,
+    32828,
+    single(
+        FormatString=(0, _TEXT_16),
+        Tick=(20, U32),
+        OffsetDS=(24, U16),
+        OffsetDVA=(26, U16),
+        ProgStatus=(28, U8),
+        Awake=(29, U8),
+        ActivateFlag=(30, U8),
+        DeactivateFlag=(31, U8),
+        FileName=(32, _NAME),
+        MemoryPool=(52, Annotated[bytes, Block(32768)]),
+        SyncTime=(32820, U32),
+        SyncTick=(32824, U32),
+    ),
+    size_1_05=32820,
+)
+
+OUTPUT = IOMap(
+    "Output.mod",
+    0x0002_0001,
+    100,
+    repeated(
+        3,
+        32,
+        0,
+        TachoCount=(0, S32),
+        BlockTachoCount=(4, S32),
+        RotationCount=(8, S32),
+        TachoLimit=(12, U32),
+        Flags=(18, U8),
+        Mode=(19, U8),
+        Speed=(20, S8),
+        ActualSpeed=(21, S8),
+        RegPParameter=(22, U8),
+        RegIParameter=(23, U8),
+        RegDParameter=(24, U8),
+        RunState=(25, RunStateField),
+        RegMode=(26, U8),
+        Overloaded=(27, U8),
+        SyncTurnParameter=(28, S8),
+    )
+    | single(PwmFreq=(96, U8)),
+)
+"""To start a motor through the map write Flags to RunState in one access; see `IOMap.between`."""
+
+INPUT = IOMap(
+    "Input.mod",
+    0x0003_0001,
+    416,
+    repeated(
+        4,
+        20,
+        0,
+        CustomZeroOffset=(0, U16),
+        ADRaw=(2, U16),
+        SensorRaw=(4, U16),
+        SensorValue=(6, S16),
+        SensorType=(8, SensorTypeField),
+        SensorMode=(9, U8),
+        SensorBoolean=(10, U8),
+        DigiPinsDir=(11, U8),
+        DigiPinsIn=(12, U8),
+        DigiPinsOut=(13, U8),
+        CustomPctFullScale=(14, U8),
+        CustomActiveStatus=(15, U8),
+        InvalidData=(16, U8),
+    )
+    | repeated(
+        4,
+        84,
+        80,
+        ColorCalibration=(0, _row(_LONG, 12)),
+        ColorCalLimits=(48, _row(_WORD, 2)),
+        ColorADRaw=(52, _row(_WORD, 4)),
+        ColorSensorRaw=(60, _row(_WORD, 4)),
+        ColorSensorValue=(68, _row(_SHORT, 4)),
+        ColorBoolean=(76, _row(_BYTE, 4)),
+        ColorCalibrationState=(80, U8),
+    ),
+    size_1_05=80,
+)
+"""Rows of four are red, green, blue and blank; firmware 1.05 ends before the colour fields."""
+
+BUTTON = IOMap(
+    "Button.mod",
+    0x0004_0001,
+    36,
+    repeated(
+        4,
+        8,
+        0,
+        PressedCnt=(0, U8),
+        LongPressCnt=(1, U8),
+        ShortRelCnt=(2, U8),
+        LongRelCnt=(3, U8),
+        RelCnt=(4, U8),
+    )
+    | repeated(4, 1, 32, State=(0, U8)),
+)
+"""Buttons are numbered exit, right, left, enter."""
+
+COMM = IOMap(
+    "Comm.mod",
+    0x0005_0001,
+    1896,
+    repeated(
+        30,
+        31,
+        8,
+        DeviceName=(0, _TEXT_16),
+        DeviceClass=(16, _BYTES_4),
+        DeviceAddress=(20, _ADDRESS),
+        DeviceStatus=(27, U8),
+    )
+    | repeated(
+        4,
+        47,
+        938,
+        ConnectionName=(0, _TEXT_16),
+        ConnectionClass=(16, _BYTES_4),
+        ConnectionPin=(20, _TEXT_16),
+        ConnectionAddress=(36, _ADDRESS),
+        ConnectionHandle=(43, U8),
+        ConnectionStream=(44, U8),
+        ConnectionQuality=(45, U8),
+    )
+    | single(
+        BrickName=(1126, _TEXT_16),
+        BluecoreVersion=(1142, Annotated[bytes, Block(2)]),
+        BrickAddress=(1144, _ADDRESS),
+        BtState=(1151, U8),
+        BtHwStatus=(1152, U8),
+        BtTimeOut=(1153, U8),
+        DeviceCnt=(1889, U8),
+        HsFlags=(1891, U8),
+        HsState=(1893, U8),
+        UsbState=(1894, U8),
+    ),
+)
+
+IOCTRL = IOMap("IOCtrl.mod", 0x0006_0001, 2, single(PowerOn=(0, U16)))
+"""Dangerous to write: 0x5A00 switches off, 0xA55A boots the loader."""
+
+SOUND = IOMap(
+    "Sound.mod",
+    0x0008_0001,
+    30,
+    single(
+        Freq=(0, U16),
+        Duration=(2, U16),
+        SampleRate=(4, U16),
+        SoundFilename=(6, _NAME),
+        Flags=(26, U8),
+        State=(27, U8),
+        Mode=(28, U8),
+        Volume=(29, U8),
+    ),
+)
+
+LOADER = IOMap("Loader.mod", 0x0009_0001, 8, single(FreeUserFlash=(4, U32)))
+
+DISPLAY_WIDTH, DISPLAY_HEIGHT = 100, 64
+"""Pixels."""
+
+DISPLAY = IOMap(
+    "Display.mod",
+    0x000A_0001,
+    1720,
+    single(EraseMask=(4, U32), UpdateMask=(8, U32), Flags=(117, U8))
+    | repeated(
+        8,
+        DISPLAY_WIDTH,
+        119,
+        Normal=(0, Annotated[bytes, Block(DISPLAY_WIDTH)]),
+        Popup=(800, Annotated[bytes, Block(DISPLAY_WIDTH)]),
+    ),
+)
+"""A line of the framebuffer is 8 pixels high: one byte per column, its lowest bit on top; see `pixel`."""
+
+LOW_SPEED = IOMap(
+    "Low Speed.mod",
+    0x000B_0001,
+    167,
+    repeated(
+        4,
+        19,
+        0,
+        InBuf=(0, Annotated[bytes, Block(16)]),
+        InPtr=(16, U8),
+        OutPtr=(17, U8),
+        BytesToRx=(18, U8),
+        OutBuf=(76, Annotated[bytes, Block(16)]),
+        OutBufInPtr=(92, U8),
+        OutBufOutPtr=(93, U8),
+        OutBufBytesToRx=(94, U8),
+    )
+    | repeated(4, 1, 152, Mode=(0, U8), ChannelState=(4, U8), ErrorType=(8, U8))
+    | single(State=(164, U8), Speed=(165, U8)),
+)
+
+UI = IOMap(
+    "Ui.mod",
+    0x000C_0001,
+    40,
+    single(
+        BatteryVoltage=(4, U16),
+        LMSfilename=(6, _NAME),
+        Flags=(26, U8),
+        State=(27, U8),
+        Button=(28, U8),
+        RunState=(29, U8),
+        BatteryState=(30, U8),
+        BluetoothState=(31, U8),
+        UsbState=(32, U8),
+        SleepTimeout=(33, U8),
+        SleepTimer=(34, U8),
+        Rechargeable=(35, U8),
+        Volume=(36, U8),
+        Error=(37, U8),
+        OBPPointer=(38, U8),
+        ForceOff=(39, U8),
+    ),
+)
+"""Write Button to press one, ForceOff to switch off; Flags has bit `UiFlag.BUSY` while StartProgram would be lost."""
+
+IO_MAPS = {
+    io_map.module_id: io_map
+    for io_map in (COMMAND, OUTPUT, INPUT, BUTTON, COMM, IOCTRL, SOUND, LOADER, DISPLAY, LOW_SPEED, UI)
+}
+"""All of them by module id."""
+
+
+def pixel(x: int, y: int, *, popup: bool = False) -> tuple[Spot, int]:
+    """Where a pixel is: its byte in the Display map, and its bit as a mask.
+
+    Raises:
+        LocalProtocolError: It is not on the display.
+    """
+    if not (0 <= x < DISPLAY_WIDTH and 0 <= y < DISPLAY_HEIGHT):
+        raise LocalProtocolError(f"the display has {DISPLAY_WIDTH} x {DISPLAY_HEIGHT} pixels, there is no ({x}, {y}).")
+    line = DISPLAY.field("Popup" if popup else "Normal", y // 8)
+    return Spot(line.module_id, line.offset + x, 1, _BYTE), 1 << y % 8
+
+
+def picture(lines: bytes) -> list[list[bool]]:
+    """The rows of pixels, from the eight lines of a framebuffer one after the other."""
+    return [
+        [bool(lines[y // 8 * DISPLAY_WIDTH + x] >> y % 8 & 1) for x in range(DISPLAY_WIDTH)]
+        for y in range(len(lines) // DISPLAY_WIDTH * 8)
+    ]
