@@ -61,7 +61,8 @@ def run(args: argparse.Namespace) -> int:
 
 def find_places() -> tuple[list[Place], list[str]]:
     """Every place, the surest first, and notes about what could not be searched."""
-    places, notes = [], []
+    places: list[Place] = []
+    notes: list[str] = []
     try:
         places += _on_usb()
     except NXTError as error:

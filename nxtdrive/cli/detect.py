@@ -1,0 +1,255 @@
+"""``nxtdrive detect``: what a detector sees in a picture, a video or a camera."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.options import add_json_argument
+
+if TYPE_CHECKING:
+    from nxtdrive.vision.camera import Frame
+    from nxtdrive.vision.detection import Detection, Image, TargetDetector
+    from nxtdrive.vision.geometry import Pinhole
+
+DESCRIPTION = """\
+Try a detector on an image, a video, a folder of images, a stream's URL or a
+webcam's number, without a brick: draws what it sees, prints where that is and
+how long it takes. Bearings are positive to the right."""
+EXAMPLES = """\
+  nxtdrive detect try 0 --picture my-cat.jpg
+  nxtdrive detect try photo.jpg --target lena
+  nxtdrive detect try 0 --marker 7 --height-mm 150 --frames 50
+  nxtdrive detect try film.mp4 --haar haarcascade_frontalface_alt2 --out seen.mp4
+  nxtdrive detect try http://127.0.0.1:8081/camera.mjpg --color red"""
+
+CAMERA_FRAMES = 100
+"""Frames taken from a live camera unless the user says otherwise."""
+
+VIDEO_FPS = 10
+"""Of the annotated video; one frame follows the other, whatever time lay between them."""
+
+READ_TIMEOUT_S = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """One place where the target was seen.
+
+    Attributes:
+        bearing_deg: Positive right.
+        distance_mm: By its apparent height.
+        score: 0..1 as the detector grades it.
+        box: Left, top, width, height in pixels.
+    """
+
+    bearing_deg: float
+    distance_mm: float
+    score: float
+    box: tuple[int, int, int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What was seen in one frame.
+
+    Attributes:
+        frame: Its number.
+        ms: How long the detector took.
+        found: All places, best first.
+    """
+
+    frame: int
+    ms: float
+    found: list[Found]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare ``try`` and its arguments."""
+    actions = parser.add_subparsers(metavar="ACTION", required=True)
+    try_ = actions.add_parser("try", help="run a detector and draw what it sees")
+    try_.add_argument("source", metavar="SOURCE", help="image, video, folder of images, URL, or a webcam's number")
+    target = try_.add_mutually_exclusive_group(required=True)
+    target.add_argument("--target", metavar="NAME", help="a target of a mission (of the built-in one: lena, rilakkuma)")
+    target.add_argument("--picture", metavar="FILE", nargs="+", help="photographs of something flat")
+    target.add_argument("--haar", metavar="NAME", help="a cascade of OpenCV's, or an XML file")
+    target.add_argument("--marker", metavar="ID", type=int, help="an ArUco marker of the dictionary 4x4_50")
+    target.add_argument("--color", metavar="NAME", help="red, orange, yellow, green, cyan, blue or magenta")
+    try_.add_argument("--mission", metavar="FILE", type=Path, help="where --target is described")
+    try_.add_argument("--height-mm", metavar="MM", type=float, help="real height of the target (default: A4, 297)")
+    try_.add_argument("--hfov-deg", metavar="DEG", type=float, help="the camera's horizontal view (default: 60)")
+    try_.add_argument("--out", metavar="FILE", type=Path, help="*.png or *.mp4 (default: detected.png or detected.mp4)")
+    try_.add_argument(
+        "--frames", metavar="N", type=int, help="most frames (default: all of a recording, 100 of a camera)"
+    )
+    add_json_argument(try_)
+    try_.set_defaults(action=_try)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Do what the subcommand says."""
+    return int(args.action(args))
+
+
+def _try(args: argparse.Namespace) -> int:
+    from nxtdrive.vision.geometry import DEFAULT_HFOV_DEG, Pinhole
+
+    name, detector, mission_hfov_deg = _target(args)
+    hfov_deg = args.hfov_deg or mission_hfov_deg or DEFAULT_HFOV_DEG
+    still = _is_image(args.source)
+    film = _Film(args.out or Path("detected.png" if still else "detected.mp4"))
+    looks: list[Look] = []
+    try:
+        for frame in _frames(args.source, 1 if still else args.frames):
+            pinhole = Pinhole.from_hfov(frame.image.shape[1], hfov_deg)
+            look, detections = _look(frame, detector, pinhole)
+            film.add(_drawn(frame, name, look, detections), seen=bool(look.found))
+            looks.append(look)
+            if not args.json:
+                print(_line(name, look))
+    except KeyboardInterrupt:
+        pass  # the user has seen enough; what there is gets written
+    finally:
+        film.close()
+    return _report(looks, film.path, args.json)
+
+
+def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None]:
+    """The target's name, its detector, and the camera's view if a mission tells it."""
+    from nxtdrive.vision.detectors import make_detector
+
+    hfov_deg = None
+    spec: dict[str, object]
+    if args.target is not None:
+        from nxtdrive.cli.mission import load
+
+        mission = load(args.mission)
+        if args.target not in mission.target:
+            raise ConfigError(
+                f"the mission describes no target {args.target!r}.", remedy=f"It has: {', '.join(mission.target)}."
+            )
+        name, spec, hfov_deg = args.target, mission.target[args.target].model_dump(), mission.camera.hfov_deg
+    elif args.picture:
+        name, spec = Path(args.picture[0]).stem, {"detector": "picture", "pictures": args.picture}
+    elif args.haar:
+        name, spec = "haar", {"detector": "haar", "cascade": args.haar}
+    elif args.marker is not None:
+        name, spec = f"marker {args.marker}", {"detector": "marker", "id": args.marker}
+    else:
+        name, spec = args.color, {"detector": "color", "color": args.color}
+    if args.height_mm is not None:
+        spec["height_mm"] = args.height_mm
+    return name, make_detector(spec), hfov_deg
+
+
+def _is_image(source: str) -> bool:
+    from nxtdrive.vision.sources import IMAGE_SUFFIXES
+
+    path = Path(source).expanduser()
+    return path.suffix.lower() in IMAGE_SUFFIXES and path.is_file()
+
+
+def _frames(source: str, limit: int | None) -> Iterator[Frame]:
+    """The source's frames, one by one, until its end or the limit."""
+    from nxtdrive.transports.base import WallClock
+    from nxtdrive.vision.camera import EndOfFrames
+    from nxtdrive.vision.sources import open_camera
+
+    if limit is None and (source.isdecimal() or "://" in source):
+        limit = CAMERA_FRAMES
+    camera = open_camera(source, clock=WallClock(), paced=False)
+    try:
+        taken = 0
+        while limit is None or taken < limit:
+            yield camera.read(READ_TIMEOUT_S)
+            taken += 1
+    except EndOfFrames:
+        return
+    finally:
+        camera.close()
+
+
+def _look(frame: Frame, target: TargetDetector, pinhole: Pinhole) -> tuple[Look, list[Detection]]:
+    from nxtdrive.transports.base import WallClock
+
+    clock = WallClock()
+    begun = clock.now()
+    detections = target.detector.detect(frame.image)
+    ms = (clock.now() - begun) * 1000
+    places = ((one, *pinhole.locate(one, target.height_mm)) for one in detections)
+    found = [Found(round(deg, 2), round(mm), round(one.score, 3), one.box) for one, deg, mm in places]
+    return Look(frame.index, round(ms, 2), found), detections
+
+
+def _drawn(frame: Frame, name: str, look: Look, detections: list[Detection]) -> Image:
+    from behaviors.ports import Sighting
+    from nxtdrive.vision.annotate import annotate
+
+    sighting = None
+    if look.found:
+        best = look.found[0]
+        sighting = Sighting(name, best.bearing_deg, best.distance_mm, best.score, frame.time_s, best.box)
+    return annotate(frame.image, sighting, detections)
+
+
+def _line(name: str, look: Look) -> str:
+    if not look.found:
+        return f"frame {look.frame:4}  nothing  {look.ms:.1f} ms"
+    places = ", ".join(f"{one.bearing_deg:+.1f} deg {one.distance_mm} mm (score {one.score:.2f})" for one in look.found)
+    return f"frame {look.frame:4}  {name} at {places}  {look.ms:.1f} ms"
+
+
+def _report(looks: list[Look], path: Path, as_json: bool) -> int:
+    seen = sum(bool(look.found) for look in looks)
+    ms = round(median(look.ms for look in looks), 2) if looks else None
+    if as_json:
+        details = {"frames": len(looks), "seen": seen, "median_ms": ms, "out": str(path) if looks else None}
+        print(json.dumps({**details, "looks": [asdict(look) for look in looks]}, indent=2))
+    elif looks:
+        print(f"seen in {seen} of {len(looks)} frames, {ms} ms per frame (median); drawn into {path}")
+    return 0
+
+
+class _Film:
+    """The annotated frames: a video, or one image of the last frame in which the target was seen."""
+
+    def __init__(self, path: Path) -> None:
+        from nxtdrive.recording.video import VideoRecorder
+
+        if path.suffix not in (".png", ".mp4"):
+            raise ConfigError(f"{path} is neither *.png nor *.mp4.", remedy="Give --out one of the two endings.")
+        self.path = path
+        self._recorder = VideoRecorder(path, VIDEO_FPS) if path.suffix == ".mp4" else None
+        self._count = 0
+        self._size: tuple[int, int] | None = None
+        self._last: Image | None = None
+
+    def add(self, image: Image, *, seen: bool) -> None:
+        if self._recorder is None:
+            self._last = image if seen or self._last is None else self._last
+            return
+        self._recorder.add(self._fitted(image), self._count / VIDEO_FPS)
+        self._count += 1
+
+    def close(self) -> None:
+        import cv2
+
+        if self._recorder is not None:
+            self._recorder.close()
+        elif self._last is not None and not cv2.imwrite(str(self.path), self._last):
+            raise ConfigError(f"{self.path} cannot be written.", remedy="Does its folder exist?")
+
+    def _fitted(self, image: Image) -> Image:
+        """Folders may hold images of several sizes; a video has the first one's."""
+        import cv2
+        import numpy as np
+
+        if self._size is None:
+            self._size = image.shape[1], image.shape[0]
+        return np.asarray(cv2.resize(image, self._size), np.uint8)

@@ -1,0 +1,173 @@
+"""The simulated camera as an MJPEG stream over HTTP, as network cameras offer it; browsers and OpenCV read it.
+
+The simulation hands pictures over and never waits: whoever watches is served by a thread of his own, always with the
+freshest picture, and misses those that came while the line was busy.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+from collections.abc import Generator
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler
+from socketserver import TCPServer, ThreadingMixIn
+from typing import cast
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_protocol.errors import CameraError, ConfigError
+
+LOOPBACK = "127.0.0.1"
+"""The stream has no password, so it does not leave this computer."""
+
+STREAM = "/camera.mjpg"
+BOUNDARY = "frame"
+JPEG_QUALITY = 80
+"""As webcams compress; the detectors were measured at this quality (docs/vision.md)."""
+
+STALLED_S = 5.0
+"""A watcher that takes no byte for so long is dropped."""
+
+SEND_BUFFER = 1 << 16
+"""Bytes the kernel keeps for a watcher: about a frame, lest a slow one sees old pictures."""
+
+
+class MjpegDoor:
+    """Serves ``http://127.0.0.1:PORT/camera.mjpg`` until closed.
+
+    Attributes:
+        url: Where the stream is.
+    """
+
+    def __init__(self, port: int = 0) -> None:
+        """Start to listen.
+
+        Args:
+            port: TCP port on the loopback interface; 0 takes a free one.
+
+        Raises:
+            ConfigError: The port is taken or not allowed.
+        """
+        self._feed = _Feed()
+        try:
+            self._server = _Server((LOOPBACK, port), self._feed)
+        except (OSError, OverflowError) as error:
+            raise ConfigError(
+                f"the camera's stream cannot use port {port}: {error}.", remedy="Take another one; 0 finds a free one."
+            ) from error
+        self.url = f"http://{LOOPBACK}:{self._server.server_address[1]}{STREAM}"
+        self._thread = threading.Thread(target=self._server.serve_forever, args=(0.1,), name="camera stream")
+        self._thread.start()
+
+    @property
+    def watched(self) -> bool:
+        """Whether somebody watches; else no picture need be made."""
+        return self._feed.watchers > 0
+
+    def show(self, image: NDArray[np.uint8]) -> None:
+        """Make the BGR `image` the freshest picture; returns at once, however slow the watchers are.
+
+        Raises:
+            CameraError: OpenCV cannot compress it.
+        """
+        done, jpeg = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+        if not done:
+            raise CameraError(f"a frame of shape {image.shape} cannot be made a JPEG.")
+        self._feed.put(jpeg.tobytes())
+
+    def close(self) -> None:
+        """Send every watcher away and free the port; returns when all threads have ended."""
+        self._server.shutdown()
+        self._thread.join()
+        self._feed.end()
+        self._server.server_close()
+
+
+class _Feed:
+    """The freshest picture, between one that makes them and many that watch."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._picture = b""
+        self._number = 0
+        self._ended = False
+        self._lines: list[socket.socket] = []
+
+    @property
+    def watchers(self) -> int:
+        return len(self._lines)
+
+    def put(self, picture: bytes) -> None:
+        with self._changed:
+            self._picture = picture
+            self._number += 1
+            self._changed.notify_all()
+
+    def end(self) -> None:
+        """Let no watcher wait any longer, neither for a picture nor for its line."""
+        with self._changed:
+            self._ended = True
+            self._changed.notify_all()
+            for line in self._lines:
+                with contextlib.suppress(OSError):
+                    line.shutdown(socket.SHUT_RDWR)
+
+    def watch(self, line: socket.socket) -> Generator[bytes]:
+        """Every picture made from now on that is still the freshest when the watcher asks for the next one."""
+        with self._changed:
+            self._lines.append(line)
+            seen = self._number
+        try:
+            while (picture := self._after(seen)) is not None:
+                seen, jpeg = picture
+                yield jpeg
+        finally:
+            with self._changed:
+                self._lines.remove(line)
+
+    def _after(self, seen: int) -> tuple[int, bytes] | None:
+        with self._changed:
+            self._changed.wait_for(lambda: self._number > seen or self._ended)
+            return None if self._ended else (self._number, self._picture)
+
+
+class _Server(ThreadingMixIn, TCPServer):
+    """A thread per watcher; `server_close` waits for all of them."""
+
+    allow_reuse_address = True
+
+    def __init__(self, address: tuple[str, int], feed: _Feed) -> None:
+        self.feed = feed
+        super().__init__(address, _Watcher)
+
+
+class _Watcher(BaseHTTPRequestHandler):
+    """One connection: the stream's header, then picture after picture until either side has enough."""
+
+    timeout = STALLED_S
+
+    def do_GET(self) -> None:
+        """Answer a GET."""
+        if self.path.partition("?")[0] != STREAM:
+            self.send_error(HTTPStatus.NOT_FOUND, explain=f"The camera is at {STREAM}.")
+            return
+        self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+        # the watcher leaves by hanging up, in the middle of whatever we write
+        with contextlib.suppress(OSError), contextlib.closing(self._pictures()) as pictures:
+            self.send_response(HTTPStatus.OK)
+            self.send_header("Content-Type", f"multipart/x-mixed-replace; boundary={BOUNDARY}")
+            self.send_header("Cache-Control", "no-store")
+            self.end_headers()
+            for jpeg in pictures:
+                head = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
+                self.wfile.write(head.encode() + jpeg + b"\r\n")
+
+    def log_message(self, *_: object) -> None:
+        """Say nothing: standard output belongs to the program."""
+
+    def _pictures(self) -> Generator[bytes]:
+        return cast("_Server", self.server).feed.watch(self.connection)
