@@ -12,6 +12,7 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sim_backend.devices import TouchSensor, UltrasonicSensor
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.link import LinkFaults, SimLink
 from sim_backend.webcam import Webcam
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
 __all__ = ["DEFAULT_WORLD", "LinkFaults", "SimLink", "Simulation"]
 
 DEFAULT_WORLD = "arena"
+
+MV_PER_STEP = 13.848
+"""What one step of the brick's battery converter means. Source: docs/firmware.md section 4, GetBatteryLevel."""
 
 
 class Simulation:
@@ -71,6 +75,11 @@ class Simulation:
         motors = {robot.left_port: self._world.robot.left, robot.right_port: self._world.robot.right}
         for port in ("A", "B", "C"):
             self.brick.attach_motor(port, motors.get(port) or WheelMotor(robot.battery_mv))
+        if robot.touch_port:
+            self.brick.attach_sensor(robot.touch_port, TouchSensor(lambda: self._world.robot.bumper_pressed))
+        if robot.ultrasonic_port:
+            self.brick.attach_sensor(robot.ultrasonic_port, UltrasonicSensor(self._world.ultrasonic.distance_cm))
+        self.brick.set_battery(round(robot.battery_mv / MV_PER_STEP))
 
     @property
     def world_file(self) -> WorldFile:
@@ -119,8 +128,8 @@ class Simulation:
         heapq.heappush(self._agenda, (due_ms, next(self._order), action))
 
     def deliver(self, telegram: bytes) -> bytes | None:
-        """Give the brick a telegram, now; links do this in time and order."""
-        return self.brick.receive(telegram)
+        """Give the brick a telegram, now; links do this in time and order. A brick that is off answers nothing."""
+        return None if self.brick.powered_off else self.brick.receive(telegram)
 
     def camera_frame(self) -> Image | None:
         """The webcam's freshest frame; see `Webcam.frame`."""

@@ -1,0 +1,127 @@
+import pytest
+
+from firmware_protocol.direct import GetBatteryLevel, GetOutputState
+from firmware_protocol.enums import OutputPort
+from sim_backend.simulation import LinkFaults, SimLink, Simulation
+
+BATTERY = GetBatteryLevel().encode()
+
+
+@pytest.fixture
+def simulation():
+    return Simulation("open")
+
+
+def port_of(reply):
+    return reply[3]
+
+
+def ask_state(link, *ports):
+    for port in ports:
+        link.send(GetOutputState(OutputPort[port]).encode())
+
+
+def replies_within(link, timeout_ms):
+    replies = []
+    while (reply := link.receive(timeout_ms)) is not None:
+        replies.append(reply)
+    return replies
+
+
+@pytest.mark.parametrize(("latency_ms", "round_trip_ms"), [(0, 1), (0.6, 1), (1, 1), (2, 2), (7, 7), (30.4, 30)])
+def test_a_round_trip_takes_the_latency_and_at_least_one_pass(simulation, latency_ms, round_trip_ms):
+    link = SimLink(simulation, latency_ms)
+    link.send(BATTERY)
+    assert link.receive(1000).startswith(b"\x02\x0b\x00")
+    assert simulation.now_ms == round_trip_ms
+
+
+def test_a_reply_is_not_there_before_its_time(simulation):
+    link = SimLink(simulation, 10)
+    link.send(BATTERY)
+    simulation.advance(9)
+    assert link.poll() is None
+    simulation.advance(1)
+    assert link.poll() is not None
+    assert link.poll() is None
+
+
+def test_telegrams_are_taken_in_order_one_in_each_pass(simulation):
+    link = SimLink(simulation)
+    ask_state(link, "A", "B", "C")
+    arrivals = []
+    while (reply := link.receive(50)) is not None:
+        arrivals.append((port_of(reply), simulation.now_ms))
+    assert arrivals == [(0, 1), (1, 2), (2, 3)]
+
+
+def test_waiting_for_nothing_ends_at_the_deadline(simulation):
+    assert SimLink(simulation).receive(250) is None
+    assert simulation.now_ms == 250
+
+
+def test_lost_requests_and_replies_stay_lost(simulation):
+    link = SimLink(simulation, faults=LinkFaults(drop_requests=[0], drop_replies=[2]))
+    ask_state(link, "A", "B", "C", "A")
+    assert [port_of(reply) for reply in replies_within(link, 100)] == [1, 0]
+
+
+def test_a_reply_can_come_twice(simulation):
+    link = SimLink(simulation, faults=LinkFaults(duplicate_replies=range(1)))
+    ask_state(link, "B", "C")
+    assert [port_of(reply) for reply in replies_within(link, 100)] == [1, 1, 2]
+
+
+def test_a_late_reply_comes_late_and_holds_up_the_next(simulation):
+    link = SimLink(simulation, faults=LinkFaults(delay_replies_ms={0: 500}))
+    ask_state(link, "B", "C")
+    assert link.receive(400) is None
+    assert [port_of(reply) for reply in replies_within(link, 200)] == [1, 2]
+
+
+def test_nothing_gets_through_a_silent_span(simulation):
+    link = SimLink(simulation, 4, LinkFaults(silent_ms=((100, 200),)))
+    simulation.advance(98)
+    link.send(BATTERY)  # the reply would arrive at 102
+    simulation.advance(50)
+    link.send(BATTERY)
+    assert link.receive(500) is None
+    link.send(BATTERY)
+    assert link.receive(500) is not None
+
+
+def test_a_pulled_cable_is_noticed_at_its_time_and_for_good(simulation):
+    link = SimLink(simulation, faults=LinkFaults(unplugged_ms=((300, 400),)))
+    simulation.advance(100)
+    with pytest.raises(ConnectionError, match="unplugged"):
+        link.receive(1000)
+    assert simulation.now_ms == 300
+    simulation.advance(500)
+    with pytest.raises(ConnectionError):
+        link.send(BATTERY)
+
+
+def test_a_new_link_needs_the_cable(simulation):
+    faults = LinkFaults(unplugged_ms=((300, 400),))
+    simulation.advance(350)
+    with pytest.raises(ConnectionError):
+        SimLink(simulation, faults=faults)
+    simulation.advance(50)
+    link = SimLink(simulation, faults=faults)
+    link.send(BATTERY)
+    assert link.receive(100) is not None
+
+
+def test_a_telegram_under_way_is_lost_with_the_cable(simulation):
+    link = SimLink(simulation, 20, LinkFaults(unplugged_ms=((5, 6),)))
+    before = simulation.brick.output.outputs[0].power
+    link.send(bytes.fromhex("800400640100000020") + bytes(4))
+    simulation.advance(50)
+    assert simulation.brick.output.outputs[0].power == before
+
+
+def test_a_closed_link_says_so(simulation):
+    link = SimLink(simulation)
+    link.close()
+    with pytest.raises(ConnectionError, match="closed"):
+        link.send(BATTERY)

@@ -1,0 +1,133 @@
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from firmware_protocol.errors import ConfigError
+from sim_backend.world.loading import BUNDLED, load_world, parse_world
+
+GOOD = """
+[floor]
+size_mm = [3000, 2000]
+[robot]
+start_mm = [400, 1000]
+"""
+
+
+def mistakes_in(text: str) -> list[str]:
+    with pytest.raises(ConfigError) as caught:
+        parse_world(tomllib.loads(text), Path("test.toml"))
+    return [line.strip() for line in str(caught.value).splitlines()[1:]]
+
+
+@pytest.mark.parametrize("path", sorted(BUNDLED.glob("*.toml")), ids=lambda path: path.stem)
+def test_every_bundled_world_is_good(path):
+    assert load_world(path.stem) == load_world(path) == load_world(path.name)
+
+
+def test_every_mistake_is_reported_at_once_with_its_path():
+    mistakes = mistakes_in(
+        """
+        [floor]
+        size_mm = [3000, -2]
+        [robot]
+        start_mm = [400, 1000]
+        headng_deg = 90
+        battery_mv = "full"
+        [[pictures]]
+        name = "lena"
+        at_mm = [2000, 1000]
+        [[people]]
+        name = "anna"
+        enters_from_mm = [0, 0]
+        radius_cm = 20
+        """
+    )
+    assert [line.split(":")[0] for line in mistakes] == [
+        "floor.size_mm[1]",
+        "robot.battery_mv",
+        "robot.headng_deg",
+        "people[0].radius_cm",
+        "pictures[0].facing_deg",
+    ]
+
+
+def test_a_misspelt_key_gets_the_likely_one():
+    [mistake] = mistakes_in(GOOD + "headng_deg = 90")
+    assert mistake == "robot.headng_deg: there is no such key; did you mean heading_deg?"
+
+
+def test_misspelt_keys_are_found_in_nested_tables():
+    [mistake] = mistakes_in(GOOD + "slip = { veer_deg_m = 2 }")
+    assert mistake.endswith("did you mean veer_deg_per_m?")
+
+
+def test_all_wrong_names_and_places_are_reported_at_once():
+    mistakes = mistakes_in(
+        GOOD
+        + """
+        [[pictures]]
+        name = "lena"
+        at_mm = [3100, 1000]
+        facing_deg = 180
+        file = "nowhere.png"
+        [[events]]
+        name = "gone"
+        when = { sees = "lenna" }
+        picture = "lena"
+        present = false
+        [[events]]
+        name = "gone"
+        when = { after = "begone" }
+        person = "anna"
+        leaves = true
+        """
+    )
+    assert [line.split(":")[0] for line in mistakes] == [
+        "events[1].name",
+        "events[0].when.sees",
+        "events[1].person",
+        "events[1].when.after",
+        "pictures[0].at_mm",
+        "pictures[0].file",
+    ]
+    assert "did you mean 'lena'?" in mistakes[1]
+
+
+@pytest.mark.parametrize(
+    ("event", "sentence"),
+    [
+        ("when = {}\npicture = 'lena'", "says nothing"),
+        ("when = { at_s = 1 }", "exactly one of person, picture and box"),
+        ("when = { at_s = 1 }\nperson = 'anna'", "exactly one of to_mm, blocks and leaves"),
+        ("when = { at_s = 1 }\npicture = 'lena'\nstays_s = 3", "are for persons"),
+        ("when = { at_s = 1, robot_within_mm = 3 }\npicture = 'lena'", "the distance from what?"),
+    ],
+)
+def test_an_event_that_makes_no_sense_is_refused(event, sentence):
+    [mistake] = mistakes_in(GOOD + "[[events]]\nname = 'x'\n" + event)
+    assert sentence in mistake
+
+
+def test_ports_may_not_collide():
+    mistakes = mistakes_in(GOOD + "left_port = 'B'\nright_port = 'B'")
+    assert "give each motor its own port" in mistakes[0]
+
+
+def test_a_missing_file_names_the_worlds_there_are(tmp_path):
+    with pytest.raises(ConfigError, match=r"nowhere\.toml.*arena"):
+        load_world(tmp_path / "nowhere.toml")
+
+
+def test_broken_toml_is_said_with_its_line(tmp_path):
+    (tmp_path / "broken.toml").write_text("[floor\n")
+    with pytest.raises(ConfigError, match=r"not TOML.*line 1"):
+        load_world(tmp_path / "broken.toml")
+
+
+def test_picture_files_are_beside_the_world_file(tmp_path):
+    (tmp_path / "cat.png").write_bytes(b"")
+    (tmp_path / "cats.toml").write_text(
+        GOOD + "[[pictures]]\nname = 'cat'\nfile = 'cat.png'\nat_mm = [900, 900]\nfacing_deg = 0"
+    )
+    assert load_world(tmp_path / "cats.toml").pictures[0].file == tmp_path / "cat.png"
