@@ -1,0 +1,70 @@
+"""All declared commands in one place, to be found by name or opcode and described in words."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from enum import IntFlag
+from typing import Any
+
+# Importing these modules declares their commands.
+from firmware_protocol import direct, system  # noqa: F401
+from firmware_protocol.enums import OpenEnum
+from firmware_protocol.errors import LocalProtocolError
+from firmware_protocol.telegram import COMMANDS, Command, Kind
+from firmware_protocol.wire import Block, Number, Scalar, Text, WireType
+
+AnyCommand = type[Command[Any]]
+
+ALL_COMMANDS: tuple[AnyCommand, ...] = tuple(COMMANDS.values())
+"""In the order of declaration, which is that of the opcodes."""
+
+_BY_NAME = {command.__name__.lower(): command for command in ALL_COMMANDS}
+
+
+def command_named(name: str) -> AnyCommand:
+    """The command of this name; upper and lower case do not matter.
+
+    Raises:
+        LocalProtocolError: There is none; the message names similar ones.
+    """
+    found = _BY_NAME.get(name.lower())
+    if found is None:
+        close = [_BY_NAME[key].__name__ for key in get_close_matches(name.lower(), _BY_NAME, cutoff=0.5)]
+        hint = f"Did you mean {' or '.join(close)}?" if close else f"There are {', '.join(names())}."
+        raise LocalProtocolError(f"there is no command {name!r}.", remedy=hint)
+    return found
+
+
+def command_of(kind: Kind, opcode: int) -> AnyCommand | None:
+    """The command with this opcode; for a reply, the one it answers (no opcode is both direct and system)."""
+    kinds = (Kind.DIRECT, Kind.SYSTEM) if kind == Kind.REPLY else (kind,)
+    return next((COMMANDS[each, opcode] for each in kinds if (each, opcode) in COMMANDS), None)
+
+
+def names() -> list[str]:
+    """Names of all commands."""
+    return [command.__name__ for command in ALL_COMMANDS]
+
+
+def choices(wire: WireType) -> dict[str, int]:
+    """The named values a field may have, by name; empty for plain numbers, text and bytes."""
+    enum = wire.members.enum if isinstance(wire, Number) else None
+    if isinstance(enum, type) and issubclass(enum, OpenEnum | IntFlag):
+        return {name: int(member) for name, member in enum.__members__.items()}
+    return {"no": 0, "yes": 1} if isinstance(wire, Number) else {}
+
+
+def describe(wire: WireType, unit: str = "") -> str:
+    """A field's type in a few words, such as ``u16 ms`` or ``text[20]``."""
+    match wire:
+        case Text(size=size):
+            return f"text[{size}]"
+        case Block(size=size):
+            return f"bytes[{size}]"
+        case Scalar(minimum=minimum, maximum=maximum):
+            bits = (maximum - minimum).bit_length()
+            return f"{'s' if minimum < 0 else 'u'}{bits} {unit}".rstrip()
+        case Number(members=members):
+            return members.enum.__name__ if isinstance(members.enum, type) else "yes/no"
+        case _:
+            return f"up to {wire.limit} bytes"
