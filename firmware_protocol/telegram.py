@@ -68,7 +68,7 @@ class Declared:
 
     @classmethod
     def _compile(cls) -> None:
-        raise TypeError(f"{cls.__name__} is not declared with @reply, @direct or @system")
+        """Put the functions made from the layout on the class."""
 
     @classmethod
     def _install(cls, functions: Functions) -> None:
