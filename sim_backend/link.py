@@ -37,6 +37,7 @@ class LinkFaults:
         drop_requests: Numbers of the telegrams that never reach the brick; any container, `range(0, 10**6, 7)` too.
         drop_replies: Numbers of the telegrams whose reply is lost.
         duplicate_replies: Numbers of the telegrams whose reply comes twice.
+        corrupt_replies: Numbers of the telegrams whose reply comes with every bit inverted.
         delay_replies_ms: Extra delay of the reply, by number of the telegram; later replies queue up behind it.
         silent_ms: Spans (from, to) of the simulation's time in which nothing gets through, in either direction.
         unplugged_ms: Spans (from, to) without a cable: a link that lives at the beginning is lost for good, and none
@@ -46,6 +47,7 @@ class LinkFaults:
     drop_requests: Container[int] = ()
     drop_replies: Container[int] = ()
     duplicate_replies: Container[int] = ()
+    corrupt_replies: Container[int] = ()
     delay_replies_ms: Mapping[int, int] = field(default_factory=dict)
     silent_ms: tuple[tuple[int, int], ...] = ()
     unplugged_ms: tuple[tuple[int, int], ...] = ()
@@ -150,6 +152,8 @@ class SimLink:
         due_ms = max(sent_ms + self._latency_ms, now_ms + 1) + self._faults.delay_replies_ms.get(number, 0)
         if reply is None or number in self._faults.drop_replies or self._faults.silent(due_ms):
             return
+        if number in self._faults.corrupt_replies:
+            reply = bytes(byte ^ 0xFF for byte in reply)
         copies = 2 if number in self._faults.duplicate_replies else 1
         self._replies.extend([(due_ms, reply)] * copies)
 

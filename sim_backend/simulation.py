@@ -29,6 +29,7 @@ __all__ = ["DEFAULT_WORLD", "LinkFaults", "SimLink", "Simulation"]
 
 DEFAULT_WORLD = "arena"
 
+MOTOR_PORTS = ("A", "B", "C")
 MV_PER_STEP = 13.848
 """What one step of the brick's battery converter means. Source: docs/firmware.md section 4, GetBatteryLevel."""
 
@@ -72,14 +73,24 @@ class Simulation:
 
     def _plug_in(self) -> None:
         robot = self._world.file.robot
-        motors = {robot.left_port: self._world.robot.left, robot.right_port: self._world.robot.right}
-        for port in ("A", "B", "C"):
-            self.brick.attach_motor(port, motors.get(port) or WheelMotor(robot.battery_mv))
+        motors: dict[str, WheelMotor] = {
+            robot.left_port: self._world.robot.left,
+            robot.right_port: self._world.robot.right,
+        }
+        self._motors = [motors.get(port) or WheelMotor() for port in MOTOR_PORTS]
+        for port, motor in zip(MOTOR_PORTS, self._motors, strict=True):
+            self.brick.attach_motor(port, motor)
         if robot.touch_port:
             self.brick.attach_sensor(robot.touch_port, TouchSensor(lambda: self._world.robot.bumper_pressed))
         if robot.ultrasonic_port:
             self.brick.attach_sensor(robot.ultrasonic_port, UltrasonicSensor(self._world.ultrasonic.distance_cm))
-        self.brick.set_battery(round(robot.battery_mv / MV_PER_STEP))
+        self.set_battery(robot.battery_mv)
+
+    def set_battery(self, battery_mv: int) -> None:
+        """Change the battery: what the brick measures, and how fast the motors turn."""
+        self.brick.set_battery(round(battery_mv / MV_PER_STEP))
+        for motor in self._motors:
+            motor.set_battery(battery_mv)
 
     @property
     def world_file(self) -> WorldFile:

@@ -41,6 +41,7 @@ class Webcam:
         size: As given.
         fps: Frames per second; frame n is taken at n / fps.
         hfov_deg: Horizontal angle of view.
+        next_frame_ms: When the next frame is due.
         unplugged_ms: Spans (from, to) of the simulation's time in which there is no picture; may be set at any time.
     """
 

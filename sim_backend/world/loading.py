@@ -16,6 +16,8 @@ from sim_backend.world.world_file import Event, WorldFile
 
 BUNDLED = Path(__file__).parent.parent / "worlds"
 """Where the worlds that come with the simulation are."""
+PICTURES = Path(__file__).parent.parent / "pictures"
+"""Where the pictures that come with the simulation are."""
 
 
 def load_world(source: str | Path) -> WorldFile:
@@ -145,8 +147,11 @@ def _wrong_places(world: WorldFile) -> Iterator[str]:
 
 
 def _missing_images(world: WorldFile, folder: Path) -> Iterator[str]:
+    known = sorted(path.stem for path in PICTURES.glob("*.png"))
     for index, picture in enumerate(world.pictures):
-        if picture.file is not None and not (folder / picture.file).is_file():
+        if picture.file is None and picture.name not in known:
+            yield f"pictures[{index}].name: no picture {picture.name!r} here ({', '.join(known)}); give its file"
+        elif picture.file is not None and not (folder / picture.file).is_file():
             yield f"pictures[{index}].file: there is no file {folder / picture.file}"
 
 

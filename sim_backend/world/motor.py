@@ -38,14 +38,19 @@ class WheelMotor:
         angle: Angle of the shaft, degrees, positive when power is positive.
     """
 
-    __slots__ = ("_count", "_ground", "_hold", "_targets", "angle", "free_speed")
+    __slots__ = ("_count", "_ground", "_hold", "_strength", "_targets", "angle", "free_speed")
 
     def __init__(self, battery_mv: int = 8000, strength: float = 1.0) -> None:
         self.free_speed = self.angle = 0.0
         self._count = 0
         self._ground: float | None = None
         self._hold = 0.0
-        slope = SPEED_PER_VOLT * battery_mv / 1000.0 * strength
+        self._strength = strength
+        self.set_battery(battery_mv)
+
+    def set_battery(self, battery_mv: int) -> None:
+        """Change the voltage; the speed is proportional to it."""
+        slope = SPEED_PER_VOLT * battery_mv / 1000.0 * self._strength
         # indexed by a signed byte: Python counts negative indices from the end, which is just what is wanted
         self._targets = [_target(power if power < 128 else power - 256, slope) for power in range(256)]
 

@@ -118,20 +118,22 @@ class Story:
         return (when.robot_beyond_mm or 0.0) < distance_mm < (when.robot_within_mm or float("inf"))
 
     def _possible_since(self, watch: _Watch) -> int | None:
-        """When the conditions on time and on other events came true, or None if they have not."""
+        """When the conditions on time and on other events came true, or None if they have not.
+
+        An event that happens again waits anew from the end of the last time.
+        """
         when = watch.event.when
-        since_ms = 0 if when.at_s is None else round(when.at_s * 1000)
+        since_ms = max(watch.ended_ms, 0 if when.at_s is None else round(when.at_s * 1000))
         if when.after is not None:
             other_ms = self._watches[when.after].began_ms
         elif when.after_end_of is not None:
             other_ms = self._watches[when.after_end_of].ended_ms
         else:
             return since_ms
-        # a repeating event needs the other one to have happened again
+        # and needs the other one to have happened again
         return None if other_ms < 0 or other_ms < watch.began_ms else max(since_ms, other_ms)
 
 
 def draw_ms(duration_s: Duration, random: Random) -> int:
-    """A duration in whole milliseconds, drawn evenly if it is a range."""
-    seconds = random.uniform(*duration_s) if isinstance(duration_s, tuple) else duration_s
-    return round(seconds * 1000)
+    """A duration in whole milliseconds, drawn evenly."""
+    return round(random.uniform(*duration_s) * 1000)

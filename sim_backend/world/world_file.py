@@ -9,16 +9,29 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 Point = tuple[float, float]
 Length = Annotated[float, Field(gt=0)]
 Name = Annotated[str, Field(min_length=1)]
 Seconds = Annotated[float, Field(ge=0)]
-Duration = Seconds | tuple[Seconds, Seconds]
-"""Seconds, or [shortest, longest] to draw from evenly with the simulation's seed."""
+SensorPort = Annotated[int, Field(ge=0, le=4)]
 
-SENSOR_PORT = Annotated[int, Field(ge=1, le=4)]
+
+def _span(value: object) -> object:
+    """A number of seconds as a span of no width; spans themselves are checked for order."""
+    match value:
+        case bool():
+            pass
+        case int() | float() if value >= 0:
+            return value, value
+        case [int() | float() as shortest, int() | float() as longest] if 0 <= shortest <= longest:
+            return shortest, longest
+    raise ValueError(f"must be seconds, or [shortest, longest] to draw from, not {value!r}")
+
+
+Duration = Annotated[tuple[float, float], BeforeValidator(_span)]
+"""Shortest and longest time in seconds, to draw from evenly with the simulation's seed."""
 
 
 class Table(BaseModel):
@@ -92,8 +105,8 @@ class Robot(Table):
     battery_mv: Annotated[int, Field(ge=5000, le=10000)] = 8000
     left_port: Literal["A", "B", "C"] = "B"
     right_port: Literal["A", "B", "C"] = "C"
-    touch_port: Literal[0] | SENSOR_PORT = 1
-    ultrasonic_port: Literal[0] | SENSOR_PORT = 4
+    touch_port: SensorPort = 1
+    ultrasonic_port: SensorPort = 4
     slip: Slip = Slip()
 
     @model_validator(mode="after")
@@ -234,9 +247,9 @@ class When(Table):
     at_s: Seconds | None = None
     after: Name | None = None
     after_end_of: Name | None = None
-    delay_s: Duration = 0.0
+    delay_s: Duration = (0.0, 0.0)
     sees: Name | None = None
-    for_s: Duration = 0.0
+    for_s: Duration = (0.0, 0.0)
     view_number: Annotated[int, Field(ge=1)] = 1
     of: Name | None = None
     robot_within_mm: Length | None = None

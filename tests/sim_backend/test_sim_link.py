@@ -72,6 +72,12 @@ def test_a_reply_can_come_twice(simulation):
     assert [port_of(reply) for reply in replies_within(link, 100)] == [1, 1, 2]
 
 
+def test_a_reply_can_arrive_damaged(simulation):
+    link = SimLink(simulation, faults=LinkFaults(corrupt_replies=[0]))
+    link.send(BATTERY)
+    assert link.receive(100).startswith(b"\xfd\xf4\xff")
+
+
 def test_a_late_reply_comes_late_and_holds_up_the_next(simulation):
     link = SimLink(simulation, faults=LinkFaults(delay_replies_ms={0: 500}))
     ask_state(link, "B", "C")

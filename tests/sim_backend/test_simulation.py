@@ -112,6 +112,19 @@ def test_the_battery_is_as_full_as_the_world_says():
     assert ask(simulation, GetBatteryLevel()).voltage_mv == pytest.approx(8000, abs=14)
 
 
+def test_a_weaker_battery_is_measured_and_felt():
+    ways = []
+    for battery_mv in (8000, 6400):
+        simulation = Simulation("open")
+        simulation.set_battery(battery_mv)
+        command = SetOutputState(OutputPort.A, 80, OutputMode.MOTOR_ON, RegulationMode.IDLE, 0, RunState.RUNNING, 0)
+        ask(simulation, command)
+        simulation.advance(1000)
+        assert ask(simulation, GetBatteryLevel()).voltage_mv == pytest.approx(battery_mv, abs=14)
+        ways.append(ask(simulation, GetOutputState(OutputPort.A)).rotation_count)
+    assert ways[1] == pytest.approx(0.8 * ways[0], rel=0.01)
+
+
 def test_a_frame_is_drawn_once_and_a_new_one_comes_at_the_cameras_rate():
     simulation = Simulation("open")
     frame = simulation.camera_frame()

@@ -109,6 +109,17 @@ def test_an_event_that_makes_no_sense_is_refused(event, sentence):
     assert sentence in mistake
 
 
+@pytest.mark.parametrize("duration", ["'long'", "-1", "[3, 2]", "[1]", "true"])
+def test_a_duration_is_seconds_or_a_range(duration):
+    [mistake] = mistakes_in(GOOD + f"[[events]]\nname = 'x'\nbox = 'b'\nwhen = {{ at_s = 1, delay_s = {duration} }}")
+    assert mistake.startswith("events[0].when.delay_s: must be seconds, or [shortest, longest]")
+
+
+def test_a_picture_that_is_not_shipped_needs_a_file():
+    [mistake] = mistakes_in(GOOD + "[[pictures]]\nname = 'mona'\nat_mm = [900, 900]\nfacing_deg = 0")
+    assert mistake.startswith("pictures[0].name: no picture 'mona' here")
+
+
 def test_ports_may_not_collide():
     mistakes = mistakes_in(GOOD + "left_port = 'B'\nright_port = 'B'")
     assert "give each motor its own port" in mistakes[0]

@@ -99,6 +99,15 @@ def test_an_event_happens_as_often_as_it_may(world, drive, times, visits):
     assert len(times_s(room, "visit")) == visits
 
 
+def test_a_person_may_come_again_and_again(world, drive):
+    action = "person = 'anna'\nto_mm = [2500, 2000]\nstays_s = 1\ntimes = 0"
+    room = world(ANNA + event("patrol", "at_s = 1, delay_s = 4", action))
+    drive(room, 25_000)
+    first_s, second_s, third_s = times_s(room, "patrol")
+    assert first_s == 5
+    assert second_s - first_s == third_s - second_s == pytest.approx(1 + 2 + 4, abs=0.5)
+
+
 def test_the_second_view_can_be_the_trigger(world, drive):
     room = world(LENA + event("second look", "sees = 'lena', view_number = 2", "picture = 'lena'\npresent = false"))
     drive(room, 2000)
