@@ -16,7 +16,7 @@ from firmware_protocol.errors import CameraError
 from nxtdrive.vision.detection import Image
 
 ALMOST = 1e-6
-"""Share of a frame period by which a tick may be missed through rounding."""
+"""What rounding may take from a whole number of frames or milliseconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +75,14 @@ class FrameSource(Protocol):
         ...
 
 
+def frame_number(now_s: float, fps: float) -> int:
+    """Number of the freshest frame at `now_s` of a camera that takes frame n at ``n / fps``."""
+    return math.floor(now_s * fps + ALMOST)
+
+
 def next_tick(now_s: float, fps: float) -> float:
-    """The time of the first frame after `now_s` of a camera that takes its frames at whole multiples of ``1 / fps``."""
-    return (math.floor(now_s * fps + ALMOST) + 1) / fps
+    """When that camera takes its next frame, rounded up to whole milliseconds: in these a simulation counts time."""
+    return math.ceil((frame_number(now_s, fps) + 1) / fps * 1000 - ALMOST) / 1000
 
 
 class SimulatedCamera:
@@ -93,7 +98,7 @@ class SimulatedCamera:
         self._source = source
         self._clock = clock
         self._size = size
-        self._started_s = clock.now()
+        self._given = -1
 
     @property
     def size(self) -> tuple[int, int]:
@@ -101,19 +106,19 @@ class SimulatedCamera:
         return self._size
 
     def read(self, timeout_s: float) -> Frame:
-        """The next frame; see `Camera.read`."""
+        """The freshest frame, or the next one if that was given before; see `Camera.read`."""
+        fps = self._source.fps
         deadline_s = self._clock.now() + timeout_s
-        tick_s = next_tick(self._clock.now(), self._source.fps)
-        while tick_s <= deadline_s:
-            self._clock.sleep(tick_s - self._clock.now())
-            image = self._source.frame()
+        while True:
+            now_s = self._clock.now()
+            number = frame_number(now_s, fps)
+            image = self._source.frame() if number > self._given else None
             if image is not None:
-                self._size = (image.shape[1], image.shape[0])
-                index = round((tick_s - self._started_s) * self._source.fps)
-                return Frame(image, self._clock.now(), index)
-            tick_s = next_tick(self._clock.now(), self._source.fps)
-        self._clock.sleep(deadline_s - self._clock.now())
-        raise CameraError(f"The simulated camera gave no frame for {timeout_s:g} s.", remedy="Plug it in again.")
+                self._given = number
+                return Frame(image, number / fps, number)
+            if now_s >= deadline_s:
+                raise CameraError(f"The simulated camera gave no frame for {timeout_s:g} s.", remedy="Plug it in.")
+            self._clock.sleep(min(next_tick(now_s, fps), deadline_s) - now_s)
 
     def close(self) -> None:
         """Nothing to give back: the simulation owns the camera."""
@@ -178,7 +183,7 @@ class ReplayCamera:
         now_s = self._clock.now()
         if self._started_s is None:
             self._started_s = now_s
-        due = math.floor((now_s - self._started_s) * fps + ALMOST)
+        due = frame_number(now_s - self._started_s, fps)
         if due > self._index:
             return due
         wait_s = self._started_s + (self._index + 1) / fps - now_s

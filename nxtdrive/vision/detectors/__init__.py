@@ -40,12 +40,12 @@ def make_detector(spec: Mapping[str, object], folder: Path = Path()) -> TargetDe
     configure()
     values = dict(spec)
     kind = values.pop("detector", None)
-    if kind not in DETECTORS:
+    if not isinstance(kind, str) or kind not in DETECTORS:
         raise ConfigError(f"There is no detector {kind!r}.", remedy=f"Use one of: {', '.join(DETECTORS)}.")
-    options = Options(str(kind), values, folder)
+    options = Options(kind, values, folder)
     height_mm = options.take("height_mm", float, A4_HEIGHT_MM)
     if not 1 <= height_mm <= 10_000:
         raise ConfigError(f"height_mm = {height_mm:g} is no height of a target.", remedy="An A4 sheet is 297 mm high.")
-    detector: Detector = import_module(DETECTORS[str(kind)]).from_options(options)
+    detector: Detector = import_module(DETECTORS[kind]).from_options(options)
     options.finish()
     return TargetDetector(detector, height_mm)

@@ -52,7 +52,8 @@ class ColorDetector:
         low, high = self._hue - HUE_REACH, self._hue + HUE_REACH
         mask = cv2.inRange(hsv, _bound(low, MIN_SATURATION, MIN_VALUE), _bound(high, 255, 255))
         if low < 0:
-            mask |= cv2.inRange(hsv, _bound(low + 180, MIN_SATURATION, MIN_VALUE), _bound(179, 255, 255))
+            other_end = cv2.inRange(hsv, _bound(low + 180, MIN_SATURATION, MIN_VALUE), _bound(179, 255, 255))
+            mask = cv2.bitwise_or(mask, other_end)
         return mask
 
 

@@ -162,7 +162,7 @@ class CorrelationMatcher:
     def _refine(
         self, image: Image, around: _Match, check_height: int, stretches: tuple[tuple[float, float], ...]
     ) -> _Match | None:
-        """The best colour match over `stretches` (in width, in height) near a rectangle; None if there is none worth following."""
+        """The best colour match over `stretches` near a rectangle; None if there is none worth following."""
         left, top, width, height = around.rectangle
         zoom = min(1.0, check_height / height)
         margin = 0.2 * height

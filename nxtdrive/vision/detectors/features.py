@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from nxtdrive.vision.detection import Detection, Image, Quad, box_of
 
 WORK_WIDTH = 240
-"""Keypoints are sought on a copy of the frame at most this wide, at half the cost of 320; what is too small there is left
-to correlation."""
+"""Keypoints are sought on a copy of the frame at most this wide, at half the cost of 320; what is too small there is
+left to correlation."""
 
 REFERENCE_HEIGHTS = (64, 128, 220)
 """The picture is learnt at these heights in pixels, because a keypoint looks different when it is seen smaller."""

@@ -39,16 +39,17 @@ class HaarDetector:
                 remedy='Install one that has: pip install "opencv-python-headless<5"; or use a picture target.',
             )
         path = _find(cascade)
+        self._classifier = cv2.CascadeClassifier()
         try:
-            self._classifier = cv2.CascadeClassifier(str(path))
+            loaded = self._classifier.load(str(path))
         except cv2.error:
-            self._classifier = cv2.CascadeClassifier()
-        if self._classifier.empty():
+            loaded = False
+        if not loaded:
             raise ConfigError(f"{path} is not a cascade OpenCV can read.", remedy="Use an XML file of OpenCV 3 or 4.")
 
     def detect(self, image: Image) -> list[Detection]:
         """All hits, best first."""
-        gray = cv2.equalizeHist(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
+        gray = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
         boxes, hits = self._classifier.detectMultiScale2(gray, scaleFactor=SCALE_FACTOR, minNeighbors=MIN_NEIGHBOURS)
         return distinct(
             [

@@ -1,0 +1,81 @@
+import pytest
+
+from nxtdrive.vision.confirm import Confirmation, Seen
+from nxtdrive.vision.detection import Detection
+
+FRAME_S = 0.1
+
+
+def seen(bearing_deg=0.0, distance_mm=1000.0):
+    return Seen(Detection((0, 0, 10, 10), 0.9), bearing_deg, distance_mm)
+
+
+def run(confirmation, frames):
+    """The bearing of what was confirmed in each frame, or None."""
+    results = (confirmation.update(i * FRAME_S, frame) for i, frame in enumerate(frames))
+    return [result and result.bearing_deg for result in results]
+
+
+def test_one_detection_is_not_enough():
+    assert run(Confirmation(), [[seen()]]) == [None]
+
+
+def test_the_second_agreeing_detection_confirms():
+    assert run(Confirmation(), [[seen(4)], [seen(5)]]) == [None, 5]
+
+
+def test_a_frame_without_detection_between_them_is_allowed():
+    assert run(Confirmation(), [[seen(4)], [], [seen(5)]]) == [None, None, 5]
+
+
+def test_two_frames_without_detection_start_over():
+    assert run(Confirmation(), [[seen(4)], [], [], [seen(5)]]) == [None] * 4
+
+
+@pytest.mark.parametrize("other", [seen(15), seen(-15), seen(0, 1500), seen(0, 600)])
+def test_detections_in_different_places_do_not_confirm(other):
+    assert run(Confirmation(), [[seen()], [other]]) == [None, None]
+
+
+def test_a_flickering_false_alarm_beside_a_steady_target_is_passed_over():
+    frames = [[seen(20), seen(1)], [seen(-12), seen(2)], [seen(-25), seen(3)]]
+    assert run(Confirmation(), frames) == [None, 2, 3]
+
+
+def test_once_confirmed_drop_outs_lose_nothing():
+    assert run(Confirmation(), [[seen()], [seen()], [], [], [], [], [seen(3)]]) == [None, 0, None, None, None, None, 3]
+
+
+def test_once_confirmed_it_stays_with_its_place_though_another_scores_better():
+    assert run(Confirmation(), [[seen()], [seen()], [seen(25), seen(1)]]) == [None, 0, 1]
+
+
+def test_a_sighting_elsewhere_must_be_confirmed_anew():
+    assert run(Confirmation(), [[seen()], [seen()], [seen(25)], [seen(25)]]) == [None, 0, None, 25]
+
+
+def test_after_its_memory_it_must_be_confirmed_anew():
+    confirmation = Confirmation(memory_s=1.0)
+    run(confirmation, [[seen()], [seen()]])
+    assert confirmation.track(1.0) is not None
+    assert confirmation.track(1.2) is None
+    assert confirmation.update(1.2, [seen()]) is None
+
+
+def test_it_follows_a_target_that_moves_slowly():
+    frames = [[seen(5 * i, 2000 - 100 * i)] for i in range(12)]
+    assert run(Confirmation(), frames) == [None, *(5 * i for i in range(1, 12))]
+
+
+def test_needed_one_believes_at_once():
+    assert run(Confirmation(needed=1), [[seen(7)]]) == [7]
+
+
+def test_three_of_five():
+    confirmation = Confirmation(needed=3, window=5)
+    assert run(confirmation, [[seen()], [], [seen()], [], [seen()]]) == [None, None, None, None, 0]
+
+
+def test_more_needed_than_the_window_holds_is_refused():
+    with pytest.raises(ValueError, match=r"window of 3"):
+        Confirmation(needed=4, window=3)

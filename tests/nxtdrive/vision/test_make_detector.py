@@ -1,0 +1,76 @@
+import cv2
+import pytest
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.vision.detectors import DETECTORS, make_detector
+
+
+@pytest.mark.parametrize(
+    "spec",
+    [
+        {"detector": "picture", "pictures": ["face.png"]},
+        {"detector": "picture", "pictures": "face.png"},
+        {"detector": "haar"},
+        {"detector": "haar", "cascade": "haarcascade_profileface"},
+        {"detector": "marker", "id": 3},
+        {"detector": "marker", "id": 3, "family": "apriltag_36h11"},
+        {"detector": "color", "color": "magenta"},
+    ],
+)
+def test_each_kind_is_made_and_finds_nothing_in_the_dark(spec, tmp_path, astronaut):
+    cv2.imwrite(str(tmp_path / "face.png"), astronaut)
+    made = make_detector(spec, tmp_path)
+    assert made.detector.detect(astronaut * 0) == []
+    assert made.height_mm == 297
+
+
+def test_every_kind_is_tried_above():
+    assert set(DETECTORS) == {"picture", "haar", "marker", "color"}
+
+
+def test_the_height_is_the_targets():
+    assert make_detector({"detector": "marker", "id": 3, "height_mm": 158}).height_mm == 158.0
+
+
+def test_a_cascade_beside_the_mission_file_is_found(tmp_path):
+    with pytest.raises(ConfigError, match=r"bear\.xml is not a cascade"):
+        (tmp_path / "bear.xml").write_text("<a/>")
+        make_detector({"detector": "haar", "cascade": "bear.xml"}, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("spec", "message"),
+    [
+        ({}, "no detector None. Use one of: picture, haar, marker, color"),
+        ({"detector": "magic"}, "no detector 'magic'"),
+        ({"detector": ["picture"]}, "no detector"),
+        ({"detector": "marker"}, "marker detector needs id"),
+        ({"detector": "marker", "id": "3"}, "id of the marker detector must be a whole number, not '3'"),
+        ({"detector": "marker", "id": True}, "must be a whole number"),
+        ({"detector": "marker", "id": 3, "size": 5}, "no option size"),
+        ({"detector": "color", "color": 3}, "must be a text"),
+        (
+            {"detector": "color", "color": "red", "height_mm": "tall"},
+            "height_mm of the color detector must be a number",
+        ),
+        ({"detector": "color", "color": "red", "height_mm": 0}, "height_mm = 0 is no height"),
+        ({"detector": "picture"}, "needs pictures, a list of files"),
+        ({"detector": "picture", "pictures": []}, "needs pictures, a list of files"),
+        ({"detector": "picture", "pictures": [3]}, "needs pictures, a list of files"),
+    ],
+)
+def test_a_mistake_has_one_clear_sentence(spec, message):
+    with pytest.raises(ConfigError, match=message):
+        make_detector(spec)
+
+
+def test_a_missing_picture_is_named_with_its_path(tmp_path):
+    with pytest.raises(ConfigError, match=f"{tmp_path}/lena.png cannot be read"):
+        make_detector({"detector": "picture", "pictures": ["lena.png"]}, tmp_path)
+
+
+@pytest.mark.parametrize("content", [b"", b"hello", b"\x89PNG\r\n\x1a\nbroken"])
+def test_a_picture_that_is_none_is_named_with_its_path(tmp_path, content):
+    (tmp_path / "lena.png").write_bytes(content)
+    with pytest.raises(ConfigError, match=r"lena\.png is not an image"):
+        make_detector({"detector": "picture", "pictures": ["lena.png"]}, tmp_path)

@@ -1,0 +1,119 @@
+import cv2
+import numpy as np
+import pytest
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.vision.detectors.color import HUES, ColorDetector
+from nxtdrive.vision.detectors.haar import HaarDetector, cascades
+from nxtdrive.vision.detectors.marker import FAMILIES, MarkerDetector
+from nxtdrive.vision.geometry import Pinhole
+
+PINHOLE = Pinhole.from_hfov(320, 60)
+
+
+def sheet_with_marker(family, number):
+    """An A4 sheet with a marker of 158 mm in its middle."""
+    sheet = np.full((594, 420), 255, np.uint8)
+    dictionary, _ = FAMILIES[family]
+    marker = cv2.aruco.generateImageMarker(cv2.aruco.getPredefinedDictionary(dictionary), number, 316)
+    sheet[139 : 139 + 316, 52 : 52 + 316] = marker
+    return cv2.cvtColor(sheet, cv2.COLOR_GRAY2BGR)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize(("distance_mm", "bearing_deg", "slant_deg"), [(400, 0, 0), (1000, -12, 40), (2000, 15, -30)])
+def test_marker_is_found_where_it_is(make_scene, distractors, family, distance_mm, bearing_deg, slant_deg):
+    scene = make_scene(sheet_with_marker(family, 7), distractors["brick"])
+    (found,) = MarkerDetector(7, family).detect(scene.render(distance_mm, bearing_deg, slant_deg))
+    found_bearing_deg, found_distance_mm = PINHOLE.locate(found, 158)
+    assert found_bearing_deg == pytest.approx(bearing_deg, abs=0.4)
+    depth_mm = found_distance_mm * np.cos(np.radians(found_bearing_deg))
+    assert depth_mm == pytest.approx(distance_mm, rel=0.07)
+    assert found.score == 1.0
+
+
+def test_marker_with_another_number_is_another_target(make_scene, distractors):
+    frame = make_scene(sheet_with_marker("aruco_4x4_50", 7), distractors["brick"]).render(600)
+    assert MarkerDetector(8).detect(frame) == []
+    assert MarkerDetector(7, "apriltag_36h11").detect(frame) == []
+
+
+def test_marker_finds_none_in_photographs(distractors):
+    for family in FAMILIES:
+        assert not any(MarkerDetector(7, family).detect(image) for image in distractors.values())
+
+
+def test_marker_that_does_not_exist_is_refused():
+    with pytest.raises(ConfigError, match=r"no marker 50. Its numbers are 0 to 49"):
+        MarkerDetector(50)
+    with pytest.raises(ConfigError, match=r"no marker family"):
+        MarkerDetector(1, "qr")
+
+
+@pytest.mark.parametrize("color", HUES)
+def test_color_is_found_where_it_is(make_scene, distractors, color):
+    paint = cv2.cvtColor(np.full((297, 210, 3), (HUES[color], 220, 200), np.uint8), cv2.COLOR_HSV2BGR)
+    found = ColorDetector(color).detect(make_scene(paint, distractors["moon"]).render(1500, -8))
+    bearing_deg, distance_mm = PINHOLE.locate(found[0], 297)
+    assert bearing_deg == pytest.approx(-8, abs=0.5)
+    assert distance_mm == pytest.approx(1500, rel=0.06)
+    assert found[0].score > 0.9
+
+
+def test_color_is_not_another_color(make_scene, distractors):
+    paint = cv2.cvtColor(np.full((297, 210, 3), (HUES["green"], 220, 200), np.uint8), cv2.COLOR_HSV2BGR)
+    frame = make_scene(paint, distractors["moon"]).render(1000)
+    assert [color for color in HUES if ColorDetector(color).detect(frame)] == ["green"]
+
+
+def test_color_needs_a_compact_patch():
+    frame = np.full((240, 320, 3), 128, np.uint8)
+    cv2.line(frame, (10, 10), (300, 220), (0, 0, 255), 6)
+    assert ColorDetector("red").detect(frame) == []
+
+
+def test_color_that_does_not_exist_is_refused():
+    with pytest.raises(ConfigError, match=r"no colour 'mauve'. Use one of: red"):
+        ColorDetector("mauve")
+
+
+@pytest.mark.parametrize("distance_mm", [500, 800])
+def test_haar_finds_a_real_face(scene, distance_mm):
+    found = HaarDetector().detect(scene.render(distance_mm, 5))
+    u, v = found[0].centre
+    corners = scene.corners(distance_mm, 5)
+    # the face is in the upper middle of the portrait
+    assert corners[0][0] < u < corners[1][0]
+    assert corners[0][1] < v < corners[2][1] - 0.4 * np.ptp(corners[:, 1])
+
+
+def test_haar_finds_no_face_where_there_is_none(distractors):
+    haar = HaarDetector()
+    assert {name for name, image in distractors.items() if haar.detect(image)} == set()
+
+
+def test_haar_takes_a_file_and_lists_what_there_is(tmp_path):
+    assert "haarcascade_frontalface_default" in cascades()
+    HaarDetector(str(next(iter(_cascade_files()))))
+    with pytest.raises(ConfigError, match=r"no cascade 'bear'.*haarcascade_frontalface_alt2"):
+        HaarDetector("bear")
+
+
+@pytest.mark.parametrize("content", ["", "not xml", "<opencv_storage></opencv_storage>", "<?xml version='1.0'?><a/>"])
+def test_haar_refuses_what_is_no_cascade(tmp_path, content):
+    file = tmp_path / "bear.xml"
+    file.write_text(content)
+    with pytest.raises(ConfigError, match=r"bear\.xml is not a cascade"):
+        HaarDetector(str(file))
+
+
+def test_haar_explains_an_opencv_that_has_none(monkeypatch):
+    monkeypatch.delattr(cv2, "CascadeClassifier")
+    with pytest.raises(ConfigError, match=r"has no Haar detector.*opencv-python-headless<5"):
+        HaarDetector()
+
+
+def _cascade_files():
+    from pathlib import Path
+
+    return sorted((Path(cv2.__file__).parent / "data").glob("*frontalface*.xml"))

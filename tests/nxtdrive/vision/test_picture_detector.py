@@ -1,0 +1,145 @@
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.vision.detectors.picture import PictureDetector
+from nxtdrive.vision.focus import detect_near
+from nxtdrive.vision.geometry import Pinhole
+
+PINHOLE = Pinhole.from_hfov(320, 60)
+
+
+@pytest.fixture(scope="module")
+def detector(astronaut):
+    return PictureDetector([astronaut])
+
+
+def locate(detector, frame):
+    """Bearing and depth of the best detection."""
+    found = detector.detect(frame)
+    assert found
+    bearing_deg, distance_mm = PINHOLE.resized(frame.shape[1]).locate(found[0], 297)
+    return bearing_deg, distance_mm * math.cos(math.radians(bearing_deg))
+
+
+@pytest.mark.parametrize("distance_mm", [300, 400, 600, 900, 1300, 1800, 2500, 3200, 4000])
+def test_it_finds_the_picture_from_near_to_far(detector, scene, distance_mm):
+    bearing_deg, depth_mm = locate(detector, scene.render(distance_mm, 5))
+    assert bearing_deg == pytest.approx(5, abs=0.5)
+    assert depth_mm == pytest.approx(distance_mm, rel=0.08)
+
+
+@pytest.mark.parametrize("bearing_deg", [-22, -10, 0, 10, 22])
+def test_bearing_is_positive_to_the_right(detector, scene, bearing_deg):
+    found_deg, _ = locate(detector, scene.render(1200, bearing_deg))
+    assert found_deg == pytest.approx(bearing_deg, abs=0.4)
+
+
+@pytest.mark.parametrize("slant_deg", [-45, -30, 30, 45])
+def test_it_finds_the_picture_seen_from_aside(detector, scene, slant_deg):
+    bearing_deg, depth_mm = locate(detector, scene.render(1500, -3, slant_deg=slant_deg))
+    assert bearing_deg == pytest.approx(-3, abs=0.7)
+    assert depth_mm == pytest.approx(1500, rel=0.15)
+
+
+@pytest.mark.parametrize("roll_deg", [-15, 12, 25, 40])
+def test_features_find_a_picture_that_hangs_askew(detector, scene, roll_deg):
+    frame = scene.render(700, 4, roll_deg=roll_deg)
+    bearing_deg, depth_mm = locate(detector, frame)
+    assert bearing_deg == pytest.approx(4, abs=0.3)
+    assert depth_mm == pytest.approx(700, rel=0.03)
+    (found,) = detector.detect(frame)
+    (_, top_left), (_, top_right), *_ = found.quad
+    assert (top_right > top_left) == (roll_deg > 0)
+
+
+def test_features_find_a_picture_that_is_partly_covered(detector, scene):
+    frame = scene.render(600)
+    frame[:, 165:] = (40, 90, 30)
+    assert not detector_without_features(scene.picture).detect(frame)
+    bearing_deg, depth_mm = locate(detector, frame)
+    assert bearing_deg == pytest.approx(0, abs=0.3)
+    assert depth_mm == pytest.approx(600, rel=0.03)
+
+
+def detector_without_features(picture):
+    return PictureDetector([picture], use_features=False)
+
+
+def test_without_features_it_needs_the_whole_picture_upright(astronaut, scene):
+    detector = detector_without_features(astronaut)
+    assert detector.detect(scene.render(700))
+    assert not detector.detect(scene.render(700, roll_deg=20))
+
+
+@pytest.mark.parametrize("change", ["dark", "bright", "blue cast", "soft"])
+def test_it_bears_bad_light_and_focus(detector, scene, change):
+    frame = scene.render(1500, 2)
+    if change == "soft":
+        frame = cv2.GaussianBlur(frame, (0, 0), 1.5)
+    else:
+        gain = {"dark": (0.35, 0.35, 0.35), "bright": (1.2, 1.2, 1.2), "blue cast": (1.2, 1.0, 0.75)}[change]
+        frame = (frame * np.array(gain)).clip(0, 255).astype(np.uint8)
+    bearing_deg, _ = locate(detector, frame)
+    assert bearing_deg == pytest.approx(2, abs=0.5)
+
+
+def test_larger_frames_are_searched_as_well(detector, make_scene, astronaut, distractors):
+    scene = make_scene(astronaut, cv2.resize(distractors["brick"], (640, 480)))
+    bearing_deg, depth_mm = locate(detector, scene.render(3000, 8))
+    assert bearing_deg == pytest.approx(8, abs=0.3)
+    assert depth_mm == pytest.approx(3000, rel=0.08)
+
+
+def test_it_finds_nothing_in_other_pictures(detector, distractors):
+    assert {name for name, image in distractors.items() if detector.detect(image)} == set()
+
+
+def test_it_finds_nothing_in_frames_without_content(detector):
+    noise = np.random.default_rng(1).integers(0, 256, (240, 320, 3), dtype=np.uint8)
+    for frame in (np.zeros((240, 320, 3), np.uint8), np.full((240, 320, 3), 255, np.uint8), noise, noise[:7, :9]):
+        assert detector.detect(frame) == []
+
+
+def test_a_grey_copy_of_the_picture_is_another_picture(detector, make_scene, astronaut, distractors):
+    grey = cv2.cvtColor(cv2.cvtColor(astronaut, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
+    red = (grey * np.array((0.2, 0.3, 1.0))).astype(np.uint8)
+    for copy in (255 - grey, 255 - red):
+        assert detector.detect(make_scene(copy, distractors["coffee"]).render(800)) == []
+
+
+def test_several_photographs_are_one_target(astronaut, distractors, make_scene):
+    cat = np.ascontiguousarray(distractors["chelsea"][:, 70:240])
+    both = PictureDetector([astronaut, cat])
+    for picture in (astronaut, cat):
+        found = both.detect(make_scene(picture, distractors["brick"]).render(1000))
+        assert len(found) == 1
+
+
+def test_the_same_frame_gives_the_same_answer(detector, scene):
+    frame = scene.render(700, roll_deg=12)
+    assert detector.detect(frame) == detector.detect(frame)
+
+
+def test_a_look_near_the_old_place_agrees_with_a_look_at_all(detector, scene):
+    for distance_mm in (400, 1000, 3000):
+        frame = scene.render(distance_mm, 6)
+        (everywhere,) = detector.detect(frame)
+        (near,) = detect_near(detector, frame, everywhere.box)
+        np.testing.assert_allclose(near.box, everywhere.box, atol=0.05 * everywhere.box[3] + 1)
+
+
+def test_a_look_near_a_place_outside_the_frame_finds_nothing(detector, scene):
+    assert detect_near(detector, scene.render(1000), (900, 900, 20, 30)) == []
+
+
+def test_useless_pictures_are_refused():
+    with pytest.raises(ConfigError, match=r"at least one"):
+        PictureDetector([])
+    with pytest.raises(ConfigError, match=r"30x20 pixels"):
+        PictureDetector([np.zeros((20, 30, 3), np.uint8)])
+    with pytest.raises(ConfigError, match=r"single colour"):
+        PictureDetector([np.full((200, 100, 3), 7, np.uint8)])
