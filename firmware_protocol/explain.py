@@ -102,21 +102,25 @@ class Explanation:
 def explain(telegram: bytes) -> Explanation:
     """Say what a telegram means."""
     telegram = bytes(telegram)
-    body = _without_length(telegram)
-    if body is not None:
-        return _explain(body, framed=True)
-    return _explain(telegram, framed=False)
+    framed = _has_length(telegram)
+    return _explain(telegram[LENGTH_SIZE:] if framed else telegram, framed=framed)
 
 
-def _without_length(telegram: bytes) -> bytes | None:
-    """What follows a length that is exactly right, or None."""
+def _has_length(telegram: bytes) -> bool:
+    """Whether the first two bytes are Bluetooth's length, as far as one can tell."""
     body = telegram[LENGTH_SIZE:]
-    announced = int.from_bytes(telegram[:LENGTH_SIZE], "little")
-    return body if len(body) == announced and body and body[0] & ~NO_REPLY in _KINDS else None
+    if not body or len(body) != int.from_bytes(telegram[:LENGTH_SIZE], "little") or not _begins_a_telegram(body):
+        return False
+    known = len(body) >= REQUEST_HEADER and command_of(Kind(body[0] & ~NO_REPLY), body[1]) is not None
+    return known or not _begins_a_telegram(telegram)
+
+
+def _begins_a_telegram(data: bytes) -> bool:
+    return data[0] & ~NO_REPLY in _KINDS
 
 
 def _explain(telegram: bytes, *, framed: bool) -> Explanation:
-    if len(telegram) < REQUEST_HEADER or telegram[0] & ~NO_REPLY not in _KINDS:
+    if len(telegram) < REQUEST_HEADER or not _begins_a_telegram(telegram):
         reason = "It is too short." if len(telegram) < REQUEST_HEADER else "The brick ignores such a first byte."
         return Explanation(telegram, framed=framed, leftover=telegram, remarks=(reason,))
     kind = Kind(telegram[0] & ~NO_REPLY)

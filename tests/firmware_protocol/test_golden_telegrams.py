@@ -65,5 +65,7 @@ def test_every_good_reply_is_read_and_written_as_it_was_recorded(exchanges):
     for scenario, command, request, reply in good:
         assert command.decode_reply(reply).pack() == reply[3:]
         head = command.reply_head(request)
-        assert reply[3:].startswith(head[3:]), f"{scenario}: {command.__name__} does not repeat what its request predicts"
+        assert reply[3:].startswith(head[3:]), (
+            f"{scenario}: {command.__name__} does not repeat what its request predicts"
+        )
     assert len(good) > 1800

@@ -1,0 +1,17 @@
+from pathlib import Path
+
+from nxtdrive.tools.opcode_table import document
+
+from firmware_protocol.catalog import names
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "protocol.md"
+
+
+def test_the_document_is_the_one_made_from_the_declarations():
+    assert DOCUMENT.read_text(encoding="utf-8") == document(), (
+        "run: python -m nxtdrive.tools.opcode_table > docs/protocol.md"
+    )
+
+
+def test_the_document_names_every_command():
+    assert all(f"| {name} " in document() for name in names())
