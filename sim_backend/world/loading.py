@@ -107,10 +107,13 @@ def _wrong_names(world: WorldFile) -> Iterator[str]:
         "pictures": [picture.name for picture in world.pictures],
         "events": [event.name for event in world.events],
     }
-    for table, taken in names.items():
-        for index, name in enumerate(taken):
-            if name in taken[:index]:
+    taken: set[str] = set()
+    for table, own in names.items():
+        for index, name in enumerate(own):
+            # boxes, people and pictures share their names; an event may be called as a thing
+            if name in (own[:index] if table == "events" else taken):
                 yield f"{table}[{index}].name: {name!r} is taken already"
+            taken.add(name)
     for index, event in enumerate(world.events):
         yield from _unknown_names(f"events[{index}]", event, names)
 

@@ -17,6 +17,8 @@ from sim_backend.world.world_file import Event, Point, WorldFile
 
 STEP_MS = 10
 _STEP_S = STEP_MS / 1000.0
+BLOCKING_GAP_MM = 100.0
+"""A person who blocks the robot's view leaves at least this gap."""
 
 
 class World:
@@ -122,24 +124,25 @@ class World:
     def perform(self, event: Event, stays_ms: int | None) -> None:
         """Do what the event says."""
         self._panels = None
-        if event.person is None:
-            thing = self.boxes[event.box] if event.box is not None else self.pictures[event.picture or ""]
+        thing = self._things[event.subject]
+        if not isinstance(thing, PersonThing):
             thing.place(event.to_mm, event.facing_deg, present=event.present)
         elif event.leaves:
-            self.people[event.person].leave()
-        else:
-            person = self.people[event.person]
-            person.come(event.to_mm or self._blocking_place(event, person.radius_mm), stays_ms)
+            thing.leave()
+        elif event.to_mm is not None:
+            thing.come(event.to_mm, stays_ms)
+        elif event.blocks is not None:
+            thing.come(self._place_before(event.blocks, event.blocks_at_mm, thing.radius_mm), stays_ms)
 
     def is_over(self, event: Event) -> bool:
         """Whether the person of a performed event has gone again; other events are over at once."""
         return event.person is None or not self.people[event.person].present
 
-    def _blocking_place(self, event: Event, person_radius_mm: float) -> Point:
-        """Between robot and picture: as near to the picture as asked, but not on the robot."""
-        x, y = self.pictures[event.blocks or ""].at_mm
+    def _place_before(self, picture: str, distance_mm: float, radius_mm: float) -> Point:
+        """On the line from a picture to the robot, `distance_mm` from the picture, but not on the robot."""
+        x, y = self.pictures[picture].at_mm
         way_x, way_y = self.robot.x_mm - x, self.robot.y_mm - y
-        distance_mm = math.hypot(way_x, way_y)
-        room_mm = distance_mm - person_radius_mm - self.file.robot.radius_mm - 100.0
-        share = max(0.0, min(event.blocks_at_mm, room_mm)) / max(distance_mm, 1.0)
+        way_mm = math.hypot(way_x, way_y)
+        room_mm = way_mm - radius_mm - self.file.robot.radius_mm - BLOCKING_GAP_MM
+        share = max(0.0, min(distance_mm, room_mm)) / max(way_mm, 1.0)
         return x + share * way_x, y + share * way_y

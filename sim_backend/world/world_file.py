@@ -312,6 +312,11 @@ class Event(Table):
             raise ValueError("blocks, stays_s and leaves are for persons")
         return self
 
+    @property
+    def subject(self) -> str:
+        """Name of the person, picture or box."""
+        return self.person or self.picture or self.box or ""
+
 
 class WorldFile(Table):
     """A whole world.

@@ -1,3 +1,4 @@
+import re
 import tomllib
 from pathlib import Path
 
@@ -5,6 +6,21 @@ import pytest
 
 from firmware_protocol.errors import ConfigError
 from sim_backend.world.loading import BUNDLED, load_world, parse_world
+from sim_backend.world.world_file import (
+    Box,
+    Camera,
+    Event,
+    Floor,
+    Light,
+    Person,
+    Picture,
+    Robot,
+    Slip,
+    Ultrasonic,
+    Wall,
+    When,
+    WorldFile,
+)
 
 GOOD = """
 [floor]
@@ -118,6 +134,31 @@ def test_a_duration_is_seconds_or_a_range(duration):
 def test_a_picture_that_is_not_shipped_needs_a_file():
     [mistake] = mistakes_in(GOOD + "[[pictures]]\nname = 'mona'\nat_mm = [900, 900]\nfacing_deg = 0")
     assert mistake.startswith("pictures[0].name: no picture 'mona' here")
+
+
+def test_boxes_people_and_pictures_share_their_names():
+    mistakes = mistakes_in(
+        GOOD
+        + """
+        [[pictures]]
+        name = "lena"
+        at_mm = [900, 1000]
+        facing_deg = 180
+        [[people]]
+        name = "lena"
+        enters_from_mm = [0, 0]
+        """
+    )
+    assert mistakes == ["pictures[0].name: 'lena' is taken already"]
+
+
+@pytest.mark.parametrize(
+    "table", [Floor, Robot, Slip, Camera, Ultrasonic, Light, Wall, Box, Picture, Person, When, Event, WorldFile]
+)
+def test_every_key_is_described(table):
+    described = Path(__file__).parents[2].joinpath("docs", "worlds.md").read_text(encoding="utf-8")
+    missing = [key for key in table.model_fields if not re.search(rf"[`\[]{key}[`\] ]|^{key} =", described, re.M)]
+    assert missing == []
 
 
 def test_ports_may_not_collide():
