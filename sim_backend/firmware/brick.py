@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+from sim_backend.firmware import io_maps
 from sim_backend.firmware.answer import Handlers
+from sim_backend.firmware.button import ButtonModule
 from sim_backend.firmware.comm import Comm
+from sim_backend.firmware.command import CommandModule
+from sim_backend.firmware.high_speed import HighSpeed
 from sim_backend.firmware.i2c import I2CDevice
+from sim_backend.firmware.identity_handlers import IdentityHandlers
 from sim_backend.firmware.input import AnalogSensor, InputModule
 from sim_backend.firmware.input_handlers import InputHandlers
+from sim_backend.firmware.io_control import IoControl
+from sim_backend.firmware.io_map import LiveMap
+from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.low_speed import LowSpeedModule
 from sim_backend.firmware.module import Clock, Module
+from sim_backend.firmware.module_handlers import ModuleHandlers
 from sim_backend.firmware.output import MotorPlant, OutputModule
 from sim_backend.firmware.output_handlers import OutputHandlers
+from sim_backend.firmware.program_handlers import ProgramHandlers
 from sim_backend.firmware.property_handlers import PropertyHandlers
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.sound import SoundModule
@@ -46,6 +56,11 @@ class SimBrick:
         low_speed: The I2C module.
         sound: The loudspeaker's module.
         ui: Battery, sleep timer, busy state.
+        button: The four buttons.
+        io_control: Orders to the supply.
+        command: The program interpreter's module.
+        loader: The flash.
+        high_speed: The RS485 link on port 4.
         radio: Name, address, Bluetooth.
         comm: Telegram buffers and dispatch.
     """
@@ -67,15 +82,41 @@ class SimBrick:
         self.input = InputModule(clock, evaluates_all=not extended)
         self.low_speed = LowSpeedModule(clock, self.input.ports)
         self.sound = SoundModule(clock)
-        self.ui = UiModule(clock)
+        self.io_control = IoControl()
+        self.ui = UiModule(clock, self.io_control)
         self.radio = Radio(clock, name.encode("latin-1"), address)
-        self._sleepers: tuple[Module, ...] = (self.low_speed, self.sound, self.ui)
-        handlers: Handlers = {
+        self.button = ButtonModule(clock, self.ui.stay_awake)
+        self.command = CommandModule(clock)
+        self.loader = Loader(firmware)
+        self.high_speed = HighSpeed()
+        self._sleepers: tuple[Module, ...] = (self.low_speed, self.sound, self.button, self.ui)
+        self.comm = Comm(self._handlers(firmware, extended=extended), extended=extended)
+
+    def _handlers(self, firmware: str, *, extended: bool) -> Handlers:
+        return {
             **OutputHandlers(self.output).table,
             **InputHandlers(self.input, self.low_speed).table,
             **PropertyHandlers(self.ui, self.sound, self.radio).table,
+            **ProgramHandlers(self.command).table,
+            **ModuleHandlers(self._maps(extended=extended)).table,
+            **IdentityHandlers(firmware, self.radio, self.loader, self.high_speed, self.io_control).table,
         }
-        self.comm = Comm(handlers, extended=extended)
+
+    def _maps(self, *, extended: bool) -> list[LiveMap]:
+        """The IO maps in the order of the firmware's modules."""
+        return [
+            io_maps.comm_map(self.radio, self.high_speed),
+            io_maps.input_map(self.input, color=extended),
+            io_maps.button_map(self.button),
+            io_maps.display_map(),
+            io_maps.loader_map(self.loader),
+            io_maps.low_speed_map(self.low_speed),
+            io_maps.output_map(self.output),
+            io_maps.sound_map(self.sound),
+            io_maps.io_control_map(self.io_control),
+            io_maps.command_map(self.command, sync_times=extended),
+            io_maps.ui_map(self.ui, self.sound),
+        ]
 
     @property
     def now_ms(self) -> int:
@@ -85,7 +126,7 @@ class SimBrick:
     @property
     def powered_off(self) -> bool:
         """Whether the firmware has switched the brick off; a real one no longer answers."""
-        return self.ui.powered_off
+        return bool(self.io_control.power_word)
 
     def receive(self, telegram: bytes) -> bytes | None:
         """Handle one telegram in the pass that is about to run; no time passes.
@@ -100,23 +141,20 @@ class SimBrick:
 
     def tick(self, passes: int = 1) -> None:
         """Let `passes` milliseconds go by."""
-        clock, output, inputs = self._clock, self.output, self.input
-        low_speed, sound, ui = self._sleepers
+        clock, output, inputs, sleepers = self._clock, self.output, self.input, self._sleepers
         now, end = clock.now_ms, clock.now_ms + passes
         while now < end:
-            clock.now_ms = now = min(
-                end, max(now + 1, min(output.due_ms, inputs.due_ms, low_speed.due_ms, sound.due_ms, ui.due_ms))
-            )
+            wake_ms = min([module.due_ms for module in sleepers])
+            now = min(end, max(now + 1, min(inputs.due_ms, output.due_ms, wake_ms)))
+            clock.now_ms = now
             if inputs.due_ms <= now or now == end:
                 inputs.run(now)
-            if low_speed.due_ms <= now:
-                low_speed.run(now)
             if output.due_ms <= now or now == end:
                 output.run(now)
-            if sound.due_ms <= now:
-                sound.run(now)
-            if ui.due_ms <= now:
-                ui.run(now)
+            if wake_ms <= now:
+                for module in sleepers:
+                    if module.due_ms <= now:
+                        module.run(now)
 
     def attach_motor(self, port: str, plant: MotorPlant | None) -> None:
         """Plug a motor into port "A", "B" or "C", or unplug it with None."""

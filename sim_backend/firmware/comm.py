@@ -6,6 +6,7 @@ is completed with bytes of the ones before it; and a system opcode without a han
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 from firmware_protocol.status import Status
@@ -54,6 +55,11 @@ class Comm:
             return self._unknown(kind, opcode)
         status, payload = handler(command.decode(bytes(inbox)))
         return self._reply(bytes((Kind.REPLY, opcode, status)) + payload)
+
+    @property
+    def handled(self) -> Collection[type[Command[Any]]]:
+        """The commands this firmware has handlers for."""
+        return self._handlers.keys()
 
     def stale(self, start: int, stop: int) -> bytes:
         """Bytes left in the reply buffer by earlier replies."""

@@ -51,6 +51,7 @@ class MotorControl:
         block: BlockTachoCount, degrees.
         rotation: RotationCount, degrees.
         fresh: Counts that arrived since the last pass.
+        zero_divisions: How often a ramp divided by zero; the outcome on the brick's processor is not known, here 0.
     """
 
     __slots__ = (
@@ -80,6 +81,7 @@ class MotorControl:
         "stop_all_synchronised",
         "target_speed",
         "turn",
+        "zero_divisions",
     )
 
     def __init__(self, index: int, *, stop_all_synchronised: bool) -> None:
@@ -94,6 +96,7 @@ class MotorControl:
         self.accumulated_error = self.old_error = self.delta = self.fresh = 0
         self.count = self.limit = self.block = self.rotation = 0
         self.ramp_start = self.ramp_old = self.ramp_step = self.ramp_counter = 0
+        self.zero_divisions = 0
 
     @property
     def at_rest(self) -> bool:
@@ -233,7 +236,7 @@ class MotorControl:
         else:
             if not self.ramp_step:
                 steps = self.set_speed - self.target_speed
-                self.ramp_step = s16(sign * divide(self.limit - self.ramp_start, steps))
+                self.ramp_step = self._counts_per_percent(self.limit - self.ramp_start, steps, sign)
                 self.ramp_old = self.count
             if (self.count - self.ramp_old - self.ramp_step) * sign > 0:
                 self.target_speed += sign
@@ -256,7 +259,7 @@ class MotorControl:
             steps = self.target_speed - self.set_speed
             if not self.set_speed and abs(self.target_speed) > CREEP:
                 steps -= CREEP * sign
-            self.ramp_step = s16(sign * divide(self.limit - self.count, steps))
+            self.ramp_step = self._counts_per_percent(self.limit - self.count, steps, sign)
             self.ramp_old = self.count
         if (self.count - self.ramp_old - self.ramp_step) * sign > 0:
             self._slow_down(sign)
@@ -269,6 +272,10 @@ class MotorControl:
             self._end_ramp_down()
         if not self.regulation:
             self.actual_speed = self.target_speed
+
+    def _counts_per_percent(self, counts: int, steps: int, sign: int) -> int:
+        self.zero_divisions += not steps
+        return s16(sign * divide(counts, steps))
 
     def _slow_down(self, sign: int) -> None:
         slower = self.target_speed - sign

@@ -5,9 +5,9 @@ Source: docs/firmware.md section 9; the map's layout is in section 5.2.
 
 from __future__ import annotations
 
-from enum import IntFlag
 from typing import Protocol
 
+from firmware_protocol.iomap import OutputFlag
 from sim_backend.firmware.cint import s32
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.motor_control import BRAKE, IDLE, MOTOR_ON, PERIOD, RAMP_DOWN, REGULATED, SYNC, MotorControl
@@ -29,28 +29,18 @@ class MotorPlant(Protocol):
         """
 
 
-class Update(IntFlag):
-    """What the next pass shall take over from the map (its flags byte)."""
-
-    MODE = 0x01
-    SPEED = 0x02
-    TACHO_LIMIT = 0x04
-    RESET_COUNT = 0x08
-    PID = 0x10
-    RESET_BLOCK = 0x20
-    RESET_ROTATION = 0x40
-    PENDING = 0x80
-    """Keeps the commanded run state from being overwritten."""
-
-
-COMMAND = int(Update.MODE | Update.SPEED | Update.TACHO_LIMIT)
+COMMAND = int(OutputFlag.MODE | OutputFlag.SPEED | OutputFlag.TACHO_LIMIT)
 _RESET_COUNT, _RESET_BLOCK, _RESET_ROTATION = (
-    int(Update.RESET_COUNT),
-    int(Update.RESET_BLOCK),
-    int(Update.RESET_ROTATION),
+    int(OutputFlag.RESET_TACHO_COUNT),
+    int(OutputFlag.RESET_BLOCK_COUNT),
+    int(OutputFlag.RESET_ROTATION_COUNT),
 )
-_SPEED, _LIMIT, _MODE, _PID = int(Update.SPEED), int(Update.TACHO_LIMIT), int(Update.MODE), int(Update.PID)
-_PENDING = int(Update.PENDING)
+_SPEED, _LIMIT, _MODE, _PID = (
+    int(OutputFlag.SPEED),
+    int(OutputFlag.TACHO_LIMIT),
+    int(OutputFlag.MODE),
+    int(OutputFlag.PID),
+)
 
 
 class Output:
@@ -59,10 +49,10 @@ class Output:
     Attributes:
         control: The motor as the driver below sees it.
         plant: What is plugged in, or None.
-        flags: `Update` bits waiting for the next pass.
+        flags: `firmware_protocol.iomap.OutputFlag` bits waiting for the next pass.
         mode: As commanded.
         power: As commanded, percent.
-        p_gain, i_gain, d_gain: Regulator gains; in force after `Update.PID`.
+        p_gain, i_gain, d_gain: Regulator gains; in force after `OutputFlag.PID`.
         run_state: As commanded until the next pass, then live.
         regulation: As commanded.
         turn: As commanded, percent.
@@ -133,7 +123,9 @@ class OutputModule:
         """What starting and stopping a program does: coasting motors, all counters zero."""
         for output in self.outputs:
             output.release()
-            output.flags |= int(Update.RESET_COUNT | Update.RESET_BLOCK | Update.RESET_ROTATION)
+            output.flags |= int(
+                OutputFlag.RESET_TACHO_COUNT | OutputFlag.RESET_BLOCK_COUNT | OutputFlag.RESET_ROTATION_COUNT
+            )
         self.wake()
 
     def wake(self) -> None:

@@ -10,9 +10,10 @@ from firmware_protocol.direct import (
     UpdateResetCount,
 )
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
+from firmware_protocol.iomap import OutputFlag
 from firmware_protocol.status import Status
 from sim_backend.firmware.answer import DONE, OUT_OF_RANGE, Answer, Handlers, answer, refuse_with_zeros
-from sim_backend.firmware.output import COMMAND, OutputModule, Update
+from sim_backend.firmware.output import COMMAND, OutputModule
 
 
 class OutputHandlers:
@@ -70,13 +71,15 @@ class OutputHandlers:
 
     def reset_motor_position(self, command: ResetMotorPosition) -> Answer:
         """Zero the block count or the rotation count in the next pass."""
-        return self._raise(command.port, Update.RESET_BLOCK if command.relative else Update.RESET_ROTATION)
+        return self._raise(
+            command.port, OutputFlag.RESET_BLOCK_COUNT if command.relative else OutputFlag.RESET_ROTATION_COUNT
+        )
 
     def update_reset_count(self, command: UpdateResetCount) -> Answer:
         """Zero the tacho count and the base of the tacho limit in the next pass."""
-        return self._raise(command.port, Update.RESET_COUNT)
+        return self._raise(command.port, OutputFlag.RESET_TACHO_COUNT)
 
-    def _raise(self, port: int, flag: Update) -> Answer:
+    def _raise(self, port: int, flag: OutputFlag) -> Answer:
         if port >= len(self._output.outputs):
             return OUT_OF_RANGE
         self._output.outputs[port].flags |= int(flag)

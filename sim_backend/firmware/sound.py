@@ -9,6 +9,9 @@ from sim_backend.firmware.module import NEVER, Clock
 
 MAX_VOLUME = 4
 
+SHORTEST_MS = 10
+"""Shorter tones last as long."""
+
 
 class SoundFlag(IntFlag):
     """Flags byte of the map."""
@@ -61,10 +64,11 @@ class SoundModule:
         self._clock = clock
         self.due_ms = NEVER
         self.frequency_hz = self.duration_ms = self.sample_rate = 0
-        self.name = b"!Startup.rso".ljust(20, b"\0")
+        self.name = b"! Startup.rso".ljust(20, b"\0")
         self.flags = self.state = self.mode = 0
         self.volume = MAX_VOLUME
         self.tone: Tone | None = None
+        self._ends_ms = 0
 
     def play_tone(self, frequency_hz: int, duration_ms: int) -> None:
         """Start a tone in the next pass, in place of what sounds now."""
@@ -77,14 +81,26 @@ class SoundModule:
         self.state, self.flags = SoundState.STOP, 0
         self.due_ms = self._clock.now_ms + 1
 
+    @property
+    def playing(self) -> bool:
+        """Whether a tone sounds now."""
+        return bool(self.flags & SoundFlag.RUNNING)
+
+    def wake(self) -> None:
+        """Look at the flags in the next pass: they were written through the map."""
+        self.due_ms = min(self.due_ms, self._clock.now_ms + 1)
+
     def run(self, now_ms: int) -> None:
         """Start, stop or end what is due."""
         self.due_ms = NEVER
         if self.flags & SoundFlag.UPDATE and self.mode == SoundMode.TONE:
-            self.flags, self.state = SoundFlag.RUNNING, SoundState.TONE
+            self.flags, self.state = int(SoundFlag.RUNNING), int(SoundState.TONE)
             self.tone = Tone(self.frequency_hz, self.duration_ms, self.volume)
-            self.due_ms = now_ms + max(self.duration_ms, 1)
-            return
-        if self.state == SoundState.STOP:
+            self._ends_ms = now_ms + max(self.duration_ms, SHORTEST_MS)
+        elif self.state == SoundState.STOP:
             self.tone = None
-        self.flags = self.state = 0
+            self.flags = self.state = 0
+        elif now_ms >= self._ends_ms:
+            self.flags = self.state = 0
+        if self.playing:
+            self.due_ms = self._ends_ms

@@ -5,8 +5,10 @@ Source: docs/firmware.md section 5.2 (Ui map) and section 8.
 
 from __future__ import annotations
 
-from enum import IntEnum, IntFlag
+from enum import IntEnum
 
+from firmware_protocol.iomap import UiFlag
+from sim_backend.firmware.io_control import POWER_DOWN, IoControl
 from sim_backend.firmware.module import NEVER, Clock
 
 FRESH_BATTERY = 560
@@ -23,19 +25,6 @@ _LOW_SAMPLES = 6
 _LEVELS = 4
 
 
-class UiFlag(IntFlag):
-    """Flags byte of the map."""
-
-    UPDATE = 0x01
-    DISABLE_BUTTONS = 0x02
-    DISABLE_EXIT = 0x04
-    REDRAW = 0x08
-    RESET_SLEEP_TIMER = 0x10
-    EXECUTE_FILE = 0x20
-    BUSY = 0x40
-    STATUS_ENABLE = 0x80
-
-
 class UiState(IntEnum):
     """State byte of the map: the two states telegrams can meet without a program."""
 
@@ -49,18 +38,17 @@ class UiModule:
     Attributes:
         due_ms: See `Module`.
         battery_mv: Voltage, refreshed every 167 ms.
-        flags: See `UiFlag`.
+        flags: See `firmware_protocol.iomap.UiFlag`.
         state: See `UiState`.
         sleep_minutes: Time until power-off, 0 for never.
-        powered_off: Whether the timer ran out.
+        force_off: Not 0 to switch the brick off.
     """
 
-    def __init__(self, clock: Clock) -> None:
-        self._clock = clock
+    def __init__(self, clock: Clock, io_control: IoControl) -> None:
+        self._clock, self._io_control = clock, io_control
         self.due_ms = NEVER
         self.sleep_minutes = 10
-        self.powered_off = False
-        self.flags = int(UiFlag.STATUS_ENABLE)
+        self.flags = int(UiFlag.ENABLE_STATUS)
         self.state = int(UiState.WAITING)
         self.button = self.error = self.pointer = self.force_off = 0
         self.program_name = bytes(20)
@@ -102,12 +90,18 @@ class UiModule:
         self.sleep_minutes = minutes
         self._schedule()
 
+    def wake(self) -> None:
+        """Look at everything in the next pass: the map was written."""
+        self.due_ms = self._clock.now_ms + 1
+
     def run(self, now_ms: int) -> None:
         """Look at battery and timer."""
         if now_ms % _SAMPLE_MS == 0:
             self._sample_battery()
         if self.sleep_minutes and self.sleep_timer >= self.sleep_minutes:
-            self.powered_off = True
+            self.force_off = 1
+        if self.force_off and not self._io_control.power_word:
+            self._io_control.shut_down(POWER_DOWN)
         if self.flags & UiFlag.RESET_SLEEP_TIMER:
             self.flags &= ~UiFlag.RESET_SLEEP_TIMER
             self._timer_started_ms = self._clock.now_ms
@@ -115,7 +109,7 @@ class UiModule:
 
     def _schedule(self) -> None:
         due = NEVER
-        if self.sleep_minutes and not self.powered_off:
+        if self.sleep_minutes and not self.force_off:
             due = max(self._timer_started_ms + self.sleep_minutes * MINUTE_MS, self._clock.now_ms + 1)
         if self._voltage() != self.battery_mv or 0 < self._low_samples < _LOW_SAMPLES:
             due = min(due, _next_sample_ms(self._clock.now_ms))

@@ -1,0 +1,195 @@
+"""A simulated brick on a bench: three bench motors, four adjustable inputs, I2C devices, and hands to work them.
+
+The lines it understands are those of the recorded conversations, docs/firmware.md section 0.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sim_backend.devices import AnalogInput, GenericI2CDevice
+from sim_backend.firmware.bench_motor import BenchMotor
+from sim_backend.firmware.brick import SimBrick
+
+_OPEN = 1023
+_PATIENCE = 100_000
+"""Polls after which a wait is given up."""
+
+
+class NotOnThisBench(Exception):
+    """A control line asks for something the simulated brick or the bench does not have."""
+
+
+class Bench:
+    """A brick with everything plugged in, driven by control lines.
+
+    Attributes:
+        brick: The brick under test.
+        motors: On ports A, B, C.
+        readings: What the analog inputs 1 to 4 read.
+    """
+
+    def __init__(self, brick: SimBrick) -> None:
+        self.brick = brick
+        self.motors = [BenchMotor() for _ in "ABC"]
+        self.readings = [_OPEN] * 4
+        for port, motor in zip("ABC", self.motors, strict=True):
+            brick.attach_motor(port, motor)
+        for index in range(4):
+            self._plug_analog(index)
+        self._clocks = [0] * 4
+        self._lines: dict[str, Callable[..., str]] = {
+            "!tick": self._tick,
+            "!sensor": self._sensor,
+            "!battery": self._battery,
+            "!motor": self._motor,
+            "!turn": self._turn,
+            "!motors": self._motors,
+            "!trace": self._trace,
+            "!also": self._also,
+            "!until": self._until,
+            "!until_run": self._until_run,
+            "!i2c": self._i2c,
+            "!sound": self._sound,
+            "!power": self._power,
+            "!btname": self._bluetooth_name,
+            "!hs": self._high_speed,
+            "!button": self._button,
+        }
+
+    def telegram(self, request: str) -> str:
+        """Send one telegram and let one pass go by; all in hex. More than 64 bytes are several packets."""
+        data = bytes.fromhex(request)
+        replies = []
+        for start in range(0, len(data), 64):
+            replies.append(self.brick.receive(data[start : start + 64]) or b"")
+            self.brick.tick()
+        return b"".join(replies).hex()
+
+    def control(self, line: str) -> str:
+        """Carry out a control line.
+
+        Raises:
+            NotOnThisBench: It is not supported.
+        """
+        word, *arguments = line.split()
+        action = self._lines.get(word)
+        if action is None:
+            raise NotOnThisBench(f"{word} is not supported")
+        return action(*arguments)
+
+    def _tick(self, passes: str) -> str:
+        self.brick.tick(int(passes))
+        return f"ok t={self.brick.now_ms}"
+
+    def _sensor(self, port: str, raw: str) -> str:
+        self.readings[int(port)] = int(raw)
+        return "ok"
+
+    def _battery(self, raw: str) -> str:
+        self.brick.set_battery(int(raw, 0))
+        return "ok"
+
+    def _motor(self, port: str, *properties: str) -> str:
+        gain, tau, tau_brake, tau_coast, deadband, locked = (int(value) for value in properties)
+        self.motors[int(port)].configure(gain, tau, tau_brake, tau_coast, deadband, bool(locked))
+        return "ok"
+
+    def _turn(self, port: str, degrees: str) -> str:
+        self.motors[int(port)].turn(int(degrees))
+        self.brick.output.wake()
+        return "ok"
+
+    def _drive(self) -> list[tuple[int, int]]:
+        return [(control.actual_speed, int(control.brake)) for control in self.brick.output.controls]
+
+    def _motors(self) -> str:
+        rows = zip(self._drive(), self.motors, strict=True)
+        return " ".join(f"{pwm}/{brake}/{motor.count}" for (pwm, brake), motor in rows)
+
+    def _trace(self, passes: str, interval: str) -> str:
+        entries = []
+        drive = self._drive()
+        for number in range(1, int(passes) + 1):
+            counts = [motor.count for motor in self.motors]
+            self.brick.tick()
+            before, drive = drive, self._drive()
+            if drive != before or number % int(interval) == 0:
+                fields = [f"{pwm},{brake},{count}" for (pwm, brake), count in zip(drive, counts, strict=True)]
+                entries.append(",".join([str(number), *fields]))
+        return ";".join(entries)
+
+    def _also(self, *requests: str) -> str:
+        return " ".join(self.telegram(request) for request in requests)
+
+    def _poll(self, request: str, byte: int, value: int) -> tuple[int, str]:
+        for polls in range(1, _PATIENCE):
+            reply = self.telegram(request)
+            if bytes.fromhex(reply)[byte] == value:
+                return polls, reply
+        raise NotOnThisBench(f"byte {byte} of the reply to {request} never was 0x{value:02x}")
+
+    def _until(self, request: str, status: str) -> str:
+        return str(self._poll(request, 2, int(status, 16))[0])
+
+    def _until_run(self, port: str, run_state: str) -> str:
+        polls, reply = self._poll(f"0006{int(port):02x}", 8, int(run_state, 16))
+        return f"{polls} ms, {reply}"
+
+    def _i2c(self, port: str, action: str, *arguments: str) -> str:
+        index = int(port)
+        bus = self.brick.low_speed.channels[index].bus
+        match action:
+            case "attach":
+                self.brick.attach_sensor(index + 1, GenericI2CDevice(int(arguments[0], 16)))
+                bus.trace = []
+            case "detach":
+                self._plug_analog(index)
+            case "set" if isinstance(bus.device, GenericI2CDevice):
+                start, data = int(arguments[0], 16), bytes.fromhex(arguments[1])
+                bus.device.registers[start : start + len(data)] = data
+            case "stucksda" | "stuckscl":
+                bus.stuck = arguments[0] == "1"
+            case "wack":
+                pass  # the firmware does not look at the acknowledgement of data bytes
+            case "log":
+                return self._bus_log(index)
+            case _:
+                raise NotOnThisBench(f"!i2c {action} is not supported")
+        return "ok"
+
+    def _bus_log(self, index: int) -> str:
+        bus = self.brick.low_speed.channels[index].bus
+        tokens, bus.trace = bus.trace or [], []
+        clocks, self._clocks[index] = bus.clocks - self._clocks[index], bus.clocks
+        return f"{' '.join(tokens)}  clocks={clocks}"
+
+    def _plug_analog(self, index: int) -> None:
+        self.brick.attach_sensor(index + 1, AnalogInput(lambda: self.readings[index]))
+        bus = self.brick.low_speed.channels[index].bus
+        if bus.trace is None:
+            bus.trace = []
+
+    def _sound(self) -> str:
+        sound = self.brick.sound
+        playing = "playing" if sound.playing else "done"
+        if sound.tone is None:
+            return f"stopped {playing}"
+        return f"tone hz={sound.tone.frequency_hz} ms={sound.tone.duration_ms} vol={sound.tone.volume} {playing}"
+
+    def _power(self) -> str:
+        brick = self.brick
+        divisions = sum(control.zero_divisions for control in brick.output.controls)
+        supply = brick.io_control
+        return f"power={supply.power_command:02x} display={supply.display_on:d} inpower=00 div0={divisions}"
+
+    def _bluetooth_name(self) -> str:
+        return self.brick.radio.name.hex()
+
+    def _high_speed(self, data: str) -> str:
+        self.brick.high_speed.arrive(bytes.fromhex(data))
+        return "ok"
+
+    def _button(self, mask: str) -> str:
+        self.brick.button.hold(int(mask))
+        return "ok"

@@ -1,0 +1,87 @@
+"""The button module: what the four buttons count. Source: docs/firmware.md section 5.2 (Button map) and section 8."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import IntFlag
+
+from sim_backend.firmware.module import NEVER, Clock
+
+SAMPLE_MS = 2
+LONG_PRESS_MS = 2000
+
+
+class ButtonState(IntFlag):
+    """State byte of the map; events last until the next sample."""
+
+    SHORT_RELEASE = 0x02
+    LONG_PRESS = 0x04
+    LONG_RELEASE = 0x08
+    PRESSED = 0x80
+
+
+class Button:
+    """One button.
+
+    Attributes:
+        presses, long_presses, short_releases, long_releases, releases: Counted since power-on, 8 bits.
+        state: See `ButtonState`.
+    """
+
+    def __init__(self) -> None:
+        self.presses = self.long_presses = self.short_releases = self.long_releases = self.releases = 0
+        self.state = 0
+        self._pressed_ms = 0
+
+    def sample(self, pressed: bool, now_ms: int) -> None:
+        """Look at the button."""
+        before = self.state & ButtonState.PRESSED
+        held_ms = now_ms - self._pressed_ms
+        self.state = before
+        if pressed and not before:
+            self._pressed_ms = now_ms
+            self.presses = self.presses + 1 & 0xFF
+            self.state = int(ButtonState.PRESSED)
+        elif pressed and held_ms == LONG_PRESS_MS:
+            self.long_presses = self.long_presses + 1 & 0xFF
+            self.state |= ButtonState.LONG_PRESS
+        elif before and not pressed:
+            self._release(held_ms >= LONG_PRESS_MS)
+
+    def _release(self, long: bool) -> None:
+        self.releases = self.releases + 1 & 0xFF
+        if long:
+            self.long_releases = self.long_releases + 1 & 0xFF
+            self.state = int(ButtonState.LONG_RELEASE)
+        else:
+            self.short_releases = self.short_releases + 1 & 0xFF
+            self.state = int(ButtonState.SHORT_RELEASE)
+
+
+class ButtonModule:
+    """Exit, right, left and enter.
+
+    Attributes:
+        due_ms: See `Module`.
+        buttons: In that order.
+    """
+
+    def __init__(self, clock: Clock, on_press: Callable[[], None]) -> None:
+        """Make the module; `on_press` is called when a button goes down."""
+        self._clock, self._on_press = clock, on_press
+        self.buttons = [Button() for _ in range(4)]
+        self.due_ms = NEVER
+        self._mask = 0
+
+    def hold(self, mask: int) -> None:
+        """Keep the buttons of `mask` (bit 0 exit, 1 right, 2 left, 3 enter) pressed and the others not."""
+        if mask & ~self._mask:
+            self._on_press()
+        self._mask = mask
+        self.due_ms = (self._clock.now_ms // SAMPLE_MS + 1) * SAMPLE_MS
+
+    def run(self, now_ms: int) -> None:
+        """Sample all buttons; again as long as one is pressed or has an event to forget."""
+        for number, button in enumerate(self.buttons):
+            button.sample(bool(self._mask >> number & 1), now_ms)
+        self.due_ms = now_ms + SAMPLE_MS if any(button.state for button in self.buttons) else NEVER

@@ -1,0 +1,84 @@
+"""A module's IO map made live: the declared variables over bytes that keep what is written to the rest."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+from firmware_protocol.iomap_layout import IOMap
+
+
+class _View(NamedTuple):
+    """A live variable; `put` is None if the firmware overwrites at once what is written."""
+
+    offset: int
+    layout: struct.Struct
+    get: Callable[[], Any]
+    put: Callable[[Any], None] | None
+
+
+class LiveMap:
+    """The map of one module of one brick.
+
+    Attributes:
+        layout: Its declaration.
+        size: Bytes.
+    """
+
+    def __init__(self, layout: IOMap, *, size: int | None = None, on_write: Callable[[], None] | None = None) -> None:
+        """Make a map without live variables yet.
+
+        Args:
+            layout: See `LiveMap`.
+            size: Bytes, if not those of the declaration.
+            on_write: Tells the module that something was written.
+        """
+        self.layout = layout
+        self.size = layout.size if size is None else size
+        self._on_write = on_write
+        self._views: list[_View] = []
+        self._bytes = bytearray(self.size)
+
+    def preset(self, offset: int, data: bytes) -> None:
+        """Put bytes there as the firmware's boot does."""
+        self._bytes[offset : offset + len(data)] = data
+
+    def bind(self, owner: object, *, index: int = 0, **names: str) -> None:
+        """Make variables live that are attributes of `owner`: firmware's name to attribute's name."""
+        for name, attribute in names.items():
+            self._add(name, index, partial(getattr, owner, attribute), partial(setattr, owner, attribute))
+
+    def show(self, owner: object, *, index: int = 0, **names: str) -> None:
+        """Like `bind`, for variables that the firmware overwrites at once if they are written."""
+        for name, attribute in names.items():
+            self._add(name, index, partial(getattr, owner, attribute), None)
+
+    def _add(self, name: str, index: int, get: Callable[[], Any], put: Callable[[Any], None] | None) -> None:
+        spot = self.layout.field(name, index)
+        if spot.offset + spot.size <= self.size:
+            self._views.append(_View(spot.offset, struct.Struct("<" + spot.wire.code), get, put))
+
+    def read(self, offset: int, size: int) -> bytes:
+        """`size` bytes from `offset`; the caller has checked the range."""
+        self._refresh(offset, offset + size)
+        return bytes(self._bytes[offset : offset + size])
+
+    def write(self, offset: int, data: bytes) -> None:
+        """Write bytes; the caller has checked the range."""
+        end = offset + len(data)
+        self._refresh(offset, end)
+        self._bytes[offset:end] = data
+        for view in self._touched(offset, end):
+            if view.put is not None:
+                view.put(view.layout.unpack_from(self._bytes, view.offset)[0])
+        if self._on_write is not None and data:
+            self._on_write()
+
+    def _refresh(self, start: int, end: int) -> None:
+        for view in self._touched(start, end):
+            view.layout.pack_into(self._bytes, view.offset, view.get())
+
+    def _touched(self, start: int, end: int) -> list[_View]:
+        return [view for view in self._views if view.offset < end and view.offset + view.layout.size > start]

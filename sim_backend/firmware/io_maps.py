@@ -1,0 +1,195 @@
+"""Which variables of the modules stand where in their IO maps. Source: docs/firmware.md section 5.2."""
+
+from __future__ import annotations
+
+from firmware_protocol import iomap
+from sim_backend.firmware.button import ButtonModule
+from sim_backend.firmware.command import CommandModule
+from sim_backend.firmware.high_speed import HighSpeed
+from sim_backend.firmware.input import InputModule
+from sim_backend.firmware.io_control import IoControl
+from sim_backend.firmware.io_map import LiveMap
+from sim_backend.firmware.loader import Loader
+from sim_backend.firmware.low_speed import LowSpeedModule
+from sim_backend.firmware.output import OutputModule
+from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.sound import SoundModule
+from sim_backend.firmware.ui import UiModule
+
+_DISPLAY_FLAGS, _DISPLAY_ON = 117, b"\x83"
+_USB_STATE, _CONNECTED = 1894, b"\x01"
+_FORMAT = b"MindstormsNXT".ljust(16, b"\0")
+_NO_DATA_SPACE = b"\xff\xff\xff\xff"
+_AWAKE = b"\x01"
+
+
+def output_map(module: OutputModule) -> LiveMap:
+    """What is commanded takes effect by the flags, in the next pass."""
+    live = LiveMap(iomap.OUTPUT, on_write=module.wake)
+    for i, output in enumerate(module.outputs):
+        live.show(
+            output.control,
+            index=i,
+            TachoCount="count",
+            BlockTachoCount="block",
+            RotationCount="rotation",
+            ActualSpeed="actual_speed",
+            Overloaded="overloaded",
+        )
+        live.bind(
+            output,
+            index=i,
+            TachoLimit="tacho_limit",
+            Flags="flags",
+            Mode="mode",
+            Speed="power",
+            RegPParameter="p_gain",
+            RegIParameter="i_gain",
+            RegDParameter="d_gain",
+            RunState="run_state",
+            RegMode="regulation",
+            SyncTurnParameter="turn",
+        )
+    live.bind(module, PwmFreq="pwm_frequency")
+    return live
+
+
+def input_map(module: InputModule, *, color: bool) -> LiveMap:
+    """Types and modes written here act as those commanded."""
+    live = LiveMap(iomap.INPUT, size=None if color else iomap.INPUT.size_1_05, on_write=module.wake)
+    for i, port in enumerate(module.ports):
+        live.bind(
+            port,
+            index=i,
+            CustomZeroOffset="custom_zero_offset",
+            ADRaw="raw",
+            SensorRaw="normalized",
+            SensorValue="scaled",
+            SensorType="type",
+            SensorMode="mode",
+            SensorBoolean="boolean",
+            DigiPinsDir="pin_directions",
+            DigiPinsIn="pins_in",
+            DigiPinsOut="pins_out",
+            CustomPctFullScale="custom_full_scale",
+            CustomActiveStatus="custom_active",
+            InvalidData="invalid",
+        )
+    return live
+
+
+def low_speed_map(module: LowSpeedModule) -> LiveMap:
+    """Only to be looked at; transactions are started by telegrams."""
+    live = LiveMap(iomap.LOW_SPEED)
+    for i, channel in enumerate(module.channels):
+        live.show(
+            channel,
+            index=i,
+            InBuf="rx",
+            InPtr="rx_in",
+            OutPtr="rx_out",
+            OutBuf="tx",
+            Mode="mode",
+            ChannelState="state",
+            ErrorType="error",
+        )
+    return live
+
+
+def sound_map(module: SoundModule) -> LiveMap:
+    """What sounds."""
+    live = LiveMap(iomap.SOUND, on_write=module.wake)
+    live.bind(
+        module,
+        Freq="frequency_hz",
+        Duration="duration_ms",
+        SampleRate="sample_rate",
+        SoundFilename="name",
+        Flags="flags",
+        State="state",
+        Mode="mode",
+        Volume="volume",
+    )
+    return live
+
+
+def ui_map(module: UiModule, sound: SoundModule) -> LiveMap:
+    """State of the user interface; the pointer in front is nobody's business."""
+    live = LiveMap(iomap.UI, on_write=module.wake)
+    live.bind(
+        module,
+        BatteryVoltage="battery_mv",
+        LMSfilename="program_name",
+        Flags="flags",
+        State="state",
+        Button="button",
+        RunState="run_state",
+        BluetoothState="bluetooth_state",
+        UsbState="usb_state",
+        SleepTimeout="sleep_minutes",
+        Error="error",
+        OBPPointer="pointer",
+        ForceOff="force_off",
+    )
+    live.show(module, BatteryState="battery_state", SleepTimer="sleep_timer", Rechargeable="rechargeable")
+    live.bind(sound, Volume="volume")
+    return live
+
+
+def comm_map(radio: Radio, high_speed: HighSpeed) -> LiveMap:
+    """Who the brick is; the tables of known and connected devices are empty."""
+    live = LiveMap(iomap.COMM)
+    live.bind(radio, BrickName="name")
+    live.show(radio, BrickAddress="address")
+    live.bind(high_speed, HsFlags="flags", HsState="state")
+    live.preset(_USB_STATE, _CONNECTED)
+    return live
+
+
+def command_map(module: CommandModule, *, sync_times: bool) -> LiveMap:
+    """State of the program interpreter; its memory pool keeps what is written."""
+    live = LiveMap(iomap.COMMAND, size=None if sync_times else iomap.COMMAND.size_1_05)
+    live.show(module, Tick="tick")
+    live.bind(module, SyncTime="sync_time", SyncTick="sync_tick")
+    live.preset(0, _FORMAT)
+    live.preset(24, _NO_DATA_SPACE)
+    live.preset(29, _AWAKE)
+    return live
+
+
+def display_map() -> LiveMap:
+    """Keeps what is drawn; the firmware's own pictures are not simulated."""
+    live = LiveMap(iomap.DISPLAY)
+    live.preset(_DISPLAY_FLAGS, _DISPLAY_ON)
+    return live
+
+
+def loader_map(loader: Loader) -> LiveMap:
+    """Free memory for files."""
+    live = LiveMap(iomap.LOADER)
+    live.show(loader, FreeUserFlash="free_flash")
+    return live
+
+
+def io_control_map(module: IoControl) -> LiveMap:
+    """Orders to the supply."""
+    live = LiveMap(iomap.IOCTRL)
+    live.bind(module, PowerOn="power_word")
+    return live
+
+
+def button_map(module: ButtonModule) -> LiveMap:
+    """Counters and states of the four buttons."""
+    live = LiveMap(iomap.BUTTON)
+    for i, button in enumerate(module.buttons):
+        live.bind(
+            button,
+            index=i,
+            PressedCnt="presses",
+            LongPressCnt="long_presses",
+            ShortRelCnt="short_releases",
+            LongRelCnt="long_releases",
+            RelCnt="releases",
+            State="state",
+        )
+    return live
