@@ -33,8 +33,8 @@ def test_the_height_is_the_targets():
 
 
 def test_a_cascade_beside_the_mission_file_is_found(tmp_path):
+    (tmp_path / "bear.xml").write_text("<a/>")
     with pytest.raises(ConfigError, match=r"bear\.xml is not a cascade"):
-        (tmp_path / "bear.xml").write_text("<a/>")
         make_detector({"detector": "haar", "cascade": "bear.xml"}, tmp_path)
 
 

@@ -1,0 +1,128 @@
+import numpy as np
+import pytest
+
+from behaviors.ports import Eyes, Sighting
+from firmware_protocol.errors import CameraError, ConfigError
+from nxtdrive.vision.camera import ReplayCamera, SimulatedCamera
+from nxtdrive.vision.confirm import Confirmation
+from nxtdrive.vision.detection import TargetDetector
+from nxtdrive.vision.detectors.picture import PictureDetector
+from nxtdrive.vision.eyes import CameraEyes, GeometricEyes
+from nxtdrive.vision.geometry import Pinhole
+
+PINHOLE = Pinhole.from_hfov(320, 60)
+
+
+@pytest.fixture(scope="module")
+def targets(astronaut, distractors):
+    cat = np.ascontiguousarray(distractors["chelsea"][:, 70:240])
+    return {
+        "astronaut": TargetDetector(PictureDetector([astronaut]), 297),
+        "cat": TargetDetector(PictureDetector([cat]), 297),
+    }
+
+
+@pytest.fixture
+def look_at(targets, clock):
+    """Eyes that see the given frames, ten a second."""
+
+    def make(frames, **options):
+        return CameraEyes(ReplayCamera("test", iter(frames), 10, clock), targets, PINHOLE, **options)
+
+    return make
+
+
+def test_a_target_is_sighted_where_it_is(look_at, scene):
+    eyes: Eyes = look_at([scene.render(1500, 7), scene.render(1500, 7)])
+    assert eyes.look("astronaut") is None
+    sighting = eyes.look("astronaut")
+    assert sighting.target == "astronaut"
+    assert sighting.bearing_deg == pytest.approx(7, abs=0.5)
+    assert sighting.distance_mm == pytest.approx(1500 / np.cos(np.radians(7)), rel=0.05)
+    assert 0.8 < sighting.confidence <= 1
+    assert sighting.time_s == pytest.approx(0.1)
+    left, top, width, height = sighting.box
+    corners = scene.corners(1500, 7)
+    np.testing.assert_allclose((left, top, left + width, top + height), (*corners[0], *corners[2]), atol=3)
+
+
+def test_an_approach_is_sighted_without_gaps(look_at, scene):
+    distances = np.linspace(3000, 350, 25)
+    eyes = look_at([scene.render(distance, 6 * np.sin(i / 3)) for i, distance in enumerate(distances)])
+    sightings = [eyes.look("astronaut") for _ in distances]
+    assert [sighting is not None for sighting in sightings] == [False] + [True] * 24
+    for i in range(1, 25):
+        bearing_deg = 6 * np.sin(i / 3)
+        assert sightings[i].bearing_deg == pytest.approx(bearing_deg, abs=0.7)
+        assert sightings[i].distance_mm * np.cos(np.radians(bearing_deg)) == pytest.approx(distances[i], rel=0.1)
+
+
+def test_a_target_that_was_taken_away_is_not_sighted_any_more(look_at, scene):
+    eyes = look_at([scene.render(1000)] * 3 + [scene.background] * 10)
+    sightings = [eyes.look("astronaut") for _ in range(13)]
+    assert [sighting is not None for sighting in sightings] == [False, True, True] + [False] * 10
+
+
+def test_a_target_that_jumps_is_found_in_its_new_place(look_at, scene):
+    eyes = look_at([scene.render(1000, -20)] * 3 + [scene.render(1000, 20)] * 2)
+    sightings = [eyes.look("astronaut") for _ in range(5)]
+    assert sightings[3] is None
+    assert sightings[4].bearing_deg == pytest.approx(20, abs=0.5)
+
+
+def test_targets_are_kept_apart(look_at, scene):
+    eyes = look_at([scene.render(1000)] * 4, confirmation=lambda: Confirmation(needed=1))
+    assert [eyes.look(name) is not None for name in ("astronaut", "cat", "astronaut", "cat")] == [True, False] * 2
+
+
+def test_observers_see_every_look(look_at, scene):
+    eyes = look_at([scene.render(1000), scene.background])
+    looks = []
+    eyes.on_look(lambda *look: looks.append(look))
+    eyes.look("astronaut")
+    eyes.look("astronaut")
+    (first, name, sighting, detections), (second, _, _, nothing) = looks
+    assert (first.index, second.index) == (0, 1)
+    assert (name, sighting) == ("astronaut", None)
+    assert len(detections) == 1
+    assert nothing == []
+
+
+def test_an_unknown_target_is_refused(look_at, scene):
+    with pytest.raises(ConfigError, match=r"no target 'dog'. They know: astronaut, cat"):
+        look_at([scene.background]).look("dog")
+
+
+def test_a_camera_without_frames_is_reported(targets, clock):
+    class Unplugged:
+        fps = 10.0
+        hfov_deg = 60.0
+
+        def frame(self):
+            return None
+
+    eyes = CameraEyes(SimulatedCamera(Unplugged(), clock), targets, PINHOLE, timeout_s=0.5)
+    with pytest.raises(CameraError, match=r"no frame for 0.5 s"):
+        eyes.look("cat")
+    assert clock.now() == pytest.approx(0.5)
+
+
+class Sensor:
+    """Sees a target for a span of time."""
+
+    fps = 10.0
+
+    def __init__(self, clock, seen_from_s, seen_until_s):
+        self.clock = clock
+        self.span_s = seen_from_s, seen_until_s
+
+    def observe(self, name):
+        return (12.0, 800.0, (200, 100, 40, 60)) if self.span_s[0] <= self.clock.now() <= self.span_s[1] else None
+
+
+def test_geometric_eyes_confirm_as_camera_eyes_do(clock):
+    eyes: Eyes = GeometricEyes(Sensor(clock, 0.25, 0.55), clock)
+    sightings = [eyes.look("cat") for _ in range(7)]
+    assert [sighting is not None for sighting in sightings] == [False, False, False, True, True, False, False]
+    assert clock.now() == pytest.approx(0.7)
+    assert sightings[3] == Sighting("cat", 12.0, 800.0, 1.0, pytest.approx(0.4), (200, 100, 40, 60))

@@ -1,0 +1,189 @@
+"""Live cameras: a real MJPEG stream from a server in this process, and a webcam of which only OpenCV's end is mocked."""
+
+import socket
+import threading
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+import cv2
+import numpy as np
+import pytest
+
+from firmware_protocol.errors import CameraError
+from nxtdrive.transports.base import WallClock
+from nxtdrive.vision.sources import open_camera
+
+SIZE = (160, 120)
+SHORT = {"open_timeout_s": 4.0, "stall_timeout_s": 0.4}
+
+
+class MjpegServer:
+    """Sends pictures of growing brightness, and stops sending, but not the connection, when `stalled` is set."""
+
+    def __init__(self):
+        self.stalled = threading.Event()
+        self.closing = threading.Event()
+        outer = self
+
+        class Handler(BaseHTTPRequestHandler):
+            def do_GET(self):
+                self.send_response(200)
+                self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=frame")
+                self.end_headers()
+                try:
+                    outer.stream(self.wfile)
+                except OSError:
+                    pass
+
+            def log_message(self, *arguments):
+                pass
+
+        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self.server.daemon_threads = True
+        self.thread = threading.Thread(target=self.server.serve_forever, args=(0.01,))
+        self.thread.start()
+        self.url = f"http://127.0.0.1:{self.server.server_port}/stream.mjpg"
+
+    def stream(self, out):
+        level = 0
+        while not self.closing.wait(0.01):
+            if self.stalled.is_set():
+                continue
+            level = min(255, level + 1)
+            _, jpeg = cv2.imencode(".jpg", np.full((SIZE[1], SIZE[0], 3), level, np.uint8))
+            head = f"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
+            out.write(head.encode() + jpeg.tobytes() + b"\r\n")
+
+    def close(self):
+        self.closing.set()
+        self.server.shutdown()
+        self.thread.join()
+        self.server.server_close()
+
+
+@pytest.fixture
+def server():
+    server = MjpegServer()
+    yield server
+    server.close()
+
+
+def test_a_stream_gives_ever_newer_frames(server):
+    camera = open_camera(server.url, clock=WallClock(), **SHORT)
+    try:
+        frames = [camera.read(2.0) for _ in range(5)]
+    finally:
+        camera.close()
+    assert camera.size == SIZE
+    assert frames[0].image.shape == (120, 160, 3)
+    assert sorted({frame.index for frame in frames}) == [frame.index for frame in frames]
+    assert sorted(frame.time_s for frame in frames) == [frame.time_s for frame in frames]
+    assert frames[-1].image.mean() > frames[0].image.mean()
+
+
+def test_a_stream_that_stalls_is_reported_and_taken_up_again(server):
+    camera = open_camera(server.url, clock=WallClock(), **SHORT)
+    try:
+        camera.read(2.0)
+        server.stalled.set()
+        with pytest.raises(CameraError, match=r"gave no frame for 0.3 s. Open the address in a browser"):
+            for _ in range(100):
+                camera.read(0.3)
+        server.stalled.clear()
+        assert camera.read(10.0).image.shape == (120, 160, 3)
+    finally:
+        camera.close()
+
+
+def test_a_stream_that_is_not_there_is_reported():
+    with socket.create_server(("127.0.0.1", 0)) as unused:
+        port = unused.getsockname()[1]
+    with pytest.raises(CameraError, match=r"The stream http.* gives no frames"):
+        open_camera(f"http://127.0.0.1:{port}/stream.mjpg", clock=WallClock(), **SHORT)
+
+
+def test_a_server_that_never_answers_is_reported():
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        url = f"http://127.0.0.1:{silent.getsockname()[1]}/stream.mjpg"
+        with pytest.raises(CameraError, match=r"gives no frames"):
+            open_camera(url, clock=WallClock(), open_timeout_s=0.5, stall_timeout_s=0.4)
+
+
+class Webcam:
+    """What `cv2.VideoCapture` does with a webcam; a frame may be held back."""
+
+    def __init__(self, opened=True):
+        self.opened = opened
+        self.frames = threading.Semaphore(0)
+        self.unplugged = False
+        self.released = threading.Event()
+        self.taken = 0
+
+    def deliver(self, count=1):
+        self.frames.release(count)
+
+    def unplug(self):
+        self.unplugged = True
+        self.frames.release()
+
+    def isOpened(self):
+        return self.opened
+
+    def set(self, what, value):
+        return True
+
+    def read(self):
+        self.frames.acquire()
+        if self.unplugged:
+            return False, None
+        self.taken += 1
+        return True, np.full((48, 64, 3), self.taken, np.uint8)
+
+    def release(self):
+        self.released.set()
+
+
+def test_a_webcam_gives_its_freshest_frame_not_the_oldest(mocker):
+    webcam = Webcam()
+    mocker.patch("cv2.VideoCapture", side_effect=[webcam])
+    webcam.deliver(1)
+    camera = open_camera("0", clock=WallClock())
+    assert camera.read(2.0).index == 0
+    webcam.deliver(30)
+    while camera.read(2.0).index < 30:
+        pass
+    with pytest.raises(CameraError, match=r"Camera 0 gave no frame for 0 s"):
+        camera.read(0)
+    webcam.unplug()
+    camera.close()
+    assert webcam.released.is_set()
+
+
+def test_a_webcam_that_was_pulled_out_comes_back_when_plugged_in(mocker):
+    first, second = Webcam(), Webcam()
+    mocker.patch("cv2.VideoCapture", side_effect=[first, Webcam(opened=False), second])
+    first.deliver(1)
+    camera = open_camera("1", clock=WallClock())
+    camera.read(2.0)
+    first.unplug()
+    with pytest.raises(CameraError, match=r"Camera 1 gave no frame for 0.1 s. Is it plugged in"):
+        camera.read(0.1)
+    assert first.released.is_set()
+    second.deliver(1)
+    assert camera.read(5.0).index == 1
+    second.unplug()
+    camera.close()
+
+
+def test_a_webcam_that_cannot_be_opened_is_reported(mocker):
+    mocker.patch("cv2.VideoCapture", side_effect=lambda number: Webcam(opened=False))
+    with pytest.raises(CameraError, match=r"Camera 3 gives no frames. Is it plugged in"):
+        open_camera("3", clock=WallClock())
+
+
+def test_a_webcam_whose_driver_hangs_is_reported(mocker):
+    hanging = Webcam()
+    mocker.patch("cv2.VideoCapture", side_effect=[hanging])
+    mocker.patch("nxtdrive.vision.live.CLOSE_WITHIN_S", 0.01)
+    with pytest.raises(CameraError, match=r"Camera 0 gives no frames"):
+        open_camera("0", clock=WallClock(), open_timeout_s=0.1)
+    hanging.unplug()
