@@ -1,10 +1,20 @@
 import math
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from sim_backend.world.motor import WheelMotor
 
 MM_PER_DEG = math.pi * 56.0 / 360.0
+EXACT = """
+[floor]
+size_mm = [4000, 3000]
+[robot]
+start_mm = [1000, 1500]
+motor_mismatch_percent = 0
+slip = { jitter_percent = 0 }
+"""
 WALL_AHEAD = "[[walls]]\nfrom_mm = [1500, 500]\nto_mm = [1500, 2500]\n"
 ROBOT_AT_THE_WALL_MM = 1500 - 10 - 115
 
@@ -147,11 +157,11 @@ def test_a_box_too_heavy_for_the_tyres_stays(world, drive):
     assert room.boxes["b"].at_mm[0] == pytest.approx(1400, abs=5)
 
 
-EXACT = """
-[floor]
-size_mm = [4000, 3000]
-[robot]
-start_mm = [1000, 1500]
-motor_mismatch_percent = 0
-slip = { jitter_percent = 0 }
-"""
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(st.tuples(st.integers(-128, 127), st.integers(-128, 127)), min_size=1, max_size=12))
+def test_no_power_drives_the_robot_out_of_the_room(world, drive, powers):
+    room = world("[[boxes]]\nname = 'b'\nat_mm = [1300, 1500]\nsize_mm = [200, 300]\nheight_mm = 200\nmass_kg = 0.2")
+    for left, right in powers:
+        drive(room, 800, left, right)
+        assert 110 < room.robot.x_mm < 4000 - 110
+        assert 110 < room.robot.y_mm < 3000 - 110
