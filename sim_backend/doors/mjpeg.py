@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_protocol.errors import CameraError, ConfigError
+from firmware_protocol.errors import ConfigError
 
 LOOPBACK = "127.0.0.1"
 """The stream has no password, so it does not leave this computer."""
@@ -69,14 +69,8 @@ class MjpegDoor:
         return self._feed.watchers > 0
 
     def show(self, image: NDArray[np.uint8]) -> None:
-        """Make the BGR `image` the freshest picture; returns at once, however slow the watchers are.
-
-        Raises:
-            CameraError: OpenCV cannot compress it.
-        """
-        done, jpeg = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-        if not done:
-            raise CameraError(f"a frame of shape {image.shape} cannot be made a JPEG.")
+        """Make the BGR `image` the freshest picture; returns at once, however slow the watchers are."""
+        _, jpeg = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
         self._feed.put(jpeg.tobytes())
 
     def close(self) -> None:

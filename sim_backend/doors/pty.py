@@ -79,9 +79,9 @@ class PtyDoor:
         with contextlib.suppress(BlockingIOError):  # the program at the other end has stopped its terminal
             os.write(self._end, frame(reply))
 
-    def wait(self, duration_s: float) -> None:
-        """Rest, but not longer than until something arrives."""
-        select.select([self._end], [], [], max(0.0, duration_s))
+    def wait(self, duration_s: float) -> bool:
+        """Rest, but not longer than until something arrives; whether something has."""
+        return bool(select.select([self._end], [], [], max(0.0, duration_s))[0])
 
     def close(self) -> None:
         """Take the name away, unless another program has it by now, and end the terminal."""

@@ -22,6 +22,9 @@ QUIET_PASS_S = 0.01
 TALK_MS = 200
 """For so long after a telegram the brick may still have to answer."""
 
+EARLY_MS = 0.01
+"""A pass may begin this much too early; waiting for so little would only spin."""
+
 LONGEST_STEP_MS = 20
 """Most simulated time between two looks at the door."""
 
@@ -126,7 +129,7 @@ class RealTimeServer:
         *,
         fps: float = 15.0,
         now: Callable[[], float],
-        sleep: Callable[[float], None],
+        sleep: Callable[[float], object],
     ) -> None:
         """Make the server; `run` starts it.
 
@@ -186,8 +189,7 @@ class RealTimeServer:
         behind_ms = self._behind_ms()
         if behind_ms > LATE_LIMIT_MS:
             self._origin_s += (behind_ms - LATE_LIMIT_MS) / 1000
-        if behind_ms >= 1:
-            self._simulation.advance(min(int(behind_ms), LONGEST_STEP_MS))
+        self._simulation.advance(min(max(0, int(behind_ms + EARLY_MS)), LONGEST_STEP_MS))
 
     def _film(self) -> None:
         now_ms = self._simulation.now_ms

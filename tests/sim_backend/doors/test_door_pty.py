@@ -1,0 +1,202 @@
+"""The pseudo-terminal: any serial program talks to the brick, however badly it behaves."""
+
+import os
+import select
+import time
+
+import pytest
+import serial
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firmware_protocol.errors import ConfigError
+from firmware_protocol.framing import FrameReader, frame
+from sim_backend.doors.pty import PARTIAL_LIMIT_S, PtyDoor
+
+GET_BATTERY = bytes.fromhex("00 0b")
+KEEP_ALIVE = bytes.fromhex("00 0d")
+
+
+class _Clock:
+    def __init__(self):
+        self.now_s = 0.0
+
+    def now(self):
+        return self.now_s
+
+
+def _open(path):
+    return serial.Serial(str(path), timeout=10, exclusive=True)
+
+
+def _read(port):
+    size = int.from_bytes(port.read(2), "little")
+    return port.read(size)
+
+
+def _ask(port, telegram):
+    port.write(frame(telegram))
+    return _read(port)
+
+
+@pytest.fixture
+def clock():
+    return _Clock()
+
+
+@pytest.fixture
+def door(tmp_path, clock):
+    door = PtyDoor(tmp_path / "port", now=clock.now)
+    yield door
+    door.close()
+
+
+@pytest.fixture
+def client(door):
+    with _open(door.path) as port:
+        yield port
+
+
+def _arrived(door):
+    """What the door has once the terminal has passed it on."""
+    door.wait(10)
+    return door.receive()
+
+
+def test_a_serial_program_gets_its_answers(served):
+    with _open(served.path) as port:
+        battery = _ask(port, GET_BATTERY)
+        assert battery[:3] == bytes.fromhex("02 0b 00")
+        assert 5000 < int.from_bytes(battery[3:5], "little") < 10000
+        assert _ask(port, KEEP_ALIVE)[:3] == bytes.fromhex("02 0d 00")
+
+
+def test_the_next_program_can_connect_after_the_first(served):
+    for _ in range(3):
+        with _open(served.path) as port:
+            assert _ask(port, GET_BATTERY)[1] == 0x0B
+
+
+def test_telegrams_written_at_once_are_answered_in_order(served):
+    with _open(served.path) as port:
+        port.write(frame(GET_BATTERY) + frame(KEEP_ALIVE) + frame(GET_BATTERY))
+        assert [_read(port)[1] for _ in range(3)] == [0x0B, 0x0D, 0x0B]
+
+
+def test_a_telegram_may_arrive_byte_by_byte(served):
+    with _open(served.path) as port:
+        for byte in frame(GET_BATTERY):
+            port.write(bytes([byte]))
+        assert _read(port)[:3] == bytes.fromhex("02 0b 00")
+
+
+def test_simulated_time_passes_by_itself(served):
+    with _open(served.path) as port:
+        _ask(port, GET_BATTERY)
+        before_ms = served.simulation.now_ms
+        _ask(port, GET_BATTERY)
+        assert served.simulation.now_ms > before_ms
+
+
+def test_a_reply_comes_in_one_piece(door):
+    terminal = os.open(door.path, os.O_RDWR | os.O_NOCTTY)
+    try:
+        door.send(bytes(64))
+        select.select([terminal], [], [], 10)
+        assert os.read(terminal, 1000) == frame(bytes(64))
+    finally:
+        os.close(terminal)
+
+
+def test_half_a_telegram_does_not_spoil_the_next_programs_first(door, client, clock):
+    client.write(frame(GET_BATTERY)[:-1])
+    assert _arrived(door) == []
+    clock.now_s += PARTIAL_LIMIT_S * 2
+    assert door.receive() == []
+    client.write(frame(KEEP_ALIVE))
+    assert _arrived(door) == [KEEP_ALIVE]
+
+
+def test_what_is_no_telegram_is_dropped(door, client, clock):
+    client.write(b"AT+GMM\r\n")
+    assert _arrived(door) == []
+    clock.now_s += PARTIAL_LIMIT_S * 2
+    client.write(frame(KEEP_ALIVE))
+    assert _arrived(door) == [KEEP_ALIVE]
+
+
+def test_replies_nobody_reads_do_not_stop_the_brick(door):
+    for _ in range(3000):
+        door.send(bytes(64))
+    with _open(door.path) as port:
+        port.reset_input_buffer()
+        port.write(frame(GET_BATTERY))
+        assert _arrived(door) == [GET_BATTERY]
+
+
+def test_nothing_is_written_unasked(door, client):
+    door.receive()
+    assert client.in_waiting == 0
+
+
+@settings(max_examples=50, deadline=None)
+@given(garbage=st.binary(min_size=1, max_size=300), telegram=st.binary(min_size=1, max_size=64))
+def test_after_any_garbage_and_a_pause_telegrams_pass(tmp_path_factory, garbage, telegram):
+    clock = _Clock()
+    door = PtyDoor(tmp_path_factory.mktemp("door") / "port", now=clock.now)
+    try:
+        with _open(door.path) as port:
+            port.write(garbage)
+            while door.wait(0.01):
+                door.receive()
+            clock.now_s += PARTIAL_LIMIT_S * 2
+            port.write(frame(telegram))
+            assert _arrived(door) == [telegram]
+    finally:
+        door.close()
+
+
+def test_the_name_goes_with_the_door(tmp_path):
+    door = PtyDoor(tmp_path / "port", now=time.monotonic)
+    assert door.path.is_symlink()
+    door.close()
+    door.close()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_link_left_behind_is_replaced(tmp_path):
+    (tmp_path / "port").symlink_to("/dev/nowhere")
+    door = PtyDoor(tmp_path / "port", now=time.monotonic)
+    with _open(door.path):
+        pass
+    door.close()
+
+
+def test_a_door_does_not_take_another_ones_name_away(tmp_path):
+    first = PtyDoor(tmp_path / "port", now=time.monotonic)
+    second = PtyDoor(tmp_path / "port", now=time.monotonic)
+    first.close()
+    with _open(second.path) as port:
+        second.send(b"hello")
+        assert port.read(7) == frame(b"hello")
+    second.close()
+
+
+def test_a_file_in_the_way_is_not_overwritten(tmp_path):
+    (tmp_path / "port").write_text("precious")
+    with pytest.raises(ConfigError, match="not a link"):
+        PtyDoor(tmp_path / "port", now=time.monotonic)
+    assert (tmp_path / "port").read_text() == "precious"
+
+
+def test_a_folder_that_does_not_exist_is_named(tmp_path):
+    with pytest.raises(ConfigError, match="No such file"):
+        PtyDoor(tmp_path / "nowhere" / "port", now=time.monotonic)
+
+
+def test_frames_read_back_are_whole(door, client):
+    for size in range(1, 65):
+        door.send(bytes([size]) * size)
+    reader = FrameReader()
+    reader.feed(client.read(sum(range(3, 67))))
+    assert [reader.next() for _ in range(64)] == [bytes([size]) * size for size in range(1, 65)]

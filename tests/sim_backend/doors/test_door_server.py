@@ -1,0 +1,142 @@
+"""The real-time loop, with a clock of its own: it follows the wall, never rushes, and films only for an audience."""
+
+from collections import deque
+
+import pytest
+
+from sim_backend.doors.server import LATE_LIMIT_MS, LONGEST_STEP_MS, RealTimeServer
+from sim_backend.simulation import SimLink, Simulation
+
+GET_BATTERY = bytes.fromhex("00 0b")
+
+
+class _Wall:
+    """A wall clock that stands still but for sleeping, which takes `extra_s` longer than asked."""
+
+    def __init__(self):
+        self.now_s = 100.0
+        self.extra_s = 0.0
+
+    def now(self):
+        return self.now_s
+
+    def sleep(self, duration_s):
+        self.now_s += duration_s + self.extra_s
+
+
+class _Mailbox:
+    """A door without a terminal."""
+
+    def __init__(self):
+        self.incoming = deque()
+        self.replies = []
+
+    def receive(self):
+        arrived = list(self.incoming)
+        self.incoming.clear()
+        return arrived
+
+    def send(self, reply):
+        self.replies.append(reply)
+
+
+class _Audience:
+    """A camera door somebody watches, or not."""
+
+    def __init__(self):
+        self.watched = False
+        self.shown = []
+
+    def show(self, image):
+        self.shown.append(image)
+
+
+@pytest.fixture
+def wall():
+    return _Wall()
+
+
+@pytest.fixture
+def simulation():
+    return Simulation("open", camera_size=(64, 48))
+
+
+@pytest.fixture
+def door():
+    return _Mailbox()
+
+
+@pytest.fixture
+def audience():
+    return _Audience()
+
+
+@pytest.fixture
+def server(simulation, door, audience, wall):
+    return RealTimeServer(simulation, SimLink(simulation), door, audience, fps=10, now=wall.now, sleep=wall.sleep)
+
+
+def _run_for(server, wall, duration_s):
+    """Serve until the wall clock has gone on by this much; the statuses reported meanwhile."""
+    statuses = []
+    end_s = wall.now_s + duration_s
+    server.run(lambda: wall.now_s >= end_s, statuses.append)
+    return statuses
+
+
+def test_simulated_time_follows_the_wall(server, wall, simulation):
+    statuses = _run_for(server, wall, 3.0)
+    assert simulation.now_ms == pytest.approx(3000, abs=20)
+    assert [status.real_time_factor for status in statuses] == pytest.approx([1.0] * len(statuses), abs=0.03)
+    assert len(statuses) in (2, 3)
+
+
+def test_telegrams_are_answered_and_counted(server, wall, door):
+    door.incoming += [GET_BATTERY] * 5
+    _run_for(server, wall, 0.1)
+    assert [reply[:3] for reply in door.replies] == [bytes.fromhex("02 0b 00")] * 5
+    assert server.status().telegrams == 5
+
+
+def test_a_slow_computer_makes_slow_motion_and_says_so(server, wall, simulation):
+    wall.extra_s = 0.2
+    statuses = _run_for(server, wall, 10.0)
+    assert simulation.now_ms < 2000
+    assert statuses[-1].real_time_factor == pytest.approx(LONGEST_STEP_MS / 1000 / 0.2, rel=0.1)
+
+
+def test_lost_time_is_not_made_up_for(server, wall, simulation):
+    wall.extra_s = 0.5
+    _run_for(server, wall, 5.0)
+    wall.extra_s = 0.0
+    before_ms = simulation.now_ms
+    _run_for(server, wall, 1.0)
+    assert simulation.now_ms - before_ms <= 1000 + LATE_LIMIT_MS + LONGEST_STEP_MS
+
+
+def test_the_brick_is_heard_between_the_steps_of_a_late_simulation(server, wall, door):
+    wall.extra_s = 0.2
+    door.incoming.append(GET_BATTERY)
+    _run_for(server, wall, 0.7)
+    assert len(door.replies) == 1
+
+
+def test_nothing_is_filmed_without_an_audience(server, wall, audience):
+    _run_for(server, wall, 2.0)
+    assert audience.shown == []
+    assert server.status().frames_per_s == 0
+
+
+def test_an_audience_gets_the_cameras_rate_and_no_backlog(server, wall, audience):
+    _run_for(server, wall, 2.0)
+    audience.watched = True
+    _run_for(server, wall, 1.0)
+    assert len(audience.shown) in (10, 11)
+    assert audience.shown[0].shape == (48, 64, 3)
+
+
+def test_an_unplugged_camera_shows_nothing(server, wall, audience, simulation):
+    audience.watched = True
+    simulation.webcam.unplugged_ms = ((0, 10_000),)
+    _run_for(server, wall, 1.0)
+    assert audience.shown == []
