@@ -64,7 +64,7 @@ class Simulation:
         self._world = World(world if isinstance(world, WorldFile) else load_world(world), seed)
         self.seed = seed
         self.brick = SimBrick(firmware=firmware, seed=seed)
-        self.webcam = Webcam(self._world, camera_size, seed)
+        self.webcam = Webcam(self._world, lambda: self._now_ms, camera_size, seed)
         self.truth = GroundTruth(self._world)
         self._now_ms = 0
         self._agenda: list[tuple[int, int, Callable[[], None]]] = []
@@ -132,7 +132,7 @@ class Simulation:
             if now_ms == step_ms:
                 world.step()
                 if now_ms >= self.webcam.next_frame_ms:
-                    self.webcam.expose(now_ms)
+                    self.webcam.expose()
 
     def at(self, due_ms: int, action: Callable[[], None]) -> None:
         """Run `action` when that time has come, in the order of the calls if several are due; at once if it is past."""
@@ -144,7 +144,7 @@ class Simulation:
 
     def camera_frame(self) -> Image | None:
         """The webcam's freshest frame; see `Webcam.frame`."""
-        return self.webcam.frame(self._now_ms)
+        return self.webcam.frame()
 
     def on_frame(self, callback: Callable[[Image, float], None], fps: float) -> None:
         """Have `callback` called with the frame and the time in seconds while time advances, `fps` times a second.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -34,6 +35,7 @@ class Webcam:
 
     Args:
         world: What it sees.
+        now_ms: Asks the simulation for the time.
         size: Width and height of the frames in pixels.
         seed: Seeds textures and sensor noise.
 
@@ -45,45 +47,45 @@ class Webcam:
         unplugged_ms: Spans (from, to) of the simulation's time in which there is no picture; may be set at any time.
     """
 
-    def __init__(self, world: World, size: tuple[int, int] = (320, 240), seed: int = 0) -> None:
-        self.size, self._world, self._seed = size, world, seed
+    def __init__(
+        self, world: World, now_ms: Callable[[], int], size: tuple[int, int] = (320, 240), seed: int = 0
+    ) -> None:
+        self.size, self._world, self._now_ms, self._seed = size, world, now_ms, seed
         self.fps, self.hfov_deg = float(world.file.camera.fps), world.file.camera.hfov_deg
         self.unplugged_ms: tuple[tuple[int, int], ...] = ()
+        self.next_frame_ms = 0.0
         self._camera: SimCamera | None = None
         self._exposure: Exposure | None = None
         self._drawn: tuple[int, Image] | None = None
-        self._now_ms = 0
-        self.next_frame_ms = 0.0
 
     @property
     def index(self) -> int:
         """Number of the freshest frame."""
-        return int(self._now_ms * self.fps / 1000.0)
+        return int(self._now_ms() * self.fps / 1000.0)
 
     @property
     def time_s(self) -> float:
         """When the freshest frame was taken."""
         return self.index / self.fps
 
-    def expose(self, now_ms: int) -> None:
+    def expose(self) -> None:
         """Take the frame that is due; it costs next to nothing until somebody looks at it."""
-        self._now_ms = now_ms
         self._exposure = self._expose()
-        self.next_frame_ms = (self.index + 1) * 1000.0 / self.fps
+        self.next_frame_ms = (self._exposure.index + 1) * 1000.0 / self.fps
 
-    def frame(self, now_ms: int) -> Image | None:
+    def frame(self) -> Image | None:
         """The freshest frame: (height, width, 3) uint8, blue, green, red, not to be written to; None while unplugged.
 
         Raises:
             ConfigError: The world names a texture or image file that cannot be read.
         """
-        self._now_ms = now_ms
-        if any(start <= now_ms < end for start, end in self.unplugged_ms):
+        if any(start <= self._now_ms() < end for start, end in self.unplugged_ms):
             return None
-        if self._exposure is None or self._exposure.index != self.index:
+        index = self.index
+        if self._exposure is None or self._exposure.index != index:
             self._exposure = self._expose()
-        if self._drawn is None or self._drawn[0] != self.index:
-            self._drawn = (self.index, self._draw(self._exposure))
+        if self._drawn is None or self._drawn[0] != index:
+            self._drawn = (index, self._draw(self._exposure))
         return self._drawn[1]
 
     def _expose(self) -> Exposure:

@@ -57,22 +57,22 @@ class UltrasonicBeam:
         return round(distance_mm / 10.0) if distance_mm < FARTHEST_MM - 5.0 else None
 
     def _nearest_mm(self) -> float | None:
-        heading = self._robot.heading_deg
-        angles = (heading - CONE_DEG + 2 * CONE_DEG * ray / (RAYS - 1) for ray in range(RAYS))
-        echoes = [echo for angle in angles if (echo := self._echo_mm(math.radians(angle))) is not None]
+        robot, heading = self._robot, math.radians(self._robot.heading_deg)
+        x = robot.x_mm + self._sensor.forward_mm * math.cos(heading)
+        y = robot.y_mm + self._sensor.forward_mm * math.sin(heading)
+        cone = math.radians(CONE_DEG)
+        angles = (heading - cone + 2 * cone * ray / (RAYS - 1) for ray in range(RAYS))
+        echoes = [echo for angle in angles if (echo := self._echo_mm(x, y, angle)) is not None]
         return min(echoes, default=None)
 
-    def _echo_mm(self, angle: float) -> float | None:
-        heading = math.radians(self._robot.heading_deg)
-        x = self._robot.x_mm + self._sensor.forward_mm * math.cos(heading)
-        y = self._robot.y_mm + self._sensor.forward_mm * math.sin(heading)
-        direction = (math.cos(angle), math.sin(angle))
-        end = (x + FARTHEST_MM * direction[0], y + FARTHEST_MM * direction[1])
-        for hit in _hits(self._space, (x, y), end):
+    def _echo_mm(self, x: float, y: float, angle: float) -> float | None:
+        """Distance of what one ray hits, or None if that is nothing or throws the echo away."""
+        along_x, along_y = math.cos(angle), math.sin(angle)
+        for hit in _hits(self._space, (x, y), (x + FARTHEST_MM * along_x, y + FARTHEST_MM * along_y)):
             if hit.shape is None or self._heights_mm[hit.shape] < self._sensor.height_mm:
                 continue
-            cosine = -(hit.normal.x * direction[0] + hit.normal.y * direction[1])
-            returns = cosine >= math.cos(math.radians(self._sensor.max_incidence_deg))
+            incidence_cosine = -(hit.normal.x * along_x + hit.normal.y * along_y)
+            returns = incidence_cosine >= math.cos(math.radians(self._sensor.max_incidence_deg))
             return hit.alpha * FARTHEST_MM if returns else None
         return None
 

@@ -131,7 +131,7 @@ class Camera(Table):
     hfov_deg: Annotated[float, Field(ge=20, le=120)] = 60.0
     height_mm: Length = 200.0
     forward_mm: float = 60.0
-    fps: Annotated[int, Field(ge=1, le=60)] = 15
+    fps: Annotated[int, Field(ge=1, le=60)] = 10
 
 
 class Ultrasonic(Table):
