@@ -11,6 +11,7 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument
 
 if TYPE_CHECKING:
@@ -127,7 +128,7 @@ def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None
     hfov_deg = None
     spec: dict[str, object]
     if args.target is not None:
-        from nxtdrive.cli.mission import load
+        from nxtdrive.mission_run import load
 
         mission = load(args.mission)
         if args.target not in mission.target:
@@ -213,7 +214,7 @@ def _report(looks: list[Look], path: Path, as_json: bool) -> int:
         print(json.dumps({**details, "looks": [asdict(look) for look in looks]}, indent=2))
     elif looks:
         print(f"seen in {seen} of {len(looks)} frames, {ms} ms per frame (median); drawn into {path}")
-    return 0
+    return DONE
 
 
 class _Film:

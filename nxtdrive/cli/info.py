@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 
+from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument
 
 DESCRIPTION = """\
@@ -38,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
         address = brick.transport.address
     if args.json:
         print(json.dumps({"address": address, **asdict(info), "sleep_s": sleep_s}, indent=2))
-        return 0
+        return DONE
     weak = ", low: charge it" if info.battery_mv < LOW_BATTERY_MV else ""
     rows = {
         "address": address,
@@ -52,4 +53,4 @@ def run(args: argparse.Namespace) -> int:
     }
     for label, value in rows.items():
         print(f"{label:<10}  {value}")
-    return 0
+    return DONE

@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import NXTError
+from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import DEFAULT_ADDRESS, add_json_argument
 
 if TYPE_CHECKING:
@@ -50,13 +51,13 @@ def run(args: argparse.Namespace) -> int:
     places, notes = find_places()
     if args.json:
         print(json.dumps({"bricks": [asdict(place) for place in places], "notes": notes}, indent=2))
-        return 0
+        return DONE
     width = max(len(place.address) for place in places)
     for place in places:
         print(f"{place.address:<{width}}  {place.what}")
     for note in notes:
         print(f"note: {note}")
-    return 0
+    return DONE
 
 
 def find_places() -> tuple[list[Place], list[str]]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import DONE, USAGE
 from nxtdrive.cli.options import add_json_argument
 
 if TYPE_CHECKING:
@@ -21,9 +22,6 @@ EXAMPLES = """\
   nxtdrive mission show                  # the built-in mission
   nxtdrive mission new my.toml           # every key, with its meaning
   nxtdrive mission check my.toml"""
-
-BAD_FILE = 2
-"""Exit code for files with mistakes, as everywhere in the command line."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,39 +45,25 @@ def run(args: argparse.Namespace) -> int:
     return int(args.action(args))
 
 
-def load(path: Path | None) -> Mission:
-    """The mission in `path`, or the built-in one; the simulation's pictures are at hand for both.
-
-    Raises:
-        MissionError: The file has mistakes.
-    """
-    from importlib.resources import files
-
-    from behaviors.mission import BUILT_IN, load_mission
-
-    # not through the simulation's modules, which load OpenCV
-    return load_mission(path or BUILT_IN, [Path(str(files("sim_backend"))) / "pictures"])
-
-
 def _check(args: argparse.Namespace) -> int:
-    from behaviors.mission import MissionError
+    from nxtdrive.mission_run import load
 
     complaints: dict[str, str] = {}
     for path in args.files:
         try:
             load(path)
-        except MissionError as error:
+        except ConfigError as error:
             complaints[str(path)] = str(error)
     if args.json:
         results = [{"file": str(path), "mistakes": _lines(complaints.get(str(path), ""))} for path in args.files]
         print(json.dumps(results, indent=2, ensure_ascii=False))
-        return BAD_FILE if complaints else 0
+        return USAGE if complaints else DONE
     for path in args.files:
         if str(path) in complaints:
             print(complaints[str(path)], file=sys.stderr)
         else:
             print(f"{path}: good")
-    return BAD_FILE if complaints else 0
+    return USAGE if complaints else DONE
 
 
 def _lines(complaint: str) -> list[str]:
@@ -90,17 +74,18 @@ def _lines(complaint: str) -> list[str]:
 
 def _show(args: argparse.Namespace) -> int:
     from behaviors.diagram import mermaid, transition_table
+    from nxtdrive.mission_run import load
 
     mission = load(args.file)
     if args.json:
         print(mission.model_dump_json(indent=2))
-        return 0
+        return DONE
     print(_described(mission))
     print("\nTransitions\n")
     print(transition_table())
     print("\nDiagram (Mermaid)\n")
     print(mermaid())
-    return 0
+    return DONE
 
 
 def _described(mission: Mission) -> str:
@@ -143,4 +128,4 @@ def _new(args: argparse.Namespace) -> int:
     except OSError as error:
         raise ConfigError(f"{args.file} cannot be written: {error.strerror}.") from error
     print(f"{args.file} is written. Change the targets, then: nxtdrive mission check {args.file}")
-    return 0
+    return DONE

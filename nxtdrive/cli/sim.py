@@ -13,6 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ def _serve(args: argparse.Namespace) -> int:
         out.serving(f"serial://{door.path}", camera.url)
         server.run(stopped, out.status)
         out.ended(server.status())
-    return 0
+    return DONE
 
 
 @contextlib.contextmanager

@@ -1,0 +1,93 @@
+"""``nxtdrive explain``: what the bytes of telegrams mean."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import DONE
+from nxtdrive.cli.options import add_json_argument
+
+if TYPE_CHECKING:
+    from firmware_protocol.explain import ExplainedField, Explanation
+
+DESCRIPTION = """\
+Say what a telegram means, field by field: a request or a reply, with or without
+Bluetooth's length in front, known or not, whole or cut."""
+EXAMPLES = """\
+  nxtdrive explain 00 0b
+  nxtdrive explain 02 0b 00 40 1f
+  nxtdrive explain 0x00,0x04,0x01,0x64,0x07,0x01,0x00,0x20,0x68,0x01,0x00,0x00
+  nxtdrive explain - --json < telegrams.txt      # one telegram a line"""
+
+STANDARD_INPUT = "-"
+_SEPARATORS = re.compile(r"0x|\\x|[\s,:;-]+", re.IGNORECASE)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("hex", metavar="HEX", nargs="+", help="the bytes of one telegram, or - to read one a line")
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Explain each telegram as soon as it is read."""
+    from firmware_protocol.explain import explain
+
+    for text in _telegrams(args.hex):
+        explanation = explain(parse_hex(text))
+        print(json.dumps(as_json(explanation)) if args.json else explanation, flush=True)
+    return DONE
+
+
+def parse_hex(text: str) -> bytes:
+    r"""The bytes that `text` writes down, as ``00 0b``, ``000B``, ``0x00, 0x0b``, ``00:0b`` or ``\x00\x0b``.
+
+    Raises:
+        ConfigError: It holds something else.
+    """
+    digits = _SEPARATORS.sub("", text)
+    try:
+        return bytes.fromhex(digits)
+    except ValueError:
+        problem = "has an odd number of digits" if re.fullmatch(r"[0-9a-fA-F]*", digits) else "is not hexadecimal"
+    raise ConfigError(f"{text!r} {problem}.", remedy="A byte is two hex digits: 00 0b.")
+
+
+def as_json(explanation: Explanation) -> dict[str, object]:
+    """An explanation as JSON can hold it: bytes in hex, named values as numbers beside their words."""
+    status = explanation.status
+    return {
+        "telegram": explanation.telegram.hex(),
+        "kind": explanation.kind,
+        "name": explanation.name,
+        "direction": explanation.direction,
+        "framed": explanation.framed,
+        "want_reply": explanation.want_reply,
+        "status": None if status is None else {"code": int(status), "label": status.label},
+        "fields": [_field(each) for each in explanation.fields],
+        "leftover": explanation.leftover.hex(),
+        "remarks": list(explanation.remarks),
+    }
+
+
+def _field(field: ExplainedField) -> dict[str, object]:
+    value = field.value
+    plain: object = value.hex() if isinstance(value, bytes) else value
+    if isinstance(value, int) and not isinstance(value, bool):
+        plain = int(value)
+    return {"name": field.name, "value": plain, "unit": field.unit, "text": field.text, "raw": field.raw.hex()}
+
+
+def _telegrams(words: list[str]) -> Iterator[str]:
+    if words != [STANDARD_INPUT]:
+        yield " ".join(words)
+        return
+    for line in sys.stdin:
+        if line.strip():
+            yield line.strip()

@@ -1,0 +1,96 @@
+"""``nxtdrive send``: any declared command, by name."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import TYPE_CHECKING, Any
+
+from firmware_protocol.errors import LocalProtocolError
+from nxtdrive.cli.main import DONE
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+
+if TYPE_CHECKING:
+    from firmware_protocol.catalog import AnyCommand
+    from firmware_protocol.telegram import Command
+
+DESCRIPTION = """\
+Send a command and print the reply field by field. Fields are given as
+field=value; numbers may be hexadecimal (0x20), named values go by name and
+flags are joined by |; bytes are hex digits or text:WORDS. Nothing is undone
+afterwards: a motor that was told to run runs."""
+EXAMPLES = """\
+  nxtdrive send --list
+  nxtdrive send GetBatteryLevel
+  nxtdrive send PlayTone frequency_hz=440 duration_ms=500 --nxt usb://
+  nxtdrive send GetOutputState port=B --json"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("name", metavar="NAME", nargs="?", help="of the command; upper and lower case do not matter")
+    parser.add_argument("fields", metavar="field=value", nargs="*", help="its fields; a mistake shows the usage")
+    parser.add_argument("--list", action="store_true", help="print all commands with their fields and leave")
+    parser.add_argument("--no-reply", action="store_true", help="ask for no reply")
+    add_brick_arguments(parser)
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Build, send, print."""
+    from firmware_protocol.build import build
+    from nxtdrive.brick import open_brick
+
+    if args.list:
+        return _list(args.json)
+    if args.name is None:
+        raise LocalProtocolError("no command is named.", remedy="`nxtdrive send --list` prints all of them.")
+    command = build(args.name, args.fields)
+    with open_brick(args.nxt) as brick:
+        if args.no_reply:
+            brick.send(command)
+            return _sent(command, args.json)
+        reply = brick.request(command)
+    return _replied(type(command).encode_reply(reply), args.json)
+
+
+def _list(as_json: bool) -> int:
+    from firmware_protocol.build import usage
+    from firmware_protocol.catalog import ALL_COMMANDS
+
+    if as_json:
+        print(json.dumps([_declaration(command) for command in ALL_COMMANDS], indent=2))
+        return DONE
+    for command in ALL_COMMANDS:
+        print(usage(command).removeprefix("Usage: ").removesuffix("."))
+    return DONE
+
+
+def _declaration(command: AnyCommand) -> dict[str, object]:
+    from firmware_protocol.catalog import choices, describe
+
+    layout = command.layout
+    return {
+        "name": command.__name__,
+        "kind": command.kind.name.lower(),
+        "opcode": command.opcode,
+        "fields": [
+            {"name": name, "type": describe(wire, layout.units[name]), "choices": choices(wire)}
+            for name, wire in layout.wires.items()
+        ],
+    }
+
+
+def _sent(command: Command[Any], as_json: bool) -> int:
+    telegram = command.encode(want_reply=False)
+    print(json.dumps({"sent": telegram.hex()}) if as_json else f"sent {telegram.hex(' ')}")
+    return DONE
+
+
+def _replied(telegram: bytes, as_json: bool) -> int:
+    from firmware_protocol.explain import explain
+    from nxtdrive.cli.explain import as_json as explanation_as_json
+
+    explanation = explain(telegram)
+    print(json.dumps(explanation_as_json(explanation), indent=2) if as_json else explanation)
+    return DONE
