@@ -23,6 +23,7 @@ from sim_backend.world.world import STEP_MS, World
 from sim_backend.world.world_file import WorldFile
 
 if TYPE_CHECKING:
+    from sim_backend.camera.geometric import Box
     from sim_backend.camera.textures import Image
 
 __all__ = ["DEFAULT_WORLD", "LinkFaults", "SimLink", "Simulation"]
@@ -145,6 +146,10 @@ class Simulation:
     def camera_frame(self) -> Image | None:
         """The webcam's freshest frame; see `Webcam.frame`."""
         return self.webcam.frame()
+
+    def observe(self, name: str) -> tuple[float, float, Box] | None:
+        """What a detector would find of a picture in the freshest frame, without drawing it; see `Webcam.observe`."""
+        return self.webcam.observe(name)
 
     def on_frame(self, callback: Callable[[Image, float], None], fps: float) -> None:
         """Have `callback` called with the frame and the time in seconds while time advances, `fps` times a second.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from sim_backend.camera.geometric import Box, GeometricSensor
     from sim_backend.camera.scene import Panel, Viewpoint
     from sim_backend.camera.sim_camera import SimCamera
     from sim_backend.camera.textures import Image
@@ -55,6 +56,7 @@ class Webcam:
         self.unplugged_ms: tuple[tuple[int, int], ...] = ()
         self.next_frame_ms = 0.0
         self._camera: SimCamera | None = None
+        self._sensor: GeometricSensor | None = None
         self._exposure: Exposure | None = None
         self._drawn: tuple[int, Image] | None = None
 
@@ -79,14 +81,42 @@ class Webcam:
         Raises:
             ConfigError: The world names a texture or image file that cannot be read.
         """
-        if any(start <= self._now_ms() < end for start, end in self.unplugged_ms):
+        if self._unplugged:
             return None
-        index = self.index
-        if self._exposure is None or self._exposure.index != index:
-            self._exposure = self._expose()
-        if self._drawn is None or self._drawn[0] != index:
-            self._drawn = (index, self._draw(self._exposure))
+        exposure = self._fresh()
+        if self._drawn is None or self._drawn[0] != exposure.index:
+            self._drawn = (exposure.index, self._draw(exposure))
         return self._drawn[1]
+
+    def observe(self, name: str) -> tuple[float, float, Box] | None:
+        """What the picture detector would find of one picture in the freshest frame, by geometry and chance.
+
+        Every call draws its own luck.
+
+        Args:
+            name: Name of the picture; one that the world does not have is not found.
+
+        Returns:
+            Bearing in degrees (positive right), distance in millimetres and box (left, top, width, height in pixels);
+            None if it is not found or the webcam is unplugged.
+        """
+        picture = self._world.pictures.get(name)
+        if picture is None or self._unplugged:
+            return None
+        if self._sensor is None:
+            self._sensor = self._open_sensor()
+        seen = self._fresh()
+        return self._sensor.observe(seen.panels, seen.viewpoint, picture.texture, seen.turn_rate_deg_s)
+
+    @property
+    def _unplugged(self) -> bool:
+        return any(start <= self._now_ms() < end for start, end in self.unplugged_ms)
+
+    def _fresh(self) -> Exposure:
+        """The freshest exposure, taken now if nothing has moved since it was due."""
+        if self._exposure is None or self._exposure.index != self.index:
+            self._exposure = self._expose()
+        return self._exposure
 
     def _expose(self) -> Exposure:
         world = self._world
@@ -94,12 +124,17 @@ class Webcam:
 
     def _draw(self, exposure: Exposure) -> Image:
         if self._camera is None:
-            self._camera = self._open()
+            self._camera = self._open_camera()
         image = self._camera.frame(exposure.panels, exposure.viewpoint, exposure.turn_rate_deg_s)
         image.flags.writeable = False
         return image
 
-    def _open(self) -> SimCamera:
+    def _open_sensor(self) -> GeometricSensor:
+        from sim_backend.camera.geometric import GeometricSensor
+
+        return GeometricSensor(self.size, self.hfov_deg, self._seed)
+
+    def _open_camera(self) -> SimCamera:
         from sim_backend.camera.lens import LensEffects
         from sim_backend.camera.sim_camera import SimCamera
 

@@ -20,6 +20,7 @@ from firmware_protocol.enums import (
     SensorType,
 )
 from sim_backend.simulation import SimLink, Simulation
+from sim_backend.world.loading import BUNDLED, PICTURES
 
 REGULATED = OutputMode.MOTOR_ON | OutputMode.BRAKE | OutputMode.REGULATED
 
@@ -149,12 +150,36 @@ def test_frames_show_the_moment_they_were_taken():
     assert np.array_equal(late.camera_frame(), first)
 
 
+def test_pictures_are_observed_without_drawing_a_frame():
+    simulation = Simulation("open")
+    seen = [found for _ in range(20) if (found := simulation.observe("lena"))]
+    assert len(seen) > 15
+    for bearing_deg, distance_mm, _ in seen:
+        assert bearing_deg == pytest.approx(0, abs=1)
+        assert distance_mm == pytest.approx(2400 - 400 - 60, rel=0.15)
+    assert simulation.observe("nobody") is None
+    drive(simulation, 40, -40)
+    simulation.advance(900)
+    assert simulation.truth.pose.heading_deg == pytest.approx(150, abs=60)
+    assert not any(simulation.observe("lena") for _ in range(20))
+
+
+def test_a_picture_from_a_file_is_observed_by_its_name(tmp_path):
+    open_world = (BUNDLED / "open.toml").read_text()
+    (tmp_path / "cat.png").write_bytes((PICTURES / "fox.png").read_bytes())
+    (tmp_path / "cat.toml").write_text(open_world.replace('"lena"', '"cat"\nfile = "cat.png"'))
+    simulation = Simulation(tmp_path / "cat.toml")
+    assert any(simulation.observe("cat") for _ in range(5))
+    assert simulation.camera_frame() is not None
+
+
 def test_an_unplugged_camera_gives_no_frame():
     simulation = Simulation("open")
     simulation.webcam.unplugged_ms = ((100, 200),)
     assert simulation.camera_frame() is not None
     simulation.advance(150)
     assert simulation.camera_frame() is None
+    assert simulation.observe("lena") is None
     simulation.advance(50)
     assert simulation.camera_frame() is not None
 
