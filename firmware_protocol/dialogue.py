@@ -33,7 +33,7 @@ FENCE_SIZES = range(1, 17)
 """The numbers a fence may carry, as the length it reads; the Ui IO map has 40 bytes."""
 
 REMEMBERED_LOSSES = 8
-"""So many unanswered requests are kept from being taken for a fence; fewer than there are fences."""
+"""So many unanswered requests cannot be taken for a fence; fewer than there are fences."""
 
 _HEADER_OF_FENCE = IOMapRead.encode_reply()[:2]
 
@@ -122,8 +122,6 @@ class Dialogue:
 
     def _raise_fence(self, command: Command[Any], request: bytes) -> bytes:
         """Let `request` wait behind a new fence; the fence is returned, to be sent."""
-        if self._fence:
-            self._lost.append(self._fence)
         taken = {*self._lost, command.reply_head(request)}
         for size in self._sizes:
             question = IOMapRead(FENCE_MODULE, 0, size).encode()
