@@ -33,8 +33,8 @@ FRONTAL, OBLIQUE = 1.0, 0.72
 CORE = 0.6
 """Close up, the middle of the picture in width and height is searched for too: its rim may lie outside the frame."""
 
-NEAR_LEVEL = 3
-"""From this level on the core is searched for."""
+LARGE = 0.75
+"""The core is searched for where the whole picture would fill at least this share of the frame's height."""
 
 FAR_HEIGHT = 22
 """On the full level, oblique templates start at this height: smaller ones match anything."""
@@ -44,14 +44,29 @@ PROPOSALS_PER_LEVEL = 6
 
 NEIGHBOURS = np.ones((3, 3), np.uint8)
 
-CHECK_HEIGHT = 40
-FINE_HEIGHT = 80
-Stretches = tuple[tuple[float, float], ...]
-"""Factors on the width and on the height of a rectangle."""
 
-COARSE: Stretches = tuple((scale, scale) for scale in (1.0, 0.92, 1.09, 0.84, 1.19))
-SLANT: Stretches = ((1.0, 1.0), (0.87, 1.0), (1.15, 1.0))
-FINE: Stretches = tuple((scale, scale) for scale in (1.0, 0.97, 1.03, 0.94, 1.06))
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """How closely to look at a proposal.
+
+    Attributes:
+        height: Pixels at which the proposal is compared.
+        most_zoom: How far a smaller one may be enlarged to that height.
+        stretches: Factors on its width and on its height that are tried.
+    """
+
+    height: int
+    most_zoom: float
+    stretches: tuple[tuple[float, float], ...]
+
+
+CHECK_HEIGHT = 40
+SIZE = _Look(CHECK_HEIGHT, 1.0, tuple((scale, scale) for scale in (1.0, 0.92, 1.09, 0.84, 1.19)))
+SLANT = _Look(CHECK_HEIGHT, 1.0, ((1.0, 1.0), (0.87, 1.0), (1.15, 1.0)))
+FINE = _Look(80, 3.0, tuple((scale, scale) for scale in (1.0, 0.97, 1.03, 0.94, 1.06)))
+KEPT_HEIGHT = 160
+"""The picture is kept at this height; nothing is compared at more."""
+
 PROMISING = 0.65
 HOPELESS = 0.5
 """A proposal with a lower colour score at its own size is dropped at once."""
@@ -108,6 +123,9 @@ class CorrelationMatcher:
     """
 
     def __init__(self, picture: Image) -> None:
+        if picture.shape[0] > KEPT_HEIGHT:
+            size = (max(1, round(picture.shape[1] * KEPT_HEIGHT / picture.shape[0])), KEPT_HEIGHT)
+            picture = _u8(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
         height, width = picture.shape[:2]
         y, x = round(height * (1 - CORE) / 2), round(width * (1 - CORE) / 2)
         self._parts = {1.0: picture, CORE: picture[y : height - y, x : width - x]}
@@ -121,14 +139,14 @@ class CorrelationMatcher:
             for proposal in self._propose(level, number):
                 match = self._check(image, proposal)
                 if match is not None:
-                    finer = self._refine(image, match, FINE_HEIGHT, FINE) or match
+                    finer = self._refine(image, match, FINE) or match
                     found.append(Detection(_whole(finer), min(1.0, match.score)))
         return distinct(found)
 
     def _check(self, image: Image, proposal: _Match) -> _Match | None:
-        match = self._refine(image, proposal, CHECK_HEIGHT, COARSE)
+        match = self._refine(image, proposal, SIZE)
         if match is not None and match.score >= PROMISING:
-            match = self._refine(image, match, CHECK_HEIGHT, SLANT)
+            match = self._refine(image, match, SLANT)
         return match if match is not None and match.score >= _needed(match) else None
 
     def _make_templates(self) -> Iterator[_Template]:
@@ -147,7 +165,8 @@ class CorrelationMatcher:
         parts: list[NDArray[np.float64]] = []
         for template in self._templates:
             height, width = template.gray.shape
-            wanted = template.far if number == 0 else template.part == 1.0 or number >= NEAR_LEVEL
+            large = height / template.part >= LARGE * level.gray.shape[0]
+            wanted = (template.far or number > 0) and (template.part == 1.0 or large)
             if not wanted or height > level.gray.shape[0] or width > level.gray.shape[1]:
                 continue
             score = cv2.matchTemplate(level.gray, template.gray, cv2.TM_CCOEFF_NORMED)
@@ -159,23 +178,15 @@ class CorrelationMatcher:
             parts.append(np.full(len(xs), template.part))
         return _peaks(np.concatenate(scores), np.concatenate(boxes), np.concatenate(parts)) if scores else []
 
-    def _refine(
-        self, image: Image, around: _Match, check_height: int, stretches: tuple[tuple[float, float], ...]
-    ) -> _Match | None:
-        """The best colour match over `stretches` near a rectangle; None if there is none worth following."""
+    def _refine(self, image: Image, around: _Match, look: _Look) -> _Match | None:
+        """The best colour match near a rectangle; None if there is none worth following."""
         left, top, width, height = around.rectangle
-        zoom = min(1.0, check_height / height)
         margin = 0.2 * height
         x0, y0 = int(max(0.0, left - margin)), int(max(0.0, top - margin))
         patch = image[y0 : int(top + height + margin) + 1, x0 : int(left + width + margin) + 1]
-        if zoom < 1:
-            size = (max(1, round(patch.shape[1] * zoom)), max(1, round(patch.shape[0] * zoom)))
-            zoom_x, zoom_y = size[0] / patch.shape[1], size[1] / patch.shape[0]
-            patch = _u8(cv2.resize(patch, size, interpolation=cv2.INTER_AREA))
-        else:
-            zoom_x = zoom_y = 1.0
+        patch, zoom_x, zoom_y = _zoomed(patch, min(look.most_zoom, look.height / height))
         best: _Match | None = None
-        for wider, higher in stretches:
+        for wider, higher in look.stretches:
             across, down = max(3, round(width * zoom_x * wider)), max(3, round(height * zoom_y * higher))
             if across > patch.shape[1] or down > patch.shape[0]:
                 continue
@@ -188,6 +199,7 @@ class CorrelationMatcher:
         return best
 
     def _sized(self, part: float, width: int, height: int) -> Image:
+        """The part at a size; kept, because few sizes are ever asked for: none is higher than a look's height."""
         key = (part, width, height)
         if key not in self._resized:
             self._resized[key] = _u8(cv2.resize(self._parts[part], (width, height), interpolation=cv2.INTER_AREA))
@@ -224,6 +236,15 @@ def _peaks(scores: NDArray[np.float32], boxes: NDArray[np.float64], parts: NDArr
         apart[0] = False
         scores, boxes, parts = scores[apart], boxes[apart], parts[apart]
     return peaks
+
+
+def _zoomed(patch: Image, zoom: float) -> tuple[Image, float, float]:
+    """The patch enlarged or shrunk, and by how much exactly."""
+    size = (max(1, round(patch.shape[1] * zoom)), max(1, round(patch.shape[0] * zoom)))
+    if size == (patch.shape[1], patch.shape[0]):
+        return patch, 1.0, 1.0
+    zoomed = cv2.resize(patch, size, interpolation=cv2.INTER_AREA if zoom < 1 else cv2.INTER_LINEAR)
+    return _u8(zoomed), size[0] / patch.shape[1], size[1] / patch.shape[0]
 
 
 def _best_place(patch: Image, template: Image) -> tuple[float, int, int]:
