@@ -137,6 +137,7 @@ class BoxThing(_Placed):
 
     Attributes:
         movable: Whether the robot can push it.
+        radius_mm: From its middle to a corner.
     """
 
     def __init__(self, space: pymunk.Space, box: Box) -> None:
@@ -147,6 +148,7 @@ class BoxThing(_Placed):
             body = pymunk.Body(box.mass_kg, pymunk.moment_for_box(box.mass_kg, box.size_mm))
         body.position, body.angle = box.at_mm, math.radians(box.facing_deg)
         super().__init__(space, body, pymunk.Poly.create_box(body, box.size_mm), present=False)
+        self.radius_mm = math.hypot(*box.size_mm) / 2
         self.movable = box.mass_kg is not None
         if box.mass_kg is not None:
             self._attached = _friction(space.static_body, body, box.mass_kg, max(box.size_mm))
@@ -166,6 +168,7 @@ class PictureThing(_Placed):
     def __init__(self, space: pymunk.Space, picture: Picture) -> None:
         self.name, self._picture = picture.name, picture
         self.width_mm, self._print_height_mm = picture.size_mm
+        self.radius_mm = self.width_mm / 2
         self.bottom_mm = picture.centre_height_mm - self._print_height_mm / 2
         self.height_mm = self.bottom_mm + self._print_height_mm
         self.centre_height_mm = picture.centre_height_mm

@@ -125,14 +125,15 @@ class World:
         """Do what the event says."""
         self._panels = None
         thing = self._things[event.subject]
+        place = event.to_mm
+        if event.blocks is not None:
+            place = self._place_before(event.blocks, event.blocks_at_mm, thing.radius_mm)
         if not isinstance(thing, PersonThing):
-            thing.place(event.to_mm, event.facing_deg, present=event.present)
-        elif event.leaves:
+            thing.place(place, event.facing_deg, present=event.present)
+        elif place is None:
             thing.leave()
-        elif event.to_mm is not None:
-            thing.come(event.to_mm, stays_ms)
-        elif event.blocks is not None:
-            thing.come(self._place_before(event.blocks, event.blocks_at_mm, thing.radius_mm), stays_ms)
+        else:
+            thing.come(place, stays_ms)
 
     def is_over(self, event: Event) -> bool:
         """Whether the person of a performed event has gone again; other events are over at once."""

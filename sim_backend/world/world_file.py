@@ -281,7 +281,7 @@ class Event(Table):
         box: Which box moves or (dis)appears.
         to_mm: Where to.
         facing_deg: New facing of a picture or box.
-        blocks: The person stands between the robot and this picture.
+        blocks: The person or box stands between the robot and this picture.
         blocks_at_mm: That far in front of the picture.
         stays_s: How long the person stays once there; without it, until an event says `leaves`.
         leaves: The person goes now.
@@ -306,10 +306,14 @@ class Event(Table):
     def _complete(self) -> Self:
         if sum(subject is not None for subject in (self.person, self.picture, self.box)) != 1:
             raise ValueError("must name exactly one of person, picture and box")
-        if self.person is not None and sum((self.to_mm is not None, self.blocks is not None, self.leaves)) != 1:
+        if self.person is not None and (self.to_mm is not None or self.blocks is not None) == self.leaves:
             raise ValueError("a person needs exactly one of to_mm, blocks and leaves")
-        if self.person is None and (self.blocks is not None or self.leaves or self.stays_s is not None):
-            raise ValueError("blocks, stays_s and leaves are for persons")
+        if self.person is None and (self.leaves or self.stays_s is not None):
+            raise ValueError("stays_s and leaves are for persons")
+        if self.picture is not None and self.blocks is not None:
+            raise ValueError("blocks is for persons and boxes")
+        if self.to_mm is not None and self.blocks is not None:
+            raise ValueError("to_mm and blocks exclude each other")
         return self
 
     @property

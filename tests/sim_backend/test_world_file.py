@@ -117,6 +117,8 @@ def test_all_wrong_names_and_places_are_reported_at_once():
         ("when = { at_s = 1 }", "exactly one of person, picture and box"),
         ("when = { at_s = 1 }\nperson = 'anna'", "exactly one of to_mm, blocks and leaves"),
         ("when = { at_s = 1 }\npicture = 'lena'\nstays_s = 3", "are for persons"),
+        ("when = { at_s = 1 }\npicture = 'lena'\nblocks = 'lena'", "for persons and boxes"),
+        ("when = { at_s = 1 }\nbox = 'b'\nblocks = 'lena'\nto_mm = [1, 1]", "exclude each other"),
         ("when = { at_s = 1, robot_within_mm = 3 }\npicture = 'lena'", "the distance from what?"),
     ],
 )
