@@ -131,7 +131,7 @@ class SimLink:
         return reply
 
     def close(self) -> None:
-        """Give the link up; what is under way is lost."""
+        """Give the link up; what was sent still reaches the brick, replies are lost."""
         self._open = False
 
     def _next_news_ms(self, now_ms: int, deadline_ms: int) -> int:
@@ -146,7 +146,7 @@ class SimLink:
     def _deliver(self, number: int, sent_ms: int, telegram: bytes) -> None:
         self._deliveries.popleft()
         now_ms = self._simulation.now_ms
-        if not self._open or self._faults.unplugged(self._opened_ms, now_ms):
+        if self._faults.unplugged(self._opened_ms, now_ms):
             return
         reply = self._simulation.deliver(telegram)
         due_ms = max(sent_ms + self._latency_ms, now_ms + 1) + self._faults.delay_replies_ms.get(number, 0)

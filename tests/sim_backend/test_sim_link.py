@@ -1,10 +1,11 @@
 import pytest
 
-from firmware_protocol.direct import GetBatteryLevel, GetOutputState
-from firmware_protocol.enums import OutputPort
+from firmware_protocol.direct import GetBatteryLevel, GetOutputState, SetOutputState
+from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from sim_backend.simulation import LinkFaults, SimLink, Simulation
 
 BATTERY = GetBatteryLevel().encode()
+RUN_B = SetOutputState(OutputPort.B, 80, OutputMode.MOTOR_ON, RegulationMode.IDLE, 0, RunState.RUNNING, 0).encode()
 
 
 @pytest.fixture
@@ -118,12 +119,20 @@ def test_a_new_link_needs_the_cable(simulation):
     assert link.receive(100) is not None
 
 
+def test_what_was_sent_before_closing_still_arrives(simulation):
+    link = SimLink(simulation, 20)
+    link.send(RUN_B)
+    link.close()
+    simulation.advance(500)
+    assert simulation.truth.pose.heading_deg > 10
+
+
 def test_a_telegram_under_way_is_lost_with_the_cable(simulation):
     link = SimLink(simulation, 20, LinkFaults(unplugged_ms=((5, 6),)))
-    before = simulation.brick.output.outputs[0].power
-    link.send(bytes.fromhex("800400640100000020") + bytes(4))
-    simulation.advance(50)
-    assert simulation.brick.output.outputs[0].power == before
+    start = simulation.truth.pose
+    link.send(RUN_B)
+    simulation.advance(500)
+    assert simulation.truth.pose == start
 
 
 def test_a_closed_link_says_so(simulation):
