@@ -91,6 +91,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         return code
 
 
+def _log(*, verbose: bool) -> None:
+    """Send log messages to standard error; the libraries' only when they warn."""
+    logging.basicConfig(format="%(name)s: %(message)s")
+    for room in ("firmware_protocol", "nxtdrive", "behaviors", "sim_backend"):
+        logging.getLogger(room).setLevel(logging.DEBUG if verbose else logging.WARNING)
+
+
 def _exit_code(error: Exception) -> int | None:
     """The exit code of an error we know; None for a fault of ours, which deserves its traceback."""
     # imported here, the mission file's reader would cost every command a third of a second

@@ -63,7 +63,8 @@ def meanings(model: type[BaseModel]) -> dict[str, str]:
     found: dict[str, str] = {}
     for cls in reversed(model.__mro__):
         _, _, attributes = inspect.cleandoc(cls.__doc__ or "").partition("Attributes:\n")
-        found |= {name: re.sub(r"\s+", " ", text) for name, text in _ATTRIBUTE.findall(attributes)}
+        described = {name: re.sub(r"\s+", " ", text) for name, text in _ATTRIBUTE.findall(attributes)}
+        found |= {name: text for name, text in described.items() if name in model.model_fields}
     for name, field in model.model_fields.items():
         if field.description:
             found.setdefault(name, field.description)

@@ -1,0 +1,122 @@
+"""Puts a mission, a robot and a camera together.
+
+The mind (`behaviors`) knows only ports; here they are filled: a `Rover` as its body, detectors on a camera as its eyes,
+the transport's clock as its clock.
+"""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from behaviors.mission import BUILT_IN, Mission, MissionError, load_mission
+from firmware_protocol.errors import CameraError, ConfigError
+from nxtdrive.rover import Rover, SafetyStop
+
+if TYPE_CHECKING:
+    from behaviors.ports import Eyes
+    from nxtdrive.brick import Brick
+    from nxtdrive.vision.camera import Camera
+    from nxtdrive.vision.detection import TargetDetector
+    from nxtdrive.vision.eyes import CameraEyes
+
+SIMULATED, GEOMETRIC, FIRST_WEBCAM = "sim", "geometric", "0"
+"""Cameras by name: the simulated robot's, the same robot's eyes without pictures, the first webcam."""
+
+
+def load(path: Path | None) -> Mission:
+    """Read a mission; the built-in one without a path.
+
+    Raises:
+        ConfigError: The file has mistakes; the message lists all of them.
+    """
+    pictures = Path(str(resources.files("sim_backend"))) / "pictures"
+    try:
+        return load_mission(path or BUILT_IN, [pictures])
+    except MissionError as error:
+        raise ConfigError(str(error)) from None
+
+
+def build_rover(brick: Brick, mission: Mission) -> Rover:
+    """The robot a mission describes."""
+    robot = mission.robot
+    return Rover(
+        brick,
+        left=robot.left,
+        right=robot.right,
+        wheel_diameter_mm=robot.wheel_diameter_mm,
+        axle_track_mm=robot.axle_track_mm,
+        ultrasonic=robot.ultrasonic or None,
+        touch=robot.touch or None,
+        safety=SafetyStop(stop_distance_mm=robot.stop_distance_mm),
+    )
+
+
+def build_detectors(mission: Mission) -> dict[str, TargetDetector]:
+    """A detector for each target of a mission.
+
+    Raises:
+        ConfigError: A picture or a cascade cannot be used.
+    """
+    from nxtdrive.vision.detectors import make_detector
+
+    wanted = dict.fromkeys(mission.mission.targets)
+    return {name: make_detector(mission.target[name].model_dump()) for name in wanted}
+
+
+def default_camera(brick: Brick) -> str:
+    """Which camera a brick's robot carries when nobody says: the simulated one's own, else the first webcam."""
+    return SIMULATED if _simulation_side(brick) is not None else FIRST_WEBCAM
+
+
+def open_mission_camera(source: str, brick: Brick) -> Camera:
+    """Open the camera of a mission.
+
+    Args:
+        source: ``sim``, or whatever `nxtdrive.vision.sources.open_camera` takes.
+        brick: Its transport gives the time and, when simulated, the frames.
+
+    Raises:
+        CameraError: It cannot be opened.
+    """
+    if source != SIMULATED:
+        from nxtdrive.vision.sources import open_camera
+
+        return open_camera(source, clock=brick.transport)
+    from nxtdrive.vision.camera import SimulatedCamera
+
+    frames = _simulation_side(brick)
+    if frames is None:
+        raise CameraError(
+            f"{brick.transport.address} has no simulated camera.",
+            remedy="Name a camera: --camera 0 is the first webcam; `nxtdrive sim serve` prints its camera's URL.",
+        )
+    return SimulatedCamera(frames, brick.transport, frames.size)
+
+
+def geometric_eyes(brick: Brick) -> Eyes:
+    """Eyes of a simulated robot that skip rendering and detecting; for sweeps.
+
+    Raises:
+        CameraError: The brick is not simulated.
+    """
+    from nxtdrive.vision.eyes import GeometricEyes
+
+    frames = _simulation_side(brick)
+    if frames is None:
+        raise CameraError("Geometric eyes need a simulated robot.", remedy="Use --nxt sim://.")
+    return GeometricEyes(frames, brick.transport)
+
+
+def camera_eyes(camera: Camera, mission: Mission) -> CameraEyes:
+    """Eyes over a camera for the targets of a mission."""
+    from nxtdrive.vision.eyes import CameraEyes
+    from nxtdrive.vision.geometry import Pinhole
+
+    pinhole = Pinhole.from_hfov(camera.size[0], mission.camera.hfov_deg)
+    return CameraEyes(camera, build_detectors(mission), pinhole)
+
+
+def _simulation_side(brick: Brick) -> Any:  # noqa: ANN401 - the simulation's webcam, which serves both kinds of eyes
+    return getattr(brick.transport, "webcam", None)

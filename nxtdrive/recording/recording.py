@@ -1,0 +1,68 @@
+"""Everything a run leaves behind, kept while it runs and finished when it ends, however it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import cv2
+
+from behaviors.executive import Report
+from behaviors.journal import Record
+from behaviors.ports import Sighting
+from nxtdrive.recording.map_picture import draw_map
+from nxtdrive.recording.run_folder import MAP, VIDEO, RunFolder
+from nxtdrive.recording.video import VideoRecorder
+from nxtdrive.vision.annotate import annotate
+
+if TYPE_CHECKING:
+    from nxtdrive.vision.camera import Frame
+    from nxtdrive.vision.detection import Detection, Image
+
+
+class Recording:
+    """A run's folder, map and video; hears records, looks and frames.
+
+    Args:
+        folder: Where everything goes.
+        video: Whether to make the video.
+    """
+
+    def __init__(self, folder: RunFolder, *, video: bool = True) -> None:
+        self.folder = folder
+        self._video = VideoRecorder(folder.path / VIDEO) if video else None
+        self._caption = ""
+
+    def __call__(self, record: Record) -> None:
+        """Hear of a record."""
+        self.folder(record)
+        self._caption = f"{record.state}  {record.target}  {record.time_s:.1f} s"
+
+    def look(self, frame: Frame, _target: str, sighting: Sighting | None, found: Sequence[Detection]) -> None:
+        """Hear of a look: the frame with what was seen in it."""
+        if self._video and self._video.due(frame.time_s):
+            self._video.add(annotate(frame.image, sighting, found, self._caption), frame.time_s)
+
+    def frame(self, image: Image, time_s: float) -> None:
+        """Hear of a frame that nobody looked at, as while the robot waits."""
+        if self._video and self._video.due(time_s):
+            self._video.add(annotate(image, None, (), self._caption), time_s)
+
+    def finish(self, report: Report | None, error: str, details: dict[str, object]) -> None:
+        """Write summary and map and close the journal and the video.
+
+        Args:
+            report: What came of the mission; None when it broke.
+            error: Why it broke, or an empty string.
+            details: What else the summary tells.
+        """
+        self.folder.close()
+        self.folder.write_summary(report, error, details)
+        cv2.imwrite(str(self.folder.path / MAP), draw_map(self.folder.records))
+        if self._video:
+            self._video.close()
+
+    def files(self) -> list[Path]:
+        """What there is in the folder."""
+        return sorted(self.folder.path.iterdir())

@@ -1,0 +1,109 @@
+"""What a run leaves behind, from records alone."""
+
+from __future__ import annotations
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from behaviors.agenda import Errand, Fate
+from behaviors.executive import Ending, Report
+from behaviors.journal import Kind, Record
+from firmware_protocol.errors import ConfigError
+from nxtdrive.recording.map_picture import STATE_COLORS, draw_map, gather
+from nxtdrive.recording.recording import Recording
+from nxtdrive.recording.run_folder import new_run_folder
+from nxtdrive.recording.video import VideoRecorder
+
+
+def _look(time_s, state, pose, *, sighting=None, range_mm=None):
+    return Record(time_s, Kind.LOOK, state, "lena", {"pose": pose, "range_mm": range_mm, "sighting": sighting})
+
+
+SIGHTING = {"bearing_deg": 90.0, "distance_mm": 1000.0, "confidence": 1.0, "box": [0, 0, 10, 10]}
+RECORDS = [
+    _look(0.5, "search", [0.0, 0.0, 0.0], range_mm=500.0),
+    _look(1.0, "arrive", [300.0, 0.0, 0.0], sighting=SIGHTING),
+    Record(2.0, Kind.TRANSITION, "wait", "lena", {"source": "arrive", "to": "select", "reason": "target_lost"}),
+    Record(2.0, Kind.TRANSITION, "wait", "lena", {"source": "select", "to": "wait"}),
+]
+
+
+def test_the_map_puts_sightings_and_echoes_where_the_robot_saw_them():
+    known = gather(RECORDS)
+    assert known.echoes == [(500.0, 0.0)]
+    (seen,) = known.sightings["lena"]
+    # 90 degrees to the right of a robot that looks along x is along y
+    assert seen == pytest.approx((300.0, 1000.0))
+    assert [mark.kind for mark in known.marks] == ["failed", "waited"]
+    assert known.marks[0].where == (300.0, 0.0)
+
+
+def test_the_map_shows_the_path_in_the_colour_of_the_state():
+    image = draw_map(RECORDS)
+    assert image.dtype == np.uint8
+    green = np.array(STATE_COLORS["arrive"], np.uint8)
+    assert np.any(np.all(image == green, axis=2))
+
+
+def test_a_map_of_nothing_is_still_a_map():
+    assert draw_map([]).ndim == 3
+
+
+def test_run_folders_are_numbered_and_never_overwritten(tmp_path):
+    first = new_run_folder(tmp_path, "Lena, then Rilakkuma!")
+    second = new_run_folder(tmp_path, "Lena, then Rilakkuma!")
+    first.close(), second.close()
+    assert [first.path.name, second.path.name] == ["lena-then-rilakkuma-001", "lena-then-rilakkuma-002"]
+
+
+def test_a_folder_that_cannot_be_made_is_refused_with_advice(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(ConfigError, match="--out"):
+        new_run_folder(tmp_path / "file", "x")
+
+
+def test_the_journal_is_complete_at_every_moment(tmp_path):
+    folder = new_run_folder(tmp_path, "x")
+    folder(RECORDS[0])
+    lines = (folder.path / "journal.jsonl").read_text(encoding="utf-8").splitlines()
+    folder.close()
+    assert json.loads(lines[0]) == {
+        "t": 0.5,
+        "kind": "look",
+        "state": "search",
+        "target": "lena",
+        "pose": [0.0, 0.0, 0.0],
+        "range_mm": 500.0,
+        "sighting": None,
+    }
+
+
+def test_the_video_keeps_the_missions_time(tmp_path):
+    path = tmp_path / "camera.mp4"
+    video = VideoRecorder(path, fps=5)
+    image = np.zeros((48, 64, 3), np.uint8)
+    for time_s in (10.0, 10.05, 10.2, 12.0):
+        video.add(image, time_s)
+    video.close()
+    film = cv2.VideoCapture(str(path))
+    assert film.get(cv2.CAP_PROP_FPS) == 5
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 11  # two seconds at 5 frames a second, both ends shown
+    film.release()
+
+
+@pytest.mark.parametrize(
+    "report", [None, Report(Ending.ACHIEVED, [Errand("lena", Fate.REACHED, 3.0, 1)], ["search"], 3.0)]
+)
+def test_a_finished_recording_is_complete_even_when_the_run_broke(tmp_path, report):
+    recording = Recording(new_run_folder(tmp_path, "x"))
+    for record in RECORDS:
+        recording(record)
+    recording.frame(np.zeros((48, 64, 3), np.uint8), 0.5)
+    recording.finish(report, "" if report else "broken", {"nxt": "sim://"})
+    assert [path.name for path in recording.files()] == ["camera.mp4", "journal.jsonl", "map.png", "summary.json"]
+    summary = json.loads((recording.folder.path / "summary.json").read_text(encoding="utf-8"))
+    assert summary["achieved"] is (report is not None)
+    assert summary["nxt"] == "sim://"
