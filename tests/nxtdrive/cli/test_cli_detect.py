@@ -1,0 +1,146 @@
+"""``nxtdrive detect``: from a source to boxes, bearings and a file."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from nxtdrive.cli.main import DONE, USAGE, main
+
+HEIGHT_PX, SIZE = 60, (320, 240)
+RED = (0, 0, 220)
+
+
+def _scene(centre_u):
+    """A red square `HEIGHT_PX` high on gray."""
+    image = np.full((SIZE[1], SIZE[0], 3), 120, np.uint8)
+    left, top = centre_u - HEIGHT_PX // 2, 90
+    cv2.rectangle(image, (left, top), (left + HEIGHT_PX - 1, top + HEIGHT_PX - 1), RED, -1)
+    return image
+
+
+@pytest.fixture
+def picture(tmp_path):
+    path = tmp_path / "scene.png"
+    cv2.imwrite(str(path), _scene(240))
+    return path
+
+
+@pytest.fixture
+def folder(tmp_path):
+    folder = tmp_path / "frames"
+    folder.mkdir()
+    for i, centre in enumerate((80, 160, 240)):
+        cv2.imwrite(str(folder / f"{i}.png"), _scene(centre))
+    cv2.imwrite(str(folder / "3.png"), np.full((120, 160, 3), 120, np.uint8))
+    return folder
+
+
+def _try(capsys, *words):
+    assert main(["detect", "try", *map(str, words), "--json"]) == DONE
+    return json.loads(capsys.readouterr().out)
+
+
+def test_a_picture_gives_bearing_distance_and_a_drawing(picture, tmp_path, capsys):
+    out = tmp_path / "seen.png"
+    result = _try(capsys, picture, "--color", "red", "--height-mm", 100, "--hfov-deg", 60, "--out", out)
+    assert (result["frames"], result["seen"], result["out"]) == (1, 1, str(out))
+    found = result["looks"][0]["found"][0]
+    focal_px = 160 / np.tan(np.radians(30))
+    bearing = np.arctan2(80, focal_px)
+    assert found["bearing_deg"] == pytest.approx(np.degrees(bearing), abs=0.5)
+    assert found["distance_mm"] == pytest.approx(focal_px * 100 / HEIGHT_PX / np.cos(bearing), rel=0.05)
+    assert not np.array_equal(cv2.imread(str(out)), cv2.imread(str(picture)))
+
+
+def test_bearings_are_positive_to_the_right(folder, tmp_path, capsys):
+    result = _try(capsys, folder, "--color", "red", "--out", tmp_path / "seen.mp4")
+    assert (result["frames"], result["seen"]) == (4, 3)
+    left, middle, right = (look["found"][0]["bearing_deg"] for look in result["looks"][:3])
+    assert left < -5 < middle < 5 < right
+    assert result["looks"][3]["found"] == []
+
+
+def test_a_folder_becomes_a_video_even_with_images_of_several_sizes(folder, tmp_path, capsys):
+    out = tmp_path / "seen.mp4"
+    _try(capsys, folder, "--color", "red", "--out", out)
+    film = cv2.VideoCapture(str(out))
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 4
+    assert (film.get(cv2.CAP_PROP_FRAME_WIDTH), film.get(cv2.CAP_PROP_FRAME_HEIGHT)) == SIZE
+    film.release()
+
+
+def test_a_video_can_be_tried_and_limited(folder, tmp_path, capsys):
+    _try(capsys, folder, "--color", "red", "--out", tmp_path / "film.mp4")
+    result = _try(capsys, tmp_path / "film.mp4", "--color", "red", "--frames", 2, "--out", tmp_path / "again.png")
+    assert result["frames"] == 2
+
+
+def test_the_result_has_a_place_of_its_own_by_default(picture, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["detect", "try", str(picture), "--color", "red"]) == DONE
+    assert (tmp_path / "detected.png").is_file()
+    text = capsys.readouterr().out
+    assert "red at +" in text
+    assert "drawn into detected.png" in text
+
+
+def test_nothing_seen_is_said(picture, tmp_path, capsys):
+    assert main(["detect", "try", str(picture), "--marker", "7", "--out", str(tmp_path / "x.png")]) == DONE
+    assert "nothing" in capsys.readouterr().out
+
+
+def test_a_target_of_the_users_mission(picture, tmp_path, capsys):
+    mission = tmp_path / "m.toml"
+    mission.write_text(
+        '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "color"\ncolor = "red"\nheight_mm = 100\n'
+    )
+    result = _try(capsys, picture, "--target", "box", "--mission", mission, "--out", tmp_path / "x.png")
+    by_hand = _try(capsys, picture, "--color", "red", "--height-mm", 100, "--out", tmp_path / "x.png")
+    assert result["looks"][0]["found"] == by_hand["looks"][0]["found"]
+
+
+def test_the_built_in_targets(tmp_path, capsys):
+    from behaviors.mission import PictureTarget
+    from nxtdrive.mission_run import load
+
+    target = load(None).target["lena"]
+    assert isinstance(target, PictureTarget)
+    result = _try(capsys, target.pictures[0], "--target", "lena", "--out", tmp_path / "x.png")
+    assert result["seen"] == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (["nowhere.png", "--color", "red"], "no camera, file or folder"),
+        (["SCENE", "--target", "nobody"], "lena"),
+        (["SCENE", "--color", "mauve"], "magenta"),
+        (["SCENE", "--picture", "missing.jpg"], "missing.jpg"),
+        (["SCENE", "--haar", "nonsense"], "nonsense"),
+        (["SCENE", "--color", "red", "--out", "x.gif"], "mp4"),
+        (["SCENE", "--color", "red", "--hfov-deg", "200"], "degrees"),
+    ],
+)
+def test_mistakes_are_one_sentence_that_helps(words, hint, picture, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["detect", "try", *(str(picture) if word == "SCENE" else word for word in words)]) == USAGE
+    assert hint in capsys.readouterr().err
+
+
+def test_a_user_who_interrupts_still_gets_the_drawing(folder, tmp_path, monkeypatch, capsys):
+    decode = cv2.imdecode
+    decoded = []
+
+    def interrupted(*args):
+        decoded.append(1)
+        if len(decoded) > 2:
+            raise KeyboardInterrupt
+        return decode(*args)
+
+    monkeypatch.setattr(cv2, "imdecode", interrupted)
+    out = tmp_path / "seen.mp4"
+    result = _try(capsys, folder, "--color", "red", "--out", out)
+    assert result["frames"] == 2
+    assert out.stat().st_size > 0

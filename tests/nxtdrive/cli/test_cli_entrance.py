@@ -1,0 +1,121 @@
+"""The entrance: help for everybody, one sentence for every mistake, nothing heavy before it is needed."""
+
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from nxtdrive.cli.main import COMMANDS, USAGE, _parse, main
+
+ROOT = Path(__file__).parents[3]
+ACTIONS = (("mission", "check"), ("mission", "show"), ("mission", "new"), ("detect", "try"), ("sim", "serve"))
+HEAVY = ("cv2", "numpy", "usb", "serial", "pydantic", "statemachine", "rich", "pymunk")
+
+
+def _help(capsys, *words):
+    with pytest.raises(SystemExit) as left:
+        main([*words, "--help"])
+    assert left.value.code == 0
+    return capsys.readouterr().out
+
+
+def _examples(text):
+    return [line.strip() for line in text.splitlines() if line.strip().startswith("nxtdrive ")]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself_with_examples_that_parse(command, capsys):
+    text = _help(capsys, command)
+    examples = _examples(text.split("examples:")[1])
+    assert examples
+    for example in examples:
+        words = shlex.split(example.split(" < ")[0], comments=True)
+        args = _parse(words[1:])
+        assert args.command == command
+        assert callable(args.run)
+
+
+@pytest.mark.parametrize("words", ACTIONS, ids=" ".join)
+def test_every_action_has_help(words, capsys):
+    assert "usage:" in _help(capsys, *words)
+
+
+def test_the_help_names_every_command(capsys):
+    text = _help(capsys)
+    assert all(command in text for command in COMMANDS)
+    assert _examples(text)
+
+
+def test_help_loads_no_heavy_library():
+    code = (
+        "import sys\n"
+        "from nxtdrive.cli.main import main\n"
+        "try:\n    main(['--help'])\n"
+        f"except SystemExit:\n    print([name for name in {HEAVY!r} if name in sys.modules])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_the_version_is_printed(capsys):
+    with pytest.raises(SystemExit):
+        main(["--version"])
+    assert capsys.readouterr().out.startswith("nxtdrive ")
+
+
+@pytest.mark.parametrize("words", [[], ["dance"], ["info", "--colour"], ["mission"]], ids=" ".join)
+def test_wrong_usage_is_exit_code_2(words):
+    with pytest.raises(SystemExit) as left:
+        main(words)
+    assert left.value.code == USAGE
+
+
+def test_an_address_nobody_serves_is_one_sentence(capsys):
+    assert main(["info", "--nxt", "warp://9"]) == USAGE
+    captured = capsys.readouterr()
+    assert captured.err.startswith("nxtdrive: ")
+    assert "usb://" in captured.err
+    assert "Traceback" not in captured.err
+
+
+def _run_with(folder, *words):
+    """The command line with `folder` in front of everything, as it is in an ordinary installation."""
+    code = (
+        "import sys\n"
+        "sys.meta_path = [finder for finder in sys.meta_path if 'Editable' not in repr(finder)]\n"
+        "from nxtdrive.cli.main import main\n"
+        f"sys.exit(main({words!r}))\n"
+    )
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(folder), str(ROOT)))},
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+
+
+def test_another_package_called_behaviors_is_named_with_the_remedy(tmp_path):
+    (tmp_path / "behaviors").mkdir()
+    (tmp_path / "behaviors" / "__init__.py").write_text("__version__ = '0.5.1'\n")
+    metadata = tmp_path / "django_behaviors-0.5.1.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: django-behaviors\nVersion: 0.5.1\n")
+    (metadata / "top_level.txt").write_text("behaviors\n")
+    done = _run_with(tmp_path, "mission", "show")
+    assert done.returncode == USAGE
+    assert "django-behaviors" in done.stderr
+    assert "pip uninstall django-behaviors" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_fault_of_ours_keeps_its_traceback(tmp_path):
+    (tmp_path / "pydantic.py").write_text("raise RuntimeError('broken')\n")
+    done = _run_with(tmp_path, "mission", "show")
+    assert done.returncode == 1
+    assert "Traceback" in done.stderr
