@@ -30,13 +30,9 @@ class Bench:
     """
 
     def __init__(self, brick: SimBrick) -> None:
-        self.brick = brick
         self.motors = [BenchMotor() for _ in "ABC"]
         self.readings = [_OPEN] * 4
-        for port, motor in zip("ABC", self.motors, strict=True):
-            brick.attach_motor(port, motor)
-        for index in range(4):
-            self._plug_analog(index)
+        self._plug_in(brick)
         self._clocks = [0] * 4
         self._lines: dict[str, Callable[..., str]] = {
             "!tick": self._tick,
@@ -55,7 +51,18 @@ class Bench:
             "!btname": self._bluetooth_name,
             "!hs": self._high_speed,
             "!button": self._button,
+            "!usb": self._usb,
+            "!fill": self._fill,
+            "!mkfiles": self._make_files,
+            "!reboot": self._reboot,
         }
+
+    def _plug_in(self, brick: SimBrick) -> None:
+        self.brick = brick
+        for port, motor in zip("ABC", self.motors, strict=True):
+            brick.attach_motor(port, motor)
+        for index in range(4):
+            self._plug_analog(index)
 
     def telegram(self, request: str) -> str:
         """Send one telegram and let one pass go by; all in hex. More than 64 bytes are several packets."""
@@ -192,4 +199,29 @@ class Bench:
 
     def _button(self, mask: str) -> str:
         self.brick.button.hold(int(mask))
+        return "ok"
+
+    def _usb(self, plugged: str) -> str:
+        if plugged == "0":
+            self.brick.unplug_usb()
+        return "ok"
+
+    def _fill(self, handle: str, size: str) -> str:
+        for start in range(0, int(size), 58):
+            self.telegram(f"0183{handle}" + "aa" * min(58, int(size) - start))
+        return "ok"
+
+    def _make_files(self, count: str) -> str:
+        for number in range(int(count)):
+            name = f"n{number:03}.t".encode().ljust(20, b"\0").hex()
+            reply = self.telegram(f"0181{name}01000000")
+            if reply[4:6] != "00":
+                return "error"
+            self.telegram(f"0183{reply[6:8]}41")
+            self.telegram(f"0184{reply[6:8]}")
+        return "ok"
+
+    def _reboot(self) -> str:
+        brick = self.brick
+        self._plug_in(SimBrick(firmware=brick.firmware, flash=brick.loader.flash))
         return "ok"

@@ -7,6 +7,8 @@ from sim_backend.firmware.answer import Handlers
 from sim_backend.firmware.button import ButtonModule
 from sim_backend.firmware.comm import Comm
 from sim_backend.firmware.command import CommandModule
+from sim_backend.firmware.file_handlers import FileHandlers
+from sim_backend.firmware.flash import Flash
 from sim_backend.firmware.high_speed import HighSpeed
 from sim_backend.firmware.i2c import I2CDevice
 from sim_backend.firmware.identity_handlers import IdentityHandlers
@@ -14,7 +16,7 @@ from sim_backend.firmware.input import AnalogSensor, InputModule
 from sim_backend.firmware.input_handlers import InputHandlers
 from sim_backend.firmware.io_control import IoControl
 from sim_backend.firmware.io_map import LiveMap
-from sim_backend.firmware.loader import Loader
+from sim_backend.firmware.loader import Loader, fresh_flash
 from sim_backend.firmware.low_speed import LowSpeedModule
 from sim_backend.firmware.module import Clock, Module
 from sim_backend.firmware.module_handlers import ModuleHandlers
@@ -45,12 +47,14 @@ class SimBrick:
         firmware: "1.29", or "1.05" without the commands and sensors that came later.
         name: The brick's name, at most 15 characters.
         address: Six bytes: the address of its radio and its USB serial number.
+        flash: What another brick left in its `loader.flash`: switching it off and on; without it an empty one.
         seed: Reserved for what is drawn; the firmware itself draws nothing.
 
     Raises:
         ValueError: There is no such firmware.
 
     Attributes:
+        firmware: As given.
         output: The motor module.
         input: The module of the four input ports.
         low_speed: The I2C module.
@@ -72,22 +76,23 @@ class SimBrick:
         name: str = "NXT",
         address: bytes = bytes.fromhex("001653010203"),
         seed: int = 0,
+        flash: Flash | None = None,
     ) -> None:
         if firmware not in FIRMWARES:
             raise ValueError(f"firmware must be one of {', '.join(FIRMWARES)}, not {firmware!r}")
         extended = firmware != "1.05"
-        self.seed = seed
+        self.firmware, self.seed = firmware, seed
         self._clock = clock = Clock(BOOT_MS)
         self.output = OutputModule(clock, stop_all_synchronised=extended)
         self.input = InputModule(clock, evaluates_all=not extended)
         self.low_speed = LowSpeedModule(clock, self.input.ports)
-        self.sound = SoundModule(clock)
+        self.loader = Loader(flash or fresh_flash(firmware), strict_data_names=extended)
+        self.sound = SoundModule(clock, self.loader)
         self.io_control = IoControl()
         self.ui = UiModule(clock, self.io_control)
         self.radio = Radio(clock, name.encode("latin-1"), address)
         self.button = ButtonModule(clock, self.ui.stay_awake)
         self.command = CommandModule(clock)
-        self.loader = Loader(firmware)
         self.high_speed = HighSpeed()
         self._sleepers: tuple[Module, ...] = (self.low_speed, self.sound, self.button, self.ui)
         self.comm = Comm(self._handlers(firmware, extended=extended), extended=extended)
@@ -96,8 +101,9 @@ class SimBrick:
         return {
             **OutputHandlers(self.output).table,
             **InputHandlers(self.input, self.low_speed).table,
-            **PropertyHandlers(self.ui, self.sound, self.radio).table,
-            **ProgramHandlers(self.command).table,
+            **PropertyHandlers(self.ui, self.sound, self.radio, self.loader).table,
+            **ProgramHandlers(self.command, self.loader).table,
+            **FileHandlers(self.loader).table,
             **ModuleHandlers(self._maps(extended=extended)).table,
             **IdentityHandlers(firmware, self.radio, self.loader, self.high_speed, self.io_control).table,
         }
@@ -167,6 +173,10 @@ class SimBrick:
         self.low_speed.channels[port - 1].bus.device = digital
         self.input.ports[port - 1].sensor = sensor if not isinstance(sensor, I2CDevice) else None
         self.input.wake()
+
+    def unplug_usb(self) -> None:
+        """Pull the cable: files opened through it are closed."""
+        self.loader.close_all()
 
     def set_battery(self, raw: int) -> None:
         """Change the battery: what the 10-bit converter reads, 13.848 mV each; see `ui.RECHARGEABLE`."""

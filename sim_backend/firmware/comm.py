@@ -10,11 +10,15 @@ from collections.abc import Collection
 from typing import Any
 
 from firmware_protocol.status import Status
+from firmware_protocol.system import Write
 from firmware_protocol.telegram import COMMANDS, NO_REPLY, Command, Kind
 from sim_backend.firmware.answer import Handlers
 
 PACKET = 64
 """Bytes of a USB packet and of the firmware's USB buffers."""
+
+_WRITE_SIZE = 3
+"""Bytes of a Write request in front of its data."""
 
 
 class Comm:
@@ -53,7 +57,9 @@ class Comm:
         handler = self._handlers.get(command) if command and self._knows(command) else None
         if handler is None or command is None:
             return self._unknown(kind, opcode)
-        status, payload = handler(command.decode(bytes(inbox)))
+        # Write alone goes by the telegram's length, all others by their own fields and what is stale behind them
+        size = max(self.length, _WRITE_SIZE) if command is Write else PACKET
+        status, payload = handler(command.decode(bytes(inbox[:size])))
         return self._reply(bytes((Kind.REPLY, opcode, status)) + payload)
 
     @property

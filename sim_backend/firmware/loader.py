@@ -1,17 +1,295 @@
-"""The loader module, which owns the flash: how much is free. Source: docs/firmware.md section 5, "File system"."""
+"""The loader module: sixteen handles for files and searches. Source: docs/firmware.md section 5.
+
+The firmware's oddities are kept: a search that was never opened can be continued, opening an empty file closes handle 0
+and loses its own, handles beyond the table can be "closed".
+"""
 
 from __future__ import annotations
 
-_FREE_AFTER_BOOT = {"1.29": 120_868, "1.05": 124_424}
-"""Bytes free with nothing but the settings file that the first boot makes."""
+from collections.abc import Callable
+from enum import Enum, auto
+from typing import NamedTuple
+
+from firmware_protocol.status import Status
+from sim_backend.firmware.flash import File, Flash
+from sim_backend.firmware.names import matcher
+
+HANDLES = 16
+WRITERS = 4
+NAME_LIMIT = 19
+
+_LINEAR = (".rxe", ".sys", ".rtm")
+"""Names that contain one of these get one contiguous block; programs are executed in place."""
+
+_FLASH = {"1.29": (477, 127, bytes(6)), "1.05": (491, 63, bytes(1))}
+"""Sectors for files, directory entries and the settings of each firmware."""
+
+
+def fresh_flash(firmware: str) -> Flash:
+    """The flash after the first boot."""
+    return Flash(*_FLASH[firmware])
+
+
+class Use(Enum):
+    """What a handle is used for."""
+
+    FREE = auto()
+    READ = auto()
+    WRITE = auto()
+    SEARCH = auto()
+
+
+class Handle:
+    """One entry of the table.
+
+    Attributes:
+        use: See `Use`.
+        file: The open file.
+        position: Next byte to read.
+        overrun: Whether more was written than announced.
+        matches: What a search looks for.
+        found: Number of the file a search found last.
+    """
+
+    __slots__ = ("file", "found", "matches", "overrun", "position", "use")
+
+    def __init__(self) -> None:
+        self.use = Use.FREE
+        self.file: File | None = None
+        self.position = 0
+        self.overrun = False
+        self.matches: Callable[[str], bool] = lambda _: True
+        self.found = 0
+
+
+class Opened(NamedTuple):
+    """What opening came to; the handle's number is told even if it was refused and is free again."""
+
+    status: Status
+    handle: int
+    size: int = 0
 
 
 class Loader:
-    """The flash of a brick without user files.
+    """The file system.
 
     Attributes:
-        free_flash: Bytes.
+        flash: The files.
+        free_flash: Bytes free, as of the last change; closing does not refresh it.
     """
 
-    def __init__(self, firmware: str) -> None:
-        self.free_flash = _FREE_AFTER_BOOT[firmware]
+    def __init__(self, flash: Flash, *, strict_data_names: bool) -> None:
+        """Make the module.
+
+        Args:
+            flash: What the last power-off left.
+            strict_data_names: Whether data files must not have the names of programs (not in firmware 1.05).
+        """
+        flash.power_up()
+        self.flash = flash
+        self.free_flash = flash.free
+        self._strict_data_names = strict_data_names
+        self._handles = [Handle() for _ in range(HANDLES)]
+
+    def exists(self, name: str) -> bool:
+        """Whether a file could be found; false without a free handle to look with."""
+        status, _ = self._allocate(name)
+        return not status and self._first(name) is not None
+
+    def open_read(self, name: str) -> Opened:
+        """Open the first file that matches."""
+        status, number = self._allocate(name)
+        if status:
+            return Opened(status, 0)
+        file = self._first(name)
+        if file is None:
+            return Opened(Status.FILE_NOT_FOUND, number)
+        if not file.size:
+            self._handles[number].use = Use.READ  # leaked, with nothing to read
+            self.close(0)
+            return Opened(Status.FILE_NOT_FOUND, 0)
+        self._take(number, Use.READ, file)
+        return Opened(Status.OK, number, file.data_size)
+
+    def create(self, name: str, size: int, *, linear: bool = False, appendable: bool = False) -> Opened:
+        """Create a file, open for writing; it appears in the directory at once or when it is closed complete."""
+        program = any(part in name.lower() for part in _LINEAR)
+        if appendable and program and self._strict_data_names:
+            return Opened(Status.ILLEGAL_FILE_NAME, 0)
+        status, number = self._allocate(name)
+        if status:
+            return Opened(status, 0)
+        file = File(name, size, appendable)
+        status = self._refusal(file) or self._reserve(file, linear=linear or (program and not appendable))
+        if status:
+            return Opened(status, 0 if status == Status.NO_MORE_FILES else number)
+        if appendable:
+            self.flash.files.insert(0, file)
+        self._take(number, Use.WRITE, file)
+        self.free_flash = self.flash.free
+        return Opened(Status.OK, number)
+
+    def append(self, name: str) -> Opened:
+        """Open a data file to write on behind its data; `Opened.size` is what is left."""
+        status, number = self._allocate(name)
+        if status:
+            return Opened(status, 0)
+        file = self._first(name)
+        if file is None:
+            return Opened(Status.FILE_NOT_FOUND, number)
+        if not file.appendable:
+            return Opened(Status.APPEND_NOT_POSSIBLE, number)
+        if self._is_open(file, Use.WRITE):
+            return Opened(Status.FILE_IS_BUSY, number)
+        if file.data_size >= file.size:
+            return Opened(Status.FILE_IS_FULL, number)
+        self._take(number, Use.WRITE, file)
+        return Opened(Status.OK, number, file.size - file.data_size)
+
+    def read(self, number: int, size: int) -> tuple[Status, bytes]:
+        """Read on; at the end fewer bytes than asked for."""
+        handle = self._handle(number, Use.READ)
+        if handle is None or handle.file is None:
+            return Status.ILLEGAL_HANDLE, b""
+        data = bytes(handle.file.content[handle.position : min(handle.position + size, handle.file.data_size)])
+        handle.position += len(data)
+        return (Status.OK if len(data) == size else Status.END_OF_FILE), data
+
+    def write(self, number: int, data: bytes) -> tuple[Status, int]:
+        """Write on; returns how many bytes fitted."""
+        handle = self._handle(number, Use.WRITE)
+        if handle is None or handle.file is None:
+            return Status.ILLEGAL_HANDLE, 0
+        file = handle.file
+        fitting = data[: file.size - len(file.content)]
+        file.content += fitting
+        if len(fitting) < len(data):
+            handle.overrun = True
+            return Status.END_OF_FILE_EXPECTED, len(fitting)
+        return Status.OK, len(fitting)
+
+    def close(self, number: int) -> Status:
+        """Close; a complete download enters the directory, an incomplete one is gone."""
+        if number >= HANDLES:
+            return Status.OK
+        handle = self._handles[number]
+        if handle.use == Use.FREE:
+            return Status.HANDLE_ALREADY_CLOSED
+        if handle.use == Use.WRITE and handle.file is not None:
+            self._finish(handle.file, complete=not handle.overrun)
+        handle.use, handle.file = Use.FREE, None
+        return Status.OK
+
+    def crop(self, number: int) -> Status:
+        """Close a data file and give back what it does not need."""
+        handle = self._handle(number, Use.WRITE)
+        file = handle.file if handle else None
+        status = self.close(number)
+        if file is not None and file.appendable:
+            self.flash.shrink(file)
+            self.free_flash = self.flash.free
+        return status
+
+    def delete(self, name: str) -> Status:
+        """Delete the first file that matches and is not open."""
+        status, _ = self._allocate(name)
+        if status:
+            return status
+        file = self._first(name)
+        if file is None:
+            return Status.FILE_NOT_FOUND
+        if self._is_open(file, Use.READ, Use.WRITE):
+            return Status.FILE_IS_BUSY
+        self.flash.files.remove(file)
+        self.flash.release(file)
+        self.free_flash = self.flash.free
+        return Status.OK
+
+    def find_first(self, pattern: str) -> tuple[Status, int, File | None]:
+        """Start a listing; when nothing matches the handle is free again."""
+        status, number = self._allocate(pattern)
+        if status:
+            return status, 0, None
+        handle = self._handles[number]
+        handle.matches, handle.found = matcher(pattern), -1
+        found = self.find_next(number)
+        if found[0] == Status.OK:
+            handle.use = Use.SEARCH
+        return found
+
+    def find_next(self, number: int) -> tuple[Status, int, File | None]:
+        """Continue a listing; whether it was ever started is not checked."""
+        handle = self._handles[number % HANDLES]
+        files = self.flash.files
+        handle.found = self.flash.find(handle.matches, min(handle.found + 1, len(files)))
+        if handle.found == len(files):
+            return Status.FILE_NOT_FOUND, 0, None
+        return Status.OK, number, files[handle.found]
+
+    def close_all(self) -> None:
+        """Close every handle, as when the cable goes."""
+        for number in range(HANDLES):
+            self.close(number)
+
+    def erase(self) -> None:
+        """Delete all files and close all handles."""
+        for handle in self._handles:
+            handle.use, handle.file = Use.FREE, None
+        self.flash.erase()
+        self.free_flash = self.flash.free
+
+    def _allocate(self, name: str) -> tuple[Status, int]:
+        """The lowest free handle for something to do with `name`; it is only taken by `_take`."""
+        if len(name) > NAME_LIMIT:
+            return Status.ILLEGAL_FILE_NAME, 0
+        for number, handle in enumerate(self._handles):
+            if handle.use == Use.FREE:
+                return Status.OK, number
+        return Status.NO_MORE_HANDLES, 0
+
+    def _take(self, number: int, use: Use, file: File) -> None:
+        handle = self._handles[number]
+        handle.use, handle.file, handle.position, handle.overrun = use, file, 0, False
+
+    def _handle(self, number: int, use: Use) -> Handle | None:
+        handle = self._handles[number] if number < HANDLES else None
+        return handle if handle and handle.use == use else None
+
+    def _first(self, name: str) -> File | None:
+        files = self.flash.files
+        number = self.flash.find(matcher(name))
+        return files[number] if number < len(files) else None
+
+    def _is_open(self, file: File, *uses: Use) -> bool:
+        return any(handle.file is file and handle.use in uses for handle in self._handles)
+
+    def _downloads(self) -> list[File]:
+        written = [handle.file for handle in self._handles if handle.use == Use.WRITE and handle.file]
+        return [file for file in written if not file.appendable]
+
+    def _refusal(self, file: File) -> Status:
+        downloads = self._downloads()
+        matches = matcher(file.name)
+        if self._first(file.name) or any(matches(download.name) for download in downloads):
+            return Status.FILE_EXISTS
+        if len(self.flash.files) + len(downloads) >= self.flash.limit:
+            return Status.NO_MORE_FILES
+        if sum(handle.use == Use.WRITE for handle in self._handles) >= WRITERS:
+            return Status.NO_WRITE_BUFFERS
+        return Status.OK
+
+    def _reserve(self, file: File, *, linear: bool) -> Status:
+        if file.size > self.flash.free:
+            return Status.NO_SPACE
+        if not self.flash.reserve(file, contiguous=linear):
+            return Status.NO_LINEAR_SPACE if linear else Status.NO_SPACE
+        return Status.OK
+
+    def _finish(self, file: File, *, complete: bool) -> None:
+        if file.appendable:
+            file.data_size = len(file.content)
+        elif complete and len(file.content) == file.size:
+            file.data_size = file.size
+            self.flash.files.insert(0, file)
+        else:
+            self.flash.release(file)

@@ -19,8 +19,7 @@ def matcher(pattern: str) -> Callable[[str], bool]:
     if ".*" in pattern:
         prefix = pattern[: pattern.index(".*") + 1]
         return lambda name: name.lower().startswith(prefix)
-    if "*." in pattern:
-        start = pattern.index("*.") + 1
-        part = pattern[start : start + 1 + _EXTENSION]
+    if pattern.startswith("*."):
+        part = pattern[1 : 2 + _EXTENSION]
         return lambda name: part in name.lower()
     return lambda name: name.lower() == pattern

@@ -13,13 +13,13 @@ from firmware_protocol.direct import (
     GetCurrentProgramName,
     MessageRead,
     MessageWrite,
-    PlaySoundFile,
     StartProgram,
     StopProgram,
 )
 from firmware_protocol.status import Status
 from sim_backend.firmware.answer import DONE, OUT_OF_RANGE, Answer, Handlers, answer, refuse_with_zeros
 from sim_backend.firmware.command import MAILBOXES, CommandModule
+from sim_backend.firmware.loader import Loader
 
 _NO_PROGRAM = Answer(Status.NO_ACTIVE_PROGRAM)
 
@@ -27,15 +27,14 @@ _NO_PROGRAM = Answer(Status.NO_ACTIVE_PROGRAM)
 class ProgramHandlers:
     """Refusals, in the order in which the firmware checks."""
 
-    def __init__(self, command: CommandModule) -> None:
-        self._command = command
+    def __init__(self, command: CommandModule, loader: Loader) -> None:
+        self._command, self._loader = command, loader
 
     @property
     def table(self) -> Handlers:
         """Command class to handler."""
         return {
             StartProgram: self.start_program,
-            PlaySoundFile: self.play_sound_file,
             StopProgram: self.stop_program,
             GetCurrentProgramName: self.current_program,
             MessageWrite: self.message_write,
@@ -44,13 +43,9 @@ class ProgramHandlers:
             DatalogSetTimes: self.datalog_set_times,
         }
 
-    def start_program(self, _: StartProgram) -> Answer:
-        """There is no file of that name, nor of any other."""
-        return OUT_OF_RANGE
-
-    def play_sound_file(self, _: PlaySoundFile) -> Answer:
-        """There is no file of that name, nor of any other."""
-        return OUT_OF_RANGE
+    def start_program(self, command: StartProgram) -> Answer:
+        """Refuse: a program that is there cannot be run, for there is no interpreter."""
+        return Answer(Status.UNKNOWN_OPCODE) if self._loader.exists(command.name) else OUT_OF_RANGE
 
     def stop_program(self, _: StopProgram) -> Answer:
         """There is none to stop."""

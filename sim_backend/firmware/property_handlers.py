@@ -9,6 +9,7 @@ from firmware_protocol.direct import (
     GetBatteryLevel,
     GetProperty,
     KeepAlive,
+    PlaySoundFile,
     PlayTone,
     PropertyValue,
     SetProperty,
@@ -17,7 +18,8 @@ from firmware_protocol.direct import (
 )
 from firmware_protocol.enums import Property
 from firmware_protocol.status import Status
-from sim_backend.firmware.answer import DONE, Answer, Handlers, answer
+from sim_backend.firmware.answer import DONE, OUT_OF_RANGE, Answer, Handlers, answer
+from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.sound import MAX_VOLUME, SoundModule
 from sim_backend.firmware.ui import MINUTE_MS, UiModule
@@ -28,8 +30,8 @@ _UNKNOWN = Answer(Status.UNKNOWN_OPCODE)
 class PropertyHandlers:
     """The commands for what the brick itself is and does, apart from motors, sensors and files."""
 
-    def __init__(self, ui: UiModule, sound: SoundModule, radio: Radio) -> None:
-        self._ui, self._sound, self._radio = ui, sound, radio
+    def __init__(self, ui: UiModule, sound: SoundModule, radio: Radio, loader: Loader) -> None:
+        self._ui, self._sound, self._radio, self._loader = ui, sound, radio, loader
         self._setters: dict[int, Callable[[bytes], Answer]] = {
             Property.BLUETOOTH: self._set_bluetooth,
             Property.VOLUME: self._set_volume,
@@ -40,6 +42,7 @@ class PropertyHandlers:
     def table(self) -> Handlers:
         """Command class to handler."""
         return {
+            PlaySoundFile: self.play_sound_file,
             PlayTone: self.play_tone,
             StopSoundPlayback: self.stop_sound,
             GetBatteryLevel: self.battery_level,
@@ -47,6 +50,13 @@ class PropertyHandlers:
             SetProperty: self.set_property,
             GetProperty: self.get_property,
         }
+
+    def play_sound_file(self, command: PlaySoundFile) -> Answer:
+        """Start a sound file; only its existence is checked."""
+        if not self._loader.exists(command.name):
+            return OUT_OF_RANGE
+        self._sound.play_file(command.name, loop=bool(command.loop))
+        return DONE
 
     def play_tone(self, command: PlayTone) -> Answer:
         """Start a tone; its range is not checked."""

@@ -1,16 +1,23 @@
-"""The sound module: tones and their end. Source: docs/firmware.md section 4 (0x03, 0x0C) and 5.2."""
+"""The sound module: tones, sound files and their end. Source: docs/firmware.md section 4 (0x02, 0x03, 0x0C) and 5.2."""
 
 from __future__ import annotations
 
+import struct
 from enum import IntEnum, IntFlag
 from typing import NamedTuple
 
+from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.module import NEVER, Clock
 
 MAX_VOLUME = 4
 
 SHORTEST_MS = 10
 """Shorter tones last as long."""
+
+
+_HEADER = struct.Struct(">HHHH")
+_UNCOMPRESSED = 0x0100
+"""Header of a sound file: format, samples, samples per second, play mode; format of 8-bit samples."""
 
 
 class SoundFlag(IntFlag):
@@ -60,8 +67,10 @@ class SoundModule:
         tone: Last tone that was started and not stopped, or None.
     """
 
-    def __init__(self, clock: Clock) -> None:
-        self._clock = clock
+    def __init__(self, clock: Clock, loader: Loader) -> None:
+        self._clock, self._loader = clock, loader
+        self._handle: int | None = None
+        self._length_ms = 0
         self.due_ms = NEVER
         self.frequency_hz = self.duration_ms = self.sample_rate = 0
         self.name = b"! Startup.rso".ljust(20, b"\0")
@@ -83,24 +92,58 @@ class SoundModule:
 
     @property
     def playing(self) -> bool:
-        """Whether a tone sounds now."""
+        """Whether anything sounds now."""
         return bool(self.flags & SoundFlag.RUNNING)
 
     def wake(self) -> None:
         """Look at the flags in the next pass: they were written through the map."""
         self.due_ms = min(self.due_ms, self._clock.now_ms + 1)
 
+    def play_file(self, name: str, *, loop: bool) -> None:
+        """Start a sound file in the next pass, in place of what sounds now."""
+        self.name = name.encode("latin-1").ljust(20, b"\0")
+        self.mode = int(SoundMode.LOOP if loop else SoundMode.ONCE)
+        self.flags |= SoundFlag.UPDATE
+        self.due_ms = self._clock.now_ms + 1
+
     def run(self, now_ms: int) -> None:
         """Start, stop or end what is due."""
-        self.due_ms = NEVER
-        if self.flags & SoundFlag.UPDATE and self.mode == SoundMode.TONE:
-            self.flags, self.state = int(SoundFlag.RUNNING), int(SoundState.TONE)
-            self.tone = Tone(self.frequency_hz, self.duration_ms, self.volume)
-            self._ends_ms = now_ms + max(self.duration_ms, SHORTEST_MS)
+        if self.flags & SoundFlag.UPDATE:
+            self._silence()
+            if self.mode == SoundMode.TONE:
+                self._start_tone()
+            else:
+                self._start_file()
+            self._ends_ms = now_ms + self._length_ms
         elif self.state == SoundState.STOP:
             self.tone = None
-            self.flags = self.state = 0
+            self._silence()
+        elif now_ms >= self._ends_ms and self.state == SoundState.FILE and self.mode == SoundMode.LOOP:
+            self._ends_ms = now_ms + self._length_ms
         elif now_ms >= self._ends_ms:
-            self.flags = self.state = 0
-        if self.playing:
-            self.due_ms = self._ends_ms
+            self._silence()
+        self.due_ms = self._ends_ms if self.playing else NEVER
+
+    def _start_tone(self) -> None:
+        self.flags, self.state = int(SoundFlag.RUNNING), int(SoundState.TONE)
+        self.tone = Tone(self.frequency_hz, self.duration_ms, self.volume)
+        self._length_ms = max(self.duration_ms, SHORTEST_MS)
+
+    def _start_file(self) -> None:
+        """Open the file and look at its header; a file that is none of sound stays silent."""
+        status, handle, _ = self._loader.open_read(self.name.split(b"\0")[0].decode("latin-1"))
+        if status:
+            return
+        self._handle = handle
+        kind, samples, rate, _ = _HEADER.unpack(self._loader.read(handle, _HEADER.size)[1].ljust(_HEADER.size, b"\0"))
+        if kind != _UNCOMPRESSED or not rate:
+            self._silence()
+            return
+        self.flags, self.state = int(SoundFlag.RUNNING), int(SoundState.FILE)
+        self._length_ms = max(samples * 1000 // (self.sample_rate or rate), SHORTEST_MS)
+
+    def _silence(self) -> None:
+        self.flags = self.state = 0
+        if self._handle is not None:
+            self._loader.close(self._handle)
+            self._handle = None

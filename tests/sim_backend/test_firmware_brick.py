@@ -15,23 +15,6 @@ from sim_backend.devices import AnalogInput, GenericI2CDevice, TouchSensor, Ultr
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
 
-FILE_COMMANDS = {
-    system.OpenRead,
-    system.OpenWrite,
-    system.Read,
-    system.Write,
-    system.Close,
-    system.Delete,
-    system.FindFirst,
-    system.FindNext,
-    system.OpenWriteLinear,
-    system.OpenWriteData,
-    system.OpenAppendData,
-    system.CropDataFile,
-    system.DeleteUserFlash,
-}
-"""Not handled yet; answered as the firmware answers opcodes it does not know."""
-
 TELEGRAMS = st.binary(max_size=70) | st.builds(
     lambda kind, opcode, rest: bytes([kind, opcode]) + rest,
     st.sampled_from([0x00, 0x01, 0x02, 0x80, 0x81]),
@@ -67,10 +50,8 @@ def everything(brick):
     return state
 
 
-def test_every_declared_command_but_those_for_files_is_handled():
-    handled = set(equipped().comm.handled)
-    assert handled | FILE_COMMANDS == set(COMMANDS.values())
-    assert not handled & FILE_COMMANDS
+def test_every_declared_command_is_handled():
+    assert set(equipped().comm.handled) == set(COMMANDS.values())
 
 
 @given(st.lists(TELEGRAMS, max_size=30))

@@ -9,34 +9,7 @@ from sim_backend.firmware.brick import FIRMWARES
 
 RECORDING = Path(__file__).parents[1] / "golden" / "firmware.jsonl"
 
-FILES = {
-    "bad_handles",
-    "bluetooth",
-    "bluetooth_short_read",
-    "data_files",
-    "delete",
-    "delete_user_flash",
-    "file_incomplete",
-    "file_names",
-    "file_read_sizes",
-    "file_table",
-    "file_write_read",
-    "file_write_sizes",
-    "find_handles",
-    "find_patterns",
-    "fragmentation",
-    "handle_exhaustion",
-    "linear",
-    "no_space",
-    "power_cycle",
-    "same_name_twice",
-    "sleep_traffic",
-    "sound",
-    "system_noreply",
-    "usb_disconnect",
-    "write_buffers",
-    "zero_length_file",
-}
+BLUETOOTH = {"bluetooth", "bluetooth_short_read"}
 PROGRAMS = {
     "message_memory",
     "message_program",
@@ -53,12 +26,20 @@ PROGRAMS = {
 STRAY_MEMORY = {"i2c_sizes"}
 """Its last line shows the memory behind a buffer that a write of 0 bytes sends for ever."""
 
-NOT_YET = FILES | PROGRAMS | STRAY_MEMORY
+NOT_YET = BLUETOOTH | PROGRAMS | STRAY_MEMORY
+OTHER_REQUESTS = {("1.05", "data_files")}
+"""The recording took a handle out of this firmware's reply into a request, but keeps the other firmware's requests."""
+
 SCENARIOS = {firmware: load(RECORDING, firmware) for firmware in FIRMWARES}
-CASES = [(firmware, name) for firmware in FIRMWARES for name in SCENARIOS[firmware]]
+CASES = [
+    (firmware, name)
+    for firmware in FIRMWARES
+    for name in SCENARIOS[firmware]
+    if name not in NOT_YET and (firmware, name) not in OTHER_REQUESTS
+]
 
 
-@pytest.mark.parametrize(("firmware", "name"), [case for case in CASES if case[1] not in NOT_YET])
+@pytest.mark.parametrize(("firmware", "name"), CASES)
 def test_it_answers_and_moves_as_the_firmware_did(firmware, name):
     assert replay(name, SCENARIOS[firmware][name], firmware).difference == ""
 

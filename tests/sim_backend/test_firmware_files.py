@@ -1,0 +1,94 @@
+"""The simulated brick's file system: what the recorded conversations do not already say."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firmware_protocol import system
+from firmware_protocol.status import Status
+from firmware_protocol.telegram import REPLY_HEADER
+from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.flash import capacity, sectors_for
+from sim_backend.firmware.names import matcher
+
+PIECE = 58
+
+
+def ask(brick, command):
+    reply = brick.receive(command.encode())
+    brick.tick()
+    return Status(reply[REPLY_HEADER - 1]), type(command).decode_reply(reply)
+
+
+def download(brick, name, content):
+    status, opened = ask(brick, system.OpenWrite(name, len(content)))
+    assert status == Status.OK
+    for start in range(0, len(content), PIECE):
+        ask(brick, system.Write(opened.handle, content[start : start + PIECE]))
+    return ask(brick, system.Close(opened.handle))[0]
+
+
+def upload(brick, name):
+    status, opened = ask(brick, system.OpenRead(name))
+    assert status == Status.OK
+    content = b""
+    while len(content) < opened.size:
+        content += ask(brick, system.Read(opened.handle, min(PIECE, opened.size - len(content))))[1].data
+    ask(brick, system.Close(opened.handle))
+    return content
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.dictionaries(st.sampled_from(["a.txt", "b.rxe", "c.rso", "d"]), st.binary(min_size=1, max_size=900)))
+def test_files_come_back_as_they_were_also_after_a_power_cycle(files):
+    brick = SimBrick()
+    for name, content in files.items():
+        assert download(brick, name, content) == Status.OK
+    for rebooted in (brick, SimBrick(flash=brick.loader.flash)):
+        assert {name: upload(rebooted, name) for name in files} == files
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.lists(st.integers(0, 30_000), max_size=12))
+def test_memory_is_given_back(sizes):
+    brick = SimBrick()
+    before = brick.loader.flash.free
+    names = [f"{number}.bin" for number, _ in enumerate(sizes)]
+    made = [name for name, size in zip(names, sizes, strict=True) if brick.loader.create(name, size).status == 0]
+    brick.loader.close_all()
+    for name in made:
+        brick.loader.delete(name)
+    assert brick.loader.flash.free == before
+
+
+@given(st.integers(0, 120_000))
+def test_a_file_takes_as_few_sectors_as_can_hold_it(size):
+    sectors = sectors_for(size)
+    assert capacity(sectors - 1) < size or sectors == 1
+    assert capacity(sectors) >= size
+
+
+def test_unplugging_drops_what_was_incomplete():
+    brick = SimBrick()
+    _, opened = ask(brick, system.OpenWrite("half.txt", 100))
+    ask(brick, system.Write(opened.handle, b"x" * 50))
+    brick.unplug_usb()
+    assert ask(brick, system.FindFirst("half.txt"))[0] == Status.FILE_NOT_FOUND
+
+
+@pytest.mark.parametrize(
+    ("pattern", "name", "matches"),
+    [
+        ("*.*", "anything", True),
+        ("alpha.*", "Alpha.txt", True),
+        ("al.*", "alpha.txt", False),
+        ("*.txt", "x.txty", True),
+        ("*.txtfoo", "a.txt", True),
+        ("a*.txt", "alpha.txt", False),
+        ("*", "a", False),
+        ("ALPHA.TXT", "alpha.txt", True),
+        ("", "", True),
+    ],
+)
+def test_patterns(pattern, name, matches):
+    assert matcher(pattern)(name) is matches
