@@ -71,7 +71,7 @@ def transport_class(scheme: str) -> TransportClass:
 
 
 def discover() -> list[str]:
-    """Addresses of the bricks that USB and the serial ports show, ready to be opened; what cannot be searched is left out."""
+    """Addresses of the bricks that USB and the serial ports show; what cannot be searched is left out."""
     found: list[str] = []
     for scheme in ("usb", "serial"):
         search = getattr(transport_class(scheme), "discover")  # noqa: B009 - not every transport can be searched

@@ -8,8 +8,8 @@
     tcp://localhost:2727          a brick served over the network
     sim://                        the simulator                   sim://arena.toml?seed=7&latency_ms=30
 
-What can be recognised by its shape needs no scheme: ``COM5``, ``/dev/rfcomm0``, ``00:16:53:0A:1B:2C``, ``0016530A1B2C``,
-``localhost:2727``, ``arena.toml``.
+What can be recognised by its shape needs no scheme: ``COM5``, ``/dev/rfcomm0``, ``00:16:53:0A:1B:2C``,
+``0016530A1B2C``, ``localhost:2727``, ``arena.toml``.
 """
 
 from __future__ import annotations

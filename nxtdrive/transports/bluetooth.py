@@ -66,7 +66,8 @@ def _connect(mac: str, timeout_s: float) -> socket.socket:
         connection = socket.socket(AF_BLUETOOTH, socket.SOCK_STREAM, BTPROTO_RFCOMM)
     except OSError as error:
         raise LinkError(
-            f"this computer offers no Bluetooth: {error.strerror}.", remedy="Plug a Bluetooth adapter in, or use usb://."
+            f"this computer offers no Bluetooth: {error.strerror}.",
+            remedy="Plug a Bluetooth adapter in, or use usb://.",
         ) from error
     connection.setblocking(False)
     try:
@@ -96,5 +97,7 @@ def _connect_by_number(descriptor: int, mac: str) -> int:
 def _refused(mac: str, failure: int) -> Exception:
     reason = os.strerror(failure)
     if failure == errno.EBUSY:
-        return LinkBusy(f"the brick {mac} is busy: {reason}.", remedy="Close the other program that is connected to it.")
+        return LinkBusy(
+            f"the brick {mac} is busy: {reason}.", remedy="Close the other program that is connected to it."
+        )
     return BrickNotFound(f"the brick {mac} does not answer: {reason}.", remedy=_PAIR.format(mac=mac))

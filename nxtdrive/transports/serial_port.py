@@ -11,7 +11,15 @@ import errno
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from firmware_protocol.errors import AddressError, BrickNotFound, LinkBusy, LinkLost, LinkTimeout, NXTError, PermissionDenied
+from firmware_protocol.errors import (
+    AddressError,
+    BrickNotFound,
+    LinkBusy,
+    LinkLost,
+    LinkTimeout,
+    NXTError,
+    PermissionDenied,
+)
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.stream import SEND_TIMEOUT_S, StreamTransport
 
@@ -92,4 +100,6 @@ def _cannot_open(device: str, error: Exception) -> NXTError:
         return PermissionDenied(
             f"this user may not open {device}.", remedy="Add the user to the group 'dialout' and log in again."
         )
-    return BrickNotFound(f"no brick answers at {device}: {error}.", remedy="Is it on and paired, and the port's name right?")
+    return BrickNotFound(
+        f"no brick answers at {device}: {error}.", remedy="Is it on and paired, and the port's name right?"
+    )

@@ -29,7 +29,8 @@ class TcpTransport(SocketTransport):
             connection = socket.create_connection((host, port), timeout=timeout_s)
         except (OSError, UnicodeError) as error:
             raise BrickNotFound(
-                f"no brick is served at {host}:{port}: {error}.", remedy="Start the server first, then check host and port."
+                f"no brick is served at {host}:{port}: {error}.",
+                remedy="Start the server first, then check host and port.",
             ) from error
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return cls(str(address), connection)

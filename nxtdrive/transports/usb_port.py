@@ -20,6 +20,7 @@ from firmware_protocol.errors import (
     LocalProtocolError,
     PermissionDenied,
 )
+from firmware_protocol.framing import USB_TELEGRAM_LIMIT
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.base import WallClock
 
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from usb.core import Device
 
 VENDOR, PRODUCT = 0x0694, 0x0002
-ENDPOINT_OUT, ENDPOINT_IN, PACKET = 0x01, 0x82, 64
+ENDPOINT_OUT, ENDPOINT_IN = 0x01, 0x82
 """Source of all of these: docs/firmware.md section 2."""
 
 SEND_TIMEOUT_MS = 1000
@@ -39,20 +40,29 @@ UDEV_RULE = 'SUBSYSTEM=="usb", ATTR{idVendor}=="0694", ATTR{idProduct}=="0002", 
 UDEV_FILE = "/etc/udev/rules.d/60-nxtdrive.rules"
 
 _PLUG_IN = "Plug the brick in and switch it on; it needs some seconds before USB sees it."
-_NO_LIBUSB = "Install libusb 1.0 (Debian: apt install libusb-1.0-0; macOS: brew install libusb; Windows: pip install libusb-package)."
+_NO_LIBUSB = (
+    "Install libusb 1.0 (Debian: apt install libusb-1.0-0; macOS: brew install libusb; "
+    "Windows: pip install libusb-package)."
+)
 
 
 class UsbTransport(WallClock):
     """``usb://`` for the first brick, ``usb://0016530A1B2C`` for a certain one."""
 
-    max_telegram = PACKET
+    max_telegram = USB_TELEGRAM_LIMIT
 
     def __init__(self, device: Device, address: str) -> None:
         self.address = address
         self._device: Device | None = device
 
     @classmethod
-    def open(cls, address: Address, timeout_s: float = 1.0, *, backend: IBackend | None = None) -> Self:
+    def open(
+        cls,
+        address: Address,
+        timeout_s: float = 1.0,  # noqa: ARG003 - opened like any other
+        *,
+        backend: IBackend | None = None,
+    ) -> Self:
         """Find the brick and claim it.
 
         Args:
@@ -86,8 +96,10 @@ class UsbTransport(WallClock):
 
     def send(self, telegram: bytes) -> None:
         """Write one packet."""
-        if len(telegram) > PACKET:
-            raise LocalProtocolError(f"a telegram of {len(telegram)} bytes; USB takes {PACKET}, and would split it in two.")
+        if len(telegram) > USB_TELEGRAM_LIMIT:
+            raise LocalProtocolError(
+                f"a telegram over USB has at most {USB_TELEGRAM_LIMIT} bytes, not {len(telegram)}."
+            )
         device = self._opened()
         with _translated(self.address):
             if device.write(ENDPOINT_OUT, telegram, SEND_TIMEOUT_MS) != len(telegram):
@@ -101,7 +113,7 @@ class UsbTransport(WallClock):
         with _translated(self.address):
             try:
                 # libusb takes 0 for "wait for ever".
-                return bytes(device.read(ENDPOINT_IN, PACKET, max(1, round(timeout_s * 1000))))
+                return bytes(device.read(ENDPOINT_IN, USB_TELEGRAM_LIMIT, max(1, round(timeout_s * 1000))))
             except usb.core.USBTimeoutError:
                 return None
             except usb.core.USBError as error:
@@ -130,9 +142,9 @@ def _fresh_backend() -> IBackend:
     from usb.backend import libusb1
 
     if libusb1.get_backend() is None:
-        raise BrickNotFound("USB cannot be searched: there is no libusb on this computer.", remedy=_NO_LIBUSB)
+        raise _no_libusb()
     # get_backend() hands out one context per process; pyusb has no public way to a second one.
-    return libusb1._LibUSB(libusb1._lib)  # type: ignore[no-any-return]
+    return libusb1._LibUSB(libusb1._lib)
 
 
 def _bricks(backend: IBackend) -> list[Any]:
@@ -177,9 +189,13 @@ def _discard_stale(device: Device) -> None:
 
     for _ in range(STALE_PACKETS):
         try:
-            device.read(ENDPOINT_IN, PACKET, 1)
+            device.read(ENDPOINT_IN, USB_TELEGRAM_LIMIT, 1)
         except usb.core.USBTimeoutError:
             return
+
+
+def _no_libusb() -> BrickNotFound:
+    return BrickNotFound("USB cannot be searched: this computer has no libusb.", remedy=_NO_LIBUSB)
 
 
 def _not_allowed() -> PermissionDenied:
@@ -198,7 +214,7 @@ def _translated(address: str) -> Iterator[None]:
     try:
         yield
     except usb.core.NoBackendError as error:
-        raise BrickNotFound("USB cannot be searched: there is no libusb on this computer.", remedy=_NO_LIBUSB) from error
+        raise _no_libusb() from error
     except usb.core.USBTimeoutError as error:
         raise LinkTimeout(f"{address} takes no more telegrams.", remedy="Is the brick still on?") from error
     except usb.core.USBError as error:

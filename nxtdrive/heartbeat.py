@@ -1,0 +1,40 @@
+"""What must be said again and again while the program lives: "stay awake", and each running motor's lease."""
+
+from __future__ import annotations
+
+import math
+
+
+class Heartbeat:
+    """Telegrams with intervals; the one who owns the link asks what is due and sends it.
+
+    Attributes:
+        due: Earliest time at which something is due, on the link's clock; infinity if nothing ever is.
+    """
+
+    def __init__(self) -> None:
+        self.due = math.inf
+        self._jobs: dict[str, tuple[float, float, bytes]] = {}
+
+    def repeat(self, name: str, telegram: bytes, interval_s: float, now: float) -> None:
+        """Let `telegram` be due every `interval_s`, first one interval from now; replaces the job of that name."""
+        self._jobs[name] = (now + interval_s, interval_s, telegram)
+        self._reckon()
+
+    def forget(self, name: str) -> None:
+        """Let nothing of that name be due any more."""
+        if self._jobs.pop(name, None):
+            self._reckon()
+
+    def take(self, now: float) -> list[bytes]:
+        """The telegrams due at `now`; they are next due one interval later."""
+        taken = []
+        for name, (due, interval_s, telegram) in self._jobs.items():
+            if due <= now:
+                taken.append(telegram)
+                self._jobs[name] = (now + interval_s, interval_s, telegram)
+        self._reckon()
+        return taken
+
+    def _reckon(self) -> None:
+        self.due = min((due for due, _, _ in self._jobs.values()), default=math.inf)

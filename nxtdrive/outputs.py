@@ -1,0 +1,106 @@
+"""Output ports at the level of the firmware: leased motion, rest, and consistent readings.
+
+**The lease.** Neither a pulled cable nor a dead PC stops a motor: the firmware goes on with the last command. So every
+motion carries a tacho limit a little way ahead, and a living program pushes it on. The limit is counted from the last
+target and adds up (docs/firmware.md section 1, fact 12), so it must be set afresh each time; and the regulator must not
+notice. One write to the output module's IO map does both in a single pass of the firmware: reset TachoCount and the
+limit's base, speed, limit, mode (docs/firmware.md sections 5.2 and 9.1). It works on every firmware, an unchanged speed
+leaves the regulator alone, and RotationCount, on which odometry rests, is not touched.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from firmware_protocol.direct import GetOutputState, SetOutputState
+from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
+from firmware_protocol.iomap import OUTPUT, OutputFlag
+from firmware_protocol.system import IOMapRead, IOMapWrite
+
+if TYPE_CHECKING:
+    from nxtdrive.brick import Brick
+
+FULL_SPEED_DEG_S = 100 / 0.101
+"""Regulated speed at 100 %: 100 counts of one degree per regulation period of 101 ms. Source: docs/firmware.md 9.6."""
+
+_COMMAND = struct.Struct("<IhBBbbBBBBBBb")
+"""TachoLimit, spare, Flags, Mode, Speed, ActualSpeed, P, I, D, RunState, RegMode, Overloaded, SyncTurn."""
+_GAINS = (96, 32, 32)
+_COUNT_SIZE = 4
+_READ_HEADER = 9
+"""Bytes of an IOMapRead reply in front of its data."""
+_UPDATE = OutputFlag.MODE | OutputFlag.SPEED | OutputFlag.TACHO_LIMIT | OutputFlag.RESET_TACHO_COUNT
+
+_DRIVEN = OutputMode.MOTOR_ON | OutputMode.BRAKE
+_HELD = OutputMode.MOTOR_ON | OutputMode.BRAKE | OutputMode.REGULATED
+
+
+def driven(port: OutputPort, power: int, lease_deg: int, *, regulated: bool) -> IOMapWrite:
+    """Run a motor for at most `lease_deg` degrees from here; past them it coasts.
+
+    Args:
+        port: A, B or C.
+        power: Percent, -100..100; if regulated, percent of `FULL_SPEED_DEG_S`.
+        lease_deg: At least 1.
+        regulated: Whether the firmware keeps the speed; else it keeps the power.
+    """
+    mode = _HELD if regulated else _DRIVEN
+    regulation = RegulationMode.SPEED if regulated else RegulationMode.IDLE
+    data = _COMMAND.pack(
+        max(1, lease_deg), 0, _UPDATE, mode, power, 0, *_GAINS, RunState.RUNNING, regulation, 0, 0
+    )  # fmt: skip
+    return IOMapWrite.put(OUTPUT.module_id, OUTPUT.field("TachoLimit", port).offset, data)
+
+
+def braked(port: OutputPort) -> SetOutputState:
+    """Stop a motor at once by shorting its windings."""
+    return SetOutputState(port, 0, _DRIVEN, RegulationMode.IDLE, 0, RunState.RUNNING, 0)
+
+
+def held(port: OutputPort) -> SetOutputState:
+    """Stop a motor at once and let the firmware push it back whenever it is moved."""
+    return SetOutputState(port, 0, _HELD, RegulationMode.SPEED, 0, RunState.RUNNING, 0)
+
+
+def coasting(port: OutputPort) -> SetOutputState:
+    """Switch a motor off; it rolls out."""
+    return SetOutputState(port, 0, OutputMode(0), RegulationMode.IDLE, 0, RunState.IDLE, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """Rotation counts read at one time.
+
+    Attributes:
+        angles_deg: One per port asked for.
+        time_s: When they held, on the link's clock: half way between question and answer.
+        delay_s: How long the answer took; a command sent now acts about as much later than `time_s`.
+    """
+
+    angles_deg: tuple[int, ...]
+    time_s: float
+    delay_s: float
+
+
+def sample(brick: Brick, *ports: OutputPort) -> Sample:
+    """Read the RotationCount of one or several motors.
+
+    Neighbouring ports are read from the IO map in one telegram: both counts are of the same millisecond, and a slow
+    link is asked once. Where the telegram has no room (A and C over USB) the ports are read one after the other.
+    """
+    before = brick.now()
+    starts = [OUTPUT.field("RotationCount", port).offset for port in ports]
+    first, size = min(starts), max(starts) - min(starts) + _COUNT_SIZE
+    if len(ports) > 1 and _READ_HEADER + size <= brick.max_telegram:
+        data = brick.request(IOMapRead(OUTPUT.module_id, first, size)).data
+        angles = tuple(_count(data, start - first) for start in starts)
+    else:
+        angles = tuple(brick.request(GetOutputState(port)).rotation_count for port in ports)
+    after = brick.now()
+    return Sample(angles, (before + after) / 2, after - before)
+
+
+def _count(data: bytes, start: int) -> int:
+    return int.from_bytes(data[start : start + _COUNT_SIZE], "little", signed=True)

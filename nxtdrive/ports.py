@@ -1,0 +1,47 @@
+"""Ports as printed on the brick, and what the wire calls them."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from firmware_protocol.enums import InputPort, OutputPort
+from firmware_protocol.errors import LocalProtocolError
+
+MotorPort = Literal["A", "B", "C"]
+SensorPort = Literal[1, 2, 3, 4]
+
+_OUTPUTS = {"A": OutputPort.A, "B": OutputPort.B, "C": OutputPort.C}
+_INPUTS = {1: InputPort.IN_1, 2: InputPort.IN_2, 3: InputPort.IN_3, 4: InputPort.IN_4}
+
+
+def output_port(name: str) -> OutputPort:
+    """The wire's number of a motor port.
+
+    Raises:
+        LocalProtocolError: There is no such port.
+    """
+    if name not in _OUTPUTS:
+        raise LocalProtocolError(f"{name!r} is no motor port.", remedy="Motors are plugged into 'A', 'B' or 'C'.")
+    return _OUTPUTS[name]
+
+
+def input_port(number: int) -> InputPort:
+    """The wire's number of a sensor port.
+
+    Raises:
+        LocalProtocolError: There is no such port.
+    """
+    if number not in _INPUTS or isinstance(number, bool):
+        raise LocalProtocolError(f"{number!r} is no sensor port.", remedy="Sensors are plugged into 1, 2, 3 or 4.")
+    return _INPUTS[number]
+
+
+def in_range(name: str, value: float, minimum: float, maximum: float) -> float:
+    """`value` itself.
+
+    Raises:
+        LocalProtocolError: It is outside `minimum`..`maximum`; the message names it.
+    """
+    if not minimum <= value <= maximum:
+        raise LocalProtocolError(f"{name} must be from {minimum:g} to {maximum:g}, not {value!r}.")
+    return value

@@ -1,0 +1,230 @@
+"""The brick as a vehicle: two driven wheels, a sonar and a bumper; the mind's `Body`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from behaviors.ports import Motion, Pose, Stop
+from firmware_protocol.errors import ConfigError
+from nxtdrive.outputs import FULL_SPEED_DEG_S, Sample, sample
+from nxtdrive.ports import MotorPort, SensorPort, output_port
+from nxtdrive.safety import Lookout, SafetyStop
+from nxtdrive.sensors import Touch, Ultrasonic
+from nxtdrive.travel import Pace, Throttle, Travel, Wheel, unguarded
+
+if TYPE_CHECKING:
+    from nxtdrive.brick import Brick
+
+__all__ = ["DriveSettings", "Rover", "SafetyStop"]
+
+TURN_RANGE_DEG = 3600.0
+STRAIGHT_RANGE_MM = 10_000.0
+"""Longer motions than these are mistakes in a unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class DriveSettings:
+    """How fast the rover moves.
+
+    Attributes:
+        speed_mm_s: Of `straight`.
+        acceleration_mm_s2: Of `straight`, speeding up and slowing down.
+        turn_deg_s: Of `turn`.
+        turn_acceleration_deg_s2: Of `turn`, speeding up and slowing down.
+    """
+
+    speed_mm_s: float = 200.0
+    acceleration_mm_s2: float = 400.0
+    turn_deg_s: float = 120.0
+    turn_acceleration_deg_s2: float = 300.0
+
+
+SAFETY = SafetyStop()
+SETTINGS = DriveSettings()
+START = Pose()
+
+
+class Rover:
+    """Two wheels that drive and steer. Positive is right; the pose is in the frame of the start.
+
+    Args:
+        brick: An open brick.
+        left: Port of the left wheel's motor.
+        right: Port of the right wheel's motor.
+        wheel_diameter_mm: Of both wheels.
+        axle_track_mm: Between the points where the wheels touch the floor.
+        ultrasonic: Port of the sonar, or None.
+        touch: Port of the bumper, or None.
+        safety: When driving forward ends by itself.
+        settings: How fast it moves.
+        reversed: Whether positive power drives the robot backwards.
+
+    Raises:
+        ConfigError: A port is used twice, or a size is not positive.
+    """
+
+    def __init__(
+        self,
+        brick: Brick,
+        left: MotorPort = "B",
+        right: MotorPort = "C",
+        wheel_diameter_mm: float = 56.0,
+        axle_track_mm: float = 112.0,
+        *,
+        ultrasonic: SensorPort | None = 4,
+        touch: SensorPort | None = 1,
+        safety: SafetyStop = SAFETY,
+        settings: DriveSettings = SETTINGS,
+        reversed: bool = False,
+    ) -> None:
+        _check(left, right, ultrasonic, touch, wheel_diameter_mm, axle_track_mm, settings)
+        self.settings = settings
+        self._brick = brick
+        self._ports = (output_port(left), output_port(right))
+        self._forward = -1 if reversed else 1
+        self._mm_per_deg = math.pi * wheel_diameter_mm / 360.0
+        self._track_mm = axle_track_mm
+        self._lookout = Lookout(
+            Ultrasonic(brick, ultrasonic) if ultrasonic is not None else None,
+            Touch(brick, touch) if touch is not None else None,
+            safety,
+            brick.now,
+        )
+        self._throttle = Throttle(brick)
+        self._pose = Pose()
+        self._angles: tuple[int, ...] | None = None
+
+    # --- motion ---
+
+    def straight(self, distance_mm: float) -> Motion:
+        """Drive `distance_mm` along the heading, negative: back; returns at rest.
+
+        The safety stop may end a drive forward. Every drive is bounded in time.
+        """
+        _check_amount("distance_mm", distance_mm, STRAIGHT_RANGE_MM)
+        limit = self.settings
+        pace = Pace(self._wheel_deg(limit.speed_mm_s), self._wheel_deg(limit.acceleration_mm_s2))
+        return self._travel((1, 1), self._wheel_deg(distance_mm), pace, guarded=distance_mm > 0)
+
+    def turn(self, angle_deg: float) -> Motion:
+        """Turn on the spot by `angle_deg`, positive right; returns at rest."""
+        _check_amount("angle_deg", angle_deg, TURN_RANGE_DEG)
+        limit = self.settings
+        pace = Pace(self._turn_deg(limit.turn_deg_s), self._turn_deg(limit.turn_acceleration_deg_s2))
+        return self._travel((1, -1), self._turn_deg(angle_deg), pace, guarded=False)
+
+    def drive(self, speed_mm_s: float, turn_deg_s: float) -> Stop | None:
+        """Drive on until the next call, for at most one lease of about half a second.
+
+        Returns:
+            What the safety stop objects to, the motors then being braked already; or None.
+        """
+        if speed_mm_s > 0 and (objection := self._lookout.watch(self._pose)) is not None:
+            self.stop()
+            return objection
+        forward, sideways = self._wheel_deg(speed_mm_s), self._turn_deg(turn_deg_s)
+        for port, speed in zip(self._ports, (forward + sideways, forward - sideways), strict=True):
+            self._throttle.run(port, self._forward * speed)
+        return None
+
+    def stop(self) -> None:
+        """Motors off, brakes on, now."""
+        self._throttle.brake(self._ports)
+
+    # --- senses ---
+
+    def pose(self) -> Pose:
+        """Where the robot is by odometry, from the wheels' rotation."""
+        self._note(sample(self._brick, *self._ports))
+        return self._pose
+
+    def reset_pose(self, pose: Pose = START) -> None:
+        """Call the present place `pose`."""
+        self.pose()
+        self._pose = pose
+
+    def range_mm(self) -> float | None:
+        """Distance ahead by ultrasound, or None without an echo or without a sensor."""
+        return self._lookout.range_mm(self._pose)
+
+    def touching(self) -> bool:
+        """Whether the bumper is pressed; False without a sensor."""
+        return self._lookout.touching()
+
+    def keep_alive(self) -> None:
+        """Keep the brick from switching itself off."""
+        self._brick.keep_alive()
+
+    def battery_mv(self) -> int:
+        """Battery voltage in millivolts."""
+        return self._brick.battery_mv
+
+    # --- how ---
+
+    def _travel(self, signs: tuple[int, int], angle_deg: float, pace: Pace, *, guarded: bool) -> Motion:
+        begin = self.pose()
+        if guarded and (objection := self._lookout.clear_to_go(self._pose)) is not None:
+            self.stop()
+            return Motion(objection, 0.0, 0.0)
+        wheels = [Wheel(port, self._forward * sign) for port, sign in zip(self._ports, signs, strict=True)]
+        self._throttle = Throttle(self._brick)
+        guard = self._guard if guarded else unguarded
+        stop = Travel(self._brick, wheels, pace, guard=guard, note=self._note).run(angle_deg)
+        return self._motion_since(begin, stop)
+
+    def _motion_since(self, begin: Pose, stop: Stop) -> Motion:
+        end, heading = self._pose, math.radians(begin.heading_deg)
+        along = (end.x_mm - begin.x_mm) * math.cos(heading) + (end.y_mm - begin.y_mm) * math.sin(heading)
+        return Motion(stop, along, end.heading_deg - begin.heading_deg)
+
+    def _wheel_deg(self, distance_mm: float) -> float:
+        return distance_mm / self._mm_per_deg
+
+    def _turn_deg(self, angle_deg: float) -> float:
+        """How far the wheels go, in opposite directions, to turn the robot."""
+        return self._wheel_deg(math.radians(angle_deg) * self._track_mm / 2)
+
+    def _note(self, reading: Sample) -> None:
+        """Integrate what the wheels did since the last reading, as one arc."""
+        before, self._angles = self._angles, reading.angles_deg
+        if before is None:
+            return
+        left, right = (
+            self._forward * (now - then) * self._mm_per_deg for now, then in zip(self._angles, before, strict=True)
+        )
+        turned_deg = math.degrees((left - right) / self._track_mm)
+        x_mm, y_mm = self._pose.ahead((left + right) / 2, turned_deg / 2)
+        self._pose = Pose(x_mm, y_mm, self._pose.heading_deg + turned_deg)
+
+    def _guard(self, near: bool) -> Stop | None:
+        return self._lookout.watch(self._pose, ask=not near)
+
+
+def _check(
+    left: str,
+    right: str,
+    ultrasonic: int | None,
+    touch: int | None,
+    wheel_diameter_mm: float,
+    axle_track_mm: float,
+    settings: DriveSettings,
+) -> None:
+    if left == right:
+        raise ConfigError(f"both wheels are said to be on port {left}.", remedy="Each motor has a port of its own.")
+    if ultrasonic is not None and ultrasonic == touch:
+        raise ConfigError(
+            f"sonar and bumper are both said to be on port {touch}.", remedy="Each sensor has its own port."
+        )
+    for name, value in (("wheel_diameter_mm", wheel_diameter_mm), ("axle_track_mm", axle_track_mm)):
+        if not value > 0:
+            raise ConfigError(f"{name} must be positive, not {value!r}.")
+    fastest = FULL_SPEED_DEG_S * math.pi * wheel_diameter_mm / 360
+    if not 0 < settings.speed_mm_s <= fastest:
+        raise ConfigError(f"speed_mm_s must be above 0 and at most {fastest:.0f} with these wheels.")
+
+
+def _check_amount(name: str, value: float, limit: float) -> None:
+    if not abs(value) <= limit:
+        raise ConfigError(f"{name} must be from {-limit:g} to {limit:g}, not {value!r}.")

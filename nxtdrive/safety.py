@@ -1,0 +1,140 @@
+"""The safety stop: what sonar and bumper say while the rover drives forward."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from behaviors.ports import Pose, Stop
+from firmware_protocol.errors import BrickError
+from nxtdrive.sensors import Touch, Ultrasonic
+
+FRESH_S = 0.3
+"""An echo no older than this may decide whether a motion begins."""
+FORGOTTEN_S = 1.0
+"""An echo older than this says nothing any more; a question older than this was lost."""
+
+
+@dataclass(frozen=True, slots=True)
+class SafetyStop:
+    """When driving forward ends by itself.
+
+    Attributes:
+        enabled: Whether it does.
+        stop_distance_mm: An echo nearer than this ends it; so does the bumper.
+    """
+
+    enabled: bool = True
+    stop_distance_mm: float = 200.0
+
+
+@dataclass(frozen=True, slots=True)
+class Echo:
+    """A measurement of the sonar.
+
+    Attributes:
+        distance_mm: To the nearest echo, None without one.
+        time_s: When it was asked for.
+        pose: Where the robot was then, by its odometry.
+    """
+
+    distance_mm: float | None
+    time_s: float
+    pose: Pose
+
+    def distance_from(self, pose: Pose) -> float:
+        """How far the echo's source is from the robot at `pose`, if it stands still; infinity without an echo."""
+        if self.distance_mm is None:
+            return math.inf
+        heading = math.radians(self.pose.heading_deg)
+        driven_mm = (pose.x_mm - self.pose.x_mm) * math.cos(heading) + (pose.y_mm - self.pose.y_mm) * math.sin(heading)
+        return self.distance_mm - driven_mm
+
+
+class Lookout:
+    """Watches the way ahead with few questions: on a slow link each costs as much as a look at the wheels.
+
+    Args:
+        sonar: Or None.
+        bumper: Or None.
+        settings: When to object.
+        now: The link's clock.
+    """
+
+    def __init__(
+        self, sonar: Ultrasonic | None, bumper: Touch | None, settings: SafetyStop, now: Callable[[], float]
+    ) -> None:
+        self._sonar = sonar
+        self._bumper = bumper
+        self._settings = settings
+        self._now = now
+        self._echo: Echo | None = None
+        self._asked: Echo | None = None
+        self._bumper_turn = False
+
+    def range_mm(self, pose: Pose) -> float | None:
+        """Measure the distance ahead; None without an echo or without a sonar."""
+        if self._sonar is None:
+            return None
+        asked_s = self._now()
+        self._echo, self._asked = Echo(self._sonar.distance_mm, asked_s, pose), None
+        return self._echo.distance_mm
+
+    def touching(self) -> bool:
+        """Whether the bumper is pressed; False without one."""
+        return self._bumper is not None and self._bumper.pressed
+
+    def clear_to_go(self, pose: Pose) -> Stop | None:
+        """Before a motion: what objects to it, by both sensors."""
+        if not self._settings.enabled:
+            return None
+        if self.touching():
+            return Stop.CONTACT
+        if self._older_than(FRESH_S):
+            self.range_mm(pose)
+        return self._judge(pose)
+
+    def watch(self, pose: Pose, *, ask: bool = True) -> Stop | None:
+        """During a motion: what objects to it.
+
+        One question at most, to bumper and sonar by turns. The sonar measures while the wheels are looked after, and
+        what was driven since the measurement began is taken off.
+
+        Args:
+            pose: Where the robot is now.
+            ask: Whether there is time for a question.
+        """
+        if not self._settings.enabled:
+            return None
+        if ask:
+            self._bumper_turn = self._sonar is None or (self._bumper is not None and not self._bumper_turn)
+            if not self._bumper_turn:
+                self._listen(pose)
+            elif self.touching():
+                return Stop.CONTACT
+        return self._judge(pose)
+
+    def _judge(self, pose: Pose) -> Stop | None:
+        if self._echo is None or self._older_than(FORGOTTEN_S):
+            return None
+        return Stop.OBSTACLE if self._echo.distance_from(pose) < self._settings.stop_distance_mm else None
+
+    def _listen(self, pose: Pose) -> None:
+        """Fetch the measurement that was begun last time and begin the next."""
+        if self._sonar is None:
+            return
+        try:
+            if self._asked is not None:
+                there, distance_mm = self._sonar.poll()
+                if there:
+                    self._echo = Echo(distance_mm, self._asked.time_s, self._asked.pose)
+                elif self._now() - self._asked.time_s < FORGOTTEN_S:
+                    return
+            self._sonar.start()
+            self._asked = Echo(None, self._now(), pose)
+        except BrickError:
+            self._asked = None  # the bus had an error; the next turn begins again
+
+    def _older_than(self, age_s: float) -> bool:
+        return self._echo is None or self._now() - self._echo.time_s > age_s

@@ -1,0 +1,160 @@
+"""The simulator as a transport: `sleep` and `receive` *are* the simulation.
+
+Nothing moves while the program computes, so a mission of minutes runs in seconds, and twice the same.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import TYPE_CHECKING, Any, Self
+
+from firmware_protocol.errors import LinkLost
+from firmware_protocol.framing import USB_TELEGRAM_LIMIT
+from nxtdrive.transports.address import Address
+
+if TYPE_CHECKING:
+    from sim_backend.link import LinkFaults, SimLink
+    from sim_backend.simulation import Simulation
+
+USB_LATENCY_MS = 2.0
+"""Round trip over USB as measured by the Player project (playerstage.sourceforge.net, driver nxt)."""
+
+
+class SimTransport:
+    """``sim://`` for the bundled world, ``sim://my-room.toml?seed=7&latency_ms=30&pace=realtime&firmware=1.05``.
+
+    Args:
+        simulation: What holds brick, world and clock.
+        latency_ms: Round trip of the link; USB has 2, Bluetooth 30 to 65.
+        realtime: Whether a simulated second takes at least a real one.
+        faults: What goes wrong on the link, and when.
+        address: How it was opened.
+
+    Attributes:
+        webcam: The camera on the robot; see `nxtdrive.vision.camera.FrameSource`.
+    """
+
+    max_telegram = USB_TELEGRAM_LIMIT
+    simulated = True
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        *,
+        latency_ms: float = USB_LATENCY_MS,
+        realtime: bool = False,
+        faults: LinkFaults | None = None,
+        address: str = "sim://",
+    ) -> None:
+        self.address = address
+        self.webcam: Any = simulation.webcam
+        self._simulation = simulation
+        self._latency_ms = latency_ms
+        self._faults = faults
+        self._started_s = time.monotonic() - simulation.now_ms / 1000 if realtime else None
+        self._link: SimLink = self._plug_in()
+
+    @classmethod
+    def open(cls, address: Address, timeout_s: float = 1.0) -> Self:  # noqa: ARG003 - opened like any other
+        """Start a simulation of its own.
+
+        Raises:
+            AddressError: An option nobody knows, or a value that does not fit.
+            ConfigError: There is no such world, or its file has mistakes.
+        """
+        options = address.read_options(
+            {"seed": _seed, "latency_ms": _latency, "pace": _pace, "firmware": _firmware},
+        )
+        from sim_backend.simulation import DEFAULT_WORLD, Simulation
+
+        simulation = Simulation(
+            address.target or DEFAULT_WORLD,
+            seed=options.get("seed", 0),
+            firmware=options.get("firmware", "1.29"),
+        )
+        return cls(
+            simulation,
+            latency_ms=options.get("latency_ms", USB_LATENCY_MS),
+            realtime=options.get("pace", False),
+            address=str(address),
+        )
+
+    def reopen(self, timeout_s: float = 1.0) -> Self:  # noqa: ARG002 - opened like any other
+        """Another link to the same simulated brick, for when this one was lost."""
+        self.close()
+        return type(self)(
+            self._simulation,
+            latency_ms=self._latency_ms,
+            realtime=self._started_s is not None,
+            faults=self._faults,
+            address=self.address,
+        )
+
+    def send(self, telegram: bytes) -> None:
+        """Put a telegram on the way to the simulated brick."""
+        try:
+            self._link.send(telegram)
+        except ConnectionError as error:
+            raise self._lost(error) from error
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        """Let the simulation run until a reply arrives."""
+        try:
+            reply = self._link.receive(max(0, math.ceil(timeout_s * 1000)))
+        except ConnectionError as error:
+            raise self._lost(error) from error
+        self._keep_pace()
+        return reply
+
+    def close(self) -> None:
+        """Give the link up."""
+        self._link.close()
+
+    def now(self) -> float:
+        """Simulated seconds since the start."""
+        return self._simulation.now_ms / 1000
+
+    def sleep(self, duration_s: float) -> None:
+        """Let the simulation run, in whole milliseconds and at least one."""
+        if duration_s > 0:
+            self._simulation.advance(max(1, round(duration_s * 1000)))
+            self._keep_pace()
+
+    def _plug_in(self) -> SimLink:
+        from sim_backend.link import NO_FAULTS, SimLink
+
+        try:
+            return SimLink(self._simulation, self._latency_ms, self._faults or NO_FAULTS)
+        except ConnectionError as error:
+            raise self._lost(error) from error
+
+    def _keep_pace(self) -> None:
+        if self._started_s is not None:
+            time.sleep(max(0.0, self._started_s + self.now() - time.monotonic()))
+
+    def _lost(self, error: ConnectionError) -> LinkLost:
+        return LinkLost(f"{error}.", remedy="Open the brick again.")
+
+
+def _seed(text: str) -> int:
+    return int(text)
+
+
+def _latency(text: str) -> float:
+    value = float(text)
+    if not 0 <= value <= 10_000:
+        raise ValueError("it must be from 0 to 10000")
+    return value
+
+
+def _pace(text: str) -> bool:
+    if text not in ("realtime", "fast"):
+        raise ValueError("it is 'realtime' or 'fast'")
+    return text == "realtime"
+
+
+def _firmware(text: str) -> str:
+    if text not in ("1.29", "1.05"):
+        raise ValueError("it is 1.29 or 1.05")
+    return text
