@@ -146,7 +146,7 @@ class Renderer:
     def _facet(self, panel: Panel, viewpoint: Viewpoint) -> Facet | None:
         """The panel in the camera's frame; None where the camera cannot see it."""
         camera = self.camera
-        ends = [_in_camera_frame(x, y, viewpoint) for x, y in _feet(panel)]
+        ends = [in_camera_frame(x, y, viewpoint) for x, y in panel.feet_mm]
         (right0, depth0), (right1, depth1) = ends
         # twice the area of the triangle lens - foot 0 - foot 1: positive when the front is seen
         area = right1 * depth0 - right0 * depth1
@@ -249,11 +249,7 @@ def _paint(image: Image, shown: NDArray[np.bool_], origin: tuple[int, int], surf
     cv2.copyTo(window, shown.view(np.uint8), image[top : top + height, left : left + width])
 
 
-def _feet(panel: Panel) -> Sequence[tuple[float, float]]:
-    return (panel.x0_mm, panel.y0_mm), (panel.x1_mm, panel.y1_mm)
-
-
-def _in_camera_frame(x_mm: float, y_mm: float, viewpoint: Viewpoint) -> tuple[float, float]:
+def in_camera_frame(x_mm: float, y_mm: float, viewpoint: Viewpoint) -> tuple[float, float]:
     """Right of the optical axis and along it, in mm."""
     heading = math.radians(viewpoint.heading_deg)
     dx, dy = x_mm - viewpoint.x_mm, y_mm - viewpoint.y_mm

@@ -1,0 +1,257 @@
+"""Eyes without pictures: what the picture detector would report, by geometry and chance.
+
+Drawing a frame and searching it takes tens of milliseconds. A sweep over thousands of missions asks instead how large
+the picture appears, at which angle, how much of it is free, and how fast the camera turns; a law fitted to the real
+detector says how likely it is found. `python -m nxtdrive.tools.fit_geometric` measures the detector and prints the law.
+
+Each frame draws its own luck. A real detector that misses a picture from a standstill tends to miss it again in the
+next frame, so this model is a little kinder to a robot that stops and looks for long.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_backend.camera.renderer import NEAR_MM, Pinhole, in_camera_frame
+from sim_backend.camera.scene import Panel, Viewpoint
+
+Box = tuple[int, int, int, int]
+Points = NDArray[np.float64]
+
+WORK_WIDTH_PX = 320
+"""The detector searches a copy of this width; sizes in the law are pixels of that copy."""
+
+SHARES = (np.arange(6) + 0.5) / 6
+"""Where on the picture, across and along, lines of sight are tried."""
+
+
+@dataclass(frozen=True, slots=True)
+class Falloff:
+    """A hit rate that falls from 1 to 0 along some quantity, as a logistic curve.
+
+    Attributes:
+        half: Where the rate is one half.
+        width: How slowly it changes; positive falls with growing values, negative with shrinking ones.
+    """
+
+    half: float
+    width: float
+
+    def rate(self, value: float) -> float:
+        """Hit rate at `value`, 0..1."""
+        return 1.0 / (1.0 + math.exp(min(60.0, max(-60.0, (value - self.half) / self.width))))
+
+
+@dataclass(frozen=True, slots=True)
+class DetectorLaw:
+    """How often the detector finds a picture, and how exactly.
+
+    Attributes:
+        log2_height: Over the binary logarithm of the apparent height in pixels of the work image.
+        slant_deg: Over the angle between the picture's normal and the line of sight.
+        hidden: Over the share of the picture that is covered or outside the frame.
+        smear: Over the motion blur as a share of the apparent height.
+        bearing_sd_deg: Standard deviation of the bearing.
+        distance_sd: Standard deviation of the distance, as a share of it.
+    """
+
+    log2_height: Falloff
+    slant_deg: Falloff
+    hidden: Falloff
+    smear: Falloff
+    bearing_sd_deg: float
+    distance_sd: float
+
+    def hit_rate(self, height_px: float, slant_deg: float, hidden: float, smear: float) -> float:
+        """Probability that one frame gives a detection, 0..1."""
+        return (
+            self.log2_height.rate(math.log2(max(1.0, height_px)))
+            * self.slant_deg.rate(slant_deg)
+            * self.hidden.rate(hidden)
+            * self.smear.rate(smear)
+        )
+
+
+PICTURE_LAW = DetectorLaw(
+    log2_height=Falloff(3.69, -0.04),
+    slant_deg=Falloff(56.9, 1.54),
+    hidden=Falloff(0.34, 0.069),
+    smear=Falloff(0.254, 0.0156),
+    bearing_sd_deg=0.063,
+    distance_sd=0.024,
+)
+"""The `picture` detector on "lena" and "rilakkuma". Source: tools/fit_geometric.py, 600 frames in each sweep."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """A picture as it appears in a frame.
+
+    Attributes:
+        bearing_deg: To its middle, positive right.
+        distance_mm: To its middle, along the floor.
+        edges_px: Left, upper, right and lower edge in pixels of the frame; the upright ones through its middle.
+        slant_deg: Between the picture's normal and the line of sight in the plan.
+        hidden: Share of it that is covered or outside the frame, 0..1.
+        smear: Motion blur as a share of its apparent height.
+    """
+
+    bearing_deg: float
+    distance_mm: float
+    edges_px: tuple[float, float, float, float]
+    slant_deg: float
+    hidden: float
+    smear: float
+
+    @property
+    def height_px(self) -> float:
+        """Apparent height in pixels of the frame."""
+        return self.edges_px[3] - self.edges_px[1]
+
+
+class GeometricSensor:
+    """Says where a picture is found without drawing a frame. The same seed and calls give the same answers.
+
+    Args:
+        size: Width and height of the frames it stands for, in pixels.
+        hfov_deg: Their horizontal field of view.
+        seed: Seeds luck and noise.
+        law: How good the detector is.
+        exposure_s: Shutter time, for motion blur; as in `lens.LensEffects`.
+    """
+
+    def __init__(
+        self,
+        size: tuple[int, int] = (320, 240),
+        hfov_deg: float = 60.0,
+        seed: int = 0,
+        law: DetectorLaw = PICTURE_LAW,
+        exposure_s: float = 0.02,
+    ) -> None:
+        self.pinhole = Pinhole(*size, hfov_deg)
+        self._law = law
+        self._exposure_s = exposure_s
+        self._rng = random.Random(seed)
+
+    def observe(
+        self, panels: Sequence[Panel], viewpoint: Viewpoint, name: str, turn_rate_deg_s: float = 0.0
+    ) -> tuple[float, float, Box] | None:
+        """What one frame tells about the picture whose texture is `name`.
+
+        Args:
+            panels: Everything that stands in the world, the picture included.
+            viewpoint: Where the lens is.
+            name: Texture of the picture.
+            turn_rate_deg_s: How fast the camera turns.
+
+        Returns:
+            Bearing in degrees (positive right), distance in millimetres and box (left, top, width, height in pixels) of
+            the picture; None if it is not found.
+        """
+        for sight in self.sights(panels, viewpoint, name, turn_rate_deg_s):
+            if self._rng.random() < self.hit_rate(sight):
+                return self._report(sight)
+        return None
+
+    def sights(
+        self, panels: Sequence[Panel], viewpoint: Viewpoint, name: str, turn_rate_deg_s: float = 0.0
+    ) -> list[Sight]:
+        """How every picture with that texture appears from the front, nearest first; arguments as in `observe`."""
+        found = [self._sight(panel, panels, viewpoint, turn_rate_deg_s) for panel in panels if panel.texture == name]
+        return sorted((sight for sight in found if sight is not None), key=lambda sight: sight.distance_mm)
+
+    def hit_rate(self, sight: Sight) -> float:
+        """How likely a picture that appears so is found in one frame, 0..1."""
+        work_px = sight.height_px * WORK_WIDTH_PX / self.pinhole.width
+        return self._law.hit_rate(work_px, sight.slant_deg, sight.hidden, sight.smear)
+
+    def _sight(
+        self, panel: Panel, panels: Sequence[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float
+    ) -> Sight | None:
+        """How the front of a picture appears; None from behind, from too near or when nothing of it is free."""
+        right, depth = in_camera_frame(*panel.center_mm, viewpoint)
+        (right0, depth0), (right1, depth1) = (in_camera_frame(*foot, viewpoint) for foot in panel.feet_mm)
+        if not panel.shows_front_to(viewpoint.x_mm, viewpoint.y_mm) or min(depth0, depth1) < NEAR_MM:
+            return None
+        points = _grid(panel)
+        free = self._in_frame(points, viewpoint) & ~_covered(points, panel, panels, viewpoint)
+        if not free.any():
+            return None
+        focal, distance = self.pinhole.focal_px, math.hypot(right, depth)
+        # how far the lens is from the picture's plane, over its distance, is the cosine of the slant
+        cosine = (right1 * depth0 - right0 * depth1) / (panel.width_mm * distance)
+        axis_u, axis_v = self.pinhole.width / 2, self.pinhole.height / 2
+        upper, lower = (focal * (viewpoint.height_mm - edge) / depth for edge in (panel.top_mm, panel.bottom_mm))
+        turn = math.radians(min(80.0, abs(turn_rate_deg_s) * self._exposure_s))
+        return Sight(
+            bearing_deg=math.degrees(math.atan2(right, depth)),
+            distance_mm=distance,
+            edges_px=(
+                axis_u + focal * right0 / depth0,
+                axis_v + upper,
+                axis_u + focal * right1 / depth1,
+                axis_v + lower,
+            ),
+            slant_deg=math.degrees(math.acos(min(1.0, cosine))),
+            hidden=1.0 - float(np.mean(free)),
+            smear=focal * math.tan(turn) / (lower - upper),
+        )
+
+    def _in_frame(self, points: Points, viewpoint: Viewpoint) -> NDArray[np.bool_]:
+        """Which of the points (n, 3) lie within the frame; all must be in front of the lens."""
+        heading = math.radians(viewpoint.heading_deg)
+        dx, dy = points[:, 0] - viewpoint.x_mm, points[:, 1] - viewpoint.y_mm
+        right = dy * math.cos(heading) - dx * math.sin(heading)
+        depth = dx * math.cos(heading) + dy * math.sin(heading)
+        rise = points[:, 2] - viewpoint.height_mm
+        half_width, half_height = self.pinhole.width / 2, self.pinhole.height / 2
+        focal = self.pinhole.focal_px
+        return (np.abs(right) * focal < half_width * depth) & (np.abs(rise) * focal < half_height * depth)
+
+    def _report(self, sight: Sight) -> tuple[float, float, Box]:
+        """The sight with the detector's errors."""
+        stretch = math.exp(self._rng.gauss(0.0, self._law.distance_sd))
+        bearing_deg = sight.bearing_deg + self._rng.gauss(0.0, self._law.bearing_sd_deg)
+        left, top, right, bottom = sight.edges_px
+        width, height = (right - left) / stretch, (bottom - top) / stretch
+        u = self.pinhole.width / 2 + self.pinhole.focal_px * math.tan(math.radians(bearing_deg))
+        v = (top + bottom) / 2
+        box = (round(u - width / 2), round(v - height / 2), round(width), round(height))
+        return bearing_deg, sight.distance_mm * stretch, box
+
+
+def _grid(panel: Panel) -> Points:
+    """Points spread over a panel, (n, 3): x, y, height."""
+    across, along = (axis.ravel() for axis in np.meshgrid(SHARES, SHARES))
+    return np.stack(
+        [
+            panel.x0_mm + across * (panel.x1_mm - panel.x0_mm),
+            panel.y0_mm + across * (panel.y1_mm - panel.y0_mm),
+            panel.bottom_mm + along * (panel.top_mm - panel.bottom_mm),
+        ],
+        axis=1,
+    )
+
+
+def _covered(points: Points, picture: Panel, panels: Sequence[Panel], viewpoint: Viewpoint) -> NDArray[np.bool_]:
+    """Which points another panel hides: its foot line crosses the line of sight in the plan, at a height it reaches."""
+    others = [(p.x0_mm, p.y0_mm, p.x1_mm, p.y1_mm, p.bottom_mm, p.top_mm) for p in panels if p is not picture]
+    if not others:
+        return np.zeros(len(points), np.bool_)
+    x0, y0, x1, y1, bottom, top = np.array(others, np.float64).T[:, :, None]
+    to_x, to_y = points[:, 0] - viewpoint.x_mm, points[:, 1] - viewpoint.y_mm
+    along_x, along_y = x1 - x0, y1 - y0
+    from_x, from_y = x0 - viewpoint.x_mm, y0 - viewpoint.y_mm
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossing = to_x * along_y - to_y * along_x
+        share = (from_x * along_y - from_y * along_x) / crossing
+        place = (from_x * to_y - from_y * to_x) / crossing
+        height = viewpoint.height_mm + share * (points[:, 2] - viewpoint.height_mm)
+    hides = (share > 0.0) & (share < 1.0) & (place >= 0.0) & (place <= 1.0) & (height >= bottom) & (height <= top)
+    return np.asarray(hides.any(axis=0), np.bool_)

@@ -1,0 +1,181 @@
+"""Measure how the `picture` detector fails, and fit the law of the simulation's geometric eyes to it.
+
+    python -m nxtdrive.tools.fit_geometric [--trials 200]
+
+Each sweep makes one thing worse (size, slant, covering, motion blur) and leaves the others easy. What it prints goes
+into `sim_backend/camera/geometric.py`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import random
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from statistics import pstdev
+
+import numpy as np
+
+from nxtdrive.vision.detection import TargetDetector
+from nxtdrive.vision.detectors import make_detector
+from nxtdrive.vision.geometry import Pinhole
+from sim_backend.camera.geometric import PICTURE_LAW, DetectorLaw, Falloff, GeometricSensor, Sight
+from sim_backend.camera.scene import Panel, Viewpoint, picture_panel
+from sim_backend.camera.sim_camera import SimCamera
+from sim_backend.camera.textures import PICTURES, TextureLibrary
+
+TARGETS = ("lena", "rilakkuma")
+"""What robots search for. The decoys are left out: smeared, a landscape stays what it is, unlike most pictures."""
+
+SIZE = (320, 240)
+LENS = Viewpoint(0.0, 0.0, 0.0, 200.0)
+WALLS = ("wall", "wallpaper", "bricks", "wood")
+COVERS = ("carton", "crate", "blue_box", "wood")
+SAME_BEARING_DEG = 5.0
+SAME_DISTANCE = 1.5
+"""A detection this near the truth, in degrees and as a ratio, is the target."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """One arrangement: where the picture is, what covers it, how fast the camera turns."""
+
+    distance_mm: float
+    slant_deg: float = 0.0
+    covered: float = 0.0
+    turn_rate_deg_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """What the geometry says and what the detector found: bearing error in degrees and log of the distance ratio."""
+
+    sight: Sight
+    errors: tuple[float, float] | None
+
+
+class Laboratory:
+    """Renders arrangements and has the real detector look at them."""
+
+    def __init__(self, seed: int) -> None:
+        self._rng = random.Random(seed)  # noqa: S311 - a repeatable draw
+        self._camera = SimCamera(SIZE, seed=seed, textures=TextureLibrary(seed))
+        self._sensor = GeometricSensor(SIZE)
+        self._pinhole = Pinhole.from_hfov(SIZE[0], 60.0)
+        self._targets: dict[str, TargetDetector] = {
+            name: make_detector({"detector": "picture", "pictures": [str(PICTURES / f"{name}.png")]})
+            for name in TARGETS
+        }
+
+    def run(self, setup: Setup) -> Trial | None:
+        """Look once at one of the pictures, chosen at random; None if nothing of it is free."""
+        rng = self._rng
+        name = rng.choice(list(self._targets))
+        bearing = math.radians(rng.uniform(-10.0, 10.0))
+        x, y = setup.distance_mm * math.cos(bearing), setup.distance_mm * math.sin(bearing)
+        facing = 180.0 + math.degrees(bearing) + rng.choice((-1, 1)) * setup.slant_deg
+        picture = picture_panel(name, x, y, facing, bottom_mm=60.0)
+        panels = [*self._walls(setup.distance_mm), picture]
+        if setup.covered:
+            panels.append(self._cover(picture, setup.covered))
+        sights = self._sensor.sights(panels, LENS, name, setup.turn_rate_deg_s)
+        if not sights:
+            return None
+        image = self._camera.frame(panels, LENS, setup.turn_rate_deg_s)
+        return Trial(sights[0], self._errors(name, image, sights[0]))
+
+    def _errors(self, name: str, image: np.ndarray, sight: Sight) -> tuple[float, float] | None:
+        target = self._targets[name]
+        for one in target.detector.detect(image):
+            bearing_deg, distance_mm = self._pinhole.locate(one, target.height_mm)
+            error, ratio = bearing_deg - sight.bearing_deg, distance_mm / sight.distance_mm
+            if abs(error) <= SAME_BEARING_DEG and 1 / SAME_DISTANCE <= ratio <= SAME_DISTANCE:
+                return error, math.log(ratio)
+        return None
+
+    def _walls(self, distance_mm: float) -> list[Panel]:
+        back, side = distance_mm + self._rng.uniform(200, 2000), 4000.0
+        texture = self._rng.choice(WALLS)
+        return [Panel(back, -side, back, side, 0.0, 2500.0, texture)]
+
+    def _cover(self, picture: Panel, share: float) -> Panel:
+        """A board shortly before the picture that hides a share of it: from the left, the right or from below."""
+        texture, near = self._rng.choice(COVERS), 0.97
+        (x0, y0), (x1, y1) = ((near * x, near * y) for x, y in picture.feet_mm)
+        across_x, across_y = x1 - x0, y1 - y0
+        match self._rng.randrange(3):
+            case 0:
+                return Panel(x0, y0, x0 + share * across_x, y0 + share * across_y, 0.0, 600.0, texture)
+            case 1:
+                return Panel(x1 - share * across_x, y1 - share * across_y, x1, y1, 0.0, 600.0, texture)
+            case _:
+                top = picture.bottom_mm + share * (picture.top_mm - picture.bottom_mm)
+                return Panel(x0, y0, x1, y1, 0.0, LENS.height_mm + near * (top - LENS.height_mm), texture)
+
+
+def fit(values: Sequence[float], hits: Sequence[bool], sign: int) -> Falloff:
+    """The logistic curve of greatest likelihood, by trying all on a grid.
+
+    Args:
+        values: The quantity in each trial.
+        hits: Whether the detector found the picture there.
+        sign: 1 if the hit rate falls with growing values, -1 if with shrinking ones.
+    """
+    measured, found = np.array(values), np.array(hits)
+    low, high = float(measured.min()), float(measured.max())
+    halves = np.linspace(low, high, 121)[:, None, None]
+    widths = sign * np.geomspace((high - low) / 200, (high - low) / 2, 60)[None, :, None]
+    rates = 1.0 / (1.0 + np.exp(np.clip((measured - halves) / widths, -60, 60)))
+    rates = np.clip(rates, 1e-3, 1 - 1e-3)
+    likelihood = np.where(found, np.log(rates), np.log(1 - rates)).sum(axis=2)
+    half, width = np.unravel_index(int(likelihood.argmax()), likelihood.shape)
+    return Falloff(round(float(halves[half, 0, 0]), 3), round(float(widths[0, width, 0]), 4))
+
+
+def sweep(laboratory: Laboratory, trials: int, make: Callable[[], Setup]) -> list[Trial]:
+    """Run `trials` arrangements."""
+    done = (laboratory.run(make()) for _ in range(trials))
+    return [trial for trial in done if trial is not None]
+
+
+def fit_law(trials: int, seed: int = 1) -> DetectorLaw:
+    """Measure all four sweeps and the errors, and fit the law."""
+    rng = random.Random(seed)  # noqa: S311 - a repeatable draw
+    laboratory = Laboratory(seed)
+
+    def near() -> float:
+        return rng.uniform(700.0, 2000.0)
+
+    sizes = sweep(laboratory, trials, lambda: Setup(math.exp(rng.uniform(math.log(2500), math.log(8000)))))
+    slants = sweep(laboratory, trials, lambda: Setup(near(), slant_deg=rng.uniform(20.0, 85.0)))
+    covered = sweep(laboratory, trials, lambda: Setup(near(), covered=rng.uniform(0.02, 0.95)))
+    turning = sweep(laboratory, trials, lambda: Setup(near(), turn_rate_deg_s=rng.uniform(0.0, 720.0)))
+
+    def curve(done: list[Trial], quantity: Callable[[Sight], float], sign: int) -> Falloff:
+        return fit([quantity(trial.sight) for trial in done], [trial.errors is not None for trial in done], sign)
+
+    errors = [trial.errors for trial in sizes if trial.errors is not None]
+    return DetectorLaw(
+        log2_height=curve(sizes, lambda sight: math.log2(sight.height_px), -1),
+        slant_deg=curve(slants, lambda sight: sight.slant_deg, 1),
+        hidden=curve(covered, lambda sight: sight.hidden, 1),
+        smear=curve(turning, lambda sight: sight.smear, 1),
+        bearing_sd_deg=round(pstdev(bearing for bearing, _ in errors), 3),
+        distance_sd=round(pstdev(ratio for _, ratio in errors), 3),
+    )
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the law as it is in the simulation and as measured."""
+    parser = argparse.ArgumentParser(prog="fit_geometric", description="Fit the geometric eyes to the real detector.")
+    parser.add_argument("--trials", type=int, default=200, help="frames in each of the four sweeps")
+    arguments = parser.parse_args(argv)
+    print(f"in use:   {PICTURE_LAW}")
+    print(f"measured: {fit_law(arguments.trials)}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
