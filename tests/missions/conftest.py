@@ -1,0 +1,122 @@
+"""Whole missions on the simulated brick, watched from outside by the simulation's truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import pytest
+
+from behaviors.console import Console
+from behaviors.executive import Executive, Report
+from behaviors.journal import Kind, Record
+from behaviors.mission import Mission
+from nxtdrive import mission_run
+from nxtdrive.brick import Brick
+from nxtdrive.transports.sim import SimTransport
+from sim_backend.link import LinkFaults
+from sim_backend.simulation import Simulation
+from sim_backend.world.truth import TruePose
+
+SAMPLE_MS = 50
+
+
+@dataclass
+class Performance:
+    """A mission that was performed, and what really happened.
+
+    Attributes:
+        simulation: The world afterwards.
+        report: What came of it.
+        records: The journal.
+        lines: The console.
+        track: True pose and speed every 50 ms: (time_s, pose, speed_mm_s).
+    """
+
+    simulation: Simulation
+    report: Report | None = None
+    records: list[Record] = field(default_factory=list)
+    lines: list[str] = field(default_factory=list)
+    track: list[tuple[float, TruePose, float]] = field(default_factory=list)
+
+    def of(self, kind: Kind, **values: object) -> list[Record]:
+        """Records of a kind with these values."""
+        return [r for r in self.records if r.kind is kind and all(r.data.get(k) == v for k, v in values.items())]
+
+    def between(self, start_s: float, end_s: float) -> list[tuple[float, TruePose, float]]:
+        """The track in a span of mission time."""
+        return [sample for sample in self.track if start_s <= sample[0] <= end_s]
+
+    def in_state(self, state: str) -> list[tuple[float, float]]:
+        """Spans of mission time in a state."""
+        spans, begun = [], None
+        for record in self.of(Kind.TRANSITION):
+            if record.data["to"] == state:
+                begun = record.time_s
+            elif begun is not None and record.data["to"] != state:
+                spans.append((begun, record.time_s))
+                begun = None
+        return spans
+
+
+def perform(
+    world: str,
+    mission: Mission,
+    *,
+    geometric: bool = False,
+    faults: LinkFaults | None = None,
+    interrupt_at_s: float = 0.0,
+) -> Performance:
+    """Run a mission in a bundled world."""
+    simulation = Simulation(world, seed=1)
+    done = Performance(simulation)
+    transport = SimTransport(simulation, faults=faults)
+    console = Console(done.lines.append)
+    console.say("Connecting to NXT")
+    with Brick(transport) as brick:
+        if geometric:
+            eyes = mission_run.geometric_eyes(brick)
+        else:
+            eyes = mission_run.camera_eyes(mission_run.open_mission_camera("sim", brick), mission)
+        executive = Executive(
+            mission, mission_run.build_rover(brick, mission), eyes, transport, [done.records.append, console]
+        )
+        start_ms = simulation.now_ms
+
+        def sample() -> None:
+            truth = simulation.truth
+            done.track.append(((simulation.now_ms - start_ms) / 1000, truth.pose, truth.speed_mm_s))
+            simulation.at(simulation.now_ms + SAMPLE_MS, sample)
+
+        simulation.at(start_ms, sample)
+        if interrupt_at_s:
+            simulation.at(start_ms + round(interrupt_at_s * 1000), _interrupt)
+        done.report = executive.run()
+    simulation.advance(1000)  # whatever still moves shows
+    return done
+
+
+def _interrupt() -> None:
+    raise KeyboardInterrupt
+
+
+def mission_for(*targets: str, **thesis: object) -> Mission:
+    """A mission for some of the built-in pictures."""
+    described = mission_run.load(None).target
+    return Mission.model_validate(
+        {
+            "mission": {"name": "test", "targets": list(targets)},
+            "target": {name: described[name].model_dump() for name in targets},
+            "thesis": thesis,
+        }
+    )
+
+
+@pytest.fixture(name="perform")
+def _perform() -> Callable[..., Performance]:
+    return perform
+
+
+@pytest.fixture(name="mission_for")
+def _mission_for() -> Callable[..., Mission]:
+    return mission_for

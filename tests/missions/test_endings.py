@@ -1,0 +1,52 @@
+"""However a mission ends, the robot stands still and the journal says why."""
+
+from __future__ import annotations
+
+import pytest
+
+from behaviors.events import Reason
+from behaviors.executive import Ending
+from behaviors.journal import Kind
+from sim_backend.link import LinkFaults
+
+
+def _at_rest(done) -> bool:
+    return done.simulation.truth.speed_mm_s < 1.0
+
+
+@pytest.mark.parametrize("moment_s", [2.0, 6.03, 9.5])
+def test_ctrl_c_stops_the_motors_and_is_reported(perform, mission_for, moment_s):
+    done = perform("open", mission_for("lena"), geometric=True, interrupt_at_s=moment_s)
+    assert done.report.ending is Ending.INTERRUPTED
+    assert _at_rest(done)
+    assert done.records[-1].kind is Kind.END
+    assert any(record.data.get("reason") == Reason.OPERATOR_STOP for record in done.records)
+
+
+@pytest.mark.parametrize("moment_s", [1.0, 3.5, 8.0])
+def test_a_lost_link_ends_the_mission_and_the_robot_stops_by_itself(perform, mission_for, moment_s):
+    faults = LinkFaults(unplugged_ms=((round(moment_s * 1000), 10**9),))
+    done = perform("open", mission_for("lena"), geometric=True, faults=faults)
+    assert done.report.ending is Ending.LINK_LOST
+    assert "unplugged" in done.report.error
+    assert _at_rest(done), "the tacho limit of the lease has stopped the motors"
+    assert [record.data["reason"] for record in done.of(Kind.TRANSITION, to="down")] == ["link_lost"]
+
+
+def test_a_mission_without_its_target_is_exhausted_not_broken(perform, mission_for):
+    done = perform("open", mission_for("rilakkuma", max_researches=0), geometric=True)
+    assert done.report.ending is Ending.EXHAUSTED
+    assert not done.report.achieved
+    assert _at_rest(done)
+
+
+def test_the_same_seed_gives_the_same_journal(perform, mission_for):
+    first, second = (perform("figure6", mission_for("lena"), geometric=True) for _ in range(2))
+    assert [record.to_json() for record in first.records] == [record.to_json() for record in second.records]
+
+
+def test_reaching_is_an_explicit_stop_near_the_target(perform, mission_for):
+    done = perform("open", mission_for("lena"))
+    assert done.report.achieved
+    assert _at_rest(done)
+    assert 250 < done.simulation.truth.distance_mm("lena") < 500
