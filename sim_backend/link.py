@@ -28,6 +28,10 @@ class Timeline(Protocol):
         """Give the brick a telegram, now."""
         ...
 
+    def unplug(self) -> None:
+        """Pull the cable out of the brick, now."""
+        ...
+
 
 @dataclass(frozen=True)
 class LinkFaults:
@@ -88,6 +92,9 @@ class SimLink:
         self._replies: deque[tuple[int, bytes]] = deque()
         self._open = True
         self._check_cable()
+        for start_ms, _ in faults.unplugged_ms:
+            if start_ms > self._opened_ms:
+                simulation.at(start_ms, simulation.unplug)
 
     def send(self, telegram: bytes) -> None:
         """Send a telegram to the brick; returns at once.

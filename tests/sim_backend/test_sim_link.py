@@ -2,9 +2,12 @@ import pytest
 
 from firmware_protocol.direct import GetBatteryLevel, GetOutputState, SetOutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
+from firmware_protocol.status import Status
+from firmware_protocol.system import OpenWrite
 from sim_backend.simulation import LinkFaults, SimLink, Simulation
 
 BATTERY = GetBatteryLevel().encode()
+OPEN = OpenWrite("notes.txt", 10).encode()
 RUN_B = SetOutputState(OutputPort.B, 80, OutputMode.MOTOR_ON, RegulationMode.IDLE, 0, RunState.RUNNING, 0).encode()
 
 
@@ -106,6 +109,22 @@ def test_a_pulled_cable_is_noticed_at_its_time_and_for_good(simulation):
     simulation.advance(500)
     with pytest.raises(ConnectionError):
         link.send(BATTERY)
+
+
+def test_a_pulled_cable_closes_files_and_does_not_stop_motors(simulation):
+    faults = LinkFaults(unplugged_ms=((300, 400),))
+    link = SimLink(simulation, faults=faults)
+    for request in (RUN_B, OPEN):
+        link.send(request)
+        assert link.receive(100)[2] == Status.OK
+    with pytest.raises(ConnectionError):
+        link.receive(1000)
+    before = simulation.truth.pose
+    simulation.advance(200)
+    assert simulation.truth.pose != before
+    link = SimLink(simulation, faults=faults)
+    link.send(OPEN)
+    assert link.receive(100)[2] == Status.OK
 
 
 def test_a_new_link_needs_the_cable(simulation):
