@@ -8,7 +8,7 @@ from typing import Protocol
 
 from behaviors.ports import Clock, Sighting
 from firmware_protocol.errors import ConfigError
-from nxtdrive.vision.camera import Camera, Frame, next_tick
+from nxtdrive.vision.camera import Camera, Frame, frame_number, next_tick
 from nxtdrive.vision.confirm import Confirmation, Seen
 from nxtdrive.vision.detection import Box, Detection, TargetDetector
 from nxtdrive.vision.focus import detect_near
@@ -104,7 +104,7 @@ class GeometricEyes:
 
     Args:
         sensor: What a detector would see.
-        clock: A look waits for the next frame on it, as a camera would.
+        clock: A look waits for a fresh frame on it, as a camera would.
         confirmation: Makes the rule by which one target is confirmed.
     """
 
@@ -112,21 +112,28 @@ class GeometricEyes:
         self._sensor = sensor
         self._clock = clock
         self._make = confirmation
+        self._given = -1
         self._confirmations: dict[str, Confirmation] = {}
 
     def look(self, target: str) -> Sighting | None:
-        """Wait for the next frame and say whether `target` is confirmed in it."""
-        now_s = self._clock.now()
-        self._clock.sleep(next_tick(now_s, self._sensor.fps) - now_s)
+        """Take the next fresh frame and say whether `target` is confirmed in it."""
+        self._await_frame()
         observed = self._sensor.observe(target)
         seen = []
         if observed is not None:
             bearing_deg, distance_mm, box = observed
             seen.append(Seen(Detection(box, 1.0), bearing_deg, distance_mm))
         confirmation = self._confirmations.setdefault(target, self._make())
-        time_s = self._clock.now()
+        time_s = self._given / self._sensor.fps
         confirmed = confirmation.update(time_s, seen)
         return None if confirmed is None else _sighting(target, confirmed, time_s)
+
+    def _await_frame(self) -> None:
+        """As a camera does: the freshest frame, or the next one if that was looked at before."""
+        while (number := frame_number(self._clock.now(), self._sensor.fps)) <= self._given:
+            now_s = self._clock.now()
+            self._clock.sleep(next_tick(now_s, self._sensor.fps) - now_s)
+        self._given = number
 
 
 def _sighting(target: str, seen: Seen, time_s: float) -> Sighting:
