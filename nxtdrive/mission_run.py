@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 SIMULATED, GEOMETRIC, FIRST_WEBCAM = "sim", "geometric", "0"
 """Cameras by name: the simulated robot's, the same robot's eyes without pictures, the first webcam."""
 
+PICTURES = Path(str(resources.files("sim_backend"))) / "pictures"
+"""The built-in pictures; a mission may name them without having them."""
+
 
 def load(path: Path | None) -> Mission:
     """Read a mission; the built-in one without a path.
@@ -31,9 +34,8 @@ def load(path: Path | None) -> Mission:
     Raises:
         ConfigError: The file has mistakes; the message lists all of them.
     """
-    pictures = Path(str(resources.files("sim_backend"))) / "pictures"
     try:
-        return load_mission(path or BUILT_IN, [pictures])
+        return load_mission(path or BUILT_IN, [PICTURES])
     except MissionError as error:
         raise ConfigError(str(error)) from None
 
