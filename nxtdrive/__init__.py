@@ -1,1 +1,60 @@
-"""The driver: bricks, motors, sensors and the rover, over any transport."""
+"""The driver: bricks, motors, sensors and the rover, over any transport.
+
+::
+
+    from nxtdrive import open_brick
+
+    with open_brick("sim://") as brick:
+        brick.motor("A").run_angle(360, 720)
+        print(brick.touch(1).pressed, brick.ultrasonic(4).distance_mm, brick.battery_v)
+        brick.rover().straight(300)
+
+What is named here is loaded when it is first used.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from firmware_protocol.errors import NXTError
+    from nxtdrive.brick import Brick, BrickInfo, open_brick
+    from nxtdrive.motor import Motor, Then
+    from nxtdrive.rover import DriveSettings, Rover, SafetyStop
+    from nxtdrive.sensors import Touch, Ultrasonic
+    from nxtdrive.transports import open_transport
+
+__all__ = [
+    "Brick",
+    "BrickInfo",
+    "DriveSettings",
+    "Motor",
+    "NXTError",
+    "Rover",
+    "SafetyStop",
+    "Then",
+    "Touch",
+    "Ultrasonic",
+    "open_brick",
+    "open_transport",
+]
+
+_HOMES = {
+    "nxtdrive.brick": ("Brick", "BrickInfo", "open_brick"),
+    "nxtdrive.motor": ("Motor", "Then"),
+    "nxtdrive.rover": ("DriveSettings", "Rover", "SafetyStop"),
+    "nxtdrive.sensors": ("Touch", "Ultrasonic"),
+    "nxtdrive.transports": ("open_transport",),
+    "firmware_protocol.errors": ("NXTError",),
+}
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401 - whatever bears the name
+    for module, names in _HOMES.items():
+        if name in names:
+            value = globals()[name] = getattr(import_module(module), name)
+            return value
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

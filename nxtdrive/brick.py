@@ -27,7 +27,7 @@ from firmware_protocol.telegram import Command, Reply
 from nxtdrive.heartbeat import Heartbeat
 from nxtdrive.outputs import braked, coasting
 from nxtdrive.ports import MotorPort, SensorPort, in_range
-from nxtdrive.transports import open_transport
+from nxtdrive.transports import open_transport, reopen_transport
 
 if TYPE_CHECKING:
     from nxtdrive.motor import Motor
@@ -105,22 +105,19 @@ class Brick:
         transport: The way to it.
         timeout_s: How long an answer may take when the request does not say.
         max_telegram: Longest telegram of this link, bytes.
+        now: The link's clock: seconds since an arbitrary start.
     """
 
     def __init__(self, transport: Transport, *, timeout_s: float = 1.0) -> None:
-        self.transport = transport
         self.timeout_s = timeout_s
-        self.max_telegram = transport.max_telegram
-        self.now = transport.now
         self._lock = threading.Lock()
         self._dialogue = Dialogue()
+        self._use(transport)
         self._heartbeat = Heartbeat()
         self._moved: set[OutputPort] = set()
         self._gone = threading.Event()
         self._pulse: threading.Thread | None = None
-        if not transport.simulated:
-            self._pulse = threading.Thread(target=self._beat_on, name="nxtdrive heartbeat", daemon=True)
-            self._pulse.start()
+        self._live()
 
     def request(self, command: Command[R], timeout_s: float | None = None) -> R:
         """Ask, and wait for the answer.
@@ -131,23 +128,23 @@ class Brick:
             RemoteProtocolError: The answer is not what this command is answered with.
             BrickError: The brick refused; see its `status`.
         """
-        transport, dialogue = self.transport, self._dialogue
+        dialogue, receive = self._dialogue, self._receive
         if timeout_s is None:
             timeout_s = self.timeout_s
         with self._lock:
             now = self.now()
             if now >= self._heartbeat.due:
                 self._beat(now)
-            transport.send(dialogue.open(command, now, timeout_s))
+            self._send(dialogue.open(command, now, timeout_s))
             while True:
-                telegram = transport.receive(timeout_s)
+                telegram = receive(timeout_s)
                 if telegram is not None:
                     reply = dialogue.feed(telegram)
                     if reply is not None:
                         return reply  # type: ignore[return-value]
                 now = self.now()
                 if held_back := dialogue.follow_up(now):
-                    transport.send(held_back)
+                    self._send(held_back)
                 timeout_s = dialogue.deadline - now
                 if timeout_s <= 0:
                     raise dialogue.expire()
@@ -161,7 +158,7 @@ class Brick:
         """
         telegram = command.encode(want_reply=False)
         with self._lock:
-            self.transport.send(telegram)
+            self._send(telegram)
             now = self.now()
             if now >= self._heartbeat.due:
                 self._beat(now)
@@ -185,6 +182,20 @@ class Brick:
         telegram = command.encode(want_reply=False)
         with self._lock:
             self._heartbeat.repeat(name, telegram, interval_s, self.now())
+
+    def reconnect(self) -> None:
+        """Open the link again after it was lost: same address, same brick. Motors that ran have stopped by themselves.
+
+        Raises:
+            BrickNotFound: It is not back yet.
+            LinkError: It is back, but does not let us in.
+        """
+        with self._lock:
+            self._use(reopen_transport(self.transport, timeout_s=self.timeout_s))
+            self._dialogue.reset()
+            self._heartbeat.clear()
+        self._live()
+        self.keep_alive()
 
     def forget(self, name: str) -> None:
         """End what `repeat` began under `name`."""
@@ -304,6 +315,12 @@ class Brick:
     ) -> None:
         self.close()
 
+    def _use(self, transport: Transport) -> None:
+        self.transport = transport
+        self.max_telegram = transport.max_telegram
+        # Looked up once: `request` is called hundreds of times a second.
+        self.now, self._send, self._receive = transport.now, transport.send, transport.receive
+
     def _tell(self, rest: Callable[[OutputPort], SetOutputState], ports: list[OutputPort]) -> None:
         for port in ports:
             self.send(rest(port))
@@ -311,7 +328,13 @@ class Brick:
     def _beat(self, now: float) -> None:
         """Send what is due; the caller holds the lock."""
         for telegram in self._heartbeat.take(now):
-            self.transport.send(telegram)
+            self._send(telegram)
+
+    def _live(self) -> None:
+        """See to the background thread, where time passes by itself."""
+        if not self.transport.simulated and not (self._pulse and self._pulse.is_alive()):
+            self._pulse = threading.Thread(target=self._beat_on, name="nxtdrive heartbeat", daemon=True)
+            self._pulse.start()
 
     def _beat_on(self) -> None:
         """What the background thread does: a program that waits for its user still owns a living brick."""

@@ -26,6 +26,11 @@ class Heartbeat:
         if self._jobs.pop(name, None):
             self._reckon()
 
+    def clear(self) -> None:
+        """Let nothing be due any more."""
+        self._jobs.clear()
+        self._reckon()
+
     def take(self, now: float) -> list[bytes]:
         """The telegrams due at `now`; they are next due one interval later."""
         taken = []

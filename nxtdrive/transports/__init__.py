@@ -53,6 +53,18 @@ def open_transport(address: str | Address | None = None, *, timeout_s: float = 1
     return transport_class(address.scheme).open(address, timeout_s)
 
 
+def reopen_transport(transport: Transport, *, timeout_s: float = 1.0) -> Transport:
+    """Close a link that was lost and open another to the same brick; errors as for `open_transport`.
+
+    A transport that knows more of its brick than the address has a method `reopen`: the simulator keeps its world.
+    """
+    transport.close()
+    reopen = getattr(transport, "reopen", None)
+    if reopen is not None:
+        return cast("Transport", reopen(timeout_s))
+    return open_transport(transport.address, timeout_s=timeout_s)
+
+
 def transport_class(scheme: str) -> TransportClass:
     """The class that serves `scheme`: the table first, then other packages' entry points.
 

@@ -82,7 +82,6 @@ class SimTransport:
 
     def reopen(self, timeout_s: float = 1.0) -> Self:  # noqa: ARG002 - opened like any other
         """Another link to the same simulated brick, for when this one was lost."""
-        self.close()
         return type(self)(
             self._simulation,
             latency_ms=self._latency_ms,

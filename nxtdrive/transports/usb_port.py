@@ -51,9 +51,10 @@ class UsbTransport(WallClock):
 
     max_telegram = USB_TELEGRAM_LIMIT
 
-    def __init__(self, device: Device, address: str) -> None:
+    def __init__(self, device: Device, address: str, backend: IBackend | None = None) -> None:
         self.address = address
         self._device: Device | None = device
+        self._backend = backend
 
     @classmethod
     def open(
@@ -86,7 +87,7 @@ class UsbTransport(WallClock):
             device.set_configuration()
             _claim(device)
             _discard_stale(device)
-        return cls(device, str(address))
+            return cls(device, f"usb://{_serial_number(device)}", backend)
 
     @classmethod
     def discover(cls, backend: IBackend | None = None) -> list[str]:
@@ -131,6 +132,10 @@ class UsbTransport(WallClock):
             device, self._device = self._device, None
             with contextlib.suppress(usb.core.USBError):
                 usb.util.dispose_resources(device)
+
+    def reopen(self, timeout_s: float) -> Self:
+        """The same brick again, found by its id through a fresh libusb context."""
+        return self.open(Address.parse(self.address), timeout_s, backend=self._backend)
 
     def _opened(self) -> Device:
         if self._device is None:
