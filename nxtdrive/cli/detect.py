@@ -125,6 +125,8 @@ def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None
     """The target's name, its detector, and the camera's view if a mission tells it."""
     from nxtdrive.vision.detectors import make_detector
 
+    if args.mission and args.target is None:
+        raise ConfigError("--mission needs --target.", remedy="Name the target of the mission to look for.")
     hfov_deg = None
     spec: dict[str, object]
     if args.target is not None:

@@ -117,6 +117,7 @@ def test_the_built_in_targets(tmp_path, capsys):
         (["nowhere.png", "--color", "red"], "no camera, file or folder"),
         (["SCENE", "--target", "nobody"], "lena"),
         (["SCENE", "--color", "mauve"], "magenta"),
+        (["SCENE", "--color", "red", "--mission", "my.toml"], "--target"),
         (["SCENE", "--picture", "missing.jpg"], "missing.jpg"),
         (["SCENE", "--haar", "nonsense"], "nonsense"),
         (["SCENE", "--color", "red", "--out", "x.gif"], "mp4"),
