@@ -92,7 +92,7 @@ def replay(scenario: str, steps: Iterable[Step], firmware: str) -> Report:
 
 def _compare(step: Step, got: str) -> str:
     """What differs, in words, or nothing."""
-    if step.request:
+    if step.request or step.mask:
         return _compare_telegrams(step, got)
     expected, got = _INTERRUPTS.sub("", step.reply), _INTERRUPTS.sub("", got)
     if expected == got:
@@ -104,20 +104,21 @@ def _compare(step: Step, got: str) -> str:
 
 
 def _compare_telegrams(step: Step, got: str) -> str:
+    sent = step.request or step.control
     theirs, ours = bytes.fromhex(step.reply), bytes.fromhex(got)
     if len(theirs) != len(ours):
-        return f"{step.request}: reply {got or 'none'}, the firmware's is {step.reply or 'none'}"
+        return f"{sent}: reply {got or 'none'}, the firmware's is {step.reply or 'none'}"
     mask = bytes.fromhex(step.mask)[: len(theirs)].ljust(len(theirs), b"\xff")
     for offset, (their, our, compare) in enumerate(zip(theirs, ours, mask, strict=True)):
         if (their ^ our) & compare:
             field = _field(bytes.fromhex(step.request), offset)
-            return f"{step.request}: {field} is 0x{our:02x}, the firmware's is 0x{their:02x} ({got}, not {step.reply})"
+            return f"{sent}: {field} is 0x{our:02x}, the firmware's is 0x{their:02x} ({got}, not {step.reply})"
     return ""
 
 
 def _field(request: bytes, offset: int) -> str:
     """Name of the reply's field at `offset`."""
-    if offset < REPLY_HEADER:
+    if request and offset < REPLY_HEADER:
         return ("kind", "opcode", "status")[offset]
     command = COMMANDS.get((Kind(request[0] & ~NO_REPLY), request[1])) if len(request) > 1 else None
     if command is not None:

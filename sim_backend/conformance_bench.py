@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from firmware_protocol.framing import LENGTH_SIZE, USB_TELEGRAM_LIMIT
 from sim_backend.devices import AnalogInput, GenericI2CDevice
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
@@ -55,6 +56,8 @@ class Bench:
             "!fill": self._fill,
             "!mkfiles": self._make_files,
             "!reboot": self._reboot,
+            "!btmode": lambda _: "ok",
+            "!bt": self._bluetooth,
         }
 
     def _plug_in(self, brick: SimBrick) -> None:
@@ -68,8 +71,8 @@ class Bench:
         """Send one telegram and let one pass go by; all in hex. More than 64 bytes are several packets."""
         data = bytes.fromhex(request)
         replies = []
-        for start in range(0, len(data), 64):
-            replies.append(self.brick.receive(data[start : start + 64]) or b"")
+        for start in range(0, len(data), USB_TELEGRAM_LIMIT):
+            replies.append(self.brick.receive(data[start : start + USB_TELEGRAM_LIMIT]) or b"")
             self.brick.tick()
         return b"".join(replies).hex()
 
@@ -225,3 +228,12 @@ class Bench:
         brick = self.brick
         self._plug_in(SimBrick(firmware=brick.firmware, flash=brick.loader.flash))
         return "ok"
+
+    def _bluetooth(self, stream: str = "") -> str:
+        data, replies = bytes.fromhex(stream), b""
+        while data:
+            size = LENGTH_SIZE + int.from_bytes(data[:LENGTH_SIZE], "little")
+            replies += self.brick.receive_bluetooth(data[:size])
+            self.brick.tick()
+            data = data[size:]
+        return replies.hex()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from sim_backend.firmware import io_maps
 from sim_backend.firmware.answer import Handlers
 from sim_backend.firmware.button import ButtonModule
-from sim_backend.firmware.comm import Comm
+from sim_backend.firmware.comm import BluetoothComm, Comm
 from sim_backend.firmware.command import CommandModule
 from sim_backend.firmware.file_handlers import FileHandlers
 from sim_backend.firmware.flash import Flash
@@ -16,6 +16,7 @@ from sim_backend.firmware.input import AnalogSensor, InputModule
 from sim_backend.firmware.input_handlers import InputHandlers
 from sim_backend.firmware.io_control import IoControl
 from sim_backend.firmware.io_map import LiveMap
+from sim_backend.firmware.limits import USB, Channel
 from sim_backend.firmware.loader import Loader, fresh_flash
 from sim_backend.firmware.low_speed import LowSpeedModule
 from sim_backend.firmware.module import Clock, Module
@@ -34,7 +35,8 @@ BOOT_MS = 6000
 FIRMWARES = ("1.29", "1.05")
 """The firmware versions the brick can behave as."""
 
-_MOTOR_PORTS = "ABC"
+_MOTOR_PORTS = ("A", "B", "C")
+_SENSOR_PORTS = range(1, 5)
 
 
 class SimBrick:
@@ -66,7 +68,8 @@ class SimBrick:
         loader: The flash.
         high_speed: The RS485 link on port 4.
         radio: Name, address, Bluetooth.
-        comm: Telegram buffers and dispatch.
+        comm: Telegram buffers and dispatch of the USB link.
+        bluetooth: The same for Bluetooth.
     """
 
     def __init__(
@@ -95,17 +98,20 @@ class SimBrick:
         self.command = CommandModule(clock)
         self.high_speed = HighSpeed()
         self._sleepers: tuple[Module, ...] = (self.low_speed, self.sound, self.button, self.ui)
-        self.comm = Comm(self._handlers(firmware, extended=extended), extended=extended)
+        channel = Channel()
+        handlers = self._handlers(firmware, channel, extended=extended)
+        self.comm = Comm(handlers, channel, USB, extended=extended)
+        self.bluetooth = BluetoothComm(handlers, channel, extended=extended)
 
-    def _handlers(self, firmware: str, *, extended: bool) -> Handlers:
+    def _handlers(self, firmware: str, channel: Channel, *, extended: bool) -> Handlers:
         return {
             **OutputHandlers(self.output).table,
             **InputHandlers(self.input, self.low_speed).table,
             **PropertyHandlers(self.ui, self.sound, self.radio, self.loader).table,
             **ProgramHandlers(self.command, self.loader).table,
-            **FileHandlers(self.loader).table,
-            **ModuleHandlers(self._maps(extended=extended)).table,
-            **IdentityHandlers(firmware, self.radio, self.loader, self.high_speed, self.io_control).table,
+            **FileHandlers(self.loader, channel).table,
+            **ModuleHandlers(self._maps(extended=extended), channel).table,
+            **IdentityHandlers(firmware, self.radio, self.loader, self.high_speed, self.io_control, channel).table,
         }
 
     def _maps(self, *, extended: bool) -> list[LiveMap]:
@@ -145,6 +151,17 @@ class SimBrick:
         """
         return self.comm.receive(telegram)
 
+    def receive_bluetooth(self, framed: bytes) -> bytes:
+        """Handle one telegram that came over Bluetooth, in the pass that is about to run.
+
+        Args:
+            framed: Two bytes of length and the telegram.
+
+        Returns:
+            What the brick puts on the stream: its reply in the same form, or nothing.
+        """
+        return self.bluetooth.receive_framed(framed)
+
     def tick(self, passes: int = 1) -> None:
         """Let `passes` milliseconds go by."""
         clock, output, inputs, sleepers = self._clock, self.output, self.input, self._sleepers
@@ -163,12 +180,24 @@ class SimBrick:
                         module.run(now)
 
     def attach_motor(self, port: str, plant: MotorPlant | None) -> None:
-        """Plug a motor into port "A", "B" or "C", or unplug it with None."""
+        """Plug a motor into port "A", "B" or "C", or unplug it with None.
+
+        Raises:
+            ValueError: There is no such port.
+        """
+        if port not in _MOTOR_PORTS:
+            raise ValueError(f"motors are plugged into ports {', '.join(_MOTOR_PORTS)}, not {port!r}")
         self.output.outputs[_MOTOR_PORTS.index(port)].plant = plant
         self.output.wake()
 
     def attach_sensor(self, port: int, sensor: AnalogSensor | I2CDevice | None) -> None:
-        """Plug a sensor, analog or I2C, into port 1 to 4, or unplug it with None."""
+        """Plug a sensor, analog or I2C, into port 1 to 4, or unplug it with None.
+
+        Raises:
+            ValueError: There is no such port.
+        """
+        if port not in _SENSOR_PORTS:
+            raise ValueError(f"sensors are plugged into ports 1 to 4, not {port!r}")
         digital = sensor if isinstance(sensor, I2CDevice) else None
         self.low_speed.channels[port - 1].bus.device = digital
         self.input.ports[port - 1].sensor = sensor if not isinstance(sensor, I2CDevice) else None

@@ -26,10 +26,11 @@ from firmware_protocol.system import (
 )
 from sim_backend.firmware.answer import DONE, Answer, Handlers, answer, refuse_with_zeros
 from sim_backend.firmware.flash import File
+from sim_backend.firmware.limits import Channel
 from sim_backend.firmware.loader import Loader, Opened
 
-READ_LIMIT_USB = 58
-"""Most data bytes of a Read reply over USB. Source: docs/firmware.md section 2."""
+_FIRST_PIECE, _NEXT_PIECE = 120, 126
+"""Data bytes of the pieces in which a long Read over Bluetooth is sent; at the end of the file the rest is not sent."""
 
 _NAME_SIZE = 20
 
@@ -37,8 +38,8 @@ _NAME_SIZE = 20
 class FileHandlers:
     """Creating, reading, listing and deleting files."""
 
-    def __init__(self, loader: Loader) -> None:
-        self._loader = loader
+    def __init__(self, loader: Loader, channel: Channel) -> None:
+        self._loader, self._channel = loader, channel
 
     @property
     def table(self) -> Handlers:
@@ -83,9 +84,21 @@ class FileHandlers:
 
     def read(self, command: Read) -> Answer:
         """Read on; the length in the reply is the one asked for, what is missing is zero."""
-        size = min(command.size, READ_LIMIT_USB)
+        limits = self._channel.limits
+        if limits.streams and command.size > limits.read:
+            return self._read_long(command)
+        size = min(command.size, limits.read)
         status, data = self._loader.read(command.handle, size)
         return answer(FileData(command.handle, command.size, data.ljust(size, b"\0")), status)
+
+    def _read_long(self, command: Read) -> Answer:
+        status, data, piece = Status.OK, b"", _FIRST_PIECE
+        while not status and len(data) < command.size:
+            piece = min(piece, command.size - len(data))
+            status, part = self._loader.read(command.handle, piece)
+            data += part.ljust(piece, b"\0")
+            piece = _NEXT_PIECE
+        return answer(FileData(command.handle, command.size, data), status)
 
     def write(self, command: Write) -> Answer:
         """Write on."""

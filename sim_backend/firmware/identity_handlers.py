@@ -31,25 +31,31 @@ from firmware_protocol.system import (
 from sim_backend.firmware.answer import DONE, Answer, Handlers, answer, refuse_with_zeros
 from sim_backend.firmware.high_speed import HighSpeed
 from sim_backend.firmware.io_control import BOOT, IoControl
+from sim_backend.firmware.limits import Channel
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.radio import Radio
 
 _PROTOCOL = (124, 1)
 _CONTACTS, _CONNECTIONS = 30, 4
 _NO_LINKS = bytes(4)
-_POLL_LIMIT_USB = 59
 
 
 class IdentityHandlers:
     """Versions, name and address, Bluetooth tables, poll buffers, boot."""
 
     def __init__(
-        self, firmware: str, radio: Radio, loader: Loader, high_speed: HighSpeed, io_control: IoControl
+        self,
+        firmware: str,
+        radio: Radio,
+        loader: Loader,
+        high_speed: HighSpeed,
+        io_control: IoControl,
+        channel: Channel,
     ) -> None:
         major, minor = (int(part) for part in firmware.split("."))
         self._versions = Versions(*_PROTOCOL, minor, major)
         self._radio, self._loader = radio, loader
-        self._high_speed, self._io_control = high_speed, io_control
+        self._high_speed, self._io_control, self._channel = high_speed, io_control, channel
 
     @property
     def table(self) -> Handlers:
@@ -83,8 +89,8 @@ class IdentityHandlers:
         return DONE
 
     def factory_reset(self, _: BluetoothFactoryReset) -> Answer:
-        """Reset the radio, unless it is at work."""
-        if self._radio.busy:
+        """Reset the radio, unless it is at work or carries the request."""
+        if self._radio.busy or self._channel.limits.streams:
             return Answer(Status.UNDEFINED_ERROR)
         self._radio.reset()
         return DONE
@@ -95,14 +101,14 @@ class IdentityHandlers:
 
     def poll(self, command: Poll) -> Answer:
         """Fetch what waits, padded to the length asked for."""
-        if command.size > _POLL_LIMIT_USB:
+        if command.size > self._channel.limits.poll:
             return answer(PollData(command.buffer, 0, b""), Status.UNDEFINED_ERROR)
         data = self._high_speed.fetch(command.size) if command.buffer else b""
         return answer(PollData(command.buffer, len(data), data.ljust(command.size, b"\0")))
 
     def boot(self, command: Boot) -> Answer:
-        """Go into the boot loader, if the text is right."""
-        if command.text != BOOT_TEXT:
+        """Go into the boot loader, if the text is right and came over USB."""
+        if command.text != BOOT_TEXT or self._channel.limits.streams:
             return refuse_with_zeros(Boot, Status.UNDEFINED_ERROR)
         self._io_control.shut_down(BOOT)
         return answer(BootAnswer("Yes"))

@@ -161,12 +161,6 @@ class InputModule:
         port.type, port.mode, port.invalid = sensor_type, mode, True
         self.wake()
 
-    def release(self) -> None:
-        """What starting and stopping a program does: no types, zeros, invalid."""
-        for port in self.ports:
-            port.raw = port.normalized = port.scaled = 0
-            self.set_mode(port, SensorType.NONE, SensorMode.RAW)
-
     def run(self, now_ms: int) -> None:
         """Read the sensors; passes left out since the last run only count for settling."""
         passes, self._last_ms = now_ms - self._last_ms, now_ms

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 
 from firmware_protocol.status import Status
 from firmware_protocol.system import (
-    IO_MAP_READ_LIMIT_USB,
     CloseModuleHandle,
     FindFirstModule,
     FindNextModule,
@@ -19,18 +18,18 @@ from firmware_protocol.system import (
 )
 from sim_backend.firmware.answer import Answer, Handlers, answer, refuse_with_zeros
 from sim_backend.firmware.io_map import LiveMap
+from sim_backend.firmware.limits import Channel
 from sim_backend.firmware.names import matcher
 
-_WRITE_LIMIT_USB = 54
 _HANDLE = 0
 
 
 class ModuleHandlers:
     """Listing of modules, and access to their variables."""
 
-    def __init__(self, maps: Sequence[LiveMap]) -> None:
+    def __init__(self, maps: Sequence[LiveMap], channel: Channel) -> None:
         """Take the maps in the order in which modules are listed."""
-        self._maps = maps
+        self._maps, self._channel = maps, channel
         self._by_id = {live.layout.module_id: live for live in maps}
         self._searching = False
         self._found: Iterator[LiveMap] = iter(())
@@ -72,7 +71,7 @@ class ModuleHandlers:
 
     def read(self, command: IOMapRead) -> Answer:
         """Read variables; the length is capped before the range is checked."""
-        size = min(command.size, IO_MAP_READ_LIMIT_USB)
+        size = min(command.size, self._channel.limits.io_map_read)
         live, status = self._locate(command.module_id, command.offset, size)
         if live is None:
             return answer(IOMapData(command.module_id, 0, bytes(size)), status)
@@ -80,7 +79,7 @@ class ModuleHandlers:
 
     def write(self, command: IOMapWrite) -> Answer:
         """Write variables."""
-        size = min(command.size, _WRITE_LIMIT_USB)
+        size = min(command.size, self._channel.limits.io_map_write)
         live, status = self._locate(command.module_id, command.offset, size)
         if live is None:
             return answer(IOMapWritten(command.module_id, 0), status)

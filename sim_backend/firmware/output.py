@@ -78,13 +78,7 @@ class Output:
         self.control = control
         self.plant: MotorPlant | None = None
         self.p_gain, self.i_gain, self.d_gain = control.gains
-        self.release()
-        self.flags = 0
-
-    def release(self) -> None:
-        """Command rest: coasting, no regulation, no limit."""
-        self.mode = self.power = self.run_state = self.regulation = self.turn = self.tacho_limit = 0
-        self.flags = COMMAND
+        self.mode = self.power = self.run_state = self.regulation = self.turn = self.tacho_limit = self.flags = 0
 
     @property
     def at_rest(self) -> bool:
@@ -118,15 +112,6 @@ class OutputModule:
         self._regulators = Regulators()
         self._clock = clock
         self._last_ms = clock.now_ms
-
-    def release(self) -> None:
-        """What starting and stopping a program does: coasting motors, all counters zero."""
-        for output in self.outputs:
-            output.release()
-            output.flags |= int(
-                OutputFlag.RESET_TACHO_COUNT | OutputFlag.RESET_BLOCK_COUNT | OutputFlag.RESET_ROTATION_COUNT
-            )
-        self.wake()
 
     def wake(self) -> None:
         """Make the next pass count: a command was given or a plant was touched."""

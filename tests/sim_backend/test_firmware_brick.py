@@ -65,6 +65,26 @@ def test_no_bytes_disturb_the_brick(telegrams):
     assert brick.receive(direct.GetOutputState(OutputPort.B).encode())[:3] == b"\x02\x06\x00"
 
 
+@given(st.lists(st.binary(max_size=300), max_size=20))
+def test_no_bytes_over_bluetooth_disturb_the_brick(telegrams):
+    brick = equipped()
+    for telegram in telegrams:
+        brick.receive_bluetooth(len(telegram).to_bytes(2, "little") + telegram)
+        brick.tick()
+    assert brick.receive_bluetooth(b"\x02\x00\x01\x88") == b"\x07\x00\x02\x88\x00\x7c\x01\x1d\x01"
+
+
+@pytest.mark.parametrize("size", [1, 122, 123, 0xFFFF])
+def test_a_read_over_bluetooth_has_the_length_it_announces_while_the_file_lasts(size):
+    brick = SimBrick()
+    handle = brick.loader.create("big", 70_000).handle
+    brick.loader.write(handle, bytes(70_000))
+    brick.loader.close(handle)
+    brick.loader.open_read("big")
+    reply = brick.receive_bluetooth(b"\x05\x00" + system.Read(0, size).encode())
+    assert int.from_bytes(reply[:2], "little") == len(reply) - 2 & 0xFFFF == size + 6 & 0xFFFF
+
+
 def test_no_bytes_make_the_brick_grow():
     random = Random(7)
     brick = equipped()
@@ -103,6 +123,18 @@ def test_waiting_at_once_is_waiting_step_by_step(steps):
 def test_an_unknown_firmware_is_refused(firmware):
     with pytest.raises(ValueError, match=r"1\.29, 1\.05"):
         SimBrick(firmware=firmware)
+
+
+@pytest.mark.parametrize("port", ["D", "a", "AB", ""])
+def test_motors_fit_only_their_ports(port):
+    with pytest.raises(ValueError, match="A, B, C"):
+        SimBrick().attach_motor(port, BenchMotor())
+
+
+@pytest.mark.parametrize("port", [0, 5, -1])
+def test_sensors_fit_only_their_ports(port):
+    with pytest.raises(ValueError, match="1 to 4"):
+        SimBrick().attach_sensor(port, TouchSensor(lambda: True))
 
 
 def test_name_and_address_are_those_given():
@@ -150,6 +182,14 @@ def transact(brick, port, tx_data, rx_size):
     ask(brick, direct.LSWrite.transaction(port, tx_data, rx_size))
     brick.tick(40)
     return ask(brick, direct.LSRead(port)).received
+
+
+def test_a_question_without_an_answer_takes_nothing():
+    brick = sonar(lambda: 42)
+    ask(brick, direct.LSWrite.transaction(3, b"\x02\x42", 1))
+    brick.tick(40)
+    assert brick.receive(direct.LSRead(3).encode(want_reply=False)) is None
+    assert ask(brick, direct.LSRead(3)).received == b"\x2a"
 
 
 def sonar(distance_cm):

@@ -9,7 +9,6 @@ from sim_backend.firmware.brick import FIRMWARES
 
 RECORDING = Path(__file__).parents[1] / "golden" / "firmware.jsonl"
 
-BLUETOOTH = {"bluetooth", "bluetooth_short_read"}
 PROGRAMS = {
     "message_memory",
     "message_program",
@@ -26,7 +25,7 @@ PROGRAMS = {
 STRAY_MEMORY = {"i2c_sizes"}
 """Its last line shows the memory behind a buffer that a write of 0 bytes sends for ever."""
 
-NOT_YET = BLUETOOTH | PROGRAMS | STRAY_MEMORY
+NOT_YET = PROGRAMS | STRAY_MEMORY
 OTHER_REQUESTS = {("1.05", "data_files")}
 """The recording took a handle out of this firmware's reply into a request, but keeps the other firmware's requests."""
 
