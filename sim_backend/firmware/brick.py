@@ -198,9 +198,12 @@ class SimBrick:
         """
         if port not in _SENSOR_PORTS:
             raise ValueError(f"sensors are plugged into ports 1 to 4, not {port!r}")
-        digital = sensor if isinstance(sensor, I2CDevice) else None
-        self.low_speed.channels[port - 1].bus.device = digital
-        self.input.ports[port - 1].sensor = sensor if not isinstance(sensor, I2CDevice) else None
+        bus, analog = self.low_speed.channels[port - 1].bus, self.input.ports[port - 1]
+        bus.device = analog.sensor = None
+        if isinstance(sensor, I2CDevice):
+            bus.device = sensor
+        else:
+            analog.sensor = sensor
         self.input.wake()
 
     def unplug_usb(self) -> None:

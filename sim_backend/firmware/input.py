@@ -37,6 +37,7 @@ class InputPort:
     Attributes:
         sensor: What is plugged in, or None; None reads as an open port.
         type: As commanded.
+        known_type: The type the port is already set up for.
         mode: As commanded.
         raw: Of the converter, 0..1023.
         normalized: 0..1023.
@@ -50,7 +51,6 @@ class InputPort:
     __slots__ = (
         "_band",
         "_debounce",
-        "_known_type",
         "_last",
         "_settling",
         "boolean",
@@ -58,6 +58,7 @@ class InputPort:
         "custom_full_scale",
         "custom_zero_offset",
         "invalid",
+        "known_type",
         "mode",
         "normalized",
         "pin_directions",
@@ -71,7 +72,7 @@ class InputPort:
 
     def __init__(self, reading: int) -> None:
         self.sensor: AnalogSensor | None = None
-        self.type = self._known_type = int(SensorType.NONE)
+        self.type = self.known_type = int(SensorType.NONE)
         self.mode = int(SensorMode.RAW)
         self.raw = self.normalized = self.scaled = reading
         self.boolean = 0
@@ -87,7 +88,7 @@ class InputPort:
 
     def settle(self, passes: int) -> int:
         """The type changed: the values are invalid for so many passes more."""
-        self._known_type = self.type
+        self.known_type = self.type
         self._settling = passes
         return passes
 
@@ -96,11 +97,6 @@ class InputPort:
         left = self._settling - passes
         self._settling = max(left, 0)
         return left
-
-    @property
-    def known_type(self) -> int:
-        """The type the module has already set up."""
-        return self._known_type
 
     def read(self) -> None:
         """Take the sensor's value and scale it."""
