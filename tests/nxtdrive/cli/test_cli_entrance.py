@@ -1,6 +1,7 @@
 """The entrance: help for everybody, one sentence for every mistake, nothing heavy before it is needed."""
 
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -32,7 +33,7 @@ def test_every_command_explains_itself_with_examples_that_parse(command, capsys)
     examples = _examples(text.split("examples:")[1])
     assert examples
     for example in examples:
-        words = shlex.split(example.split(" < ")[0], comments=True)
+        words = shlex.split(re.split(r" [<>] ", example)[0], comments=True)
         args = _parse(words[1:])
         assert args.command == command
         assert callable(args.run)
