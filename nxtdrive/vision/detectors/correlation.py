@@ -45,7 +45,8 @@ FLAT_SD = 1.0
 """Flatter windows than this, in gray levels, are taken to have this much contrast: only rendered frames have such."""
 
 PROPOSE_AT = 0.5
-PROPOSALS_PER_LEVEL = 6
+PROPOSALS = (8, 4, 3, 3, 3)
+"""At most so many per level; the finest has the smallest templates and the most places for chance to match them."""
 
 NEIGHBOURS = np.ones((3, 3), np.uint8)
 
@@ -202,7 +203,9 @@ class CorrelationMatcher:
             sizes = np.full_like(xs, width), np.full_like(xs, height)
             boxes.append(np.stack([xs * level.step, ys * level.step, *sizes], axis=1) * level.scale)
             parts.append(np.full(len(xs), template.part))
-        return _peaks(np.concatenate(scores), np.concatenate(boxes), np.concatenate(parts)) if scores else []
+        if not scores:
+            return []
+        return _peaks(np.concatenate(scores), np.concatenate(boxes), np.concatenate(parts), PROPOSALS[number])
 
     def _refine(self, image: Image, around: _Match, look: _Look) -> _Match | None:
         """The best colour match near a rectangle; None if there is none worth following."""
@@ -263,12 +266,14 @@ def _needed(match: _Match) -> float:
     return SURE + CHANCE_AREA / area + (CORE_EXTRA if match.part != 1.0 else 0.0)
 
 
-def _peaks(scores: NDArray[np.float32], boxes: NDArray[np.float64], parts: NDArray[np.float64]) -> list[_Match]:
-    """Greedy choice of the best, each time leaving out what overlaps the chosen one by half."""
+def _peaks(
+    scores: NDArray[np.float32], boxes: NDArray[np.float64], parts: NDArray[np.float64], most: int
+) -> list[_Match]:
+    """Greedy choice of the `most` best, each time leaving out what overlaps the chosen one by half."""
     order = np.argsort(-scores, kind="stable")
     scores, boxes, parts = scores[order], boxes[order], parts[order]
     peaks: list[_Match] = []
-    while len(scores) and len(peaks) < PROPOSALS_PER_LEVEL:
+    while len(scores) and len(peaks) < most:
         left, top, width, height = boxes[0]
         peaks.append(_Match(float(scores[0]), (float(left), float(top), float(width), float(height)), float(parts[0])))
         shared_x = np.minimum(left + width, boxes[:, 0] + boxes[:, 2]) - np.maximum(left, boxes[:, 0])
