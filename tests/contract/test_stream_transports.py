@@ -1,0 +1,123 @@
+"""What only serial ports, TCP and Bluetooth can do wrong."""
+
+import errno
+import os
+import subprocess
+import sys
+import tty
+
+import pytest
+import serial
+
+from firmware_protocol.errors import AddressError, BrickNotFound, LinkBusy, LinkError, PermissionDenied
+from nxtdrive.transports import open_transport
+from nxtdrive.transports.bluetooth import BluetoothTransport
+from nxtdrive.transports.serial_port import SerialTransport
+
+
+@pytest.fixture
+def terminal():
+    """The name of a pseudo-terminal."""
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    yield os.ttyname(slave)
+    os.close(slave)
+    os.close(master)
+
+
+def test_a_port_is_held_by_one_program(terminal):
+    first = open_transport(f"serial://{terminal}")
+    with pytest.raises(LinkBusy, match="other program"):
+        open_transport(terminal)
+    first.close()
+    open_transport(terminal).close()
+
+
+def test_a_missing_port_is_no_brick():
+    with pytest.raises(BrickNotFound, match="/dev/rfcomm99"):
+        open_transport("serial:///dev/rfcomm99")
+
+
+def test_a_port_must_be_named():
+    with pytest.raises(AddressError, match="names no port"):
+        open_transport("serial://")
+
+
+@pytest.mark.parametrize(
+    ("error", "ours"),
+    [
+        (serial.SerialException(errno.EACCES, "Permission denied"), PermissionDenied),
+        (
+            serial.SerialException("could not open port 'COM5': PermissionError(13, 'Access is denied.', None, 5)"),
+            LinkBusy,
+        ),
+        (serial.SerialException(errno.EHOSTDOWN, "Host is down"), BrickNotFound),
+        (ValueError("Not a valid port"), BrickNotFound),
+    ],
+)
+def test_errors_of_the_operating_system_become_ours(mocker, error, ours):
+    mocker.patch("serial.Serial", side_effect=error)
+    with pytest.raises(ours):
+        open_transport("serial://COM5")
+
+
+def test_the_port_does_not_become_the_controlling_terminal(terminal):
+    """Else the end of the link would end a service that owns it, by SIGHUP."""
+    code = (
+        "import os, sys\n"
+        "from nxtdrive.transports import open_transport\n"
+        "transport = open_transport(sys.argv[1])\n"
+        "try:\n    os.open('/dev/tty', os.O_RDWR)\nexcept OSError:\n    print('none')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, terminal], capture_output=True, text=True, start_new_session=True, check=True
+    )
+    assert done.stdout.strip() == "none"
+
+
+def test_ports_of_paired_bricks_are_told_by_their_names(mocker):
+    mocker.patch("pathlib.Path.glob", return_value=map(__import__("pathlib").Path, ["/dev/rfcomm0", "/dev/ttyS0"]))
+    assert SerialTransport.discover() == ["serial:///dev/rfcomm0"]
+
+
+def test_a_server_that_is_not_there_is_no_brick():
+    with pytest.raises(BrickNotFound, match="server"):
+        open_transport("tcp://127.0.0.1:1", timeout_s=0.5)
+
+
+@pytest.mark.parametrize("address", ["tcp://host:0", "tcp://host:70000", "tcp://host:x", "tcp://host:²"])
+def test_a_port_number_must_be_one(address):
+    with pytest.raises(AddressError, match="port"):
+        open_transport(address)
+
+
+@pytest.mark.parametrize("address", ["bt://", "bt://0016530A1B2C", "bt://00:16:53:0A:1B:2G"])
+def test_a_bluetooth_address_has_six_bytes_and_colons(address):
+    with pytest.raises(AddressError, match="00:16:53"):
+        open_transport(address)
+
+
+def test_without_bluetooth_the_remedy_names_another_way(mocker):
+    mocker.patch("socket.socket", side_effect=OSError(errno.EAFNOSUPPORT, "Address family not supported"))
+    with pytest.raises(LinkError, match="usb://"):
+        open_transport("bt://00:16:53:0A:1B:2C")
+
+
+@pytest.mark.parametrize(("number", "error"), [(errno.EBUSY, LinkBusy), (errno.EHOSTDOWN, BrickNotFound)])
+def test_a_bluetooth_brick_that_does_not_let_us_in(mocker, number, error):
+    mocker.patch("socket.socket")
+    library = mocker.patch("ctypes.CDLL").return_value
+    library.connect.return_value = -1
+    mocker.patch("ctypes.get_errno", return_value=number)
+    with pytest.raises(error, match="00:16:53:0A:1B:2C"):
+        open_transport("bt://00:16:53:0A:1B:2C")
+
+
+def test_a_bluetooth_brick_is_asked_for_by_its_bytes_in_reverse(mocker):
+    mocker.patch("socket.socket")
+    library = mocker.patch("ctypes.CDLL").return_value
+    library.connect.return_value = 0
+    transport = open_transport("bt://00:16:53:0a:1b:2c")
+    assert isinstance(transport, BluetoothTransport)
+    target = library.connect.call_args.args[1]._obj
+    assert bytes(target) == bytes.fromhex("1f00 2c1b0a531600 01 00")

@@ -1,0 +1,118 @@
+"""What only USB can do wrong. The bus is in conftest.py; pyusb above it is real."""
+
+import errno
+
+import pytest
+import usb.backend.libusb1
+
+from firmware_protocol.direct import GetBatteryLevel
+from firmware_protocol.errors import (
+    AddressError,
+    BrickNotFound,
+    LinkBusy,
+    LinkError,
+    LinkLost,
+    LocalProtocolError,
+    PermissionDenied,
+)
+from nxtdrive.transports.address import Address
+from nxtdrive.transports.usb_port import UsbTransport
+
+BATTERY = GetBatteryLevel().encode()
+
+
+def open_usb(bus, address="usb://"):
+    return UsbTransport.open(Address.parse(address), backend=bus)
+
+
+@pytest.mark.parametrize("address", ["usb://001653010203", "usb://00:16:53:01:02:03", "usb://"])
+def test_the_brick_is_found_by_its_id_or_as_the_only_one(usb_bus, address):
+    transport = open_usb(usb_bus(), address)
+    assert transport.address == "usb://001653010203"
+    transport.close()
+
+
+def test_another_id_is_not_found_and_the_message_lists_what_is_there(usb_bus):
+    with pytest.raises(BrickNotFound, match="001653010203"):
+        open_usb(usb_bus(), "usb://001653FFFFFF")
+
+
+def test_an_empty_bus_is_no_brick(usb_bus):
+    bus = usb_bus()
+    bus.plugged = False
+    with pytest.raises(BrickNotFound, match="Plug the brick in"):
+        open_usb(bus)
+    assert UsbTransport.discover(bus) == []
+
+
+@pytest.mark.parametrize("address", ["usb://12345", "usb://zz1653010203", "usb://001653010203?speed=3"])
+def test_what_is_no_usb_address_is_refused_before_anything_is_opened(usb_bus, address):
+    with pytest.raises(AddressError):
+        open_usb(usb_bus(), address)
+
+
+@pytest.mark.parametrize(
+    ("operation", "number", "error", "says"),
+    [
+        ("open_device", errno.EACCES, PermissionDenied, "udev"),
+        ("set_configuration", errno.EBUSY, LinkBusy, "other program"),
+        ("claim_interface", errno.EBUSY, LinkBusy, "other program"),
+        ("claim_interface", errno.ENODEV, LinkLost, "Plug"),
+        ("claim_interface", errno.EOVERFLOW, LinkError, "plug it in again"),
+    ],
+)
+def test_errors_of_the_operating_system_become_ours(usb_bus, operation, number, error, says):
+    bus = usb_bus()
+    bus.failures[operation] = number
+    with pytest.raises(error, match=says) as caught:
+        open_usb(bus)
+    assert type(caught.value) is error
+
+
+def test_a_brick_that_may_not_be_opened_is_listed_without_its_id(usb_bus):
+    bus = usb_bus()
+    bus.failures["open_device"] = errno.EACCES
+    assert UsbTransport.discover(bus) == ["usb://"]
+    with pytest.raises(PermissionDenied, match="0694"):
+        open_usb(bus, "usb://001653010203")
+
+
+def test_what_a_dead_program_left_unread_is_no_answer(usb_bus):
+    bus = usb_bus()
+    bus.waiting = [b"\x02\x0b\x00\x00\x00"] * 3
+    transport = open_usb(bus)
+    transport.send(BATTERY)
+    assert GetBatteryLevel.decode_reply(transport.receive(1.0)).voltage_mv > 1000
+    transport.close()
+
+
+def test_a_halted_endpoint_recovers(usb_bus):
+    bus = usb_bus()
+    transport = open_usb(bus)
+    transport.send(BATTERY)
+    bus.failures["bulk_read"] = errno.EPIPE
+    assert transport.receive(0.1) is None
+    assert transport.receive(0.1) is not None
+    transport.close()
+
+
+def test_a_telegram_too_long_for_a_packet_is_not_sent(usb_bus):
+    transport = open_usb(usb_bus())
+    with pytest.raises(LocalProtocolError, match="64"):
+        transport.send(bytes(65))
+    transport.close()
+
+
+def test_closing_gives_the_device_back(usb_bus):
+    bus = usb_bus()
+    transport = open_usb(bus)
+    assert bus.claimed
+    transport.close()
+    assert not bus.claimed
+    assert bus.opened == 0
+
+
+def test_without_libusb_the_remedy_says_what_to_install(monkeypatch):
+    monkeypatch.setattr(usb.backend.libusb1, "get_backend", lambda: None)
+    with pytest.raises(BrickNotFound, match="libusb"):
+        UsbTransport.open(Address.parse("usb://"))
