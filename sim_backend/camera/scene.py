@@ -5,6 +5,8 @@ The map is image-like: x to the right, y down, heading 0 along +x and 90 along +
 Every surface is an upright rectangle standing on a line from foot point 0 to foot point 1. Its *front* is the side from
 which point 0 is on the left and point 1 on the right; the texture reads correctly from there. Example: the panel from
 (1000, -100) to (1000, 100) shows its front to a camera at the origin with heading 0.
+
+Two panels in the same place show either; hang a picture some millimetres in front of its wall.
 """
 
 from __future__ import annotations
