@@ -63,7 +63,8 @@ class MissionChart(StateChart[Any]):
 
                 target_seen = search.to(arrive)
                 search_failed = search.to(select)
-                continued = arrive.to(arrive, internal=True)
+                # not internal: 3.2.2 enters the initial states of all regions on an internal self-transition
+                continued = arrive.to(arrive)
                 arrived = arrive.to(reached)
                 arrive_failed = arrive.to(select)
 

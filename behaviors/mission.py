@@ -239,7 +239,9 @@ def _resolve_pictures(table: dict[str, Any], folders: Sequence[Path]) -> Iterabl
 
 def _describe(error: ValidationError) -> Iterable[str]:
     for problem in error.errors():
-        path = [part for part in problem["loc"] if part not in _DETECTORS]
+        path = list(problem["loc"])
+        if len(path) > 2 and path[0] == "target":
+            del path[2]  # the kind of detector, which stands in no path of the file
         where = ".".join(str(part) for part in path) or "mission file"
         message = problem["msg"].removeprefix("Value error, ")
         if problem["type"] == "extra_forbidden":
@@ -253,7 +255,6 @@ def _describe(error: ValidationError) -> Iterable[str]:
         yield f"{where}: {message}"
 
 
-_DETECTORS = ("picture", "haar", "marker", "color")
 _UNITS = {"_mm": "millimetres", "_s": "seconds", "_deg": "degrees", "_mm_s": "millimetres per second"}
 
 

@@ -6,18 +6,21 @@ the transport's clock as its clock.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib import resources
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from behaviors.mission import BUILT_IN, Mission, MissionError, load_mission
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.rover import Rover, SafetyStop
+from nxtdrive.transports.sim import SimTransport
 
 if TYPE_CHECKING:
     from behaviors.ports import Eyes
     from nxtdrive.brick import Brick
-    from nxtdrive.vision.camera import Camera
+    from nxtdrive.vision.camera import Camera, Frame
     from nxtdrive.vision.detection import TargetDetector
     from nxtdrive.vision.eyes import CameraEyes
 
@@ -69,7 +72,7 @@ def build_detectors(mission: Mission) -> dict[str, TargetDetector]:
 
 def default_camera(brick: Brick) -> str:
     """Which camera a brick's robot carries when nobody says: the simulated one's own, else the first webcam."""
-    return SIMULATED if _simulation_side(brick) is not None else FIRST_WEBCAM
+    return SIMULATED if _simulated_webcam(brick) is not None else FIRST_WEBCAM
 
 
 def open_mission_camera(source: str, brick: Brick) -> Camera:
@@ -88,13 +91,32 @@ def open_mission_camera(source: str, brick: Brick) -> Camera:
         return open_camera(source, clock=brick.transport)
     from nxtdrive.vision.camera import SimulatedCamera
 
-    frames = _simulation_side(brick)
+    frames = _simulated_webcam(brick)
     if frames is None:
         raise CameraError(
             f"{brick.transport.address} has no simulated camera.",
             remedy="Name a camera: --camera 0 is the first webcam; `nxtdrive sim serve` prints its camera's URL.",
         )
     return SimulatedCamera(frames, brick.transport, frames.size)
+
+
+def watch(camera: Camera, brick: Brick, observer: Callable[[Frame], None], fps: float) -> None:
+    """Have `observer` see what the camera sees also while nobody looks; recordings have nothing to show then.
+
+    Args:
+        camera: As `open_mission_camera` gave it.
+        brick: As given to it.
+        observer: Called with frames in the order of time, for a webcam in a thread of its own.
+        fps: How often, where that can be chosen.
+    """
+    from nxtdrive.vision.camera import Frame, SimulatedCamera
+    from nxtdrive.vision.live import LiveCamera
+
+    if isinstance(camera, LiveCamera):
+        camera.on_frame(observer)
+    elif isinstance(camera, SimulatedCamera) and isinstance(brick.transport, SimTransport):
+        numbers = count()
+        brick.transport.on_frame(lambda image, time_s: observer(Frame(image, time_s, next(numbers))), fps)
 
 
 def geometric_eyes(brick: Brick) -> Eyes:
@@ -105,7 +127,7 @@ def geometric_eyes(brick: Brick) -> Eyes:
     """
     from nxtdrive.vision.eyes import GeometricEyes
 
-    frames = _simulation_side(brick)
+    frames = _simulated_webcam(brick)
     if frames is None:
         raise CameraError("Geometric eyes need a simulated robot.", remedy="Use --nxt sim://.")
     return GeometricEyes(frames, brick.transport)
@@ -120,5 +142,5 @@ def camera_eyes(camera: Camera, mission: Mission) -> CameraEyes:
     return CameraEyes(camera, build_detectors(mission), pinhole)
 
 
-def _simulation_side(brick: Brick) -> Any:  # noqa: ANN401 - the simulation's webcam, which serves both kinds of eyes
-    return getattr(brick.transport, "webcam", None)
+def _simulated_webcam(brick: Brick) -> Any:  # noqa: ANN401 - it serves both kinds of eyes
+    return brick.transport.webcam if isinstance(brick.transport, SimTransport) else None

@@ -35,9 +35,6 @@ EXAMPLES = """\
   nxtdrive run --nxt serial:///tmp/nxt --camera http://127.0.0.1:8081/camera.mjpg
   nxtdrive run --json --no-video"""
 
-WATCH_FPS = 2
-"""Frames per second recorded while nobody looks, as during a wait."""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
@@ -64,6 +61,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.recording.recording import Recording
     from nxtdrive.recording.run_folder import new_run_folder
     from nxtdrive.recording.status_line import StatusLine
+    from nxtdrive.recording.video import VIDEO_FPS
 
     mission = mission_run.load(args.mission)
     console = Console(lambda line: print(line, flush=True))
@@ -77,6 +75,7 @@ def run(args: argparse.Namespace) -> int:
         eyes = mission_run.camera_eyes(camera, mission)
         recording = Recording(new_run_folder(args.out, mission.mission.name), video=not args.no_video)
         eyes.on_look(recording.look)
+        mission_run.watch(camera, brick, recording.frame, VIDEO_FPS)
         status = stack.enter_context(StatusLine(lambda: brick.battery_mv))
         observers: list[Observer] = [_print_json] if args.json else [console, status]
         details: dict[str, object] = {"mission": mission.mission.name, "nxt": args.nxt, "camera": source}

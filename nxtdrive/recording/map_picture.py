@@ -92,7 +92,7 @@ def draw_map(records: Sequence[Record]) -> Image:
         for point in points:
             cv2.circle(sheet.image, sheet.at(point), 4, color, -1, cv2.LINE_AA)
         sheet.text(target, points[-1], color, 0.5, shift=(9, -9))
-    cv2.drawMarker(sheet.image, sheet.at((0.0, 0.0)), INK, cv2.MARKER_DIAMOND, 16, 2, cv2.LINE_AA)
+    cv2.arrowedLine(sheet.image, sheet.at((0.0, 0.0)), sheet.at((160.0, 0.0)), INK, 2, cv2.LINE_AA, tipLength=0.4)
     sheet.text("start", (0.0, 0.0), INK, 0.42, shift=(10, 18))
     _draw_marks(sheet, known.marks)
     _legend(sheet, known, records)
@@ -110,7 +110,8 @@ def gather(records: Sequence[Record]) -> Known:
             here = (x_mm, y_mm)
             known.path.append((here, record.state))
             if record.kind is Kind.LOOK:
-                known.looks.append((here, heading_deg))
+                if record.state == "search":
+                    known.looks.append((here, heading_deg))
                 _add_look(known, record, here, heading_deg)
         if record.kind is Kind.TRANSITION:
             mark = _mark_of(record)

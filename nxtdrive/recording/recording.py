@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +19,7 @@ from nxtdrive.vision.annotate import annotate
 
 if TYPE_CHECKING:
     from nxtdrive.vision.camera import Frame
-    from nxtdrive.vision.detection import Detection, Image
+    from nxtdrive.vision.detection import Detection
 
 
 class Recording:
@@ -32,6 +33,7 @@ class Recording:
     def __init__(self, folder: RunFolder, *, video: bool = True) -> None:
         self.folder = folder
         self._video = VideoRecorder(folder.path / VIDEO) if video else None
+        self._video_lock = threading.Lock()
         self._caption = ""
 
     def __call__(self, record: Record) -> None:
@@ -41,13 +43,18 @@ class Recording:
 
     def look(self, frame: Frame, _target: str, sighting: Sighting | None, found: Sequence[Detection]) -> None:
         """Hear of a look: the frame with what was seen in it."""
-        if self._video and self._video.due(frame.time_s):
-            self._video.add(annotate(frame.image, sighting, found, self._caption), frame.time_s)
+        self._show(frame, sighting, found, looked=True)
 
-    def frame(self, image: Image, time_s: float) -> None:
-        """Hear of a frame that nobody looked at, as while the robot waits."""
-        if self._video and self._video.due(time_s):
-            self._video.add(annotate(image, None, (), self._caption), time_s)
+    def frame(self, frame: Frame) -> None:
+        """Hear of a frame that nobody looked at, as while the robot waits; may come from the camera's thread."""
+        self._show(frame, None, (), looked=False)
+
+    def _show(self, frame: Frame, sighting: Sighting | None, found: Sequence[Detection], *, looked: bool) -> None:
+        with self._video_lock:
+            if self._video:
+                drawn = annotate(frame.image, sighting, found, self._caption)
+                # of the same moment, the frame with the boxes is the one to keep
+                self._video.add(drawn, frame.time_s, instead=looked)
 
     def finish(self, report: Report | None, error: str, details: dict[str, object]) -> None:
         """Write summary and map and close the journal and the video.
@@ -60,8 +67,10 @@ class Recording:
         self.folder.close()
         self.folder.write_summary(report, error, details)
         cv2.imwrite(str(self.folder.path / MAP), draw_map(self.folder.records))
-        if self._video:
-            self._video.close()
+        with self._video_lock:
+            if self._video:
+                self._video.close()
+                self._video = None
 
     def files(self) -> list[Path]:
         """What there is in the folder."""

@@ -28,40 +28,38 @@ class VideoRecorder:
         self._path = path
         self._fps = fps
         self._writer: cv2.VideoWriter | None = None
-        self._written = 0
-        self._start_s: float | None = None
+        self._start_s = 0.0
+        self._slot = 0
+        self._shown: Image | None = None
 
-    def due(self, time_s: float) -> bool:
-        """Whether a frame of this time would be written, so that nobody draws for nothing."""
-        return self._start_s is None or self._slot(time_s) >= self._written
-
-    def add(self, image: Image, time_s: float) -> None:
-        """Show `image` from `time_s` on; times between two frames repeat the earlier one.
+    def add(self, image: Image, time_s: float, *, instead: bool = False) -> None:
+        """Show `image` from `time_s` on, until the next one; of two in the same slot the first stays.
 
         Args:
             image: Shape (height, width, 3), dtype uint8, BGR; all of one size.
             time_s: Mission time; must not go back.
+            instead: Show it even if there is one in this slot already.
 
         Raises:
             ConfigError: The file cannot be written.
         """
-        if self._writer is None:
+        if self._shown is None:
             self._open(image)
             self._start_s = time_s
-        elif not self.due(time_s):
-            return
-        # a stretch without frames repeats the new one; the film keeps the mission's time either way
-        for _ in range(self._slot(time_s) - self._written + 1):
-            self._write(image)
+        slot = int((time_s - self._start_s) * self._fps + 1e-6)
+        later = slot > self._slot
+        if later:
+            self._write(slot - self._slot)
+            self._slot = slot
+        if later or instead or self._shown is None:
+            self._shown = image
 
     def close(self) -> None:
         """Finish the file; may be called again."""
         if self._writer is not None:
+            self._write(1)
             self._writer.release()
             self._writer = None
-
-    def _slot(self, time_s: float) -> int:
-        return int((time_s - (self._start_s or 0.0)) * self._fps + 1e-6)
 
     def _open(self, image: Image) -> None:
         height, width = image.shape[:2]
@@ -70,7 +68,7 @@ class VideoRecorder:
         if not self._writer.isOpened():
             raise ConfigError(f"{self._path}: the video cannot be written.", remedy="Choose another folder with --out.")
 
-    def _write(self, image: Image) -> None:
-        if self._writer is not None:
-            self._writer.write(image)
-            self._written += 1
+    def _write(self, times: int) -> None:
+        if self._writer is not None and self._shown is not None:
+            for _ in range(times):
+                self._writer.write(self._shown)

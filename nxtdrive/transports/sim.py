@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Self
 
 from firmware_protocol.errors import LinkLost
@@ -119,6 +120,10 @@ class SimTransport:
         if duration_s > 0:
             self._simulation.advance(max(1, round(duration_s * 1000)))
             self._keep_pace()
+
+    def on_frame(self, callback: Callable[[Any, float], None], fps: float) -> None:
+        """Have `callback` called with the webcam's frame and its time, `fps` times a simulated second."""
+        self._simulation.on_frame(callback, fps)
 
     def _plug_in(self) -> SimLink:
         from sim_backend.link import NO_FAULTS, SimLink

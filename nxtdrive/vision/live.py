@@ -65,6 +65,7 @@ class LiveCamera:
         self._latest: Frame | None = None
         self._given = -1
         self._failed = False
+        self._observers: list[Callable[[Frame], None]] = []
         self._thread = threading.Thread(target=self._run, name=f"nxtdrive {name}", daemon=True)
         self._thread.start()
         with self._news:
@@ -97,6 +98,10 @@ class LiveCamera:
             self._given = self._latest.index
             return self._latest
 
+    def on_frame(self, observer: Callable[[Frame], None]) -> None:
+        """Have `observer` called with every frame from now on, in the camera's own thread; it must be quick."""
+        self._observers.append(observer)
+
     def close(self) -> None:
         """Stop the thread and give the device back; a hanging driver is left to the end of the program."""
         self._closing.set()
@@ -123,5 +128,7 @@ class LiveCamera:
                 return
             with self._news:
                 index = 0 if self._latest is None else self._latest.index + 1
-                self._latest = Frame(image.astype(np.uint8, copy=False), self._clock.now(), index)
+                self._latest = frame = Frame(image.astype(np.uint8, copy=False), self._clock.now(), index)
                 self._news.notify_all()
+            for observer in self._observers:
+                observer(frame)

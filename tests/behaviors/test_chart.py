@@ -126,3 +126,10 @@ def test_the_document_shows_the_chart_as_it_is():
     text = DOCUMENT.read_text(encoding="utf-8")
     assert transition_table() in text
     assert mermaid() in text
+
+
+def test_driving_on_does_not_release_a_robot_that_the_safety_stop_holds():
+    chart = _chart()
+    _send(chart, Event.START, Event.TARGET_SEEN, Event.OBSTACLE, Event.CONTINUED)
+    assert "held" in chart.states_now
+    assert "clear" not in chart.states_now

@@ -16,6 +16,7 @@ from nxtdrive.recording.map_picture import STATE_COLORS, draw_map, gather
 from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.recording.video import VideoRecorder
+from nxtdrive.vision.camera import Frame
 
 
 def _look(time_s, state, pose, *, sighting=None, range_mm=None):
@@ -101,7 +102,7 @@ def test_a_finished_recording_is_complete_even_when_the_run_broke(tmp_path, repo
     recording = Recording(new_run_folder(tmp_path, "x"))
     for record in RECORDS:
         recording(record)
-    recording.frame(np.zeros((48, 64, 3), np.uint8), 0.5)
+    recording.frame(Frame(np.zeros((48, 64, 3), np.uint8), 0.5, 0))
     recording.finish(report, "" if report else "broken", {"nxt": "sim://"})
     assert [path.name for path in recording.files()] == ["camera.mp4", "journal.jsonl", "map.png", "summary.json"]
     summary = json.loads((recording.folder.path / "summary.json").read_text(encoding="utf-8"))
