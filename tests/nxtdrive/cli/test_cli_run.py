@@ -1,0 +1,162 @@
+"""``nxtdrive run``, as a user runs it."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import pytest
+
+from nxtdrive.cli.main import main
+
+FILES = ["camera.mp4", "journal.jsonl", "map.png", "summary.json"]
+
+MISSION = """
+[mission]
+name = "small"
+targets = ["lena"]
+[target.lena]
+detector = "picture"
+pictures = ["lena.png"]
+"""
+
+
+def _run(*arguments: str) -> tuple[int, Path]:
+    """Run a mission into ``runs`` of the present folder; the exit code and the run's folder."""
+    code = main(["run", *arguments])
+    return code, next(Path("runs").iterdir())
+
+
+def _journal(folder: Path) -> list[dict]:
+    return [json.loads(line) for line in (folder / "journal.jsonl").read_text(encoding="utf-8").splitlines()]
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("NXT", raising=False)
+
+
+@pytest.fixture
+def small(tmp_path) -> str:
+    """A mission that ends soon in world open."""
+    path = tmp_path / "small.toml"
+    path.write_text(MISSION, encoding="utf-8")
+    return str(path)
+
+
+def test_the_built_in_mission_shows_every_behaviour_in_one_go(capsys):
+    code, folder = _run()
+    assert code == 0
+    lines = capsys.readouterr().out.splitlines()
+    said = [line for line in lines if line.startswith("[client2] ")]
+    assert said[:3] == ["[client2] Connecting to NXT", "[client2] Arriving at lena", "[client2] Failed"]
+    assert "[client2] change target!" in said
+    assert sorted(path.name for path in folder.iterdir()) == FILES
+    assert [str(folder / name) for name in FILES] == lines[-4:]
+    records = _journal(folder)
+    entered = [record["to"] for record in records if record["kind"] == "transition"]
+    assert {"move_to", "wait", "gave_up", "reached"} <= set(entered)
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert summary["achieved"] is True
+    assert [target["fate"] for target in summary["targets"]] == ["reached", "reached"]
+    film = cv2.VideoCapture(str(folder / "camera.mp4"))
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) / film.get(cv2.CAP_PROP_FPS) == pytest.approx(
+        summary["duration_s"], abs=2
+    )
+    film.release()
+    assert cv2.imread(str(folder / "map.png")) is not None
+
+
+def test_json_is_one_record_a_line_and_a_summary_at_the_end(capsys, small):
+    code, folder = _run(small, "--nxt", "sim://open", "--json", "--no-video")
+    assert code == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert lines[:-1] == _journal(folder)
+    assert lines[-1]["kind"] == "summary"
+    assert lines[-1]["folder"] == str(folder)
+    assert not (folder / "camera.mp4").exists()
+
+
+def test_a_mission_that_is_not_achieved_ends_with_one(small):
+    mission = Path(small)
+    mission.write_text(MISSION.replace("lena", "rilakkuma") + "[thesis]\nmax_researches = 0\n", encoding="utf-8")
+    code, folder = _run(small, "--nxt", "sim://open", "--no-video")
+    assert code == 1
+    assert _journal(folder)[-1]["ending"] == "exhausted"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "sentence"),
+    [
+        (["nowhere.toml"], 2, "nowhere.toml: cannot be read"),
+        (["--nxt", "usbb://"], 2, "usb"),
+        (["--nxt", "sim://nowhere"], 2, "nowhere"),
+        (["--nxt", "sim://?sede=7"], 2, "sede"),
+        (["--camera", "nowhere.mp4"], 2, "nowhere.mp4"),
+        (["--nxt", "serial:///dev/nowhere", "--camera", "sim"], 3, "/dev/nowhere"),
+        (["--nxt", "tcp://127.0.0.1:9", "--camera", "sim"], 3, "127.0.0.1"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_nothing_moves(capsys, arguments, code, sentence):
+    assert main(["run", *arguments]) == code
+    printed = capsys.readouterr()
+    assert sentence in printed.err
+    assert printed.err.startswith("nxtdrive: ")
+    assert "Traceback" not in printed.err
+    assert not Path("runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("addition", "sentence"),
+    [
+        ("[robot]\nleft = 'B'\nright = 'B'\n", "left and right both use port B"),
+        ("[thesis]\nwait = 15\n", "did you mean 'wait_s'"),
+        ("[thesis]\nadvance_mm = 0.15\n", "advance_mm is a number in millimetres"),
+    ],
+)
+def test_mistakes_in_a_mission_file_are_told_before_anything_moves(capsys, small, addition, sentence):
+    Path(small).write_text(MISSION + addition, encoding="utf-8")
+    assert main(["run", small]) == 2
+    assert sentence in capsys.readouterr().err
+    assert not Path("runs").exists()
+
+
+def test_a_brick_that_says_nothing_is_told_after_a_second(capsys):
+    master, slave = pty.openpty()
+    try:
+        code = main(["run", "--nxt", f"serial://{os.ttyname(slave)}", "--camera", "sim"])
+    finally:
+        os.close(master)
+        os.close(slave)
+    assert code == 4
+    assert "was not answered within 1 s" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_leaves_a_complete_folder(tmp_path, number):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "nxtdrive.cli.main", "run", "--nxt", "sim://?pace=realtime"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout.readline() == "[client2] Connecting to NXT\n"
+        assert process.stdout.readline() == "[client2] Arriving at lena\n"
+        process.send_signal(number)
+        _, errors = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    assert process.returncode == 1
+    assert "Traceback" not in errors
+    folder = next((tmp_path / "runs").iterdir())
+    assert set(FILES) - {"camera.mp4"} <= {path.name for path in folder.iterdir()}
+    assert _journal(folder)[-1]["ending"] == "interrupted"
