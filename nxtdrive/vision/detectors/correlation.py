@@ -38,8 +38,9 @@ LARGE = 0.75
 FAR_HEIGHT = 22
 """On the full level, oblique templates start at this height: smaller ones match anything."""
 
-STEPS = (2, 2, 1, 1, 1)
-"""On the two finest levels every second pixel will do: correlation falls slowly, and the check looks around."""
+STEPS = (2, 1, 1, 1, 1)
+"""Templates are compared at every second pixel of the finest level, at half the cost, which loses targets beyond 4 m
+only. Done on the next level, too, it would lose a third of those at 2.5 to 3 m."""
 
 FLAT_SD = 1.0
 """Flatter windows than this, in gray levels, are taken to have this much contrast: only rendered frames have such."""

@@ -32,7 +32,7 @@ def room(name, distance_mm, bearing_deg, slant_deg=0.0):
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("distance_mm", [400, 550, 800, 1200, 1700, 2300, 3000])
+@pytest.mark.parametrize("distance_mm", [400, 550, 800, 1200, 1700, 2300, 2500, 2750, 3000])
 @pytest.mark.parametrize("bearing_deg", [-9, 6])
 def test_a_picture_is_seen_where_it_hangs(targets, name, distance_mm, bearing_deg):
     found = targets[name].detector.detect(room(name, distance_mm, bearing_deg))
