@@ -15,8 +15,8 @@ from firmware_protocol.wire import Block, Number, Scalar, Text, WireType
 
 AnyCommand = type[Command[Any]]
 
-ALL_COMMANDS: tuple[AnyCommand, ...] = tuple(COMMANDS.values())
-"""In the order of declaration, which is that of the opcodes."""
+ALL_COMMANDS: tuple[AnyCommand, ...] = tuple(COMMANDS[key] for key in sorted(COMMANDS))
+"""Direct commands first, each kind in the order of the opcodes, whoever was imported first."""
 
 _BY_NAME = {command.__name__.lower(): command for command in ALL_COMMANDS}
 
