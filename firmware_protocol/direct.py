@@ -241,9 +241,9 @@ class LSData(Reply):
         return self.data[: self.count]
 
 
-@direct(0x10)
+@direct(0x10, success=(Status.OK, Status.PENDING))
 class LSRead(Command[LSData]):
-    """Fetch what was received; works, with PENDING, while a transaction is still running."""
+    """Fetch what was received. While a transaction is running, too: what PENDING hands over is gone (section 7)."""
 
     port: InputPortField
 
