@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firmware_protocol.direct import GetInputValues, InputValues, LSRead, LSWrite, SetInputMode
+from firmware_protocol.direct import GetInputValues, InputValues, LSGetStatus, LSRead, LSWrite, SetInputMode
 from firmware_protocol.enums import SensorMode, SensorType
 from firmware_protocol.errors import BrickError, CommunicationPending, LinkTimeout
 from firmware_protocol.status import Status
-from nxtdrive.ports import SensorPort, input_port
+from nxtdrive.ports import SensorPort, in_range, input_port
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -96,7 +96,9 @@ class I2CSensor(Sensor):
         Raises:
             BrickError: The sensor does not answer, also when asked again.
             LinkTimeout: The bus hangs.
+            LocalProtocolError: `size` is out of range; nothing was sent.
         """
+        in_range("size", size, 1, I2C_RECEIVE_LIMIT)
         return self._transact(bytes((self.address, register)), size)
 
     def write(self, register: int, *values: int) -> None:
@@ -118,10 +120,7 @@ class I2CSensor(Sensor):
         Raises:
             BrickError: The sensor did not answer; `ask` again.
         """
-        try:
-            data = self.brick.request(LSRead(self._input)).received
-        except CommunicationPending:
-            return None
+        data = self.brick.request(LSRead(self._input)).received
         if not data:
             return None
         self._dirty = False
@@ -130,49 +129,61 @@ class I2CSensor(Sensor):
     def _transact(self, data: bytes, size: int) -> bytes:
         if not self._ready:
             self.set_up()
-        for attempt in range(1, I2C_ATTEMPTS + 1):
+        for _ in range(I2C_ATTEMPTS - 1):
             try:
-                if self._dirty:
-                    self._drain()
-                self._dirty = True
-                self.brick.request(LSWrite.transaction(self._input, data, size))
-                received = self._collect(size)
-                self._dirty = False
-                return received
+                return self._attempt(data, size)
             except BrickError as error:
-                if error.status not in (Status.BUS_ERROR, Status.CHANNEL_NOT_CONFIGURED) or attempt == I2C_ATTEMPTS:
+                if error.status not in (Status.BUS_ERROR, Status.CHANNEL_NOT_CONFIGURED):
                     raise
-                self.brick.sleep(STEP_S)
-        raise AssertionError("unreachable")
+            self.brick.sleep(STEP_S)
+        return self._attempt(data, size)
+
+    def _attempt(self, data: bytes, size: int) -> bytes:
+        if self._dirty:
+            self._drain()
+        self._dirty = True
+        self.brick.request(LSWrite.transaction(self._input, data, size))
+        received = self._collect(size)
+        self._dirty = False
+        return received
 
     def _collect(self, size: int) -> bytes:
+        """Wait for the end of a transaction that brings `size` bytes."""
+        if not size:
+            self._wait_for_rest()
+            return b""
+        deadline = self.brick.now() + I2C_TIMEOUT_S
+        received = b""
+        while len(received) < size:
+            if self.brick.now() >= deadline:
+                raise self._hanging()
+            received += self.brick.request(LSRead(self._input)).received
+            if not received:
+                self.brick.sleep(STEP_S)
+        return received
+
+    def _wait_for_rest(self) -> int:
+        """Wait until the bus is idle; returns the number of bytes that wait to be read."""
         deadline = self.brick.now() + I2C_TIMEOUT_S
         while True:
             try:
-                received = self.brick.request(LSRead(self._input)).received
-                if len(received) >= size:
-                    return received
+                return self.brick.request(LSGetStatus(self._input)).bytes_ready
             except CommunicationPending:
-                pass
-            if self.brick.now() >= deadline:
-                raise LinkTimeout(
-                    f"the I2C bus of port {self.port} hangs.", remedy="Unplug the sensor and plug it in again."
-                )
-            self.brick.sleep(STEP_S)
+                if self.brick.now() >= deadline:
+                    raise self._hanging() from None
+                self.brick.sleep(STEP_S)
 
     def _drain(self) -> None:
         """Take what an earlier transaction left: unread bytes come first (docs/firmware.md section 1, fact 10)."""
-        deadline = self.brick.now() + I2C_TIMEOUT_S
-        while self.brick.now() < deadline:
-            try:
+        try:
+            if self._wait_for_rest():
                 self.brick.request(LSRead(self._input))
-            except CommunicationPending:
-                self.brick.sleep(STEP_S)
-                continue
-            except BrickError as error:
-                if error.status is not Status.BUS_ERROR:
-                    raise
-            return
+        except BrickError as error:
+            if error.status is not Status.BUS_ERROR:
+                raise
+
+    def _hanging(self) -> LinkTimeout:
+        return LinkTimeout(f"the I2C bus of port {self.port} hangs.", remedy="Plug the sensor in again.")
 
 
 class Ultrasonic(I2CSensor):

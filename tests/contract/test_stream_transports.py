@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import tty
+from pathlib import Path
 
 import pytest
 import serial
@@ -76,7 +77,7 @@ def test_the_port_does_not_become_the_controlling_terminal(terminal):
 
 
 def test_ports_of_paired_bricks_are_told_by_their_names(mocker):
-    mocker.patch("pathlib.Path.glob", return_value=map(__import__("pathlib").Path, ["/dev/rfcomm0", "/dev/ttyS0"]))
+    mocker.patch("pathlib.Path.glob", return_value=[Path("/dev/rfcomm0"), Path("/dev/ttyS0")])
     assert SerialTransport.discover() == ["serial:///dev/rfcomm0"]
 
 

@@ -1,0 +1,97 @@
+"""A brick in the simulator: an empty room with a wall far ahead, unless a test says otherwise."""
+
+import contextlib
+import tomllib
+from collections import deque
+from pathlib import Path
+
+import pytest
+
+from nxtdrive.brick import Brick
+from nxtdrive.transports.base import WallClock
+from nxtdrive.transports.sim import SimTransport
+from sim_backend.firmware.brick import SimBrick
+from sim_backend.simulation import Simulation
+from sim_backend.world.loading import parse_world
+
+ROOM = """
+[floor]
+size_mm = [6000, 3000]
+[robot]
+start_mm = [1000, 1500]
+"""
+
+
+class Lab:
+    """A simulation, a brick over a link to it, and what the brick does really.
+
+    Attributes:
+        simulation: The world.
+        brick: The driver's end.
+    """
+
+    def __init__(self, simulation, brick):
+        self.simulation = simulation
+        self.brick = brick
+
+    def output(self, port):
+        """The firmware's view of a motor."""
+        return self.simulation.brick.output.outputs["ABC".index(port)].control
+
+    def attach(self, port, plant):
+        """Plug something into a motor port (a letter) or a sensor port (a number)."""
+        target = self.simulation.brick
+        (target.attach_motor if isinstance(port, str) else target.attach_sensor)(port, plant)
+        return plant
+
+
+@pytest.fixture
+def lab():
+    """Makes labs; `extra` is TOML added to the room, `faults` a `LinkFaults`."""
+    with contextlib.ExitStack() as stack:
+
+        def make(extra="", *, latency_ms=2, faults=None, firmware="1.29", seed=0, timeout_s=1.0):
+            world = parse_world(tomllib.loads(ROOM + extra), Path("room.toml"))
+            simulation = Simulation(world, firmware=firmware, seed=seed)
+            transport = SimTransport(simulation, latency_ms=latency_ms, faults=faults)
+            return Lab(simulation, stack.enter_context(Brick(transport, timeout_s=timeout_s)))
+
+        yield make
+
+
+class DirectTransport(WallClock):
+    """A brick without any way between: its replies are there at once, on the wall clock.
+
+    Attributes:
+        sent: All telegrams.
+        on_send: Called with each.
+    """
+
+    address = "direct://"
+    max_telegram = 64
+
+    def __init__(self):
+        self.brick = SimBrick()
+        self.sent = []
+        self.on_send = lambda telegram: None
+        self._replies = deque()
+
+    def send(self, telegram):
+        self.sent.append(telegram)
+        self.on_send(telegram)
+        reply = self.brick.receive(telegram)
+        self.brick.tick()
+        if reply is not None:
+            self._replies.append(reply)
+
+    def receive(self, timeout_s):
+        return self._replies.popleft() if self._replies else None
+
+    def close(self):
+        pass
+
+
+@pytest.fixture
+def direct():
+    """A transport straight into a simulated brick, on the wall clock."""
+    return DirectTransport()

@@ -1,0 +1,155 @@
+"""The brick: requests, housekeeping, and leaving it in peace."""
+
+import threading
+
+import pytest
+
+from firmware_protocol.direct import GetOutputState, KeepAlive, SetProperty
+from firmware_protocol.enums import OutputPort
+from firmware_protocol.errors import BrickError, LinkLost, LinkTimeout, LocalProtocolError
+from firmware_protocol.status import Status
+from nxtdrive import open_brick
+from nxtdrive.brick import Brick
+from sim_backend.simulation import LinkFaults
+
+FOR_EVER_MS = 10**9
+
+
+def test_a_brick_tells_who_it_is(lab):
+    info = lab().brick.info()
+    assert (info.name, info.firmware, info.protocol) == ("NXT", "1.29", "1.124")
+    assert info.bluetooth_address == "00:16:53:01:02:03"
+    assert info.free_flash > 100_000
+    assert 7000 < info.battery_mv < 9000
+
+
+def test_opening_makes_sure_that_somebody_answers():
+    with open_brick("sim://open") as brick:
+        assert brick.battery_v == brick.battery_mv / 1000
+    with pytest.raises(LinkLost):
+        brick.request(KeepAlive())
+
+
+def test_a_refusal_carries_its_status(lab):
+    with pytest.raises(BrickError) as caught:
+        lab().brick.message_write(1, "hello")
+    assert caught.value.status is Status.NO_ACTIVE_PROGRAM
+
+
+@pytest.mark.parametrize(
+    "mistake",
+    [
+        lambda brick: brick.tone(100, 500),
+        lambda brick: brick.tone(440, 5),
+        lambda brick: brick.message_write(0, "hello"),
+        lambda brick: brick.message_read(11),
+        lambda brick: brick.play_sound_file("a-name-of-more-than-19.rso"),
+        lambda brick: brick.motor("D"),
+        lambda brick: brick.motor("A").dc(101),
+        lambda brick: brick.motor("A").run(1000),
+        lambda brick: brick.motor("A").run_angle(5, 90),
+        lambda brick: brick.touch(0),
+        lambda brick: brick.ultrasonic(5),
+        lambda brick: brick.touch(True),
+    ],
+)
+def test_what_is_out_of_range_is_not_sent(direct, mistake):
+    with Brick(direct) as brick, pytest.raises(LocalProtocolError):
+        mistake(brick)
+    assert direct.sent == []
+
+
+def test_a_timeout_is_measured_on_the_links_clock(lab):
+    silent = lab(faults=LinkFaults(silent_ms=((0, FOR_EVER_MS),)))
+    with pytest.raises(LinkTimeout):
+        silent.brick.request(KeepAlive(), timeout_s=2.5)
+    assert silent.simulation.time_s == pytest.approx(2.5)
+
+
+def test_a_brick_in_use_does_not_switch_itself_off(lab):
+    room = lab()
+    room.brick.request(SetProperty.sleep_time(120_000))
+    room.brick.keep_alive()
+    room.brick.sleep(400)
+    assert not room.simulation.brick.powered_off
+    room.simulation.advance(130_000)
+    assert room.simulation.brick.powered_off
+
+
+def test_a_program_that_only_talks_keeps_it_awake_as_well(lab):
+    room = lab()
+    room.brick.request(SetProperty.sleep_time(60_000))
+    room.brick.keep_alive()
+    for _ in range(20):
+        room.simulation.advance(10_000)
+        assert room.brick.battery_mv
+    assert not room.simulation.brick.powered_off
+
+
+@pytest.mark.parametrize("error", [None, RuntimeError, KeyboardInterrupt])
+def test_leaving_the_block_stops_the_motors_and_takes_the_power_off_them(lab, error):
+    room = lab()
+    expected = pytest.raises(error) if error else pytest.MonkeyPatch.context()
+    with expected, room.brick as brick:
+        brick.motor("A").run(700)
+        brick.motor("C").dc(-60)
+        brick.sleep(1)
+        assert room.output("A").actual_speed
+        if error:
+            raise error
+    room.simulation.advance(1000)
+    for port in "AC":
+        assert (room.output(port).actual_speed, room.output(port).brake) == (0, False)
+
+
+def test_a_motor_that_was_not_used_is_left_alone(direct):
+    with Brick(direct) as brick:
+        brick.request(GetOutputState(OutputPort.A))
+    assert len(direct.sent) == 1
+
+
+def test_after_a_loss_the_same_brick_can_be_had_again(lab):
+    room = lab(faults=LinkFaults(unplugged_ms=((1000, 3000),)))
+    motor = room.brick.motor("A")
+    motor.run(300)
+    with pytest.raises(LinkLost):
+        room.brick.sleep(2)
+    room.simulation.advance(500)
+    with pytest.raises(LinkLost):
+        room.brick.reconnect()
+    room.simulation.advance(2000)
+    assert not room.output("A").actual_speed, "the lease has run out"
+    room.brick.reconnect()
+    room.brick.sleep(1)
+    assert not room.output("A").actual_speed, "what ran before is not started again"
+    motor.run(300)
+    room.brick.sleep(1)
+    assert room.output("A").actual_speed
+
+
+def test_several_threads_get_each_its_own_answer(direct):
+    wrong = []
+
+    def ask(port):
+        for _ in range(200):
+            if brick.request(GetOutputState(port)).port is not port:
+                wrong.append(port)
+
+    with Brick(direct) as brick:
+        threads = [threading.Thread(target=ask, args=(OutputPort(number % 3),)) for number in range(6)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    assert wrong == []
+
+
+def test_on_the_wall_clock_a_waiting_program_still_says_what_is_due(direct):
+    enough = threading.Event()
+    direct.on_send = lambda telegram: enough.set() if len(direct.sent) >= 3 else None
+    with Brick(direct) as brick:
+        brick.repeat("awake", KeepAlive(), 0.01)
+        assert enough.wait(10)
+        brick.forget("awake")
+    assert set(direct.sent) == {b"\x80\x0d"}
+    assert threading.active_count() == 1

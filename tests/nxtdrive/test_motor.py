@@ -1,0 +1,150 @@
+"""A single motor: leases, positions, stalls."""
+
+import pytest
+
+from behaviors.ports import Stop
+from firmware_protocol.direct import GetOutputState, SetOutputState
+from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
+from nxtdrive.motor import Then
+from sim_backend.firmware.bench_motor import BenchMotor
+
+FIRMWARES = pytest.mark.parametrize("firmware", ["1.29", "1.05"])
+
+
+def rotation(brick, port=OutputPort.A):
+    return brick.request(GetOutputState(port)).rotation_count
+
+
+@FIRMWARES
+@pytest.mark.parametrize("speed_deg_s", [500, -500, 120])
+def test_renewing_the_lease_does_not_disturb_regulation(lab, firmware, speed_deg_s):
+    """A leased motor turns exactly as one that was told once, without a limit."""
+    leased, free = lab(firmware=firmware), lab(firmware=firmware)
+    leased.brick.motor("A").run(speed_deg_s)
+    power = round(speed_deg_s * 0.101)
+    mode = OutputMode.MOTOR_ON | OutputMode.BRAKE | OutputMode.REGULATED
+    free.brick.request(SetOutputState(OutputPort.A, power, mode, RegulationMode.SPEED, 0, RunState.RUNNING, 0))
+    for _ in range(10):
+        leased.brick.sleep(1)
+        free.brick.sleep(1)
+        assert rotation(leased.brick) == rotation(free.brick)
+
+
+@FIRMWARES
+@pytest.mark.parametrize("start", [lambda motor: motor.run(600), lambda motor: motor.dc(-70)])
+def test_a_motor_of_a_dead_program_stops_by_itself(lab, firmware, start):
+    room = lab(firmware=firmware)
+    motor = room.brick.motor("A")
+    start(motor)
+    room.brick.sleep(2)
+    before = motor.angle
+    room.simulation.advance(4000)
+    assert room.output("A").actual_speed == 0
+    after = motor.angle
+    assert 0 < abs(after - before) < 1500
+    room.simulation.advance(2000)
+
+
+def test_slow_motion_goes_on_as_long_as_it_is_renewed(lab):
+    room = lab()
+    motor = room.brick.motor("A")
+    motor.run(20)
+    room.brick.sleep(10)
+    assert motor.angle == pytest.approx(200, abs=30)
+
+
+@pytest.mark.parametrize("latency_ms", [1, 2, 45, 90])
+@pytest.mark.parametrize(
+    ("speed_deg_s", "angle_deg"), [(360, 720), (800, 1000), (360, -90), (100, 30), (600, 5), (200, 0)]
+)
+def test_an_angle_is_reached_and_held(lab, latency_ms, speed_deg_s, angle_deg):
+    room = lab(latency_ms=latency_ms)
+    motor = room.brick.motor("A")
+    assert motor.run_angle(speed_deg_s, angle_deg) is Stop.DONE
+    room.brick.sleep(1)
+    assert motor.angle == pytest.approx(angle_deg, abs=3)
+
+
+def test_signs_of_speed_and_angle_multiply(lab):
+    motor = lab().brick.motor("A")
+    motor.run_angle(-300, 90)
+    assert motor.angle == pytest.approx(-90, abs=3)
+    motor.run_angle(-300, -90)
+    assert motor.angle == pytest.approx(0, abs=5)
+
+
+def test_targets_are_angles_since_the_reset_and_the_bricks_counter_goes_on(lab):
+    room = lab()
+    motor = room.brick.motor("A")
+    motor.run_angle(400, 180)
+    motor.reset_angle(1000)
+    assert motor.angle == 1000
+    assert rotation(room.brick) == pytest.approx(180, abs=3)
+    motor.run_target(400, 1090)
+    assert motor.angle == pytest.approx(1090, abs=3)
+
+
+def test_a_reversed_motor_turns_the_other_way(lab):
+    room = lab()
+    motor = room.brick.motor("A", reversed=True)
+    motor.run_angle(400, 90)
+    assert motor.angle == pytest.approx(90, abs=3)
+    assert rotation(room.brick) == pytest.approx(-90, abs=3)
+    motor.run(300)
+    room.brick.sleep(1)
+    assert motor.speed == pytest.approx(300, abs=40)
+
+
+def test_a_time_is_kept(lab):
+    room = lab()
+    motor = room.brick.motor("A")
+    began = room.simulation.time_s
+    motor.run_time(500, 1.5, Then.COAST)
+    assert room.simulation.time_s - began == pytest.approx(1.5, abs=0.05)
+    room.brick.sleep(1.5)
+    assert motor.speed == 0
+
+
+def test_coasting_braking_and_holding_differ(lab):
+    angles = {}
+    for then in Then:
+        room = lab()
+        motor = room.brick.motor("A")
+        motor.run(800)
+        room.brick.sleep(1)
+        before = motor.angle
+        {Then.COAST: motor.stop, Then.BRAKE: motor.brake, Then.HOLD: motor.hold}[then]()
+        room.brick.sleep(2)
+        angles[then] = motor.angle - before
+        assert motor.speed == 0
+    assert angles[Then.COAST] > 3 * angles[Then.BRAKE]
+    assert angles[Then.HOLD] <= angles[Then.BRAKE]
+
+
+def test_a_held_motor_comes_back(lab):
+    room = lab()
+    plant = room.attach("A", BenchMotor())
+    motor = room.brick.motor("A")
+    motor.hold()
+    room.brick.sleep(0.5)
+    plant.turn(60)
+    room.brick.sleep(2)
+    assert abs(motor.angle) <= 5
+
+
+def test_a_blocked_motor_is_a_stall_and_not_a_hang(lab):
+    room = lab()
+    room.attach("A", BenchMotor(locked=True))
+    motor = room.brick.motor("A")
+    assert motor.run_angle(300, 360) is Stop.STALLED
+    assert room.simulation.time_s < 3
+    assert not motor.stalled, "it is not meant to turn"
+    motor.run(300)
+    room.brick.sleep(0.5)
+    assert motor.stalled
+
+
+def test_a_motor_that_is_too_weak_times_out(lab):
+    room = lab()
+    room.attach("A", BenchMotor(gain=20))
+    assert room.brick.motor("A").run_angle(500, 360) is Stop.TIMEOUT

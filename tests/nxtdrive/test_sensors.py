@@ -1,0 +1,101 @@
+"""Sensors on the simulated brick, and what can go wrong on a bus."""
+
+import pytest
+
+from firmware_protocol.direct import LSWrite
+from firmware_protocol.enums import InputPort
+from firmware_protocol.errors import BrickError, LocalProtocolError
+from firmware_protocol.status import Status
+from nxtdrive.sensors import I2CSensor
+from sim_backend.devices import GenericI2CDevice, TouchSensor, UltrasonicSensor
+
+LINKS = pytest.mark.parametrize("latency_ms", [1, 2, 45])
+
+
+@LINKS
+def test_a_button_is_pressed_or_not(lab, latency_ms):
+    room, down = lab(latency_ms=latency_ms), []
+    room.attach(2, TouchSensor(lambda: bool(down)))
+    touch = room.brick.touch(2)
+    assert not touch.pressed
+    down.append(True)
+    room.brick.sleep(0.1)
+    assert touch.pressed
+
+
+@LINKS
+@pytest.mark.parametrize(("echo_cm", "distance_mm"), [(30, 300.0), (0, 0.0), (None, None)])
+def test_a_distance_is_in_millimetres_and_none_without_an_echo(lab, latency_ms, echo_cm, distance_mm):
+    room = lab(latency_ms=latency_ms)
+    room.attach(3, UltrasonicSensor(lambda: echo_cm))
+    room.brick.sleep(0.2)
+    sonar = room.brick.ultrasonic(3)
+    sonar.set_up()
+    room.brick.sleep(0.2)
+    assert sonar.distance_mm == distance_mm
+
+
+def test_a_sonar_that_was_switched_off_is_switched_on_again(lab):
+    room = lab()
+    room.attach(3, UltrasonicSensor(lambda: 50))
+    first = room.brick.ultrasonic(3)
+    first.write(0x41, 0x00)
+    second = room.brick.ultrasonic(3)
+    second.set_up()
+    room.brick.sleep(0.2)
+    assert second.distance_mm == 500.0
+
+
+@LINKS
+def test_a_measurement_can_be_fetched_later(lab, latency_ms):
+    room = lab(latency_ms=latency_ms)
+    distances = [40]
+    room.attach(3, UltrasonicSensor(lambda: distances[0]))
+    sonar = room.brick.ultrasonic(3)
+    sonar.set_up()
+    room.brick.sleep(0.2)
+    for centimetres in (40, 90, 20):
+        distances[0] = centimetres
+        room.brick.sleep(0.2)
+        sonar.start()
+        there = False
+        while not there:
+            there, distance_mm = sonar.poll()
+        assert distance_mm == centimetres * 10
+
+
+def test_bytes_that_nobody_fetched_are_not_the_next_answer(lab):
+    room = lab()
+    device = room.attach(4, GenericI2CDevice())
+    device.write(bytes((0x10, 11, 22, 33)))
+    sensor = I2CSensor(room.brick, 4)
+    assert sensor.read(0x10, 3) == bytes((11, 22, 33))
+    room.brick.request(LSWrite.transaction(InputPort.IN_4, bytes((0x02, 0x10)), 2))
+    room.brick.sleep(0.1)
+    fresh = I2CSensor(room.brick, 4)
+    assert fresh.read(0x12, 1) == bytes((33,))
+
+
+def test_registers_can_be_written(lab):
+    room = lab()
+    room.attach(4, GenericI2CDevice())
+    sensor = I2CSensor(room.brick, 4)
+    sensor.write(0x20, 1, 2, 3)
+    assert sensor.read(0x20, 3) == bytes((1, 2, 3))
+
+
+def test_a_sensor_that_is_not_there_is_a_bus_error_and_may_come_back(lab):
+    room = lab()
+    room.attach(4, None)
+    sensor = I2CSensor(room.brick, 4)
+    with pytest.raises(BrickError) as caught:
+        sensor.read(0x10, 1)
+    assert caught.value.status is Status.BUS_ERROR
+    room.attach(4, GenericI2CDevice()).write(bytes((0x10, 7)))
+    assert sensor.read(0x10, 1) == bytes((7,))
+
+
+@pytest.mark.parametrize("size", [0, 16])
+def test_the_firmware_loses_sixteen_bytes_so_they_are_not_asked_for(lab, size):
+    with pytest.raises(LocalProtocolError, match="15"):
+        I2CSensor(lab().brick, 4).read(0x10, size)
