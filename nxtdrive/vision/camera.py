@@ -16,7 +16,7 @@ from firmware_protocol.errors import CameraError
 from nxtdrive.vision.detection import Image
 
 ALMOST = 1e-6
-"""What rounding may take from a whole number of frames or milliseconds."""
+"""What rounding may take from a whole number of frames, milliseconds or seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +116,7 @@ class SimulatedCamera:
             if image is not None:
                 self._given = number
                 return Frame(image, number / fps, number)
-            if now_s >= deadline_s:
+            if now_s >= deadline_s - ALMOST:
                 raise CameraError(f"The simulated camera gave no frame for {timeout_s:g} s.", remedy="Plug it in.")
             self._clock.sleep(min(next_tick(now_s, fps), deadline_s) - now_s)
 

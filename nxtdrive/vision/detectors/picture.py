@@ -23,7 +23,8 @@ class PictureDetector:
 
     Args:
         pictures: BGR photographs of the same target, each cropped to the target, seen from the front.
-        use_features: Try features, too; without them a look takes half the time and misses turned and covered pictures.
+        use_features: Try features, too; without them a look takes a third less time and misses pictures that hang
+            askew or are partly covered.
 
     Raises:
         ConfigError: there is no picture, or one is too small or without any contrast.
