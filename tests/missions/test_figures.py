@@ -9,6 +9,9 @@ import pytest
 
 from behaviors.journal import Kind
 
+SAMPLE_MS = 50
+"""As in conftest."""
+
 FIGURE_1 = """\
 [client2] Connecting to NXT
 [client2] Arriving at lena
@@ -46,9 +49,12 @@ def test_figure_5_not_recognised_turns_right_by_ninety_degrees_and_advances_ten_
     assert end.heading_deg - start.heading_deg == pytest.approx(90, abs=3)
     assert math.hypot(end.x_mm - start.x_mm, end.y_mm - start.y_mm) == pytest.approx(1500, abs=50)
     assert math.degrees(math.atan2(end.y_mm - start.y_mm, end.x_mm - start.x_mm)) == pytest.approx(90, abs=4)
-    rests = [speed for _, _, speed in done.between(begun_s, ended_s)]
-    stops = sum(1 for before, now in pairwise(rests) if before > 50 >= now)
-    assert stops == 10, "the robot halts after each advance"
+    steps = [record.time_s for record in done.of(Kind.STEP, what="advance")]
+    halts = [done.between(time_s - SAMPLE_MS / 1000, time_s)[-1] for time_s in steps]
+    assert len(halts) == 10
+    assert all(speed < 10 for _, _, speed in halts), "the robot halts after each advance"
+    lengths = [math.dist(one[:2], other[:2]) for (_, one, _), (_, other, _) in pairwise(halts)]
+    assert lengths == pytest.approx([150] * 9, abs=15)
 
 
 def test_figure_5_is_eleven_calls_of_move_to(perform, mission_for):
