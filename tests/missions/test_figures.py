@@ -50,7 +50,7 @@ def test_figure_5_not_recognised_turns_right_by_ninety_degrees_and_advances_ten_
     assert math.hypot(end.x_mm - start.x_mm, end.y_mm - start.y_mm) == pytest.approx(1500, abs=50)
     assert math.degrees(math.atan2(end.y_mm - start.y_mm, end.x_mm - start.x_mm)) == pytest.approx(90, abs=4)
     steps = [record.time_s for record in done.of(Kind.STEP, what="advance")]
-    halts = [done.between(time_s - SAMPLE_MS / 1000, time_s)[-1] for time_s in steps]
+    halts = [done.between(time_s, time_s + SAMPLE_MS / 1000)[0] for time_s in steps]
     assert len(halts) == 10
     assert all(speed < 10 for _, _, speed in halts), "the robot halts after each advance"
     lengths = [math.dist(one[:2], other[:2]) for (_, one, _), (_, other, _) in pairwise(halts)]
