@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 
 __all__ = ["DriveSettings", "Rover", "SafetyStop"]
 
+FASTEST_DEG_S = 0.75 * FULL_SPEED_DEG_S
+"""A wheel's highest speed: regulation needs a reserve, and a battery of 7.2 V turns the motor at no more than 770."""
+JUMP_DEG, JUMP_DEG_S = 180.0, 1200.0
+"""Counts beyond these, and faster than any motor, were not turned: the counter was reset."""
 TURN_RANGE_DEG = 3600.0
 STRAIGHT_RANGE_MM = 10_000.0
 """Longer motions than these are mistakes in a unit."""
@@ -94,7 +98,7 @@ class Rover:
         )
         self._throttle = Throttle(brick)
         self._pose = Pose()
-        self._angles: tuple[int, ...] | None = None
+        self._last: Sample | None = None
 
     # --- motion ---
 
@@ -118,6 +122,8 @@ class Rover:
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> Stop | None:
         """Drive on until the next call, for at most one lease of about half a second.
 
+        What is faster than the motors is driven slower, on the same curve.
+
         Returns:
             What the safety stop objects to, the motors then being braked already; or None.
         """
@@ -125,8 +131,10 @@ class Rover:
             self.stop()
             return objection
         forward, sideways = self._wheel_deg(speed_mm_s), self._turn_deg(turn_deg_s)
-        for port, speed in zip(self._ports, (forward + sideways, forward - sideways), strict=True):
-            self._throttle.run(port, self._forward * speed)
+        speeds = (forward + sideways, forward - sideways)
+        excess = max(1.0, *(abs(speed) / FASTEST_DEG_S for speed in speeds))
+        for port, speed in zip(self._ports, speeds, strict=True):
+            self._throttle.run(port, self._forward * speed / excess)
         return None
 
     def stop(self) -> None:
@@ -187,13 +195,18 @@ class Rover:
         return self._wheel_deg(math.radians(angle_deg) * self._track_mm / 2)
 
     def _note(self, reading: Sample) -> None:
-        """Integrate what the wheels did since the last reading, as one arc."""
-        before, self._angles = self._angles, reading.angles_deg
+        """Integrate what the wheels did since the last reading, as one arc.
+
+        Starting and stopping a program zeroes the counters (docs/firmware.md section 1, fact 4), and so does switching
+        the brick off; such a jump is no motion.
+        """
+        before, self._last = self._last, reading
         if before is None:
             return
-        left, right = (
-            self._forward * (now - then) * self._mm_per_deg for now, then in zip(self._angles, before, strict=True)
-        )
+        steps = [now - then for now, then in zip(reading.angles_deg, before.angles_deg, strict=True)]
+        if max(map(abs, steps)) > JUMP_DEG + JUMP_DEG_S * (reading.time_s - before.time_s):
+            return
+        left, right = (self._forward * step * self._mm_per_deg for step in steps)
         turned_deg = math.degrees((left - right) / self._track_mm)
         x_mm, y_mm = self._pose.ahead((left + right) / 2, turned_deg / 2)
         self._pose = Pose(x_mm, y_mm, self._pose.heading_deg + turned_deg)
@@ -220,9 +233,16 @@ def _check(
     for name, value in (("wheel_diameter_mm", wheel_diameter_mm), ("axle_track_mm", axle_track_mm)):
         if not value > 0:
             raise ConfigError(f"{name} must be positive, not {value!r}.")
-    fastest = FULL_SPEED_DEG_S * math.pi * wheel_diameter_mm / 360
-    if not 0 < settings.speed_mm_s <= fastest:
-        raise ConfigError(f"speed_mm_s must be above 0 and at most {fastest:.0f} with these wheels.")
+    fastest_mm_s = FASTEST_DEG_S * math.pi * wheel_diameter_mm / 360
+    _check_setting("speed_mm_s", settings.speed_mm_s, fastest_mm_s)
+    _check_setting("turn_deg_s", settings.turn_deg_s, math.degrees(2 * fastest_mm_s / axle_track_mm))
+    _check_setting("acceleration_mm_s2", settings.acceleration_mm_s2, math.inf)
+    _check_setting("turn_acceleration_deg_s2", settings.turn_acceleration_deg_s2, math.inf)
+
+
+def _check_setting(name: str, value: float, limit: float) -> None:
+    if not 0 < value <= limit:
+        raise ConfigError(f"{name} must be above 0 and at most {limit:.0f} with these wheels, not {value!r}.")
 
 
 def _check_amount(name: str, value: float, limit: float) -> None:

@@ -12,6 +12,8 @@ from nxtdrive.sensors import Touch, Ultrasonic
 
 FRESH_S = 0.3
 """An echo no older than this may decide whether a motion begins."""
+FAILURES = 3
+"""So often in a row the sonar may fail before driving on would be driving blind."""
 FORGOTTEN_S = 1.0
 """An echo older than this says nothing any more; a question older than this was lost."""
 
@@ -22,7 +24,7 @@ class SafetyStop:
 
     Attributes:
         enabled: Whether it does.
-        stop_distance_mm: An echo nearer than this ends it; so does the bumper.
+        stop_distance_mm: An echo from here or nearer ends it; so does the bumper.
     """
 
     enabled: bool = True
@@ -72,6 +74,7 @@ class Lookout:
         self._echo: Echo | None = None
         self._asked: Echo | None = None
         self._bumper_turn = False
+        self._failures = 0
 
     def range_mm(self, pose: Pose) -> float | None:
         """Measure the distance ahead; None without an echo or without a sonar."""
@@ -104,6 +107,9 @@ class Lookout:
         Args:
             pose: Where the robot is now.
             ask: Whether there is time for a question.
+
+        Raises:
+            BrickError: The sonar does not answer any more.
         """
         if not self._settings.enabled:
             return None
@@ -118,7 +124,7 @@ class Lookout:
     def _judge(self, pose: Pose) -> Stop | None:
         if self._echo is None or self._older_than(FORGOTTEN_S):
             return None
-        return Stop.OBSTACLE if self._echo.distance_from(pose) < self._settings.stop_distance_mm else None
+        return Stop.OBSTACLE if self._echo.distance_from(pose) <= self._settings.stop_distance_mm else None
 
     def _listen(self, pose: Pose) -> None:
         """Fetch the measurement that was begun last time and begin the next."""
@@ -128,13 +134,15 @@ class Lookout:
             if self._asked is not None:
                 there, distance_mm = self._sonar.poll()
                 if there:
-                    self._echo = Echo(distance_mm, self._asked.time_s, self._asked.pose)
+                    self._echo, self._failures = Echo(distance_mm, self._asked.time_s, self._asked.pose), 0
                 elif self._now() - self._asked.time_s < FORGOTTEN_S:
                     return
             self._sonar.start()
             self._asked = Echo(None, self._now(), pose)
         except BrickError:
-            self._asked = None  # the bus had an error; the next turn begins again
+            self._asked, self._failures = None, self._failures + 1
+            if self._failures >= FAILURES:
+                raise
 
     def _older_than(self, age_s: float) -> bool:
         return self._echo is None or self._now() - self._echo.time_s > age_s

@@ -61,7 +61,11 @@ class Sensor:
         """All the firmware knows of the port."""
         if not self._ready:
             self.set_up()
-        return self.brick.request(GetInputValues(self._input))
+        values = self.brick.request(GetInputValues(self._input))
+        if values.type is not self.type:  # a program was started or stopped: that resets all ports
+            self.set_up()
+            values = self.brick.request(GetInputValues(self._input))
+        return values
 
 
 class Touch(Sensor):
@@ -120,25 +124,35 @@ class I2CSensor(Sensor):
         Raises:
             BrickError: The sensor did not answer; `ask` again.
         """
-        data = self.brick.request(LSRead(self._input)).received
+        try:
+            data = self.brick.request(LSRead(self._input)).received
+        except BrickError as error:
+            self._judge(error)
+            raise
         if not data:
             return None
         self._dirty = False
         return data[-1]
 
     def _transact(self, data: bytes, size: int) -> bytes:
-        if not self._ready:
-            self.set_up()
         for _ in range(I2C_ATTEMPTS - 1):
             try:
                 return self._attempt(data, size)
             except BrickError as error:
                 if error.status not in (Status.BUS_ERROR, Status.CHANNEL_NOT_CONFIGURED):
                     raise
+                self._judge(error)
             self.brick.sleep(STEP_S)
         return self._attempt(data, size)
 
+    def _judge(self, error: BrickError) -> None:
+        """A port that is not set up any more was reset by the start or end of a program; set it up again next time."""
+        if error.status is Status.CHANNEL_NOT_CONFIGURED:
+            self._ready = False
+
     def _attempt(self, data: bytes, size: int) -> bytes:
+        if not self._ready:
+            self.set_up()
         if self._dirty:
             self._drain()
         self._dirty = True

@@ -221,7 +221,10 @@ class Travel:
 
 
 class Throttle:
-    """Speeds for motors, each with its lease; what has not changed is not sent again before half the lease is over."""
+    """Speeds for motors, each with its lease; what has not changed is not sent again before half the lease is over.
+
+    Whoever holds the throttle has the motor: what `Motor.run` and `Motor.dc` have begun is not renewed any more.
+    """
 
     def __init__(self, brick: Brick) -> None:
         self._brick = brick
@@ -235,6 +238,7 @@ class Throttle:
         if power == given and now < until:
             return
         self._brick.moves(port)
+        self._brick.forget(port.name)
         lease_deg = round(max(LEASE_DEG, abs(power) / 100 * FULL_SPEED_DEG_S * LEASE_S))
         self._brick.send(driven(port, power, lease_deg, regulated=True))
         self._given[port] = (power, now + LEASE_S / 2)
@@ -243,6 +247,7 @@ class Throttle:
         """Stop motors now."""
         self._given.clear()
         for port in ports:
+            self._brick.forget(port.name)
             self._brick.send(braked(port))
 
 

@@ -1,0 +1,358 @@
+"""The rover in a simulated room: how exactly it drives, and what stops it."""
+
+import math
+
+import pytest
+
+from behaviors.ports import Pose, Stop
+from firmware_protocol.direct import ResetMotorPosition, SetInputMode
+from firmware_protocol.enums import InputPort, OutputPort, SensorMode, SensorType
+from firmware_protocol.errors import BrickError, ConfigError, LinkError, LinkTimeout
+from nxtdrive.rover import DriveSettings, Rover, SafetyStop
+from sim_backend.devices import TouchSensor, UltrasonicSensor
+from sim_backend.firmware.bench_motor import BenchMotor
+from sim_backend.simulation import LinkFaults
+
+LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
+BOX_AHEAD = '[[boxes]]\nname = "box"\nat_mm = [2500, 1500]\nsize_mm = [200, 1000]\nheight_mm = 300\n'
+UNGUARDED = SafetyStop(enabled=False)
+FOR_EVER_MS = 10**9
+TURN_TOLERANCE_DEG = 2
+STRAIGHT_TOLERANCE_MM = 10
+
+
+def travelled(room, before):
+    now = room.simulation.truth.pose
+    return math.hypot(now.x_mm - before.x_mm, now.y_mm - before.y_mm)
+
+
+def settle(room):
+    room.simulation.advance(1000)
+
+
+@LINKS
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("angle_deg", [90, -90, 30, 180, -360, 5])
+def test_turns_are_exact(lab, latency_ms, angle_deg, seed):
+    room = lab(latency_ms=latency_ms, seed=seed)
+    before = room.simulation.truth.pose
+    motion = Rover(room.brick).turn(angle_deg)
+    settle(room)
+    turned = room.simulation.truth.pose.heading_deg - before.heading_deg
+    assert motion.done
+    assert turned == pytest.approx(angle_deg, abs=TURN_TOLERANCE_DEG)
+    assert motion.turned_deg == pytest.approx(turned, abs=1.5)
+    assert travelled(room, before) < 10
+
+
+@LINKS
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("distance_mm", [150, 300, 1000, -150, -500, 20])
+def test_straights_are_exact(lab, latency_ms, distance_mm, seed):
+    room = lab(latency_ms=latency_ms, seed=seed)
+    before = room.simulation.truth.pose
+    motion = Rover(room.brick).straight(distance_mm)
+    settle(room)
+    assert motion.done
+    assert travelled(room, before) == pytest.approx(abs(distance_mm), abs=STRAIGHT_TOLERANCE_MM)
+    assert motion.distance_mm == pytest.approx(distance_mm, abs=STRAIGHT_TOLERANCE_MM)
+    assert room.simulation.truth.pose.heading_deg == pytest.approx(0, abs=TURN_TOLERANCE_DEG)
+
+
+@LINKS
+def test_the_pose_follows_the_robot_around_a_square(lab, latency_ms):
+    room = lab(latency_ms=latency_ms)
+    rover = Rover(room.brick)
+    for _ in range(4):
+        rover.straight(400)
+        rover.turn(90)
+    settle(room)
+    pose, truth = rover.pose(), room.simulation.truth.pose
+    assert pose.heading_deg == pytest.approx(360, abs=6)
+    assert (pose.x_mm, pose.y_mm) == pytest.approx((truth.x_mm - 1000, truth.y_mm - 1500), abs=40)
+
+
+def test_the_pose_can_be_set(lab):
+    rover = Rover(lab().brick)
+    rover.turn(45)
+    rover.reset_pose()
+    assert rover.pose() == Pose()
+    rover.reset_pose(Pose(100, 200, 90))
+    rover.straight(100)
+    assert (rover.pose().x_mm, rover.pose().y_mm) == pytest.approx((100, 300), abs=10)
+
+
+@LINKS
+def test_an_obstacle_ahead_ends_the_motion_in_front_of_it(lab, latency_ms):
+    room = lab(BOX_AHEAD, latency_ms=latency_ms)
+    rover = Rover(room.brick)
+    motion = rover.straight(2000)
+    settle(room)
+    assert motion.stop is Stop.OBSTACLE
+    assert 140 < rover.range_mm() <= 220
+    assert room.simulation.truth.contacts == 0
+    again = rover.straight(100)
+    assert (again.stop, again.distance_mm) == (Stop.OBSTACLE, 0.0)
+    assert rover.straight(-200).done
+    assert rover.turn(180).done
+
+
+@LINKS
+def test_the_stop_distance_can_be_chosen(lab, latency_ms):
+    room = lab(BOX_AHEAD, latency_ms=latency_ms)
+    rover = Rover(room.brick, safety=SafetyStop(stop_distance_mm=500))
+    assert rover.straight(2000).stop is Stop.OBSTACLE
+    assert 430 < rover.range_mm() <= 520
+
+
+@LINKS
+def test_a_pressed_bumper_ends_the_motion(lab, latency_ms):
+    room = lab(latency_ms=latency_ms)
+    room.attach(1, TouchSensor(lambda: room.simulation.truth.pose.x_mm > 1300))
+    rover = Rover(room.brick, ultrasonic=None)
+    motion = rover.straight(1000)
+    assert motion.stop is Stop.CONTACT
+    assert 300 <= motion.distance_mm < 400
+    assert rover.straight(100).stop is Stop.CONTACT
+    assert rover.touching()
+    assert rover.straight(-100).done
+
+
+def test_a_real_contact_presses_it(lab):
+    room = lab(BOX_AHEAD)
+    motion = Rover(room.brick, ultrasonic=None).straight(2000)
+    assert motion.stop is Stop.CONTACT
+    assert room.simulation.truth.contacts == 1
+
+
+def test_the_safety_stop_can_be_switched_off(lab):
+    room = lab()
+    room.attach(1, TouchSensor(lambda: True))
+    room.attach(4, UltrasonicSensor(lambda: 3))
+    assert Rover(room.brick, safety=UNGUARDED).straight(200).done
+
+
+def test_without_sensors_there_is_neither_range_nor_touch(lab):
+    rover = Rover(lab().brick, ultrasonic=None, touch=None)
+    assert rover.range_mm() is None
+    assert rover.touching() is False
+    assert rover.straight(200).done
+
+
+@LINKS
+def test_drive_goes_on_while_it_is_called_and_no_longer(lab, latency_ms):
+    room = lab(latency_ms=latency_ms)
+    rover = Rover(room.brick)
+    for _ in range(20):
+        assert rover.drive(150, 0) is None
+        room.brick.sleep(0.1)
+    assert room.simulation.truth.speed_mm_s == pytest.approx(150, abs=20)
+    before = room.simulation.truth.pose
+    room.brick.sleep(3)
+    assert room.simulation.truth.speed_mm_s == 0
+    assert travelled(room, before) < 200
+
+
+def test_drive_turns_to_the_right_and_can_change_its_mind(lab):
+    room = lab()
+    rover = Rover(room.brick)
+    for _ in range(20):
+        rover.drive(0, 45)
+        room.brick.sleep(0.1)
+    assert room.simulation.truth.pose.heading_deg == pytest.approx(90, abs=10)
+    for _ in range(20):
+        rover.drive(-100, 0)
+        room.brick.sleep(0.1)
+    assert room.simulation.truth.pose.y_mm < 1400
+    rover.stop()
+    room.brick.sleep(0.3)
+    assert room.simulation.truth.speed_mm_s == 0
+
+
+@LINKS
+def test_drive_brakes_first_and_then_says_why(lab, latency_ms):
+    room = lab(BOX_AHEAD, latency_ms=latency_ms)
+    rover = Rover(room.brick)
+    stop = None
+    while stop is None:
+        stop = rover.drive(150, 0)
+        room.brick.sleep(0.05)
+        assert room.simulation.time_s < 30
+    assert stop is Stop.OBSTACLE
+    settle(room)
+    assert 120 < rover.range_mm() <= 220
+    assert rover.drive(100, 0) is Stop.OBSTACLE
+    assert rover.drive(-100, 0) is None
+
+
+def test_held_wheels_are_a_stall(lab):
+    room = lab()
+    room.attach("B", BenchMotor(locked=True))
+    motion = Rover(room.brick).straight(500)
+    assert motion.stop is Stop.STALLED
+    assert room.simulation.time_s < 4
+
+
+def test_weak_motors_time_out(lab):
+    room = lab()
+    for port in "BC":
+        room.attach(port, BenchMotor(gain=20))
+    assert Rover(room.brick).straight(500).stop is Stop.TIMEOUT
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_link_that_falls_silent_is_an_error_and_the_robot_stops_by_itself(lab, seed):
+    room = lab(faults=LinkFaults(silent_ms=((2000 + 100 * seed, FOR_EVER_MS),)), seed=seed, timeout_s=0.5)
+    rover = Rover(room.brick)
+    with pytest.raises(LinkTimeout):
+        rover.straight(3000)
+    room.simulation.advance(3000)
+    assert room.simulation.truth.speed_mm_s == 0
+    assert room.simulation.truth.pose.x_mm < 1000 + 3000 / 5 + 300
+
+
+def test_a_pulled_cable_is_an_error_and_the_robot_stops_by_itself(lab):
+    room = lab(faults=LinkFaults(unplugged_ms=((2000, FOR_EVER_MS),)))
+    with pytest.raises(LinkError):
+        Rover(room.brick).straight(3000)
+    room.simulation.advance(3000)
+    assert room.simulation.truth.speed_mm_s == 0
+
+
+def test_an_interrupt_brakes_at_once(lab):
+    room = lab()
+
+    def interrupt():
+        if room.simulation.truth.pose.x_mm > 1200:
+            raise KeyboardInterrupt
+        return False
+
+    room.attach(1, TouchSensor(interrupt))
+    with pytest.raises(KeyboardInterrupt):
+        Rover(room.brick).straight(1000)
+    room.attach(1, None)
+    room.simulation.advance(500)
+    assert room.simulation.truth.speed_mm_s == 0
+    assert room.simulation.truth.pose.x_mm < 1250
+
+
+def test_lost_replies_within_the_deadline_of_others_do_not_break_the_odometry(lab):
+    room = lab(faults=LinkFaults(duplicate_replies=range(0, 10**6, 3)))
+    assert Rover(room.brick).straight(500).distance_mm == pytest.approx(500, abs=STRAIGHT_TOLERANCE_MM)
+
+
+@pytest.mark.parametrize("firmware", ["1.29", "1.05"])
+@pytest.mark.parametrize(("left", "right"), [("B", "C"), ("A", "B"), ("A", "C"), ("C", "B")])
+def test_any_two_ports_and_both_firmwares_do(lab, firmware, left, right):
+    room = lab(f'left_port = "{left}"\nright_port = "{right}"\n', firmware=firmware)
+    before = room.simulation.truth.pose
+    rover = Rover(room.brick, left=left, right=right)
+    assert rover.straight(300).done
+    assert rover.turn(90).done
+    settle(room)
+    assert travelled(room, before) == pytest.approx(300, abs=STRAIGHT_TOLERANCE_MM)
+    assert room.simulation.truth.pose.heading_deg == pytest.approx(90, abs=TURN_TOLERANCE_DEG)
+
+
+def test_reversed_motors_drive_the_other_way(lab):
+    room = lab()
+    Rover(room.brick, reversed=True, safety=UNGUARDED).straight(200)
+    settle(room)
+    assert room.simulation.truth.pose.x_mm == pytest.approx(800, abs=STRAIGHT_TOLERANCE_MM)
+
+
+def test_speeds_are_settings(lab):
+    times = {}
+    for speed_mm_s in (100, 300):
+        room = lab()
+        Rover(room.brick, settings=DriveSettings(speed_mm_s=speed_mm_s)).straight(1000)
+        times[speed_mm_s] = room.simulation.time_s
+    assert times[100] > 10 > 6 > times[300]
+
+
+@pytest.mark.parametrize(
+    ("parts", "says"),
+    [
+        ({"left": "B", "right": "B"}, "port B"),
+        ({"ultrasonic": 1, "touch": 1}, "port 1"),
+        ({"wheel_diameter_mm": 0}, "wheel_diameter_mm"),
+        ({"axle_track_mm": -112}, "axle_track_mm"),
+        ({"settings": DriveSettings(speed_mm_s=900)}, "speed_mm_s"),
+        ({"settings": DriveSettings(acceleration_mm_s2=0)}, "acceleration_mm_s2"),
+        ({"settings": DriveSettings(turn_deg_s=-5)}, "turn_deg_s"),
+    ],
+)
+def test_a_robot_that_cannot_be_is_refused(lab, parts, says):
+    with pytest.raises(ConfigError, match=says):
+        Rover(lab().brick, **parts)
+
+
+@pytest.mark.parametrize("motion", [lambda rover: rover.straight(1e6), lambda rover: rover.turn(math.nan)])
+def test_motions_beyond_reason_are_refused(lab, motion):
+    with pytest.raises(ConfigError):
+        motion(Rover(lab().brick))
+
+
+def test_a_counter_that_is_reset_is_no_motion(lab):
+    room = lab()
+    rover = Rover(room.brick)
+    rover.straight(500)
+    before = rover.pose()
+    for port in (OutputPort.B, OutputPort.C):
+        room.brick.request(ResetMotorPosition(port, False))
+    assert rover.pose() == before
+    assert rover.straight(200).distance_mm == pytest.approx(200, abs=STRAIGHT_TOLERANCE_MM)
+
+
+def test_a_sonar_that_falls_out_while_driving_is_an_error_and_a_stop(lab):
+    room = lab()
+    rover = Rover(room.brick)
+    assert rover.straight(100).done
+    room.simulation.at(room.simulation.now_ms + 1500, lambda: room.attach(4, None))
+    with pytest.raises(BrickError, match="cable"):
+        rover.straight(3000)
+    room.simulation.advance(500)
+    assert room.simulation.truth.speed_mm_s == 0
+
+
+def test_sensors_reset_by_a_program_are_set_up_again(lab):
+    room = lab(BOX_AHEAD)
+    rover = Rover(room.brick)
+    assert rover.straight(100).done
+    for port in InputPort:
+        room.brick.request(SetInputMode(port, SensorType.NONE, SensorMode.RAW))
+    assert rover.straight(2000).stop is Stop.OBSTACLE
+    assert rover.touching() is False
+
+
+def test_the_rover_takes_the_wheel_from_a_running_motor(lab):
+    room = lab()
+    room.brick.motor("B").run(-500)
+    room.brick.sleep(1)
+    assert Rover(room.brick).straight(300).done
+    room.brick.sleep(2)
+    assert room.simulation.truth.speed_mm_s == 0
+
+
+def test_too_fast_a_curve_is_driven_slower_and_is_the_same_curve(lab):
+    room = lab()
+    rover = Rover(room.brick, safety=UNGUARDED)
+
+    def drive_on():
+        for _ in range(10):
+            rover.drive(800, 200)
+            room.brick.sleep(0.1)
+        return room.simulation.truth.pose
+
+    before, after = drive_on(), drive_on()
+    turned = math.radians(after.heading_deg - before.heading_deg)
+    chord_mm = math.hypot(after.x_mm - before.x_mm, after.y_mm - before.y_mm)
+    assert chord_mm / (2 * math.sin(turned / 2)) == pytest.approx(800 / math.radians(200), rel=0.1)
+    assert turned < math.radians(200) / 1.5
+
+
+def test_battery_and_keep_alive_pass_through(lab):
+    room = lab()
+    rover = room.brick.rover()
+    rover.keep_alive()
+    assert rover.battery_mv() == room.brick.battery_mv
