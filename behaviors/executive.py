@@ -182,7 +182,7 @@ class Executive:
             self._service = self._new_service()
         if not isinstance(self._service, Search | Arrive):
             return self._service.call()
-        self.note(Kind.CALL, verb="arrive")
+        self.note(Kind.CALL, verb="arrive", battery_mv=self._body.battery_mv())
         fact = self._service.call()
         self.note(Kind.REPLY, verb="arrive", value=REPLIES[fact.event])
         return fact

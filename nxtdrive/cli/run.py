@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
         recording = Recording(new_run_folder(args.out, mission.mission.name), video=not args.no_video)
         eyes.on_look(recording.look)
         mission_run.watch(camera, brick, recording.frame, VIDEO_FPS)
-        status = stack.enter_context(StatusLine(lambda: brick.battery_mv))
+        status = stack.enter_context(StatusLine())
         observers: list[Observer] = [_print_json] if args.json else [console, status]
         details: dict[str, object] = {"mission": mission.mission.name, "nxt": args.nxt, "camera": source}
         report = _pursue(mission, brick, eyes, recording, observers, details)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import TracebackType
 from typing import Self
 
@@ -18,16 +18,16 @@ REDRAWS_PER_S = 8
 class StatusLine:
     """Shows the latest of every kind; prints nothing when standard error is no terminal.
 
+    It asks the robot nothing, so a run goes the same way whether somebody watches or not.
+
     Args:
-        battery_mv: Asked now and then for the battery's voltage.
+        console: The terminal; standard error by default.
     """
 
-    def __init__(self, battery_mv: Callable[[], int | None]) -> None:
-        self._battery_mv = battery_mv
+    def __init__(self, console: Console | None = None) -> None:
+        console = console or Console(stderr=True)
         self._battery = ""
-        self._battery_asked_s = float("-inf")
         self._sighting = "-"
-        console = Console(stderr=True)
         self._live = Live(console=console, refresh_per_second=REDRAWS_PER_S, transient=True)
         self._shown = console.is_terminal
 
@@ -50,7 +50,9 @@ class StatusLine:
         if record.kind is Kind.LOOK:
             sighting = record.data.get("sighting")
             self._sighting = _sighting(sighting) if isinstance(sighting, dict) else "-"
-        self._ask_battery(record.time_s)
+        battery_mv = record.data.get("battery_mv")
+        if isinstance(battery_mv, int):
+            self._battery = f"  battery {battery_mv / 1000:.1f} V"
         self._live.update(
             Text.assemble(
                 (f" {record.state:<9}", "bold"),
@@ -60,13 +62,6 @@ class StatusLine:
                 self._battery,
             )
         )
-
-    def _ask_battery(self, time_s: float) -> None:
-        if time_s - self._battery_asked_s < 5.0:
-            return
-        self._battery_asked_s = time_s
-        battery_mv = self._battery_mv()
-        self._battery = "" if battery_mv is None else f"  battery {battery_mv / 1000:.1f} V"
 
 
 def _sighting(values: Mapping[str, object]) -> str:
