@@ -8,6 +8,8 @@ from __future__ import annotations
 import contextlib
 import errno
 from collections.abc import Iterator
+from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Self
 
 from firmware_protocol.errors import (
@@ -146,7 +148,9 @@ class UsbTransport(WallClock):
 def _fresh_backend() -> IBackend:
     from usb.backend import libusb1
 
-    if libusb1.get_backend() is None:
+    # On Windows libusb usually comes as this Python package; pyusb does not look there by itself.
+    packaged = find_spec("libusb_package") and import_module("libusb_package").find_library
+    if libusb1.get_backend(find_library=packaged) is None:
         raise _no_libusb()
     # get_backend() hands out one context per process; pyusb has no public way to a second one.
     return libusb1._LibUSB(libusb1._lib)

@@ -113,6 +113,6 @@ def test_closing_gives_the_device_back(usb_bus):
 
 
 def test_without_libusb_the_remedy_says_what_to_install(monkeypatch):
-    monkeypatch.setattr(usb.backend.libusb1, "get_backend", lambda: None)
+    monkeypatch.setattr(usb.backend.libusb1, "get_backend", lambda find_library: None)
     with pytest.raises(BrickNotFound, match="libusb"):
         UsbTransport.open(Address.parse("usb://"))
