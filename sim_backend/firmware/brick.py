@@ -204,7 +204,7 @@ class SimBrick:
             bus.device = sensor
         else:
             analog.sensor = sensor
-        self.input.wake()
+        self.input.plug_in(analog, sensor)
 
     def unplug_usb(self) -> None:
         """Pull the cable: files opened through it are closed."""

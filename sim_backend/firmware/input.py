@@ -8,6 +8,7 @@ from typing import Protocol
 from firmware_protocol.enums import SensorMode, SensorType
 from sim_backend.firmware.analog import FULL_SCALE, LEVEL, NORMALIZE, band, boolean, step
 from sim_backend.firmware.cint import s16
+from sim_backend.firmware.color import ColorDevice, ColorPort, background
 from sim_backend.firmware.module import NEVER, Clock
 
 DEBOUNCE = 100
@@ -18,6 +19,7 @@ _SLOPE = 0x1F
 _COUNTING = (SensorMode.TRANSITION_COUNT, SensorMode.PERIOD_COUNT, SensorMode.ANGLE_STEPS)
 _SETTLING = 20
 _SETTLING_SOUND = 300
+_SETTLING_COLOR = 400
 _SOUND = (SensorType.SOUND_DB, SensorType.SOUND_DBA)
 _COLOR = range(SensorType.COLOR_FULL, SensorType.COLOR_NONE + 1)
 _PLAIN = (SensorType.NONE, SensorType.SWITCH, SensorType.TEMPERATURE)
@@ -46,6 +48,7 @@ class InputPort:
         invalid: Whether the values do not yet belong to the type.
         custom_zero_offset, custom_full_scale, custom_active: For `SensorType.CUSTOM`; kept, not used here.
         pin_directions, pins_in, pins_out: The two digital lines.
+        color: What a colour sensor sees.
     """
 
     __slots__ = (
@@ -54,6 +57,7 @@ class InputPort:
         "_last",
         "_settling",
         "boolean",
+        "color",
         "custom_active",
         "custom_full_scale",
         "custom_zero_offset",
@@ -79,6 +83,7 @@ class InputPort:
         self.invalid = False
         self.custom_zero_offset = self.custom_full_scale = self.custom_active = 0
         self.pin_directions, self.pins_in, self.pins_out = 0, 3, 0
+        self.color = ColorPort()
         self._settling = self._band = self._debounce = self._last = 0
 
     @property
@@ -102,7 +107,18 @@ class InputPort:
         """Take the sensor's value and scale it."""
         self.raw = raw = self.sensor.raw() if self.sensor is not None else FULL_SCALE
         normalize = NORMALIZE.get(self.type)
-        before, normalized = self.normalized, normalize(raw) if normalize else raw
+        self._scale(normalize(raw) if normalize else raw)
+
+    def read_color(self, device: ColorDevice) -> None:
+        """Have the colour sensor name a colour, or tell how bright it is in the light of one lamp."""
+        if self.type == SensorType.COLOR_FULL:
+            self.scaled = self.color.look(device, self.mode)
+            return
+        self.raw = device.lit(self.type - SensorType.COLOR_RED)
+        self._scale(background(self.raw))
+
+    def _scale(self, normalized: int) -> None:
+        before = self.normalized
         self.normalized = normalized
         self.boolean = boolean(normalized, self.mode & _SLOPE, before, self.boolean)
         mode = self.mode & _MODE
@@ -157,6 +173,13 @@ class InputModule:
         port.type, port.mode, port.invalid = sensor_type, mode, True
         self.wake()
 
+    def plug_in(self, port: InputPort, sensor: object) -> None:
+        """Something was plugged in or, with None, unplugged; a colour sensor is asked for its calibration first."""
+        port.color.plug_in(sensor if isinstance(sensor, ColorDevice) else None)
+        if port.type in _COLOR:
+            port.known_type = SensorType.NONE
+        self.wake()
+
     def run(self, now_ms: int) -> None:
         """Read the sensors; passes left out since the last run only count for settling."""
         passes, self._last_ms = now_ms - self._last_ms, now_ms
@@ -175,6 +198,8 @@ class InputModule:
                 port.read()
                 if port.counts:
                     due = now_ms + 1
+            elif port.color.device is not None and port.type in _COLOR:
+                port.read_color(port.color.device)
         self.due_ms = due
 
     def _settling(self, port: InputPort) -> int:
@@ -185,5 +210,5 @@ class InputModule:
                 return 0
             return _SETTLING_SOUND if new in _SOUND and old in _SOUND else _SETTLING
         if new in _COLOR:
-            return NEVER
+            return NEVER if port.color.device is None else _SETTLING_COLOR
         return _SETTLING_SOUND if new in _SOUND else _SETTLING

@@ -78,7 +78,8 @@ class LiveMap:
 
     def _refresh(self, start: int, end: int) -> None:
         for view in self._touched(start, end):
-            view.layout.pack_into(self._bytes, view.offset, view.get())
+            value = view.get()
+            view.layout.pack_into(self._bytes, view.offset, *(value if isinstance(value, tuple) else (value,)))
 
     def _touched(self, start: int, end: int) -> list[_View]:
         return [view for view in self._views if view.offset < end and view.offset + view.layout.size > start]

@@ -75,6 +75,16 @@ def input_map(module: InputModule, *, color: bool) -> LiveMap:
             CustomActiveStatus="custom_active",
             InvalidData="invalid",
         )
+        live.show(
+            port.color,
+            index=i,
+            ColorCalibration="calibration",
+            ColorCalLimits="limits",
+            ColorADRaw="readings",
+            ColorSensorRaw="normalized",
+            ColorSensorValue="scaled",
+            ColorBoolean="booleans",
+        )
     return live
 
 
