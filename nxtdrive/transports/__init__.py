@@ -10,7 +10,6 @@ import os
 from importlib import import_module
 from typing import Protocol, cast
 
-from firmware_protocol.errors import NXTError
 from nxtdrive.transports.address import DEFAULT, Address, unknown_scheme
 from nxtdrive.transports.base import Transport
 
@@ -80,15 +79,3 @@ def transport_class(scheme: str) -> TransportClass:
     if scheme not in plugins:
         raise unknown_scheme(scheme, [*SCHEMES, *plugins])
     return cast("TransportClass", plugins[scheme].load())
-
-
-def discover() -> list[str]:
-    """Addresses of the bricks that USB and the serial ports show; what cannot be searched is left out."""
-    found: list[str] = []
-    for scheme in ("usb", "serial"):
-        search = getattr(transport_class(scheme), "discover")  # noqa: B009 - not every transport can be searched
-        try:
-            found += search()
-        except NXTError:
-            continue
-    return found

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import errno
-from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from firmware_protocol.errors import (
@@ -25,9 +24,6 @@ from nxtdrive.transports.stream import SEND_TIMEOUT_S, StreamTransport
 
 if TYPE_CHECKING:
     import serial
-
-NXT_PORT_NAMES = ("rfcomm", "tty.NXT", "cu.NXT")
-"""How paired bricks' ports are called on Linux and macOS; on Windows they cannot be told from other ports."""
 
 
 class SerialTransport(StreamTransport):
@@ -57,11 +53,6 @@ class SerialTransport(StreamTransport):
         except (OSError, ValueError) as error:
             raise _cannot_open(address.target, error) from error
         return cls(str(address), port)
-
-    @classmethod
-    def discover(cls) -> list[str]:
-        """Addresses of the serial ports that belong to paired bricks, as far as their names tell."""
-        return [f"serial://{path}" for path in sorted(Path("/dev").glob("*")) if path.name.startswith(NXT_PORT_NAMES)]
 
     def _read(self, timeout_s: float) -> bytes:
         import serial

@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 import tty
-from pathlib import Path
 
 import pytest
 import serial
@@ -13,7 +12,6 @@ import serial
 from firmware_protocol.errors import AddressError, BrickNotFound, LinkBusy, LinkError, PermissionDenied
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.bluetooth import BluetoothTransport
-from nxtdrive.transports.serial_port import SerialTransport
 
 
 @pytest.fixture
@@ -74,11 +72,6 @@ def test_the_port_does_not_become_the_controlling_terminal(terminal):
         [sys.executable, "-c", code, terminal], capture_output=True, text=True, start_new_session=True, check=True
     )
     assert done.stdout.strip() == "none"
-
-
-def test_ports_of_paired_bricks_are_told_by_their_names(mocker):
-    mocker.patch("pathlib.Path.glob", return_value=[Path("/dev/rfcomm0"), Path("/dev/ttyS0")])
-    assert SerialTransport.discover() == ["serial:///dev/rfcomm0"]
 
 
 def test_a_server_that_is_not_there_is_no_brick():
