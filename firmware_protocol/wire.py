@@ -122,6 +122,10 @@ class Block(NamedTuple):
 
     size: int
 
+    # typing keeps Annotated[...] in a cache by equality, and as tuples Block(4) and Tail(4) would be equal
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
     @property
     def code(self) -> str:
         """Its `struct` format."""
@@ -148,6 +152,10 @@ class Tail(NamedTuple):
     """
 
     limit: int
+
+    # typing keeps Annotated[...] in a cache by equality, and as tuples Block(4) and Tail(4) would be equal
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
 
     def to_wire(self, value: bytes) -> bytes:
         """The bytes.

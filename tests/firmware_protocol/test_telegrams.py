@@ -208,3 +208,12 @@ def test_declarations_are_checked():
 def test_kinds_are_the_documented_ones():
     """Source: docs/firmware.md section 3."""
     assert [(kind.name, kind.value) for kind in Kind] == [("DIRECT", 0), ("SYSTEM", 1), ("REPLY", 2)]
+
+
+def test_wire_types_of_different_kinds_are_never_taken_for_one_another():
+    # found with CPython 3.11.2, whose typing module hands out an equal annotation it has seen before
+    from firmware_protocol.wire import Block, Tail, Text
+
+    kinds = [Block(4), Tail(4), Text(4)]
+    assert all(one != other for one in kinds for other in kinds if one is not other)
+    assert len({hash(kind) for kind in kinds}) == len(kinds)
