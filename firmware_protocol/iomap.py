@@ -61,9 +61,9 @@ class SoundState(OpenEnum):
     """Sound's State."""
 
     IDLE = 0
-    FILE = 1
-    TONE = 2
-    STOP = 3
+    FILE = 2
+    TONE = 3
+    STOP = 4
 
 
 class ProgramStatus(OpenEnum):

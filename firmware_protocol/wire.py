@@ -113,18 +113,19 @@ class Text(NamedTuple):
         return raw.split(b"\0", 1)[0].decode("latin-1")
 
 
-class Block(NamedTuple):
+class Block:
     """Raw bytes of fixed size; shorter values are zero-padded.
+
+    No tuple, unlike the others: `typing` keeps annotations in a cache by equality, and ``(4,)`` is also a `Tail`.
 
     Attributes:
         size: Bytes on the wire.
     """
 
-    size: int
+    __slots__ = ("size",)
 
-    # typing keeps Annotated[...] in a cache by equality, and as tuples Block(4) and Tail(4) would be equal
-    __eq__ = object.__eq__
-    __hash__ = object.__hash__
+    def __init__(self, size: int) -> None:
+        self.size = size
 
     @property
     def code(self) -> str:
@@ -144,18 +145,17 @@ class Block(NamedTuple):
         return raw
 
 
-class Tail(NamedTuple):
+class Tail:
     """The rest of the telegram; only allowed as the last field.
 
     Attributes:
         limit: Most bytes a telegram may carry here.
     """
 
-    limit: int
+    __slots__ = ("limit",)
 
-    # typing keeps Annotated[...] in a cache by equality, and as tuples Block(4) and Tail(4) would be equal
-    __eq__ = object.__eq__
-    __hash__ = object.__hash__
+    def __init__(self, limit: int) -> None:
+        self.limit = limit
 
     def to_wire(self, value: bytes) -> bytes:
         """The bytes.

@@ -88,7 +88,7 @@ def open_mission_camera(source: str, brick: Brick) -> Camera:
     if source != SIMULATED:
         from nxtdrive.vision.sources import open_camera
 
-        return open_camera(source, clock=brick.transport)
+        return open_camera(source, clock=brick)
     from nxtdrive.vision.camera import SimulatedCamera
 
     frames = _simulated_webcam(brick)
@@ -97,7 +97,7 @@ def open_mission_camera(source: str, brick: Brick) -> Camera:
             f"{brick.transport.address} has no simulated camera.",
             remedy="Name a camera: --camera 0 is the first webcam; `nxtdrive sim serve` prints its camera's URL.",
         )
-    return SimulatedCamera(frames, brick.transport, frames.size)
+    return SimulatedCamera(frames, brick, frames.size)
 
 
 def watch(camera: Camera, brick: Brick, observer: Callable[[Frame], None], fps: float) -> None:
@@ -130,7 +130,7 @@ def geometric_eyes(brick: Brick) -> Eyes:
     frames = _simulated_webcam(brick)
     if frames is None:
         raise CameraError("Geometric eyes need a simulated robot.", remedy="Use --nxt sim://.")
-    return GeometricEyes(frames, brick.transport)
+    return GeometricEyes(frames, brick)
 
 
 def camera_eyes(camera: Camera, mission: Mission) -> CameraEyes:

@@ -196,7 +196,7 @@ def perform_built_in_mission(camera: str) -> Report:
             eyes = geometric_eyes(brick)
         else:
             eyes = camera_eyes(open_mission_camera(camera, brick), mission)
-        return Executive(mission, build_rover(brick, mission), eyes, brick.transport).run()
+        return Executive(mission, build_rover(brick, mission), eyes, brick).run()
 
 
 DETECTORS: dict[str, dict[str, object]] = {

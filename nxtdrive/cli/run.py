@@ -98,7 +98,7 @@ def _pursue(
 
     report, error = None, ""
     try:
-        executive = Executive(mission, build_rover(brick, mission), eyes, brick.transport, [recording, *observers])
+        executive = Executive(mission, build_rover(brick, mission), eyes, brick, [recording, *observers])
         report = executive.run()
         return report
     except BaseException as reason:

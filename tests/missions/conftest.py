@@ -79,7 +79,7 @@ def perform(
         else:
             eyes = mission_run.camera_eyes(mission_run.open_mission_camera("sim", brick), mission)
         executive = Executive(
-            mission, mission_run.build_rover(brick, mission), eyes, transport, [done.records.append, console]
+            mission, mission_run.build_rover(brick, mission), eyes, brick, [done.records.append, console]
         )
         start_ms = simulation.now_ms
 
