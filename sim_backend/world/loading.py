@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import difflib
-import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, TypeGuard, get_args
-
-from pydantic import BaseModel, ValidationError
-from pydantic_core import ErrorDetails
+from typing import Any
 
 from firmware_protocol.errors import ConfigError
+from sim_backend.toml_file import mistakes, read_tables, validate
 from sim_backend.world.world_file import Event, WorldFile
 
 BUNDLED = Path(__file__).parent.parent / "worlds"
@@ -30,13 +27,7 @@ def load_world(source: str | Path) -> WorldFile:
         ConfigError: There is no such file, or it has mistakes; the message lists all of them.
     """
     path = _find(Path(source))
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path} is not TOML: {error}.") from error
-    except OSError as error:
-        raise ConfigError(f"{path} cannot be read: {error.strerror}.") from error
-    return parse_world(tables, path)
+    return parse_world(read_tables(path), path)
 
 
 def parse_world(tables: Mapping[str, Any], path: Path) -> WorldFile:
@@ -49,13 +40,10 @@ def parse_world(tables: Mapping[str, Any], path: Path) -> WorldFile:
     Raises:
         ConfigError: The tables have mistakes; the message lists all of them.
     """
-    try:
-        world = WorldFile.model_validate(tables)
-    except ValidationError as error:
-        raise _mistakes(path, list(map(_sentence, error.errors(include_url=False)))) from None
-    mistakes = [*_wrong_names(world), *_wrong_places(world), *_missing_images(world, path.parent)]
-    if mistakes:
-        raise _mistakes(path, mistakes)
+    world = validate(WorldFile, tables, path)
+    found = [*_wrong_names(world), *_wrong_places(world), *_missing_images(world, path.parent)]
+    if found:
+        raise mistakes(path, found)
     return _with_image_paths(world, path.parent)
 
 
@@ -65,39 +53,6 @@ def _find(path: Path) -> Path:
             return candidate
     names = ", ".join(sorted(entry.stem for entry in BUNDLED.glob("*.toml")))
     raise ConfigError(f"there is no world file {path}.", remedy=f"Give a path, or one of: {names}.")
-
-
-def _mistakes(path: Path, mistakes: list[str]) -> ConfigError:
-    count = "1 mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
-    return ConfigError("\n  ".join([f"{path} has {count}:", *mistakes]))
-
-
-def _sentence(error: ErrorDetails) -> str:
-    location = error["loc"]
-    path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location).lstrip(".")
-    if error["type"] == "extra_forbidden":
-        known = list(_model_at(location[:-1]).model_fields)
-        near = difflib.get_close_matches(str(location[-1]), known, n=1)
-        hint = f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"
-        return f"{path}: there is no such key; {hint}"
-    if error["type"] == "missing":
-        return f"{path}: is missing"
-    if error["type"] == "value_error":
-        return f"{path}: {error['ctx']['error']}"
-    return f"{path}: {error['msg'][0].lower()}{error['msg'][1:]}, not {error['input']!r}"
-
-
-def _model_at(location: tuple[str | int, ...]) -> type[BaseModel]:
-    model: type[BaseModel] = WorldFile
-    for part in location:
-        if isinstance(part, str):
-            annotation = model.model_fields[part].annotation
-            model = next(kind for kind in (annotation, *get_args(annotation)) if _is_model(kind))
-    return model
-
-
-def _is_model(kind: object) -> TypeGuard[type[BaseModel]]:
-    return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
 def _wrong_names(world: WorldFile) -> Iterator[str]:
