@@ -7,6 +7,8 @@ from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from firmware_protocol.framing import LENGTH_SIZE, frame
+
 
 class Timeline(Protocol):
     """What a link needs of the simulation."""
@@ -25,7 +27,11 @@ class Timeline(Protocol):
         ...
 
     def deliver(self, telegram: bytes) -> bytes | None:
-        """Give the brick a telegram, now."""
+        """Give the brick a telegram over USB, now."""
+        ...
+
+    def deliver_bluetooth(self, framed: bytes) -> bytes:
+        """Give the brick a telegram over Bluetooth, now."""
         ...
 
     def unplug(self) -> None:
@@ -41,7 +47,7 @@ class LinkFaults:
         drop_requests: Numbers of the telegrams that never reach the brick; any container, `range(0, 10**6, 7)` too.
         drop_replies: Numbers of the telegrams whose reply is lost.
         duplicate_replies: Numbers of the telegrams whose reply comes twice.
-        corrupt_replies: Numbers of the telegrams whose reply comes with every bit inverted.
+        corrupt_replies: Numbers of the telegrams whose reply comes with every bit inverted, but for its length.
         delay_replies_ms: Extra delay of the reply, by number of the telegram; later replies queue up behind it.
         silent_ms: Spans (from, to) of the simulation's time in which nothing gets through, in either direction.
         unplugged_ms: Spans (from, to) without a cable: a link that lives at the beginning is lost for good, and none
@@ -77,13 +83,22 @@ class SimLink:
         simulation: What holds the brick and the clock.
         latency_ms: Round trip, rounded to whole milliseconds; the brick itself needs one.
         faults: What goes wrong.
+        bluetooth: Whether this is a radio link instead of a cable: the brick's limits are then those of Bluetooth,
+            replies are what goes over the stream, their length in front, and the end of the link closes no files.
 
     Raises:
         ConnectionError: The cable is not plugged in.
     """
 
-    def __init__(self, simulation: Timeline, latency_ms: float = 0.0, faults: LinkFaults = NO_FAULTS) -> None:
-        self._simulation, self._faults = simulation, faults
+    def __init__(
+        self,
+        simulation: Timeline,
+        latency_ms: float = 0.0,
+        faults: LinkFaults = NO_FAULTS,
+        *,
+        bluetooth: bool = False,
+    ) -> None:
+        self._simulation, self._faults, self._bluetooth = simulation, faults, bluetooth
         self._latency_ms = max(0, round(latency_ms))
         self._opened_ms = simulation.now_ms
         self._sent = 0
@@ -93,8 +108,13 @@ class SimLink:
         self._open = True
         self._check_cable()
         for start_ms, _ in faults.unplugged_ms:
-            if start_ms > self._opened_ms:
+            if start_ms > self._opened_ms and not bluetooth:
                 simulation.at(start_ms, simulation.unplug)
+
+    @property
+    def under_way(self) -> int:
+        """Telegrams that have not reached the brick yet, and replies that nobody has taken yet."""
+        return len(self._deliveries) + len(self._replies)
 
     def send(self, telegram: bytes) -> None:
         """Send a telegram to the brick; returns at once.
@@ -155,14 +175,20 @@ class SimLink:
         now_ms = self._simulation.now_ms
         if self._faults.unplugged(self._opened_ms, now_ms):
             return
-        reply = self._simulation.deliver(telegram)
+        reply = self._ask(telegram)
         due_ms = max(sent_ms + self._latency_ms, now_ms + 1) + self._faults.delay_replies_ms.get(number, 0)
-        if reply is None or number in self._faults.drop_replies or self._faults.silent(due_ms):
+        if not reply or number in self._faults.drop_replies or self._faults.silent(due_ms):
             return
         if number in self._faults.corrupt_replies:
-            reply = bytes(byte ^ 0xFF for byte in reply)
+            intact = LENGTH_SIZE if self._bluetooth else 0
+            reply = reply[:intact] + bytes(byte ^ 0xFF for byte in reply[intact:])
         copies = 2 if number in self._faults.duplicate_replies else 1
         self._replies.extend([(due_ms, reply)] * copies)
+
+    def _ask(self, telegram: bytes) -> bytes | None:
+        if self._bluetooth:
+            return self._simulation.deliver_bluetooth(frame(telegram))
+        return self._simulation.deliver(telegram)
 
     def _check_cable(self) -> None:
         if not self._open:

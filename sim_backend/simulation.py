@@ -143,6 +143,10 @@ class Simulation:
         """Give the brick a telegram, now; links do this in time and order. A brick that is off answers nothing."""
         return None if self.brick.powered_off else self.brick.receive(telegram)
 
+    def deliver_bluetooth(self, framed: bytes) -> bytes:
+        """The same over Bluetooth: a telegram with its length in front, and so is what comes back, if anything."""
+        return b"" if self.brick.powered_off else self.brick.receive_bluetooth(framed)
+
     def unplug(self) -> None:
         """Pull the cable out of the brick, now: it closes the files that were opened over it, and drives on."""
         self.brick.unplug_usb()
