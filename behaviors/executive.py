@@ -81,10 +81,17 @@ class Executive:
         eyes: The camera.
         clock: Mission time.
         observers: Hear every record, in order.
+        policy: Chooses what to do after a failure; the mission's profile when None.
     """
 
     def __init__(
-        self, mission: Mission, body: Body, eyes: Eyes, clock: Clock, observers: Sequence[Observer] = ()
+        self,
+        mission: Mission,
+        body: Body,
+        eyes: Eyes,
+        clock: Clock,
+        observers: Sequence[Observer] = (),
+        policy: RecoveryPolicy | None = None,
     ) -> None:
         profile = mission.thesis
         self._mission = mission
@@ -93,7 +100,7 @@ class Executive:
         self._observers = observers
         self._start_s = clock.now()
         self._senses = Senses(body, eyes, clock, profile, self.note, self._report)
-        self._policy: RecoveryPolicy = ThesisPolicy(profile.wait_s, profile.turn_deg, profile.max_researches)
+        self._policy = policy or ThesisPolicy(profile.wait_s, profile.turn_deg, profile.max_researches)
         self._agenda = Agenda(mission.mission.targets, mission.mission.rounds)
         self._chart = MissionChart(self._agenda, self._decide, [self])
         self._service: Service | None = None
