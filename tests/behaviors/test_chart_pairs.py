@@ -1,0 +1,58 @@
+"""Every event in every state of the mission: where it leads, and that all others lead nowhere."""
+
+from __future__ import annotations
+
+import pytest
+
+from behaviors.agenda import Agenda
+from behaviors.chart import MissionChart
+from behaviors.events import Event, Fact, Reason
+from behaviors.recovery import Choice, Recovery
+
+WAYS = {
+    "idle": ([], Recovery.WAIT),
+    "search": ([Event.START], Recovery.WAIT),
+    "arrive": ([Event.START, Event.TARGET_SEEN], Recovery.WAIT),
+    "wait": ([Event.START, Event.SEARCH_FAILED], Recovery.WAIT),
+    "move_to": ([Event.START, Event.SEARCH_FAILED], Recovery.MOVE_TO),
+    "suspended": ([Event.START, Event.LINK_LOST], Recovery.WAIT),
+    "finished": ([Event.START, Event.ABORT], Recovery.WAIT),
+}
+"""How to come into each state in which a mission can rest, and what the policy chooses from then on."""
+
+LEADS_TO = {
+    ("idle", Event.START): "search",
+    ("search", Event.TARGET_SEEN): "arrive",
+    ("search", Event.SEARCH_FAILED): "wait",
+    ("arrive", Event.CONTINUED): "arrive",
+    ("arrive", Event.ARRIVED): "search",  # for the next target
+    ("arrive", Event.ARRIVE_FAILED): "wait",
+    ("wait", Event.RECOVERY_DONE): "search",
+    ("move_to", Event.RECOVERY_DONE): "search",
+    **{(state, Event.SUSPEND): "suspended" for state in ("search", "arrive", "wait", "move_to")},
+    **{(state, Event.LINK_LOST): "suspended" for state in ("search", "arrive", "wait", "move_to")},
+    ("suspended", Event.LINK_BACK): "search",
+    **{(state, Event.ABORT): "finished" for state in WAYS},
+    **{(state, Event.TRIP): "finished" for state in WAYS},
+}
+"""Where an event leads; a pair that is not here changes nothing."""
+
+
+@pytest.mark.parametrize("event", list(Event))
+@pytest.mark.parametrize("state", list(WAYS))
+def test_every_event_in_every_state(state, event):
+    way, kind = WAYS[state]
+    chart = MissionChart(Agenda(["lena", "rilakkuma"]), lambda: Choice(kind, "test"))
+    for step in way:
+        chart.report(Fact(step, Reason.SIGHTED))
+    assert chart.mission_state == state
+    if not chart.is_terminated:
+        chart.report(Fact(event, Reason.SIGHTED))
+    assert chart.mission_state == LEADS_TO.get((state, event), state)
+
+
+def test_a_resume_asked_for_while_the_link_is_down_changes_nothing():
+    chart = MissionChart(Agenda(["lena"]), lambda: Choice(Recovery.WAIT, "test"))
+    for event in (Event.START, Event.LINK_LOST, Event.RESUME):
+        chart.report(Fact(event, Reason.SIGHTED))
+    assert chart.mission_state == "suspended"
