@@ -8,12 +8,16 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable
+from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from firmware_protocol.enums import SensorType
 from sim_backend.devices import TouchSensor, UltrasonicSensor
+from sim_backend.devices.mounting import mount
 from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.input import InputPort
 from sim_backend.link import LinkFaults, SimLink
 from sim_backend.webcam import Webcam
 from sim_backend.world.loading import load_world
@@ -85,6 +89,9 @@ class Simulation:
             self.brick.attach_sensor(robot.touch_port, TouchSensor(lambda: self._world.robot.bumper_pressed))
         if robot.ultrasonic_port:
             self.brick.attach_sensor(robot.ultrasonic_port, UltrasonicSensor(self._world.ultrasonic.distance_cm))
+        for table in self._world.file.sensors:
+            lamp = partial(_lights_lamp, self.brick.input.ports[table.port - 1])
+            self.brick.attach_sensor(table.port, mount(table, self._world, lamp))
         self.set_battery(robot.battery_mv)
 
     def set_battery(self, battery_mv: int) -> None:
@@ -173,3 +180,7 @@ class Simulation:
             self.at(start_ms + round((number + 1) * 1000 / fps), lambda: show(number + 1))
 
         self.at(start_ms, lambda: show(0))
+
+
+def _lights_lamp(port: InputPort) -> bool:
+    return port.type == SensorType.LIGHT_ACTIVE

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import difflib
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeGuard, TypeVar, get_args
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -14,6 +14,8 @@ from pydantic_core import ErrorDetails
 from firmware_protocol.errors import ConfigError
 
 Model = TypeVar("Model", bound=BaseModel)
+
+_QUOTE = "'"
 
 
 def read_tables(path: Path) -> dict[str, Any]:
@@ -54,27 +56,55 @@ def mistakes(path: Path, sentences: Sequence[str]) -> ConfigError:
 
 
 def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
-    location = error["loc"]
+    table, location = _walk(model, error["loc"])
     path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location).lstrip(".")
-    if error["type"] == "extra_forbidden":
-        known = list(_model_at(model, location[:-1]).model_fields)
-        near = difflib.get_close_matches(str(location[-1]), known, n=1)
-        hint = f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"
-        return f"{path}: there is no such key; {hint}"
-    if error["type"] == "missing":
-        return f"{path}: is missing"
-    if error["type"] == "value_error":
-        return f"{path}: {error['ctx']['error']}"
+    match error["type"]:
+        case "extra_forbidden":
+            return f"{path}: there is no such key; {_hint(str(location[-1]), table.model_fields)}"
+        case "missing":
+            return f"{path}: is missing"
+        case "union_tag_not_found":
+            return f"{path}.{error['ctx']['discriminator'].strip(_QUOTE)}: is missing"
+        case "union_tag_invalid":
+            tag, key = error["ctx"]["tag"], error["ctx"]["discriminator"].strip(_QUOTE)
+            known = [name.strip(_QUOTE) for name in error["ctx"]["expected_tags"].split(", ")]
+            return f"{path}.{key}: there is no {tag!r}; {_hint(tag, known)}"
+        case "value_error":
+            return f"{path}: {error['ctx']['error']}"
     return f"{path}: {error['msg'][0].lower()}{error['msg'][1:]}, not {error['input']!r}"
 
 
-def _model_at(model: type[BaseModel], location: tuple[str | int, ...]) -> type[BaseModel]:
+def _hint(name: str, known: Iterable[str]) -> str:
+    near = difflib.get_close_matches(name, known, n=1)
+    return f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"
+
+
+def _walk(model: type[BaseModel], location: tuple[str | int, ...]) -> tuple[type[BaseModel], list[str | int]]:
+    """The table a mistake is in, and its path as the author wrote it.
+
+    Where a table may be of several kinds, pydantic puts the kind into the location.
+    """
+    path: list[str | int] = []
+    kinds: list[type[BaseModel]] = []
     for part in location:
-        if isinstance(part, str):
-            annotation = model.model_fields[part].annotation
-            model = next(kind for kind in (annotation, *get_args(annotation)) if _is_model(kind))
-    return model
+        if chosen := [kind for kind in kinds if _is_kind(kind, part)]:
+            model, kinds = chosen[0], []
+            continue
+        path.append(part)
+        if isinstance(part, str) and part in model.model_fields:
+            field = model.model_fields[part]
+            kinds = list(_tables(field.annotation))
+            model = kinds[0] if len(kinds) == 1 else model
+    return model, path
 
 
-def _is_model(kind: object) -> TypeGuard[type[BaseModel]]:
-    return isinstance(kind, type) and issubclass(kind, BaseModel)
+def _is_kind(model: type[BaseModel], tag: str | int) -> bool:
+    return any(get_args(field.annotation) == (tag,) for field in model.model_fields.values())
+
+
+def _tables(annotation: object) -> Iterator[type[BaseModel]]:
+    """All models that a type allows."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _tables(part)

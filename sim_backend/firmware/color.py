@@ -65,8 +65,8 @@ class ColorPort:
         self.device: ColorDevice | None = None
         self.calibration: tuple[int, ...] = (0,) * 12
         self.limits: tuple[int, ...] = (0, 0)
-        self.readings: tuple[int, ...] = (0, 0, 0, 0)
-        self.normalized = self.scaled = self.booleans = self.readings
+        nothing: tuple[int, ...] = (0, 0, 0, 0)
+        self.readings = self.normalized = self.scaled = self.booleans = nothing
 
     def plug_in(self, device: ColorDevice | None) -> None:
         """Take over the calibration of another sensor."""

@@ -41,7 +41,12 @@ def parse_world(tables: Mapping[str, Any], path: Path) -> WorldFile:
         ConfigError: The tables have mistakes; the message lists all of them.
     """
     world = validate(WorldFile, tables, path)
-    found = [*_wrong_names(world), *_wrong_places(world), *_missing_images(world, path.parent)]
+    found = [
+        *_wrong_names(world),
+        *_wrong_ports(world),
+        *_wrong_places(world),
+        *_missing_images(world, path.parent),
+    ]
     if found:
         raise mistakes(path, found)
     return _with_image_paths(world, path.parent)
@@ -92,11 +97,26 @@ def _unknown_names(path: str, event: Event, names: Mapping[str, list[str]]) -> I
             yield f"{path}.{key}: there is no {name!r}; {hint}"
 
 
+def _wrong_ports(world: WorldFile) -> Iterator[str]:
+    robot = world.robot
+    taken = {robot.touch_port: "robot.touch_port", robot.ultrasonic_port: "robot.ultrasonic_port"}
+    wanted = {sensor.port for sensor in world.sensors}
+    for index, sensor in enumerate(world.sensors):
+        path = f"sensors[{index}].port"
+        holder = taken.setdefault(sensor.port, path)
+        if holder != path:
+            free = ", ".join(str(port) for port in range(1, 5) if port not in {*taken, *wanted})
+            remedy = f"take another one (free: {free or 'none'})"
+            remedy += f" or set {holder} to 0" if holder.startswith("robot") else ""
+            yield f"{path}: {holder} has port {sensor.port} already; {remedy}"
+
+
 def _wrong_places(world: WorldFile) -> Iterator[str]:
     places = [("robot.start_mm", world.robot.start_mm)]
     places += [(f"boxes[{index}].at_mm", box.at_mm) for index, box in enumerate(world.boxes)]
     places += [(f"pictures[{index}].at_mm", picture.at_mm) for index, picture in enumerate(world.pictures)]
     places += [(f"people[{index}].enters_from_mm", person.enters_from_mm) for index, person in enumerate(world.people)]
+    places += [(f"sounds[{index}].at_mm", sound.at_mm) for index, sound in enumerate(world.sounds)]
     places += [(f"events[{index}].to_mm", event.to_mm) for index, event in enumerate(world.events) if event.to_mm]
     width, depth = world.floor.size_mm
     for key, (x, y) in places:

@@ -7,7 +7,8 @@ import math
 import pymunk
 
 from sim_backend.camera.scene import Panel, standing_panels
-from sim_backend.world.world_file import Person, Point
+from sim_backend.world.tables import Point
+from sim_backend.world.world_file import Person
 
 CLEARANCE_MM = 50.0
 """A walking person stops this far from the robot and waits."""

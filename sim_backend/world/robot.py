@@ -8,6 +8,7 @@ from random import Random
 import pymunk
 
 from sim_backend.world.motor import WheelMotor
+from sim_backend.world.tables import Point
 from sim_backend.world.world_file import Robot
 
 GRAVITY_MM_S2 = 9810.0
@@ -95,7 +96,18 @@ class RobotBody:
     @property
     def bumper_pressed(self) -> bool:
         """Whether something touches the front."""
-        return any(abs(bearing) <= BUMPER_DEG for bearing in self.contact_bearings_deg)
+        return self.touched(0.0, 2 * BUMPER_DEG)
+
+    def touched(self, direction_deg: float, width_deg: float) -> bool:
+        """Whether something touches the part of the body around `direction_deg` (clockwise from the front)."""
+        offsets = ((bearing - direction_deg + 180.0) % 360.0 - 180.0 for bearing in self.contact_bearings_deg)
+        return any(abs(offset) <= width_deg / 2 for offset in offsets)
+
+    def point_mm(self, at_mm: Point) -> Point:
+        """Place on the map of a point on the robot: in front of and to the right of the middle of the axle."""
+        (forward, right), angle = at_mm, self.body.angle
+        cos, sin = math.cos(angle), math.sin(angle)
+        return self.x_mm + forward * cos - right * sin, self.y_mm + forward * sin + right * cos
 
     def drive(self, duration_s: float) -> None:
         """Let the wheels ask for the motion they made in the last `duration_s`."""

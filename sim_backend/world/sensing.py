@@ -10,8 +10,9 @@ import pymunk
 
 from sim_backend.camera.scene import Viewpoint
 from sim_backend.world.robot import ROBOT_GROUP, RobotBody
+from sim_backend.world.sensor_tables import Echo
+from sim_backend.world.tables import Point
 from sim_backend.world.things import PictureThing
-from sim_backend.world.world_file import Ultrasonic
 
 CONE_DEG = 15.0
 """Half the angle of the ultrasonic beam."""
@@ -33,6 +34,8 @@ class UltrasonicBeam:
         space: What reflects.
         sensor: Its figures.
         robot: What carries it.
+        at_mm: Where on the robot: in front of and to the right of the middle of the axle.
+        direction_deg: Where it looks, clockwise from the front.
         heights_mm: Height of every shape; lower ones than the sensor pass under the beam.
         random: Draws noise and missing echoes.
     """
@@ -40,12 +43,15 @@ class UltrasonicBeam:
     def __init__(
         self,
         space: pymunk.Space,
-        sensor: Ultrasonic,
+        sensor: Echo,
         robot: RobotBody,
+        at_mm: Point,
+        direction_deg: float,
         heights_mm: Mapping[pymunk.Shape, float],
         random: Random,
     ) -> None:
         self._space, self._sensor, self._robot, self._heights_mm = space, sensor, robot, heights_mm
+        self._at_mm, self._direction_deg = at_mm, direction_deg
         self._random = random
 
     def distance_cm(self) -> int | None:
@@ -57,9 +63,8 @@ class UltrasonicBeam:
         return round(distance_mm / 10.0) if distance_mm < FARTHEST_MM - 5.0 else None
 
     def _nearest_mm(self) -> float | None:
-        robot, heading = self._robot, math.radians(self._robot.heading_deg)
-        x = robot.x_mm + self._sensor.forward_mm * math.cos(heading)
-        y = robot.y_mm + self._sensor.forward_mm * math.sin(heading)
+        x, y = self._robot.point_mm(self._at_mm)
+        heading = math.radians(self._robot.heading_deg + self._direction_deg)
         cone = math.radians(CONE_DEG)
         angles = (heading - cone + 2 * cone * ray / (RAYS - 1) for ray in range(RAYS))
         echoes = [echo for angle in angles if (echo := self._echo_mm(x, y, angle)) is not None]

@@ -10,7 +10,8 @@ from collections.abc import Iterable
 from random import Random
 from typing import Protocol
 
-from sim_backend.world.world_file import Duration, Event
+from sim_backend.world.tables import Duration
+from sim_backend.world.world_file import Event
 
 INTERVAL_MS = 100
 

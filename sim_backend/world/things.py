@@ -9,7 +9,8 @@ import pymunk
 
 from sim_backend.camera.scene import Panel, picture_panel, standing_panels
 from sim_backend.world.robot import GRAVITY_MM_S2
-from sim_backend.world.world_file import Box, Floor, Picture, Point, Wall
+from sim_backend.world.tables import Point
+from sim_backend.world.world_file import Box, Floor, Picture, Wall
 
 STAND_THICKNESS_MM = 10.0
 POST_WIDTH_MM, POST_TEXTURE = 40.0, "wood"

@@ -11,9 +11,12 @@ from sim_backend.camera.scene import Panel, Viewpoint
 from sim_backend.world.people import PersonThing
 from sim_backend.world.robot import RobotBody
 from sim_backend.world.sensing import UltrasonicBeam, in_view
+from sim_backend.world.sensor_tables import Echo
 from sim_backend.world.story import INTERVAL_MS, Story
+from sim_backend.world.surroundings import Surroundings
+from sim_backend.world.tables import Point
 from sim_backend.world.things import BoxThing, PictureThing, RoomThing, Thing, WallThing
-from sim_backend.world.world_file import Event, Point, WorldFile
+from sim_backend.world.world_file import Event, WorldFile
 
 STEP_MS = 10
 _STEP_S = STEP_MS / 1000.0
@@ -30,6 +33,7 @@ class World:
 
     Attributes:
         file: As given.
+        seed: As given.
         now_ms: Time since the start; a multiple of `STEP_MS`.
         robot: The robot's body.
         boxes: By name.
@@ -37,11 +41,12 @@ class World:
         people: By name.
         story: The events.
         ultrasonic: The ultrasonic sensor.
+        surroundings: What sensors without eyes perceive.
         contact_count: How often the robot has run into something or was run into.
     """
 
     def __init__(self, file: WorldFile, seed: int = 0) -> None:
-        self.file = file
+        self.file, self.seed = file, seed
         self.now_ms = 0
         self.contact_count = 0
         self._space = space = pymunk.Space()
@@ -54,13 +59,17 @@ class World:
         self._things: dict[str, BoxThing | PictureThing | PersonThing] = {**self.boxes, **self.pictures, **self.people}
         everything: list[Thing] = [*walls, *self._things.values()]
         self._heights_mm = {shape: thing.height_mm for thing in everything for shape in thing.shapes}
-        self.ultrasonic = UltrasonicBeam(
-            space, file.ultrasonic, self.robot, self._heights_mm, Random(f"{seed}/ultrasonic")
-        )
+        self.ultrasonic = self.beam(file.ultrasonic, (file.ultrasonic.forward_mm, 0.0), 0.0, "ultrasonic")
+        self.surroundings = Surroundings(file)
         self.story = Story(file.events, Random(f"{seed}/story"))
         self._wall_panels = tuple(panel for wall in walls for panel in wall.panels())
         self._panels: tuple[Panel, ...] | None = None
         self._pushable = [box for box in self.boxes.values() if box.movable]
+
+    def beam(self, sensor: Echo, at_mm: Point, direction_deg: float, name: str) -> UltrasonicBeam:
+        """What an ultrasonic sensor somewhere on the robot hears; `name` keeps its luck apart from the others'."""
+        random = Random(f"{self.seed}/{name}")
+        return UltrasonicBeam(self._space, sensor, self.robot, at_mm, direction_deg, self._heights_mm, random)
 
     @property
     def quiet(self) -> bool:
@@ -107,9 +116,8 @@ class World:
 
     def viewpoint(self) -> Viewpoint:
         """Where the camera's lens is."""
-        camera, heading = self.file.camera, math.radians(self.robot.heading_deg)
-        x = self.robot.x_mm + camera.forward_mm * math.cos(heading)
-        y = self.robot.y_mm + camera.forward_mm * math.sin(heading)
+        camera = self.file.camera
+        x, y = self.robot.point_mm((camera.forward_mm, 0.0))
         return Viewpoint(x, y, self.robot.heading_deg, camera.height_mm)
 
     def in_view(self, picture: str) -> bool:

@@ -9,53 +9,37 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-Point = tuple[float, float]
-Length = Annotated[float, Field(gt=0)]
-Name = Annotated[str, Field(min_length=1)]
-Seconds = Annotated[float, Field(ge=0)]
+from sim_backend.world.sensor_tables import Magnet, Mount, Patch, Sound, Surroundings, Ultrasonic
+from sim_backend.world.tables import PAINTS, Duration, Length, Name, Paint, Percent, Point, Seconds, Table
+
 SensorPort = Annotated[int, Field(ge=0, le=4)]
 
 
-def _span(value: object) -> object:
-    """A number of seconds as a span of no width; spans themselves are checked for order."""
-    match value:
-        case bool():
-            pass
-        case int() | float() if value >= 0:
-            return value, value
-        case [int() | float() as shortest, int() | float() as longest] if 0 <= shortest <= longest:
-            return shortest, longest
-    raise ValueError(f"must be seconds, or [shortest, longest] to draw from, not {value!r}")
-
-
-Duration = Annotated[tuple[float, float], BeforeValidator(_span)]
-"""Shortest and longest time in seconds, to draw from evenly with the simulation's seed."""
-
-
-class Table(BaseModel):
-    """A table of the world file; misspelt keys are refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
 class Floor(Table):
-    """The room: its floor from (0, 0) to `size_mm`, closed by four walls."""
+    """The room: its floor from (0, 0) to `size_mm`, closed by four walls.
+
+    Attributes:
+        color: What light and colour sensors see where no patch lies.
+    """
 
     size_mm: tuple[Length, Length]
+    color: Paint = PAINTS["grey"]
     wall_height_mm: Length = 600.0
     wall_texture: Name = "wall"
 
 
 class Light(Table):
-    """How bright the camera sees the room.
+    """How bright the room is.
 
     Attributes:
-        exposure: Factor on the brightness; 1 is a well-lit room, 0.25 is dusk.
+        exposure: Factor on the camera's brightness; 1 is a well-lit room, 0.25 is dusk.
+        ambient_percent: What a light sensor that looks ahead with its lamp off reads.
     """
 
     exposure: Annotated[float, Field(gt=0, le=4)] = 1.0
+    ambient_percent: Percent = 50.0
 
 
 class Slip(Table):
@@ -132,24 +116,6 @@ class Camera(Table):
     height_mm: Length = 200.0
     forward_mm: float = 60.0
     fps: Annotated[int, Field(ge=1, le=60)] = 10
-
-
-class Ultrasonic(Table):
-    """The ultrasonic sensor at the robot's front.
-
-    Attributes:
-        forward_mm: Sensor in front of the axle.
-        height_mm: Sensor above the floor; lower things give no echo.
-        noise_mm: Standard deviation of a reading.
-        dropout: Share of readings without echo for no reason, 0..1.
-        max_incidence_deg: A flat surface hit further from its normal than this throws the echo away; 90 keeps all.
-    """
-
-    forward_mm: float = 100.0
-    height_mm: Length = 90.0
-    noise_mm: Annotated[float, Field(ge=0)] = 5.0
-    dropout: Annotated[float, Field(ge=0, le=1)] = 0.0
-    max_incidence_deg: Annotated[float, Field(gt=0, le=90)] = 65.0
 
 
 class Wall(Table):
@@ -327,6 +293,7 @@ class WorldFile(Table):
 
     Attributes:
         title: One line for people.
+        sensors: On the robot, besides the bumper and the ultrasonic sensor that `robot` names the ports of.
     """
 
     title: str = ""
@@ -335,6 +302,11 @@ class WorldFile(Table):
     light: Light = Light()
     camera: Camera = Camera()
     ultrasonic: Ultrasonic = Ultrasonic()
+    surroundings: Surroundings = Surroundings()
+    sensors: tuple[Mount, ...] = ()
+    patches: tuple[Patch, ...] = ()
+    sounds: tuple[Sound, ...] = ()
+    magnets: tuple[Magnet, ...] = ()
     walls: tuple[Wall, ...] = ()
     boxes: tuple[Box, ...] = ()
     people: tuple[Person, ...] = ()

@@ -6,6 +6,21 @@ import pytest
 
 from firmware_protocol.errors import ConfigError
 from sim_backend.world.loading import BUNDLED, load_world, parse_world
+from sim_backend.world.sensor_tables import (
+    ColorMount,
+    CompassMount,
+    I2CMount,
+    LightMount,
+    Magnet,
+    Patch,
+    Sound,
+    SoundMount,
+    Surroundings,
+    TemperatureMount,
+    TouchMount,
+    Ultrasonic,
+    UltrasonicMount,
+)
 from sim_backend.world.world_file import (
     Box,
     Camera,
@@ -16,7 +31,6 @@ from sim_backend.world.world_file import (
     Picture,
     Robot,
     Slip,
-    Ultrasonic,
     Wall,
     When,
     WorldFile,
@@ -155,7 +169,12 @@ def test_boxes_people_and_pictures_share_their_names():
 
 
 @pytest.mark.parametrize(
-    "table", [Floor, Robot, Slip, Camera, Ultrasonic, Light, Wall, Box, Picture, Person, When, Event, WorldFile]
+    "table",
+    [
+        *(Floor, Robot, Slip, Camera, Ultrasonic, Light, Wall, Box, Picture, Person, When, Event, WorldFile),
+        *(Patch, Surroundings, Sound, Magnet, TouchMount, LightMount, ColorMount, SoundMount, UltrasonicMount),
+        *(TemperatureMount, CompassMount, I2CMount),
+    ],
 )
 def test_every_key_is_described(table):
     described = Path(__file__).parents[2].joinpath("docs", "worlds.md").read_text(encoding="utf-8")
@@ -166,6 +185,53 @@ def test_every_key_is_described(table):
 def test_ports_may_not_collide():
     mistakes = mistakes_in(GOOD + "left_port = 'B'\nright_port = 'B'")
     assert "give each motor its own port" in mistakes[0]
+
+
+@pytest.mark.parametrize(
+    ("sensors", "mistakes"),
+    [
+        ("kind = 'light'\nport = 1", ["sensors[0].port: robot.touch_port has port 1 already"]),
+        (
+            "kind = 'light'\nport = 2\n[[sensors]]\nkind = 'color'\nport = 2",
+            ["sensors[1].port: sensors[0].port has port"],
+        ),
+        ("kind = 'light'\nport = 5", ["sensors[0].port: input should be less than or equal to 4"]),
+        ("kind = 'lihgt'\nport = 2", ["sensors[0].kind: there is no 'lihgt'; did you mean light?"]),
+        ("port = 2", ["sensors[0].kind: is missing"]),
+        ("kind = 'light'\nport = 2\nlook = 'up'", ["sensors[0].look: there is no such key; did you mean looks?"]),
+        ("kind = 'light'\nport = 2\nlooks = 'up'", ["sensors[0].looks: input should be 'down' or 'ahead'"]),
+        ("kind = 'compass'", ["sensors[0].port: is missing"]),
+        ("kind = 'i2c'\nport = 2\naddress = 3", ["sensors[0].address: input should be a multiple of 2"]),
+        ("kind = 'i2c'\nport = 2\nregisters = { x = [1] }", ["sensors[0].registers: 'x' is no register"]),
+        (
+            "kind = 'i2c'\nport = 2\nregisters = { 255 = 'ab' }",
+            ["sensors[0].registers: what begins at 255 goes beyond"],
+        ),
+    ],
+)
+def test_mistakes_in_sensors_are_reported_with_their_path(sensors, mistakes):
+    found = mistakes_in(GOOD + "[[sensors]]\n" + sensors)
+    assert [line[: len(start)] for line, start in zip(found, mistakes, strict=True)] == mistakes
+
+
+def test_a_taken_port_comes_with_a_way_out():
+    [mistake] = mistakes_in(GOOD + "[[sensors]]\nkind = 'light'\nport = 4")
+    assert mistake.endswith("take another one (free: 2, 3) or set robot.ultrasonic_port to 0")
+
+
+@pytest.mark.parametrize(
+    ("patch", "sentence"),
+    [
+        ("color = 'pink'\nat_mm = [1, 1]\nsize_mm = [9, 9]", "patches[0].color: must be one of black"),
+        ("color = 'red'", "patches[0]: needs exactly one of at_mm (a rectangle) and along_mm (tape)"),
+        ("color = 'red'\nat_mm = [1, 1]", "patches[0]: at_mm and size_mm belong together"),
+        ("color = 'red'\nalong_mm = [[1, 1]]", "patches[0]: along_mm needs two points"),
+        ("color = [10, 20, 300]\nalong_mm = [[1, 1], [2, 2]]", "patches[0].color[2]: input should be less than"),
+    ],
+)
+def test_a_patch_that_makes_no_sense_is_refused(patch, sentence):
+    [mistake] = mistakes_in(GOOD + "[[patches]]\n" + patch)
+    assert mistake.startswith(sentence)
 
 
 def test_a_missing_file_names_the_worlds_there_are(tmp_path):

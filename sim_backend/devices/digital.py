@@ -1,4 +1,4 @@
-"""Sensors to plug into the simulated brick: what they perceive comes from a function, what they say is LEGO's."""
+"""Sensors on the I2C bus."""
 
 from __future__ import annotations
 
@@ -6,11 +6,6 @@ from collections.abc import Callable
 
 NO_ECHO = 255
 """What the ultrasonic sensor says when nothing answers."""
-
-_OPEN, _PRESSED = 1023, 183
-"""Converter values of the touch sensor: open circuit, and 2.2 kΩ against the brick's 10 kΩ.
-Source: docs/firmware.md section 6 (switch type) and LEGO's hardware developer kit."""
-
 
 _ULTRASONIC_CONSTANTS = {
     0x00: b"V1.0\0\0\0\0",
@@ -26,36 +21,6 @@ _ULTRASONIC_CONSTANTS = {
     0x52: b"\x0e",
 }
 """Registers of the ultrasonic sensor that never change; several of them lie inside each other's text."""
-
-
-class AnalogInput:
-    """Anything that makes a voltage.
-
-    Args:
-        reading: The converter's value now, 0..1023.
-    """
-
-    def __init__(self, reading: Callable[[], int]) -> None:
-        self._reading = reading
-
-    def raw(self) -> int:
-        """The converter's value now, 0..1023."""
-        return min(max(self._reading(), 0), _OPEN)
-
-
-class TouchSensor:
-    """LEGO's touch sensor.
-
-    Args:
-        pressed: Whether somebody presses it now.
-    """
-
-    def __init__(self, pressed: Callable[[], bool]) -> None:
-        self._pressed = pressed
-
-    def raw(self) -> int:
-        """The converter's value now."""
-        return _PRESSED if self._pressed() else _OPEN
 
 
 class GenericI2CDevice:
@@ -144,3 +109,93 @@ class UltrasonicSensor:
         distance = self._distance_cm()
         nearest = NO_ECHO if distance is None else min(max(distance, 0), NO_ECHO)
         self._echoes = bytes([nearest]) + bytes([NO_ECHO] * (len(self._DISTANCES) - 1))
+
+
+class Compass:
+    """HiTechnic's compass sensor (NMC1034). Source of its registers: HiTechnic's data sheet.
+
+    Args:
+        heading_deg: Direction of the sensor now, clockwise from north.
+
+    Attributes:
+        address: Its 8-bit write address.
+    """
+
+    ADDRESS = 0x02
+    MEASURE, CALIBRATE = 0x00, 0x43
+    """What can be written to the mode register; while it calibrates, the heading stands still."""
+
+    _MODE, _HEADING = 0x41, 0x42
+    _CONSTANTS = b"\xfdV1.23  HiTechncCompass "
+    """Version, manufacturer and type from register 0 on, eight bytes each."""
+
+    def __init__(self, heading_deg: Callable[[], float]) -> None:
+        self.address = self.ADDRESS
+        self._heading_deg = heading_deg
+        self._device = GenericI2CDevice(self.address)
+        self._device.registers[: len(self._CONSTANTS)] = self._CONSTANTS
+
+    def write(self, data: bytes) -> None:
+        """Take the register number, and a mode if it is the mode register; the others cannot be written."""
+        self._device.write(data[: 1 + (data[:1] == bytes((self._MODE,)))])
+
+    def read(self, size: int) -> bytes:
+        """Give bytes from the register on: halves of degrees, the odd one, and degrees low byte first."""
+        registers = self._device.registers
+        if registers[self._MODE] == self.MEASURE:
+            degrees = round(self._heading_deg()) % 360
+            measured = (degrees // 2, degrees % 2, *degrees.to_bytes(2, "little"))
+            registers[self._HEADING : self._HEADING + len(measured)] = bytes(measured)
+        return self._device.read(size)
+
+
+class TemperatureSensor:
+    """LEGO's digital temperature sensor for the NXT (9749), a TMP275. Source of its registers: TI's data sheet.
+
+    Args:
+        temperature_c: How warm it is now, -55..127 °C.
+
+    Attributes:
+        address: Its 8-bit write address.
+    """
+
+    ADDRESS = 0x98
+    TEMPERATURE, CONFIGURATION, LOW, HIGH = range(4)
+    """Its registers; the configuration has one byte, the others two, high byte first."""
+    SHUT_DOWN, ONE_SHOT = 0x01, 0x80
+    """Bits of the configuration; bits 5 and 6 choose 9 to 12 bits of resolution."""
+
+    def __init__(self, temperature_c: Callable[[], float]) -> None:
+        self.address = self.ADDRESS
+        self._temperature_c = temperature_c
+        self._registers = {self.CONFIGURATION: b"\x00", self.LOW: b"\x4b\x00", self.HIGH: b"\x50\x00"}
+        self._pointer = self.TEMPERATURE
+        self._measure()
+
+    def write(self, data: bytes) -> None:
+        """Take the register number and what to put there."""
+        if not data:
+            return
+        self._pointer = data[0] & 0x03
+        if len(data) < 2 or self._pointer == self.TEMPERATURE:
+            return
+        if self._pointer == self.CONFIGURATION:
+            self._configure(data[1])
+        else:
+            self._registers[self._pointer] = data[1:3].ljust(2, b"\0")
+
+    def read(self, size: int) -> bytes:
+        """Give the register, again and again; a sensor that is not shut down has just measured."""
+        if not self._registers[self.CONFIGURATION][0] & self.SHUT_DOWN:
+            self._measure()
+        return (self._registers[self._pointer] * size)[:size]
+
+    def _configure(self, value: int) -> None:
+        self._registers[self.CONFIGURATION] = bytes((value & ~self.ONE_SHOT,))
+        if value & self.ONE_SHOT:
+            self._measure()
+
+    def _measure(self) -> None:
+        step = 1 << 7 - (self._registers[self.CONFIGURATION][0] >> 5 & 0x03)
+        value = min(max(round(self._temperature_c() * 256), -0x8000), 0x7FFF)
+        self._registers[self.TEMPERATURE] = (value // step * step & 0xFFFF).to_bytes(2, "big")

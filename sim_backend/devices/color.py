@@ -1,0 +1,46 @@
+"""LEGO's colour sensor for the NXT (9694)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sim_backend.firmware.color import BLANK
+
+_DARKNESS = 71
+"""Converter value without any light. Source: docs/firmware.md section 6.1, where the firmware's scale begins."""
+_AMBIENT_STEPS, _LAMP_STEPS = 300, 500
+"""What full surrounding light adds, and a lamp over a mirror. Model."""
+_ONE = 1 << 16
+
+
+class ColorSensor:
+    """A photo diode and three lamps, lit as the brick says.
+
+    Args:
+        reflected_percent: How much red, green and blue light the floor throws back now.
+        ambient_percent: How much light reaches it now without lamps.
+
+    Attributes:
+        calibration: Three equal rows of factors: this sensor is the same in bright and dark rooms.
+        limits: Between the rows.
+    """
+
+    def __init__(
+        self,
+        reflected_percent: Callable[[], tuple[float, float, float]],
+        ambient_percent: Callable[[], float] = lambda: 0.0,
+    ) -> None:
+        self._reflected_percent, self._ambient_percent = reflected_percent, ambient_percent
+        self.calibration = ((_ONE,) * 4,) * 3
+        self.limits = (400, 200)
+
+    def lit(self, lamp: int) -> int:
+        """The converter's value, 0..1023, while a lamp is on: red, green, blue or none."""
+        value = _DARKNESS + _AMBIENT_STEPS * self._ambient_percent() / 100.0
+        if lamp != BLANK:
+            value += _LAMP_STEPS * self._reflected_percent()[lamp] / 100.0
+        return min(max(round(value), 0), 1023)
+
+    def raw(self) -> int:
+        """What a port sees that is set to another type."""
+        return self.lit(BLANK)

@@ -1,0 +1,247 @@
+"""The part of a world file that sensors perceive, and the sensors on the robot."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from sim_backend.world.tables import Length, Paint, Point, Seconds, Table
+
+Port = Annotated[int, Field(ge=1, le=4)]
+Byte = Annotated[int, Field(ge=0, le=255)]
+
+
+class Patch(Table):
+    """A patch of colour on the floor: a rectangle, or tape along a line. Later patches lie on top of earlier ones.
+
+    Attributes:
+        color: A name, or [red, green, blue] in percent of the light.
+        at_mm: Middle of the rectangle.
+        size_mm: Its depth along its facing, and width.
+        facing_deg: Direction of its depth.
+        along_mm: Corners of the line the tape follows.
+        width_mm: Of the tape.
+    """
+
+    color: Paint
+    at_mm: Point | None = None
+    size_mm: tuple[Length, Length] | None = None
+    facing_deg: float = 0.0
+    along_mm: tuple[Point, ...] = ()
+    width_mm: Length = 20.0
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if (self.at_mm is not None) == bool(self.along_mm):
+            raise ValueError("needs exactly one of at_mm (a rectangle) and along_mm (tape)")
+        if (self.at_mm is None) != (self.size_mm is None):
+            raise ValueError("at_mm and size_mm belong together")
+        if len(self.along_mm) == 1:
+            raise ValueError("along_mm needs two points or more")
+        return self
+
+
+class Surroundings(Table):
+    """What is the same everywhere in the room.
+
+    Attributes:
+        sound_db: Background noise.
+        temperature_c: Degrees Celsius.
+        north_deg: Where a compass needle points on the map; 270 is up.
+    """
+
+    sound_db: Annotated[float, Field(ge=0, le=130)] = 50.0
+    temperature_c: Annotated[float, Field(ge=-40, le=125)] = 21.0
+    north_deg: float = 270.0
+
+
+class Sound(Table):
+    """Something that makes a noise; it fades by 6 dB for each doubling of the distance.
+
+    Attributes:
+        at_mm: Where it is.
+        level_db: As heard at 1 m.
+        from_s: When it begins.
+        for_s: How long it lasts; without it for ever.
+    """
+
+    at_mm: Point
+    level_db: Annotated[float, Field(ge=0, le=130)]
+    from_s: Seconds = 0.0
+    for_s: Length | None = None
+
+
+class Magnet(Table):
+    """Iron that turns the compass needle near it.
+
+    Attributes:
+        at_mm: Where it is.
+        radius_mm: How far it reaches.
+        deflection_deg: How far it turns the needle there, clockwise; less with the distance, nothing at the radius.
+    """
+
+    at_mm: Point
+    radius_mm: Length
+    deflection_deg: Annotated[float, Field(ge=-180, le=180)]
+
+
+class Echo(Table):
+    """What an ultrasonic sensor is like.
+
+    Attributes:
+        height_mm: Sensor above the floor; lower things give no echo.
+        noise_mm: Standard deviation of a reading.
+        dropout: Share of readings without echo for no reason, 0..1.
+        max_incidence_deg: A flat surface hit further from its normal than this throws the echo away; 90 keeps all.
+    """
+
+    height_mm: Length = 90.0
+    noise_mm: Annotated[float, Field(ge=0)] = 5.0
+    dropout: Annotated[float, Field(ge=0, le=1)] = 0.0
+    max_incidence_deg: Annotated[float, Field(gt=0, le=90)] = 65.0
+
+
+class Ultrasonic(Echo):
+    """The ultrasonic sensor at the robot's front.
+
+    Attributes:
+        forward_mm: Sensor in front of the axle.
+    """
+
+    forward_mm: float = 100.0
+
+
+class TouchMount(Table):
+    """A bumper.
+
+    Attributes:
+        port: Input port.
+        direction_deg: Its middle, clockwise from the front.
+        width_deg: Angle it covers.
+    """
+
+    kind: Literal["touch"] = "touch"
+    port: Port
+    direction_deg: float = 0.0
+    width_deg: Annotated[float, Field(gt=0, le=360)] = 90.0
+
+
+class LightMount(Table):
+    """The light sensor, with its lamp on or off as the brick's type says.
+
+    Attributes:
+        port: Input port.
+        at_mm: On the robot: in front of and to the right of the middle of the axle.
+        looks: At the floor under it, or ahead into the room.
+        noise_percent: Standard deviation of a reading.
+    """
+
+    kind: Literal["light"]
+    port: Port
+    at_mm: Point = (80.0, 0.0)
+    looks: Literal["down", "ahead"] = "down"
+    noise_percent: Annotated[float, Field(ge=0, le=50)] = 0.5
+
+
+class ColorMount(Table):
+    """The colour sensor, looking at the floor under it.
+
+    Attributes:
+        port: Input port.
+        at_mm: On the robot: in front of and to the right of the middle of the axle.
+        noise_percent: Standard deviation of what each lamp shows.
+    """
+
+    kind: Literal["color"]
+    port: Port
+    at_mm: Point = (80.0, 0.0)
+    noise_percent: Annotated[float, Field(ge=0, le=50)] = 0.5
+
+
+class SoundMount(Table):
+    """The sound sensor.
+
+    Attributes:
+        port: Input port.
+        noise_db: Standard deviation of a reading.
+    """
+
+    kind: Literal["sound"]
+    port: Port
+    noise_db: Annotated[float, Field(ge=0, le=30)] = 0.5
+
+
+class UltrasonicMount(Echo):
+    """Another ultrasonic sensor.
+
+    Attributes:
+        port: Input port.
+        at_mm: On the robot: in front of and to the right of the middle of the axle.
+        direction_deg: Where it looks, clockwise from the front.
+    """
+
+    kind: Literal["ultrasonic"]
+    port: Port
+    at_mm: Point = (0.0, 0.0)
+    direction_deg: float = 0.0
+
+
+class TemperatureMount(Table):
+    """A temperature sensor.
+
+    Attributes:
+        port: Input port.
+        model: The digital one for the NXT (9749), or the old one for the RCX (9889).
+    """
+
+    kind: Literal["temperature"]
+    port: Port
+    model: Literal["nxt", "rcx"] = "nxt"
+
+
+class CompassMount(Table):
+    """HiTechnic's compass.
+
+    Attributes:
+        port: Input port.
+        noise_deg: Standard deviation of a reading.
+    """
+
+    kind: Literal["compass"]
+    port: Port
+    noise_deg: Annotated[float, Field(ge=0, le=90)] = 1.0
+
+
+def _registers(values: dict[str, str | tuple[int, ...]]) -> dict[str, str | tuple[int, ...]]:
+    for name, value in values.items():
+        if isinstance(value, str) and not value.isascii():
+            raise ValueError(f"what begins at {name} has letters beyond ASCII; give it as bytes")
+        number = int(name, 0) if name.isdecimal() or name.lower().startswith("0x") else -1
+        if not 0 <= number <= 255:
+            raise ValueError(f'{name!r} is no register; give 0 to 255, or "0x42"')
+        if number + len(value) > 256:
+            raise ValueError(f"what begins at {name} goes beyond register 255")
+    return values
+
+
+class I2CMount(Table):
+    """Any digital sensor, as registers that keep what is written to them.
+
+    Attributes:
+        port: Input port.
+        address: In the 8-bit write form.
+        registers: What they hold at the start: number of the first to a text or a list of bytes.
+    """
+
+    kind: Literal["i2c"]
+    port: Port
+    address: Annotated[int, Field(ge=2, le=254, multiple_of=2)] = 0x02
+    registers: Annotated[dict[str, str | tuple[Byte, ...]], AfterValidator(_registers)] = Field(default_factory=dict)
+
+
+Mount = Annotated[
+    TouchMount | LightMount | ColorMount | SoundMount | UltrasonicMount | TemperatureMount | CompassMount | I2CMount,
+    Field(discriminator="kind"),
+]
+"""A sensor on the robot."""

@@ -1,0 +1,87 @@
+"""What sensors without eyes perceive of a world: paint on the floor, light, noise, warmth, and where north is."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+from sim_backend.world.sensor_tables import Patch
+from sim_backend.world.tables import Point
+from sim_backend.world.world_file import WorldFile
+
+Rgb = tuple[float, float, float]
+
+_NEAREST_MM = 100.0
+"""Sound does not get louder nearer than this."""
+_ONE_METRE_MM = 1000.0
+
+
+class Surroundings:
+    """A world as it is at its places.
+
+    Args:
+        file: What the world consists of.
+    """
+
+    def __init__(self, file: WorldFile) -> None:
+        self._file = file
+        self._on_top = tuple(reversed(file.patches))
+
+    @property
+    def ambient_percent(self) -> float:
+        """How bright the room is for a light sensor."""
+        return self._file.light.ambient_percent
+
+    @property
+    def temperature_c(self) -> float:
+        """Degrees Celsius."""
+        return self._file.surroundings.temperature_c
+
+    def paint(self, at_mm: Point) -> Rgb:
+        """How much red, green and blue light the floor throws back at a place, percent each."""
+        for patch in self._on_top:
+            if _covers(patch, at_mm):
+                return patch.color
+        return self._file.floor.color
+
+    def sound_db(self, at_mm: Point, now_ms: int) -> float:
+        """How loud it is at a place: background and all sources that sound now."""
+        energy = _energy(self._file.surroundings.sound_db)
+        for sound in self._file.sounds:
+            since_s = now_ms / 1000.0 - sound.from_s
+            if since_s >= 0 and (sound.for_s is None or since_s < sound.for_s):
+                distance_mm = max(math.dist(at_mm, sound.at_mm), _NEAREST_MM)
+                energy += _energy(sound.level_db) * (_ONE_METRE_MM / distance_mm) ** 2
+        return 10.0 * math.log10(energy)
+
+    def north_deg(self, at_mm: Point) -> float:
+        """Where a compass needle points at a place, on the map."""
+        north_deg = self._file.surroundings.north_deg
+        for magnet in self._file.magnets:
+            share = 1.0 - math.dist(at_mm, magnet.at_mm) / magnet.radius_mm
+            north_deg += magnet.deflection_deg * max(0.0, share)
+        return north_deg
+
+
+def _energy(level_db: float) -> float:
+    return float(10.0 ** (level_db / 10.0))
+
+
+def _covers(patch: Patch, at_mm: Point) -> bool:
+    if patch.at_mm is None or patch.size_mm is None:
+        corners = pairwise(patch.along_mm)
+        return any(_distance_mm(at_mm, start, end) <= patch.width_mm / 2 for start, end in corners)
+    dx, dy = at_mm[0] - patch.at_mm[0], at_mm[1] - patch.at_mm[1]
+    facing = math.radians(patch.facing_deg)
+    along = dx * math.cos(facing) + dy * math.sin(facing)
+    across = dy * math.cos(facing) - dx * math.sin(facing)
+    return abs(along) <= patch.size_mm[0] / 2 and abs(across) <= patch.size_mm[1] / 2
+
+
+def _distance_mm(point: Point, start: Point, end: Point) -> float:
+    """From a point to the line between two others."""
+    way_x, way_y = end[0] - start[0], end[1] - start[1]
+    square = way_x**2 + way_y**2
+    share = ((point[0] - start[0]) * way_x + (point[1] - start[1]) * way_y) / square if square else 0.0
+    share = min(max(share, 0.0), 1.0)
+    return math.dist(point, (start[0] + share * way_x, start[1] + share * way_y))

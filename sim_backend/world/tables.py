@@ -1,0 +1,58 @@
+"""What the tables of a world file are made of."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+Point = tuple[float, float]
+Length = Annotated[float, Field(gt=0)]
+Name = Annotated[str, Field(min_length=1)]
+Seconds = Annotated[float, Field(ge=0)]
+Percent = Annotated[float, Field(ge=0, le=100)]
+
+
+def _span(value: object) -> object:
+    """A number of seconds as a span of no width; spans themselves are checked for order."""
+    match value:
+        case bool():
+            pass
+        case int() | float() if value >= 0:
+            return value, value
+        case [int() | float() as shortest, int() | float() as longest] if 0 <= shortest <= longest:
+            return shortest, longest
+    raise ValueError(f"must be seconds, or [shortest, longest] to draw from, not {value!r}")
+
+
+Duration = Annotated[tuple[float, float], BeforeValidator(_span)]
+"""Shortest and longest time in seconds, to draw from evenly with the simulation's seed."""
+
+PAINTS: dict[str, tuple[float, float, float]] = {
+    "black": (5, 5, 5),
+    "blue": (8, 15, 45),
+    "green": (10, 40, 15),
+    "yellow": (75, 60, 10),
+    "red": (60, 8, 8),
+    "white": (85, 85, 85),
+    "grey": (45, 45, 45),
+}
+"""Share of red, green and blue light that comes back, percent; typical of tape, paint and paper."""
+
+
+def _paint(value: object) -> object:
+    if isinstance(value, str):
+        if value not in PAINTS:
+            raise ValueError(f"must be one of {', '.join(PAINTS)}, or [red, green, blue] in percent, not {value!r}")
+        return PAINTS[value]
+    return value
+
+
+Paint = Annotated[tuple[Percent, Percent, Percent], BeforeValidator(_paint)]
+"""A colour by its name, or how much red, green and blue light it throws back, percent."""
+
+
+class Table(BaseModel):
+    """A table of the world file; misspelt keys are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
