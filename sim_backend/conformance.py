@@ -18,6 +18,7 @@ from pathlib import Path
 
 from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Kind
 from sim_backend.conformance_bench import Bench, NotOnThisBench
+from sim_backend.conformance_handles import Handles
 from sim_backend.firmware.brick import FIRMWARES, SimBrick
 
 _INTERRUPTS = re.compile(r" irqs=\d+")
@@ -33,6 +34,7 @@ class Step:
         request: A telegram to the firmware in hex, or empty.
         control: Something done to the hardware, or empty.
         reply: What came back; several replies in hex are separated by spaces.
+        reference: What the firmware the recording was made with replied: firmware 1.29.
         mask: Hex; bytes 00 are not compared.
     """
 
@@ -40,6 +42,7 @@ class Step:
     request: str
     control: str
     reply: str
+    reference: str
     mask: str
 
 
@@ -71,7 +74,14 @@ def load(path: Path, firmware: str) -> dict[str, list[Step]]:
     for line in path.read_text(encoding="utf-8").splitlines():
         record = json.loads(line)
         reply = record.get(other, record["reply"])
-        step = Step(record["step"], record.get("request", ""), record.get("control", ""), reply, record.get("mask", ""))
+        step = Step(
+            number=record["step"],
+            request=record.get("request", ""),
+            control=record.get("control", ""),
+            reply=reply,
+            reference=record["reply"],
+            mask=record.get("mask", ""),
+        )
         scenarios.setdefault(record["scenario"], []).append(step)
     return scenarios
 
@@ -79,15 +89,25 @@ def load(path: Path, firmware: str) -> dict[str, list[Step]]:
 def replay(scenario: str, steps: Iterable[Step], firmware: str) -> Report:
     """Do to a fresh simulated brick what was done to the firmware, up to the first difference."""
     steps = list(steps)
-    bench = Bench(SimBrick(firmware=firmware))
+    bench, handles = Bench(SimBrick(firmware=firmware)), Handles()
     for matched, step in enumerate(steps):
         try:
-            got = bench.telegram(step.request) if step.request else bench.control(step.control)
+            got = _perform(step, bench, handles)
         except NotOnThisBench as reason:
             return Report(scenario, len(steps), matched, str(reason))
         if difference := _compare(step, got):
             return Report(scenario, len(steps), matched, difference)
     return Report(scenario, len(steps), len(steps), "")
+
+
+def _perform(step: Step, bench: Bench, handles: Handles) -> str:
+    """Do what a step says; returns what comes back."""
+    if not step.request:
+        return bench.control(handles.translate_line(step.control))
+    request = bytes.fromhex(step.request)
+    got = bench.telegram(handles.translate(request).hex())
+    handles.learn(request, bytes.fromhex(step.reference), bytes.fromhex(got))
+    return got
 
 
 def _compare(step: Step, got: str) -> str:

@@ -8,11 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from firmware_protocol.framing import LENGTH_SIZE, USB_TELEGRAM_LIMIT
+from firmware_protocol.iomap import UI, UiFlag
 from sim_backend.devices import AnalogInput, GenericI2CDevice
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
 
 _OPEN = 1023
+_IO_MAP_DATA = 9
+"""Where the data begin in a reply to IOMapRead."""
+
 _PATIENCE = 100_000
 """Polls after which a wait is given up."""
 
@@ -45,6 +49,7 @@ class Bench:
             "!trace": self._trace,
             "!also": self._also,
             "!until": self._until,
+            "!until_uiidle": self._until_idle,
             "!until_run": self._until_run,
             "!i2c": self._i2c,
             "!sound": self._sound,
@@ -132,15 +137,21 @@ class Bench:
     def _also(self, *requests: str) -> str:
         return " ".join(self.telegram(request) for request in requests)
 
-    def _poll(self, request: str, byte: int, value: int) -> tuple[int, str]:
+    def _poll(self, request: str, byte: int, value: int, mask: int = 0xFF) -> tuple[int, str]:
+        """Ask every pass until `byte` of the reply is `value` under `mask`; a reply too short never is."""
         for polls in range(1, _PATIENCE):
             reply = self.telegram(request)
-            if bytes.fromhex(reply)[byte] == value:
+            data = bytes.fromhex(reply)
+            if len(data) > byte and data[byte] & mask == value:
                 return polls, reply
         raise NotOnThisBench(f"byte {byte} of the reply to {request} never was 0x{value:02x}")
 
     def _until(self, request: str, status: str) -> str:
         return str(self._poll(request, 2, int(status, 16))[0])
+
+    def _until_idle(self) -> str:
+        flags = UI.field("Flags").read().encode().hex()
+        return str(self._poll(flags, _IO_MAP_DATA, 0, int(UiFlag.BUSY))[0])
 
     def _until_run(self, port: str, run_state: str) -> str:
         polls, reply = self._poll(f"0006{int(port):02x}", 8, int(run_state, 16))
@@ -170,6 +181,7 @@ class Bench:
 
     def _bus_log(self, index: int) -> str:
         bus = self.brick.low_speed.channels[index].bus
+        bus.settle(self.brick.now_ms)
         tokens, bus.trace = bus.trace or [], []
         clocks, self._clocks[index] = bus.clocks - self._clocks[index], bus.clocks
         return f"{' '.join(tokens)}  clocks={clocks}"

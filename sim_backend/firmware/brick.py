@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from random import Random
+
 from sim_backend.firmware import io_maps
 from sim_backend.firmware.answer import Handlers
 from sim_backend.firmware.button import ButtonModule
@@ -19,6 +21,7 @@ from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.limits import USB, Channel
 from sim_backend.firmware.loader import Loader, fresh_flash
 from sim_backend.firmware.low_speed import LowSpeedModule
+from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import Clock, Module
 from sim_backend.firmware.module_handlers import ModuleHandlers
 from sim_backend.firmware.output import MotorPlant, OutputModule
@@ -28,12 +31,17 @@ from sim_backend.firmware.property_handlers import PropertyHandlers
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.ui import UiModule
+from sim_backend.firmware.vm.devices import Devices
+from sim_backend.firmware.vm.memory import Layout
 
 BOOT_MS = 6000
 """Passes from power-on until melody and radio have started. Source: docs/firmware.md section 0.1."""
 
 FIRMWARES = ("1.29", "1.05")
 """The firmware versions the brick can behave as."""
+
+_POOL_LAYOUTS = {"1.29": Layout(clump=28, growth=25), "1.05": Layout(clump=24, growth=5)}
+"""How each firmware uses the memory pool; see `vm.memory`."""
 
 _MOTOR_PORTS = ("A", "B", "C")
 _SENSOR_PORTS = range(1, 5)
@@ -50,7 +58,7 @@ class SimBrick:
         name: The brick's name, at most 15 characters.
         address: Six bytes: the address of its radio and its USB serial number.
         flash: What another brick left in its `loader.flash`: switching it off and on; without it an empty one.
-        seed: Reserved for what is drawn; the firmware itself draws nothing.
+        seed: Of the random numbers that programs draw.
 
     Raises:
         ValueError: There is no such firmware.
@@ -92,29 +100,38 @@ class SimBrick:
         self.loader = Loader(flash or fresh_flash(firmware), strict_data_names=extended)
         self.sound = SoundModule(clock, self.loader)
         self.io_control = IoControl()
-        self.ui = UiModule(clock, self.io_control)
+        self.ui = UiModule(clock, self.io_control, self.sound)
         self.radio = Radio(clock, name.encode("latin-1"), address)
-        self.button = ButtonModule(clock, self.ui.stay_awake)
-        self.command = CommandModule(clock)
+        self.button = ButtonModule(clock, self.ui.press)
+        self.command = CommandModule(
+            clock,
+            self.loader,
+            _POOL_LAYOUTS[firmware],
+            equip=self._equip,
+            on_end=self.ui.program_ended,
+            reset_devices=self._reset_devices,
+        )
+        self.ui.programs = self.command
         self.high_speed = HighSpeed()
-        self._sleepers: tuple[Module, ...] = (self.low_speed, self.sound, self.button, self.ui)
+        self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, self.command, self.ui)
         channel = Channel()
-        handlers = self._handlers(firmware, channel, extended=extended)
+        self._maps = self._make_maps(extended=extended)
+        handlers = self._handlers(firmware, channel)
         self.comm = Comm(handlers, channel, USB, extended=extended)
         self.bluetooth = BluetoothComm(handlers, channel, extended=extended)
 
-    def _handlers(self, firmware: str, channel: Channel, *, extended: bool) -> Handlers:
+    def _handlers(self, firmware: str, channel: Channel) -> Handlers:
         return {
             **OutputHandlers(self.output).table,
             **InputHandlers(self.input, self.low_speed).table,
             **PropertyHandlers(self.ui, self.sound, self.radio, self.loader).table,
-            **ProgramHandlers(self.command, self.loader).table,
+            **ProgramHandlers(self.command, self.loader, self.ui).table,
             **FileHandlers(self.loader, channel).table,
-            **ModuleHandlers(self._maps(extended=extended), channel).table,
+            **ModuleHandlers(self._maps, channel).table,
             **IdentityHandlers(firmware, self.radio, self.loader, self.high_speed, self.io_control, channel).table,
         }
 
-    def _maps(self, *, extended: bool) -> list[LiveMap]:
+    def _make_maps(self, *, extended: bool) -> list[LiveMap]:
         """The IO maps in the order of the firmware's modules."""
         return [
             io_maps.comm_map(self.radio, self.high_speed),
@@ -129,6 +146,27 @@ class SimBrick:
             io_maps.command_map(self.command, sync_times=extended),
             io_maps.ui_map(self.ui, self.sound),
         ]
+
+    def _equip(self, mailboxes: Mailboxes) -> Devices:
+        """What a program that starts now can reach."""
+        return Devices(
+            output=self.output,
+            input=self.input,
+            low_speed=self.low_speed,
+            sound=self.sound,
+            ui=self.ui,
+            button=self.button,
+            loader=self.loader,
+            maps={live.layout.name: live for live in self._maps},
+            random=Random(self.seed),
+            mailboxes=mailboxes,
+            started_ms=self._clock.now_ms,
+        )
+
+    def _reset_devices(self) -> None:
+        """Forget sensors and let motors go, as at the start and at the end of a program."""
+        self.input.reset()
+        self.output.reset()
 
     @property
     def now_ms(self) -> int:

@@ -33,6 +33,11 @@ class Button:
         self.state = 0
         self._pressed_ms = 0
 
+    @property
+    def pressed(self) -> bool:
+        """Whether it was down at the last sample."""
+        return bool(self.state & ButtonState.PRESSED)
+
     def sample(self, pressed: bool, now_ms: int) -> None:
         """Look at the button."""
         before = self.state & ButtonState.PRESSED
@@ -66,8 +71,8 @@ class ButtonModule:
         buttons: In that order.
     """
 
-    def __init__(self, clock: Clock, on_press: Callable[[], None]) -> None:
-        """Make the module; `on_press` is called when a button goes down."""
+    def __init__(self, clock: Clock, on_press: Callable[[int], None]) -> None:
+        """Make the module; `on_press` is called with the buttons that go down, as a mask."""
         self._clock, self._on_press = clock, on_press
         self.buttons = [Button() for _ in range(4)]
         self.due_ms = NEVER
@@ -75,8 +80,8 @@ class ButtonModule:
 
     def hold(self, mask: int) -> None:
         """Keep the buttons of `mask` (bit 0 exit, 1 right, 2 left, 3 enter) pressed and the others not."""
-        if mask & ~self._mask:
-            self._on_press()
+        if new := mask & ~self._mask:
+            self._on_press(new)
         self._mask = mask
         self.due_ms = (self._clock.now_ms // SAMPLE_MS + 1) * SAMPLE_MS
 

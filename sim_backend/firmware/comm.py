@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from firmware_protocol.direct import KeepAlive
+from firmware_protocol.direct import MESSAGE_LIMIT, KeepAlive, MessageRead, MessageWrite
 from firmware_protocol.framing import LENGTH_LIMIT, LENGTH_SIZE
 from firmware_protocol.status import Status
 from firmware_protocol.system import Read, Write
@@ -22,6 +22,9 @@ _WRITE_SIZE = 3
 
 _READ_OVERHEAD = 3
 """Bytes of a Read reply between its status and its data."""
+
+_ERROR = 0x80
+"""Bit of a status byte that says that a command failed."""
 
 _SPLIT = 256
 """Length of a Bluetooth telegram that the firmware takes for two. Source: docs/firmware.md section 1, fact 20."""
@@ -62,6 +65,8 @@ class Comm:
         inbox[: len(telegram)] = telegram[:size]
         want_reply = not inbox[0] & NO_REPLY
         kind, opcode = inbox[0] & ~NO_REPLY, inbox[1]
+        if telegram and (kind, opcode) == (Kind.REPLY, MessageRead.opcode):
+            self._store_message(bytes(inbox))
         if not telegram or kind not in (Kind.DIRECT, Kind.SYSTEM):
             return None
         command = COMMANDS.get((Kind(kind), opcode))
@@ -83,6 +88,12 @@ class Comm:
         self._channel.limits = self._limits
         status, payload = self._handlers[command](command.decode(data))
         return bytes((Kind.REPLY, command.opcode, status)) + payload
+
+    def _store_message(self, reply: bytes) -> None:
+        """Put what another brick answered to a MessageRead into the mailbox it asked for, if it succeeded."""
+        if not reply[2] & _ERROR:
+            box, size = reply[REPLY_HEADER : REPLY_HEADER + 2]
+            self._handlers[MessageWrite](MessageWrite(box, size, reply[REPLY_HEADER + 2 :][:MESSAGE_LIMIT]))
 
     def _unknown(self, kind: int, opcode: int, length: int) -> bytes:
         if kind == Kind.DIRECT:

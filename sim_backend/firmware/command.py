@@ -1,33 +1,183 @@
-"""The command module, which runs programs, as long as none runs: its clock and the data log's.
+"""The command module: it runs programs, keeps their mailboxes, and has the brick's clock.
 
-Source: docs/firmware.md sections 4 and 5.2 (Command map).
+Source: docs/firmware.md sections 1, 4, 5.2 (Command map) and 8.
 """
 
 from __future__ import annotations
 
-from sim_backend.firmware.module import Clock
+from collections.abc import Callable
+from enum import Enum, auto
 
-MAILBOXES = 20
-"""Ten towards a program and ten from it."""
+from firmware_protocol.iomap import ProgramStatus
+from sim_backend.firmware.loader import Loader
+from sim_backend.firmware.mailboxes import Mailboxes
+from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.vm.devices import Devices
+from sim_backend.firmware.vm.machine import Machine
+from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, POOL_SIZE, Layout, Memory, OutOfMemory
+from sim_backend.firmware.vm.opcodes import OPCODES
+from sim_backend.firmware.vm.rxe import BadProgram, parse
+
+NAME_SIZE = 20
+
+
+class _Phase(Enum):
+    IDLE = auto()
+    RUNNING = auto()
+    ENDED = auto()
+    """The program still counts as active, but nothing runs."""
 
 
 class CommandModule:
-    """State that telegrams can see.
+    """The program interpreter's life.
 
     Attributes:
+        due_ms: See `Module`.
+        status: See `firmware_protocol.iomap.ProgramStatus`.
+        activate: Whether the program `file_name` is to be started in the next pass.
+        deactivate: Whether the program is to be stopped; it stays set if there is none, and stops the next one.
+        file_name: 20 bytes, as asked for.
+        mailboxes: Of the program, or None while none is active.
         sync_time: Time set by the data log's owner.
         sync_tick: The brick's time when it was set.
     """
 
-    def __init__(self, clock: Clock) -> None:
-        self._clock = clock
+    def __init__(
+        self,
+        clock: Clock,
+        loader: Loader,
+        layout: Layout,
+        *,
+        equip: Callable[[Mailboxes], Devices],
+        on_end: Callable[[], None],
+        reset_devices: Callable[[], None],
+    ) -> None:
+        """Make the module.
+
+        Args:
+            clock: The brick's time.
+            loader: Where programs are.
+            layout: How this firmware uses the memory pool.
+            equip: Gives a program the brick's modules.
+            on_end: Told, in the pass in which a program has ended.
+            reset_devices: Sets inputs and outputs to what they are at power-on.
+        """
+        self._clock, self._loader, self._layout = clock, loader, layout
+        self._equip, self._on_end, self._reset_devices = equip, on_end, reset_devices
+        self._phase = _Phase.IDLE
+        self._memory: Memory | None = None
+        self._machine: Machine | None = None
+        self._handle: int | None = None
+        self._pool = bytearray(POOL_SIZE)
+        self.due_ms = NEVER
+        self.status = int(ProgramStatus.IDLE)
+        self.activate = self.deactivate = 0
+        self.file_name = bytes(NAME_SIZE)
+        self.mailboxes: Mailboxes | None = None
         self.sync_time = self.sync_tick = 0
+
+    @property
+    def active(self) -> bool:
+        """Whether there is a program; it stays for the pass after its end."""
+        return self._phase is not _Phase.IDLE
 
     @property
     def tick(self) -> int:
         """Milliseconds since power-on, 32 bits."""
         return self._clock.now_ms & 0xFFFF_FFFF
 
+    @property
+    def pool(self) -> bytes:
+        """The memory pool; after a program it keeps what that left."""
+        return bytes(self._pool)
+
+    @pool.setter
+    def pool(self, content: bytes) -> None:
+        self._pool[:] = content
+
+    @property
+    def variables_offset(self) -> int:
+        """Where the program's variables are in the pool."""
+        return NOT_AN_OFFSET if self._memory is None else self._memory.base
+
+    @property
+    def descriptors_offset(self) -> int:
+        """Where its array descriptors are in the pool."""
+        return NOT_AN_OFFSET if self._memory is None else self._memory.base + self._memory.descriptors
+
+    def start(self, name: bytes) -> None:
+        """Start a program in the next pass."""
+        self.file_name, self.activate = name, 1
+        self.wake()
+
+    def stop(self) -> None:
+        """Stop the program in the next pass, or else the next program."""
+        self.deactivate = 1
+        self.wake()
+
+    def wake(self) -> None:
+        """Look at the flags in the next pass."""
+        self.due_ms = self._clock.now_ms + 1
+
     def set_times(self, sync_time: int) -> None:
         """Remember the owner's time and the brick's."""
         self.sync_time, self.sync_tick = sync_time, self.tick
+
+    def run(self, now_ms: int) -> None:
+        """Start, run, stop or clear away a program."""
+        self.due_ms = NEVER
+        if self._phase is _Phase.ENDED:
+            self._clear_away()
+        elif self._phase is _Phase.RUNNING:
+            if self.deactivate:
+                self.deactivate = 0
+                self._end(ProgramStatus.ABORTED)
+            else:
+                self._execute(now_ms)
+        elif self.activate:
+            self.activate = 0
+            self._activate(now_ms)
+
+    def _activate(self, now_ms: int) -> None:
+        """Load the program; it runs from the next pass on."""
+        name = self.file_name.split(b"\0")[0].decode("latin-1")
+        status, handle, size = self._loader.open_read(name, keep=True)
+        try:
+            if status:
+                raise BadProgram(f"cannot be opened: {status!r}")
+            self._handle = handle
+            program = parse(self._loader.read(handle, size)[1])
+            memory = Memory(program, self._layout)
+        except (BadProgram, OutOfMemory):
+            self._end(ProgramStatus.ERROR)
+            return
+        self._memory, self._pool = memory, memory.pool
+        self.mailboxes = Mailboxes(memory)
+        self._machine = Machine(program, memory, self._equip(self.mailboxes), OPCODES)
+        self._phase, self.status = _Phase.RUNNING, int(ProgramStatus.RUNNING)
+        self._reset_devices()
+        self.due_ms = now_ms + 1
+
+    def _execute(self, now_ms: int) -> None:
+        if self._machine is None:
+            return
+        outcome = self._machine.run(now_ms)
+        if outcome is None:
+            self.due_ms = self._machine.due_ms
+        else:
+            self._end(ProgramStatus(outcome))
+
+    def _end(self, status: ProgramStatus) -> None:
+        self.status, self._phase = int(status), _Phase.ENDED
+        self._reset_devices()
+        self._on_end()
+        self.wake()
+
+    def _clear_away(self) -> None:
+        """Close the file and forget the memory; a request to start or stop waits for the next pass."""
+        if self._handle is not None:
+            self._loader.close(self._handle)
+        self._handle = self._memory = self._machine = self.mailboxes = None
+        self._phase = _Phase.IDLE
+        if self.activate:
+            self.wake()

@@ -42,6 +42,11 @@ class FileHandlers:
         self._loader, self._channel = loader, channel
 
     @property
+    def _keep(self) -> bool:
+        """Whether what is opened now outlives the USB cable."""
+        return self._channel.limits.streams
+
+    @property
     def table(self) -> Handlers:
         """Command class to handler."""
         return {
@@ -62,24 +67,24 @@ class FileHandlers:
 
     def open_read(self, command: OpenRead) -> Answer:
         """Open for reading."""
-        status, handle, size = self._loader.open_read(command.name)
+        status, handle, size = self._loader.open_read(command.name, keep=self._keep)
         return answer(FileOpened(handle, size), status)
 
     def open_write(self, command: OpenWrite) -> Answer:
         """Start a download."""
-        return _opened(self._loader.create(command.name, command.size))
+        return _opened(self._loader.create(command.name, command.size, keep=self._keep))
 
     def open_write_linear(self, command: OpenWriteLinear) -> Answer:
         """Start a download into one block."""
-        return _opened(self._loader.create(command.name, command.size, linear=True))
+        return _opened(self._loader.create(command.name, command.size, linear=True, keep=self._keep))
 
     def open_write_data(self, command: OpenWriteData) -> Answer:
         """Create a data file."""
-        return _opened(self._loader.create(command.name, command.size, appendable=True))
+        return _opened(self._loader.create(command.name, command.size, appendable=True, keep=self._keep))
 
     def open_append_data(self, command: OpenAppendData) -> Answer:
         """Open a data file at its end."""
-        status, handle, remaining = self._loader.append(command.name)
+        status, handle, remaining = self._loader.append(command.name, keep=self._keep)
         return answer(AppendOpened(handle, remaining), status)
 
     def read(self, command: Read) -> Answer:
@@ -120,7 +125,7 @@ class FileHandlers:
 
     def find_first(self, command: FindFirst) -> Answer:
         """Start a listing."""
-        return _found(*self._loader.find_first(command.pattern))
+        return _found(*self._loader.find_first(command.pattern, keep=self._keep))
 
     def find_next(self, command: FindNext) -> Answer:
         """Continue a listing."""

@@ -8,6 +8,13 @@ from typing import Protocol, runtime_checkable
 ADDRESS_CLOCKS = 9
 """Clock pulses of one byte, its acknowledge included."""
 
+STEPS_PER_MS = 23.4375
+FRAME_STEPS, TX_STEPS = 20, 21
+"""Interrupts of the bit machine per millisecond, for start and stop, and per byte written; together with those for
+reading in `low_speed` they reproduce all durations measured (docs/firmware.md section 7)."""
+
+_CLOCK_STEPS = 2
+
 
 @runtime_checkable
 class I2CDevice(Protocol):
@@ -37,13 +44,15 @@ class I2CBus:
         clocks: Clock pulses so far.
     """
 
-    __slots__ = ("clocks", "device", "stuck", "trace")
+    __slots__ = ("_counted", "_poured", "_told", "clocks", "device", "stuck", "trace")
 
     def __init__(self) -> None:
         self.device: I2CDevice | None = None
         self.stuck = False
         self.trace: list[str] | None = None
         self.clocks = 0
+        self._poured: tuple[bytes, int] | None = None
+        self._told = self._counted = 0
 
     def acknowledges(self, address: int) -> bool:
         """Whether a device answers to the 8-bit `address`, read or write."""
@@ -68,6 +77,24 @@ class I2CBus:
         tokens += ["S", f"[{address | 1:02x}]a", *(f"r{byte:02x}" for byte in received), "N"]
         self._record(tokens, bytes_moved=len(message) + 1 + rx_size, extra_clocks=3)
         return received
+
+    def pour_out(self, message: bytes, now_ms: int) -> None:
+        """Begin to write a message that never ends in a stop; `settle` tells how far it is."""
+        self._poured = (message, now_ms)
+
+    def settle(self, now_ms: int) -> None:
+        """Put into the trace what of such a message has gone out by `now_ms`."""
+        if self._poured is None:
+            return
+        message, started_ms = self._poured
+        steps = int((now_ms - started_ms + 1) * STEPS_PER_MS) - FRAME_STEPS
+        count, rest = divmod(max(steps, 0), TX_STEPS)
+        tokens = ["S", f"[{message[0]:02x}]a", *(f"{byte:02x}" for byte in message[1:count])]
+        clocks = ADDRESS_CLOCKS * min(count, len(message))
+        if count < len(message):
+            clocks += min(rest // _CLOCK_STEPS, ADDRESS_CLOCKS)
+        self._record(tokens[self._told : count + 1], 0, clocks - self._counted)
+        self._told, self._counted = min(count + 1, len(tokens)), clocks
 
     def _record(self, tokens: Sequence[str], bytes_moved: int, extra_clocks: int) -> None:
         self.clocks += ADDRESS_CLOCKS * bytes_moved + extra_clocks

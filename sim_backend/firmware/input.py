@@ -103,6 +103,11 @@ class InputPort:
         self._settling = max(left, 0)
         return left
 
+    def reset(self) -> None:
+        """Forget what is plugged in and what it said; the type counts as changed only if it was another."""
+        self.type, self.mode, self.invalid = int(SensorType.NONE), int(SensorMode.RAW), True
+        self.raw = self.normalized = self.scaled = self.boolean = 0
+
     def read(self) -> None:
         """Take the sensor's value and scale it."""
         self.raw = raw = self.sensor.raw() if self.sensor is not None else FULL_SCALE
@@ -178,6 +183,12 @@ class InputModule:
         port.color.plug_in(sensor if isinstance(sensor, ColorDevice) else None)
         if port.type in _COLOR:
             port.known_type = SensorType.NONE
+        self.wake()
+
+    def reset(self) -> None:
+        """Forget all types, modes and values."""
+        for port in self.ports:
+            port.reset()
         self.wake()
 
     def run(self, now_ms: int) -> None:

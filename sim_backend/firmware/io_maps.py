@@ -19,7 +19,6 @@ from sim_backend.firmware.ui import UiModule
 _DISPLAY_FLAGS, _DISPLAY_ON = 117, b"\x83"
 _USB_STATE, _CONNECTED = 1894, b"\x01"
 _FORMAT = b"MindstormsNXT".ljust(16, b"\0")
-_NO_DATA_SPACE = b"\xff\xff\xff\xff"
 _AWAKE = b"\x01"
 
 
@@ -157,12 +156,20 @@ def comm_map(radio: Radio, high_speed: HighSpeed) -> LiveMap:
 
 
 def command_map(module: CommandModule, *, sync_times: bool) -> LiveMap:
-    """State of the program interpreter; its memory pool keeps what is written."""
-    live = LiveMap(iomap.COMMAND, size=None if sync_times else iomap.COMMAND.size_1_05)
-    live.show(module, Tick="tick")
-    live.bind(module, SyncTime="sync_time", SyncTick="sync_tick")
+    """State of the program interpreter, with the variables of the program; programs can be started and stopped here."""
+    live = LiveMap(iomap.COMMAND, size=None if sync_times else iomap.COMMAND.size_1_05, on_write=module.wake)
+    live.show(module, Tick="tick", OffsetDS="variables_offset", OffsetDVA="descriptors_offset")
+    live.bind(
+        module,
+        ProgStatus="status",
+        ActivateFlag="activate",
+        DeactivateFlag="deactivate",
+        FileName="file_name",
+        MemoryPool="pool",
+        SyncTime="sync_time",
+        SyncTick="sync_tick",
+    )
     live.preset(0, _FORMAT)
-    live.preset(24, _NO_DATA_SPACE)
     live.preset(29, _AWAKE)
     return live
 

@@ -49,15 +49,16 @@ class Handle:
         overrun: Whether more was written than announced.
         matches: What a search looks for.
         found: Number of the file a search found last.
+        keep: Whether it outlives the USB cable.
     """
 
-    __slots__ = ("file", "found", "matches", "overrun", "position", "use")
+    __slots__ = ("file", "found", "keep", "matches", "overrun", "position", "use")
 
     def __init__(self) -> None:
         self.use = Use.FREE
         self.file: File | None = None
         self.position = 0
-        self.overrun = False
+        self.overrun = self.keep = False
         self.matches: Callable[[str], bool] = lambda _: True
         self.found = 0
 
@@ -96,8 +97,8 @@ class Loader:
         status, _ = self._allocate(name)
         return not status and self._first(name) is not None
 
-    def open_read(self, name: str) -> Opened:
-        """Open the first file that matches."""
+    def open_read(self, name: str, *, keep: bool = False) -> Opened:
+        """Open the first file that matches; `keep` it open when the USB cable is pulled."""
         status, number = self._allocate(name)
         if status:
             return Opened(status, 0)
@@ -108,10 +109,12 @@ class Loader:
             self._handles[number].use = Use.READ  # leaked, with nothing to read
             self.close(0)
             return Opened(Status.FILE_NOT_FOUND, 0)
-        self._take(number, Use.READ, file)
+        self._take(number, Use.READ, file, keep=keep)
         return Opened(Status.OK, number, file.data_size)
 
-    def create(self, name: str, size: int, *, linear: bool = False, appendable: bool = False) -> Opened:
+    def create(
+        self, name: str, size: int, *, linear: bool = False, appendable: bool = False, keep: bool = False
+    ) -> Opened:
         """Create a file, open for writing; it appears in the directory at once or when it is closed complete."""
         program = any(part in name.lower() for part in _LINEAR)
         if appendable and program and self._strict_data_names:
@@ -125,11 +128,11 @@ class Loader:
             return Opened(status, 0 if status == Status.NO_MORE_FILES else number)
         if appendable:
             self.flash.files.insert(0, file)
-        self._take(number, Use.WRITE, file)
+        self._take(number, Use.WRITE, file, keep=keep)
         self.free_flash = self.flash.free
         return Opened(Status.OK, number)
 
-    def append(self, name: str) -> Opened:
+    def append(self, name: str, *, keep: bool = False) -> Opened:
         """Open a data file to write on behind its data; `Opened.size` is what is left."""
         status, number = self._allocate(name)
         if status:
@@ -143,7 +146,7 @@ class Loader:
             return Opened(Status.FILE_IS_BUSY, number)
         if file.data_size >= file.size:
             return Opened(Status.FILE_IS_FULL, number)
-        self._take(number, Use.WRITE, file)
+        self._take(number, Use.WRITE, file, keep=keep)
         return Opened(Status.OK, number, file.size - file.data_size)
 
     def read(self, number: int, size: int) -> tuple[Status, bytes]:
@@ -205,7 +208,7 @@ class Loader:
         self.free_flash = self.flash.free
         return Status.OK
 
-    def find_first(self, pattern: str) -> tuple[Status, int, File | None]:
+    def find_first(self, pattern: str, *, keep: bool = False) -> tuple[Status, int, File | None]:
         """Start a listing; when nothing matches the handle is free again."""
         status, number = self._allocate(pattern)
         if status:
@@ -214,7 +217,7 @@ class Loader:
         handle.matches, handle.found = matcher(pattern), -1
         found = self.find_next(number)
         if found[0] == Status.OK:
-            handle.use = Use.SEARCH
+            handle.use, handle.keep = Use.SEARCH, keep
         return found
 
     def find_next(self, number: int) -> tuple[Status, int, File | None]:
@@ -227,9 +230,10 @@ class Loader:
         return Status.OK, number, files[handle.found]
 
     def close_all(self) -> None:
-        """Close every handle, as when the cable goes."""
-        for number in range(HANDLES):
-            self.close(number)
+        """Close every handle that was opened over USB, as when the cable goes."""
+        for number, handle in enumerate(self._handles):
+            if not handle.keep:
+                self.close(number)
 
     def erase(self) -> None:
         """Delete all files and close all handles."""
@@ -247,9 +251,9 @@ class Loader:
                 return Status.OK, number
         return Status.NO_MORE_HANDLES, 0
 
-    def _take(self, number: int, use: Use, file: File) -> None:
+    def _take(self, number: int, use: Use, file: File, *, keep: bool) -> None:
         handle = self._handles[number]
-        handle.use, handle.file, handle.position, handle.overrun = use, file, 0, False
+        handle.use, handle.file, handle.position, handle.overrun, handle.keep = use, file, 0, False, keep
 
     def _handle(self, number: int, use: Use) -> Handle | None:
         handle = self._handles[number] if number < HANDLES else None

@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 from firmware_protocol.enums import SensorType
 from firmware_protocol.status import Status
-from sim_backend.firmware.i2c import I2CBus
+from sim_backend.firmware.i2c import FRAME_STEPS, STEPS_PER_MS, TX_STEPS, I2CBus
 from sim_backend.firmware.input import InputPort
+from sim_backend.firmware.low_speed_ram import WRAP, from_send_buffer
 from sim_backend.firmware.module import NEVER, Clock
 
 RING = 16
@@ -23,10 +24,8 @@ RETRIES = 3
 """Times a message is sent again when nobody acknowledged the address."""
 
 _TRY_MS = 2
-_STEPS_PER_MS = 23.4375
-_FRAME_STEPS, _RESTART_STEPS, _TX_STEPS, _RX_STEPS = 20, 28, 21, 20
-"""Interrupts of the bit machine for start and stop, for the turn to reading, per byte written and read; they reproduce
-all durations measured."""
+_RESTART_STEPS, _RX_STEPS = 28, 20
+"""Interrupts of the bit machine for the turn to reading, and per byte read."""
 
 
 class ChannelState(IntEnum):
@@ -60,8 +59,8 @@ class ChannelError(IntEnum):
 
 def transfer_ms(tx_size: int, rx_size: int) -> int:
     """Milliseconds a transaction keeps the bus busy."""
-    steps = _FRAME_STEPS + _TX_STEPS * tx_size + (_RESTART_STEPS + _RX_STEPS * rx_size if rx_size else 0)
-    return int(-(-steps // _STEPS_PER_MS))
+    steps = FRAME_STEPS + TX_STEPS * tx_size + (_RESTART_STEPS + _RX_STEPS * rx_size if rx_size else 0)
+    return int(-(-steps // STEPS_PER_MS))
 
 
 class _Plan(NamedTuple):
@@ -83,6 +82,7 @@ class Channel:
         tx_size: Bytes of the message to send.
         rx_size: Bytes to read after it.
         rx_in, rx_out: Positions in the receive ring.
+        received: Bytes the last transaction that read has read.
         due_ms: Pass of the next change of state.
     """
 
@@ -92,6 +92,7 @@ class Channel:
         "due_ms",
         "error",
         "mode",
+        "received",
         "rx",
         "rx_in",
         "rx_out",
@@ -105,7 +106,7 @@ class Channel:
         self.bus = I2CBus()
         self.state, self.mode, self.error = ChannelState.IDLE, ChannelMode.NONE, ChannelError.NONE
         self.tx, self.rx = bytes(RING), bytearray(RING)
-        self.tx_size = self.rx_size = self.rx_in = self.rx_out = 0
+        self.tx_size = self.rx_size = self.rx_in = self.rx_out = self.received = 0
         self.due_ms = NEVER
         self._plan = _Plan([], None)
 
@@ -113,6 +114,11 @@ class Channel:
     def ready(self) -> int:
         """Received bytes waiting; 16 look like none."""
         return (self.rx_in - self.rx_out) % RING
+
+    @property
+    def registers(self) -> tuple[int, int, int]:
+        """Mode, state and error."""
+        return self.mode, self.state, self.error
 
     def start(self, data: bytes, rx_size: int, now_ms: int) -> None:
         """Take over a message; the next pass sends it."""
@@ -127,32 +133,34 @@ class Channel:
         self.rx_out = self.rx_in
         return bytes(self.rx[(first + i) % RING] for i in range(count))
 
-    def advance(self, now_ms: int) -> None:
-        """Make the change of state that is due."""
+    def advance(self, now_ms: int, ram: bytes) -> None:
+        """Make the change of state that is due; `ram` begins with the send buffer."""
         self.due_ms = NEVER
         if self.state == ChannelState.INIT:
-            self._send(now_ms)
+            self._send(now_ms, ram)
         elif self.state == ChannelState.COMMUNICATING:
             self._finish(now_ms)
         elif self.state == ChannelState.DONE:
             self.state = ChannelState.IDLE
 
-    def _send(self, now_ms: int) -> None:
+    def _send(self, now_ms: int, ram: bytes) -> None:
         if self.bus.stuck:
             self.state, self.error = ChannelState.ERROR, ChannelError.NOT_READY
             return
         self.state, self.mode = ChannelState.COMMUNICATING, ChannelMode.TRANSMITTING
-        if not self.tx_size:
-            return  # the byte counter wraps: the port sends for ever
-        self._plan = plan = self._foresee()
+        self._plan = plan = self._foresee(ram)
+        if plan.message is not None and not self.tx_size:
+            self.bus.pour_out(plan.message, now_ms)  # and the port never finishes
+            return
         busy = 0 if plan.message is None else transfer_ms(self.tx_size, self.rx_size)
         self.due_ms = now_ms + _TRY_MS * len(plan.failures) + busy
 
-    def _foresee(self) -> _Plan:
-        """Try the address, and after a refusal up to three times what lies in the buffer behind the message."""
-        beyond = (self.tx + bytes(RING))[self.tx_size : 2 * self.tx_size]
+    def _foresee(self, ram: bytes) -> _Plan:
+        """Try the address, and after a refusal up to three times what lies behind the message."""
+        size = self.tx_size or WRAP
+        beyond = ram[self.tx_size : self.tx_size + size]
         failures: list[int] = []
-        for message in (self.tx[: self.tx_size], *(beyond,) * RETRIES):
+        for message in (ram[:size], *(beyond,) * RETRIES):
             if self.bus.acknowledges(message[0]):
                 return _Plan(failures, message)
             failures.append(message[0])
@@ -168,7 +176,7 @@ class Channel:
             self.rx[self.rx_in] = byte
             self.rx_in = (self.rx_in + 1) % RING
         if self.rx_size:
-            self.mode = ChannelMode.RECEIVED
+            self.mode, self.received = ChannelMode.RECEIVED, self.rx_size
         self.state = ChannelState.DONE
         self.due_ms = now_ms + 1
 
@@ -188,9 +196,9 @@ class LowSpeedModule:
 
     def run(self, now_ms: int) -> None:
         """Advance the channels whose time has come."""
-        for channel in self.channels:
+        for index, channel in enumerate(self.channels):
             if channel.due_ms <= now_ms:
-                channel.advance(now_ms)
+                channel.advance(now_ms, from_send_buffer(self.channels, index))
         self.due_ms = min(channel.due_ms for channel in self.channels)
 
     def status(self, port: int) -> Status:

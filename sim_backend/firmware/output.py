@@ -117,6 +117,13 @@ class OutputModule:
         """Make the next pass count: a command was given or a plant was touched."""
         self.due_ms = self._clock.now_ms + 1
 
+    def reset(self) -> None:
+        """Let all motors go and zero their counters in the next pass."""
+        for output in self.outputs:
+            output.mode = output.power = output.regulation = output.turn = output.run_state = output.tacho_limit = 0
+            output.flags |= COMMAND | _RESET_COUNT | _RESET_BLOCK | _RESET_ROTATION
+        self.wake()
+
     def run(self, now_ms: int) -> None:
         """Apply commands, regulate, hand out PWM, and let the plants move for one millisecond."""
         slept = now_ms - self._last_ms - 1

@@ -75,7 +75,7 @@ class PropertyHandlers:
     def keep_alive(self, _: KeepAlive) -> Answer:
         """Restart the sleep timer and tell its limit."""
         self._ui.stay_awake()
-        return answer(SleepLimit(self._ui.sleep_minutes * MINUTE_MS))
+        return answer(SleepLimit(self._ui.sleep_ms))
 
     def set_property(self, command: SetProperty) -> Answer:
         """Change a setting."""
@@ -87,7 +87,7 @@ class PropertyHandlers:
         values = {
             Property.BLUETOOTH: bytes([self._radio.on]),
             Property.VOLUME: bytes([self._sound.volume]),
-            Property.SLEEP_TIME: (self._ui.sleep_minutes * MINUTE_MS).to_bytes(4, "little"),
+            Property.SLEEP_TIME: self._ui.sleep_ms.to_bytes(4, "little"),
         }
         value = values.get(command.property)
         return _UNKNOWN if value is None else answer(PropertyValue(value))

@@ -6,6 +6,7 @@ import struct
 from enum import IntEnum, IntFlag
 from typing import NamedTuple
 
+from firmware_protocol.iomap import SoundState
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.module import NEVER, Clock
 
@@ -25,15 +26,6 @@ class SoundFlag(IntFlag):
 
     UPDATE = 1
     RUNNING = 2
-
-
-class SoundState(IntEnum):
-    """State byte of the map."""
-
-    IDLE = 0
-    FILE = 2
-    TONE = 3
-    STOP = 4
 
 
 class SoundMode(IntEnum):
@@ -61,7 +53,7 @@ class SoundModule:
         sample_rate: Of a sound file, per second; 0 takes the file's.
         name: Last sound file; the power-on melody at first.
         flags: See `SoundFlag`.
-        state: See `SoundState`.
+        state: See `firmware_protocol.iomap.SoundState`.
         mode: See `SoundMode`.
         volume: 0..4.
         tone: Last tone that was started and not stopped, or None.
@@ -87,7 +79,7 @@ class SoundModule:
 
     def stop(self) -> None:
         """Fall silent in the next pass."""
-        self.state, self.flags = SoundState.STOP, 0
+        self.state, self.flags = int(SoundState.STOP), 0
         self.due_ms = self._clock.now_ms + 1
 
     @property
@@ -131,7 +123,7 @@ class SoundModule:
 
     def _start_file(self) -> None:
         """Open the file and look at its header; a file that is none of sound stays silent."""
-        status, handle, _ = self._loader.open_read(self.name.split(b"\0")[0].decode("latin-1"))
+        status, handle, _ = self._loader.open_read(self.name.split(b"\0")[0].decode("latin-1"), keep=True)
         if status:
             return
         self._handle = handle

@@ -1,52 +1,83 @@
-"""The user interface module as far as telegrams see it: battery, sleep timer, busy state.
+"""The user interface module as far as telegrams see it: battery, sleep timer, starting of programs, busy state.
 
-Source: docs/firmware.md section 5.2 (Ui map) and section 8.
+Source: docs/firmware.md section 1, 5.2 (Ui map) and section 8.
 """
 
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import Protocol
 
-from firmware_protocol.iomap import UiFlag
+from firmware_protocol.iomap import ProgramStatus, UiFlag
+from sim_backend.firmware.battery import SAMPLE_MS, Battery, next_sample_ms
 from sim_backend.firmware.io_control import POWER_DOWN, IoControl
 from sim_backend.firmware.module import NEVER, Clock
-
-FRESH_BATTERY = 560
-"""Converter value of a good set of batteries, 7.75 V."""
-
-RECHARGEABLE = 0x8000
-"""Bit of the battery's converter value: the rechargeable pack is fitted."""
+from sim_backend.firmware.sound import SoundModule
 
 MINUTE_MS = 60_000
-_SAMPLE_MS = 167
-_LOW_MV, _LOW_RECHARGEABLE_MV = 6100, 7100
-_FULL_MV = 7500
-_LOW_SAMPLES = 6
-_LEVELS = 4
+
+_OPENING_MS = 7
+"""From the request to the order to run, so that a program is there 8 ms after its request."""
+
+_MESSAGE_MS = 750
+"""How long the end of a program is shown."""
+
+_PROGRAMS, _SOUND, _ON_BRICK = (".rxe", ".rtm"), ".rso", ".rpg"
+_READER = b"RPGReader.sys".ljust(20, b"\0")
+"""The program that runs those made on the brick itself."""
+
+_EXIT_KEY = 4
+_KEYS = ((1, _EXIT_KEY), (2, 3), (4, 1), (8, 2))
+"""Bits of the button module (exit, right, left, enter), and the numbers the map's Button has for them."""
 
 
 class UiState(IntEnum):
-    """State byte of the map: the two states telegrams can meet without a program."""
+    """State byte of the map, as far as it is simulated."""
 
     WAITING = 7
+    OPENING = 13
+    RUNNING = 14
     LOW_BATTERY = 15
 
 
+class Programs(Protocol):
+    """What the user interface needs of the command module."""
+
+    status: int
+
+    @property
+    def active(self) -> bool:
+        """Whether there is a program."""
+        ...
+
+    def start(self, name: bytes) -> None:
+        """Start a program in the next pass."""
+
+    def stop(self) -> None:
+        """Stop the program in the next pass."""
+
+
 class UiModule:
-    """Battery supervision and sleep timer.
+    """Battery supervision, sleep timer, and what becomes of a request to start a file.
 
     Attributes:
         due_ms: See `Module`.
-        battery_mv: Voltage, refreshed every 167 ms.
+        battery: The supply.
+        programs: The command module; set by the brick.
         flags: See `firmware_protocol.iomap.UiFlag`.
         state: See `UiState`.
+        program_name: The file to start, 20 bytes.
+        button: A button pressed through the map, 0 for none.
         sleep_minutes: Time until power-off, 0 for never.
         force_off: Not 0 to switch the brick off.
     """
 
-    def __init__(self, clock: Clock, io_control: IoControl) -> None:
-        self._clock, self._io_control = clock, io_control
+    programs: Programs
+
+    def __init__(self, clock: Clock, io_control: IoControl, sound: SoundModule) -> None:
+        self._clock, self._io_control, self._sound = clock, io_control, sound
         self.due_ms = NEVER
+        self.battery = Battery()
         self.sleep_minutes = 10
         self.flags = int(UiFlag.ENABLE_STATUS)
         self.state = int(UiState.WAITING)
@@ -54,78 +85,156 @@ class UiModule:
         self.program_name = bytes(20)
         self.run_state, self.bluetooth_state, self.usb_state = 1, 1, 2
         self._timer_started_ms = 0
-        self._battery_raw = FRESH_BATTERY
-        self._low_samples = 0
-        self._sample_battery()
+        self._next_step_ms = NEVER
+        self._warned = self._sound_is_file = False
         self._schedule()
+
+    @property
+    def battery_mv(self) -> int:
+        """Voltage, refreshed every 167 ms."""
+        return self.battery.millivolts
+
+    @battery_mv.setter
+    def battery_mv(self, millivolts: int) -> None:
+        self.battery.millivolts = millivolts
 
     @property
     def rechargeable(self) -> bool:
         """Whether the rechargeable pack is fitted."""
-        return bool(self._battery_raw & RECHARGEABLE)
+        return self.battery.rechargeable
 
     @property
     def battery_state(self) -> int:
-        """Bars of the battery symbol, 0..4; only the ends of the scale are measured."""
-        low = _LOW_RECHARGEABLE_MV if self.rechargeable else _LOW_MV
-        return min(max((self.battery_mv - low) * _LEVELS // (_FULL_MV - low), 0), _LEVELS)
-
-    def set_battery(self, raw: int) -> None:
-        """Change the battery: a 10-bit converter value, plus `RECHARGEABLE`."""
-        self._battery_raw = raw
-        self.due_ms = min(self.due_ms, _next_sample_ms(self._clock.now_ms))
+        """Bars of the battery symbol."""
+        return self.battery.bars
 
     @property
     def sleep_timer(self) -> int:
         """Whole minutes since the timer was last reset."""
         return (self._clock.now_ms - self._timer_started_ms) // MINUTE_MS
 
+    @property
+    def sleep_ms(self) -> int:
+        """Time until power-off, 0 for never."""
+        return self.sleep_minutes * MINUTE_MS
+
+    def set_battery(self, raw: int) -> None:
+        """Change the battery: a 10-bit converter value, plus `battery.RECHARGEABLE`."""
+        self.battery.set(raw)
+        self.due_ms = min(self.due_ms, next_sample_ms(self._clock.now_ms))
+
     def stay_awake(self) -> None:
         """Restart the sleep timer."""
         self._timer_started_ms = self._clock.now_ms
-        self._schedule()
+        self.due_ms = min(self.due_ms, self._clock.now_ms + 1)
 
     def set_sleep_minutes(self, minutes: int) -> None:
         """Change the time until power-off; 0 is never. The timer goes on counting."""
         self.sleep_minutes = minutes
-        self._schedule()
+        self.wake()
+
+    def execute(self, name: str) -> None:
+        """Ask for a file to be started; lost if the user interface is still busy when it becomes idle."""
+        self.program_name = name.encode("latin-1").ljust(20, b"\0")
+        self.flags |= int(UiFlag.EXECUTE_FILE)
+        self.wake()
+
+    def press(self, buttons: int) -> None:
+        """Take notice of buttons that go down, given as bits of the button module."""
+        for bit, key in _KEYS:
+            if buttons & bit:
+                self.button = key
+        self.wake()
 
     def wake(self) -> None:
-        """Look at everything in the next pass: the map was written."""
+        """Look at everything in the next pass."""
         self.due_ms = self._clock.now_ms + 1
 
+    def program_ended(self) -> None:
+        """Show the end of a program, from this pass on."""
+        if self.state == UiState.RUNNING:
+            self._next_step_ms = self._clock.now_ms + _MESSAGE_MS
+            self.due_ms = self._clock.now_ms
+
     def run(self, now_ms: int) -> None:
-        """Look at battery and timer."""
-        if now_ms % _SAMPLE_MS == 0:
-            self._sample_battery()
+        """Look at everything."""
+        if now_ms % SAMPLE_MS == 0:
+            self.battery.sample()
+        if self.flags & UiFlag.RESET_SLEEP_TIMER:
+            self.flags &= ~int(UiFlag.RESET_SLEEP_TIMER)
+            self._timer_started_ms = now_ms
+        if self.button:
+            self._take_key()
+        self._step(now_ms)
+        self._watch_supply()
+        self._schedule()
+
+    def _take_key(self) -> None:
+        key, self.button = self.button, 0
+        self._timer_started_ms = self._clock.now_ms
+        if self.state == UiState.LOW_BATTERY:
+            self._become_idle()
+        elif key == _EXIT_KEY and self._can_be_stopped:
+            self.programs.stop()
+
+    @property
+    def _can_be_stopped(self) -> bool:
+        """Whether the exit button stops a program now."""
+        running = self.state == UiState.RUNNING and self.programs.active
+        return running and not self.flags & UiFlag.DISABLE_EXIT
+
+    def _step(self, now_ms: int) -> None:
+        """Go on with starting or ending a file."""
+        if self.state == UiState.WAITING and self.flags & UiFlag.EXECUTE_FILE:
+            self.flags = self.flags & ~int(UiFlag.EXECUTE_FILE) | int(UiFlag.BUSY)
+            self.state, self._next_step_ms = int(UiState.OPENING), now_ms + _OPENING_MS
+            self._timer_started_ms = now_ms
+        elif self.state == UiState.OPENING and now_ms >= self._next_step_ms:
+            self._open(now_ms)
+        elif self.state == UiState.RUNNING and now_ms >= self._next_step_ms:
+            if self._sound_is_file and self._sound.playing:
+                self._next_step_ms = now_ms + 1
+                return
+            self._become_idle()
+
+    def _open(self, now_ms: int) -> None:
+        """Do with a file what its extension says; with another one the user interface hangs, as the firmware's does."""
+        self._next_step_ms = NEVER
+        name = self.program_name.split(b"\0")[0].decode("latin-1")
+        extension = name[name.rfind(".") :].lower() if "." in name else ""
+        self._sound_is_file = extension == _SOUND
+        if extension in _PROGRAMS or extension == _ON_BRICK:
+            self.state = int(UiState.RUNNING)
+            self.programs.start(self.program_name if extension in _PROGRAMS else _READER)
+        elif extension == _SOUND:
+            self.state, self._next_step_ms = int(UiState.RUNNING), now_ms + 2
+            self._sound.play_file(name, loop=False)
+
+    def _become_idle(self) -> None:
+        """Wait for buttons and requests again; a request made meanwhile is lost."""
+        self.flags &= ~int(UiFlag.BUSY | UiFlag.EXECUTE_FILE)
+        self.state, self._next_step_ms = int(UiState.WAITING), NEVER
+        if not self.programs.active:
+            self.programs.status = int(ProgramStatus.IDLE)
+
+    def _watch_supply(self) -> None:
+        """Warn of a low battery once, and switch off when it is time."""
+        self._warned = self._warned and self.battery.low
+        if self.battery.low and not self._warned and self.state == UiState.WAITING:
+            self._warned = True
+            self.flags |= int(UiFlag.BUSY)
+            self.state = int(UiState.LOW_BATTERY)
         if self.sleep_minutes and self.sleep_timer >= self.sleep_minutes:
             self.force_off = 1
         if self.force_off and not self._io_control.power_word:
+            if self.programs.active:
+                self.programs.stop()
             self._io_control.shut_down(POWER_DOWN)
-        if self.flags & UiFlag.RESET_SLEEP_TIMER:
-            self.flags &= ~UiFlag.RESET_SLEEP_TIMER
-            self._timer_started_ms = self._clock.now_ms
-        self._schedule()
 
     def _schedule(self) -> None:
-        due = NEVER
+        now_ms, due = self._clock.now_ms, self._next_step_ms
         if self.sleep_minutes and not self.force_off:
-            due = max(self._timer_started_ms + self.sleep_minutes * MINUTE_MS, self._clock.now_ms + 1)
-        if self._voltage() != self.battery_mv or 0 < self._low_samples < _LOW_SAMPLES:
-            due = min(due, _next_sample_ms(self._clock.now_ms))
-        self.due_ms = due
-
-    def _voltage(self) -> int:
-        return (self._battery_raw & 0x3FF) * 13848 // 1000
-
-    def _sample_battery(self) -> None:
-        self.battery_mv = self._voltage()
-        low = self.battery_mv < (_LOW_RECHARGEABLE_MV if self.rechargeable else _LOW_MV)
-        self._low_samples = self._low_samples + 1 if low else 0
-        if self._low_samples >= _LOW_SAMPLES:
-            self.flags |= UiFlag.BUSY
-            self.state = UiState.LOW_BATTERY
-
-
-def _next_sample_ms(now_ms: int) -> int:
-    return (now_ms // _SAMPLE_MS + 1) * _SAMPLE_MS
+            due = min(due, self._timer_started_ms + self.sleep_ms)
+        if not self.battery.settled:
+            due = min(due, next_sample_ms(now_ms))
+        self.due_ms = max(due, now_ms + 1)

@@ -1,0 +1,55 @@
+"""The mailboxes of a running program: queues of five messages in its memory pool.
+
+Source: docs/firmware.md section 4 (0x09, 0x13).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+from sim_backend.firmware.vm.memory import Memory, OutOfMemory
+
+MAILBOXES = 20
+"""Ten towards the program and ten from it."""
+
+DEPTH = 5
+_BYTE = 1
+
+
+class Mailboxes:
+    """Twenty queues; a sixth message pushes the oldest out."""
+
+    def __init__(self, memory: Memory) -> None:
+        self._memory = memory
+        self._queues: list[deque[int]] = [deque() for _ in range(MAILBOXES)]
+
+    def write(self, box: int, message: bytes) -> None:
+        """Put a message at the end of a queue.
+
+        Raises:
+            OutOfMemory: The pool is full.
+        """
+        queue = self._queues[box]
+        if len(queue) == DEPTH:
+            self._memory.free_array(queue.popleft())
+        array = self._memory.new_array(_BYTE)
+        try:
+            self._memory.set_bytes(array, message)
+        except OutOfMemory:
+            self._memory.free_array(array)
+            raise
+        queue.append(array)
+
+    def read(self, box: int, *, remove: bool) -> bytes | None:
+        """The oldest message of a queue, or None.
+
+        Raises:
+            OutOfMemory: The program has spoiled its memory.
+        """
+        queue = self._queues[box]
+        if not queue:
+            return None
+        message = self._memory.bytes_of(queue[0])
+        if remove:
+            self._memory.free_array(queue.popleft())
+        return message
