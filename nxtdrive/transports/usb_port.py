@@ -150,8 +150,11 @@ def _fresh_backend() -> IBackend:
 
     # On Windows libusb usually comes as this Python package; pyusb does not look there by itself.
     packaged = find_spec("libusb_package") and import_module("libusb_package").find_library
-    if libusb1.get_backend(find_library=packaged) is None:
+    backend = libusb1.get_backend(find_library=packaged)
+    if backend is None:
         raise _no_libusb()
+    if not isinstance(backend, libusb1._LibUSB):  # another bus stands in its place, e.g. that of `nxtdrive sim exec`
+        return backend
     # get_backend() hands out one context per process; pyusb has no public way to a second one.
     return libusb1._LibUSB(libusb1._lib)
 

@@ -2,8 +2,8 @@
 
 Any program that opens a serial port can plug in: the driver, nxt-python, pyserial. Nothing here needs privileges.
 
-Programs that open the port without O_NOCTTY and lead a session get it as their controlling terminal, and the end of
-the link then ends them by SIGHUP: stop them first, the door last.
+A pseudo-terminal does not tell who has opened it, so all programs, one after the other, are one client; it arrives
+with the first byte.
 """
 
 from __future__ import annotations
@@ -12,28 +12,30 @@ import contextlib
 import errno
 import os
 import select
+import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
 from firmware_protocol.errors import ConfigError, RemoteProtocolError
-from firmware_protocol.framing import FrameReader, frame
-
-PARTIAL_LIMIT_S = 0.5
-"""A telegram whose rest has not come by then belongs to a program that died; the next one's must not complete it."""
+from firmware_protocol.framing import LENGTH_LIMIT, FrameReader
+from sim_backend.doors.door import CHUNK, PARTIAL_LIMIT_S, Client
 
 UNREAD_LIMIT = 3072
 """Bytes of replies nobody has read; the terminal holds 4096, and one that is full would cut a frame in two."""
 
-CHUNK = 4096
-
 
 class PtyDoor:
-    """A serial port under a name of the user's choice, for one program after the other.
+    """A serial port under a name of the user's choice.
+
+    When the link is lost the terminal ends, as a radio's serial port does, and a new one takes the name.
 
     Attributes:
         path: The name, a symbolic link to the terminal.
+        address: The same, as the driver opens it.
     """
+
+    bluetooth = True
 
     def __init__(self, path: Path, *, now: Callable[[], float]) -> None:
         """Make the terminal and its name.
@@ -46,17 +48,65 @@ class PtyDoor:
             ConfigError: Something else stands there, its folder does not exist, or this system has no pseudo-terminals.
         """
         self.path = path
+        self.address = f"serial://{path}"
         self._now = now
-        self._frames = FrameReader()
+        self._terminal: Terminal | None = self._open()
+        self._spoken = False
+
+    def arrivals(self) -> list[Client]:
+        """The terminal, once somebody has written to it."""
+        if self._terminal is None:
+            return []
+        if self._terminal.closed:
+            self._terminal, self._spoken = self._open(), False
+        if self._spoken or not self._terminal.readable():
+            return []
+        self._spoken = True
+        return [self._terminal]
+
+    def fileno(self) -> int | None:
+        """Our end of the terminal, until somebody has written to it."""
+        return None if self._spoken or self._terminal is None else self._terminal.fileno()
+
+    def close(self) -> None:
+        """Take the name away, unless another program has it by now, and end the terminal."""
+        if self._terminal is None:
+            return
+        terminal, self._terminal = self._terminal, None
+        with contextlib.suppress(OSError):
+            if os.readlink(self.path) == terminal.device:
+                self.path.unlink()
+        terminal.hang_up()
+
+    def _open(self) -> Terminal:
+        terminal = Terminal(str(self.path), now=self._now)
+        try:
+            _name(terminal.device, self.path)
+        except BaseException:
+            terminal.hang_up()
+            raise
+        return terminal
+
+
+class Terminal:
+    """The terminal itself; see `Client`.
+
+    Attributes:
+        device: The terminal's own name.
+    """
+
+    at_end = False
+
+    def __init__(self, name: str, *, now: Callable[[], float]) -> None:
+        self.name = name
+        self.closed = False
+        self._now = now
+        self._frames = FrameReader(LENGTH_LIMIT)
         self._heard_s = now()
         # kept open at this end: without any open terminal the other end reads an error instead of nothing
         self._end, self._terminal = _open_terminal()
-        try:
-            self._device = os.ttyname(self._terminal)
-            _name(self._device, path)
-        except BaseException:
-            self._close_terminal()
-            raise
+        self.device = os.ttyname(self._terminal)
+        self._session = _lead_session(self.device)
 
     def receive(self) -> list[bytes]:
         """The telegrams that have arrived since the last call; what is no telegram is dropped, as a brick does."""
@@ -73,24 +123,30 @@ class PtyDoor:
                 telegrams.append(telegram)
         return telegrams
 
-    def send(self, reply: bytes) -> None:
-        """Write a reply in one piece: many a program reads just once per frame. Nobody need be there to read it."""
+    def send(self, data: bytes) -> None:
+        """Write a frame in one piece: many a program reads just once per frame. Nobody need be there to read it."""
         self._forget_unread()
         with contextlib.suppress(BlockingIOError):  # the program at the other end has stopped its terminal
-            os.write(self._end, frame(reply))
+            os.write(self._end, data)
 
-    def wait(self, duration_s: float) -> bool:
-        """Rest, but not longer than until something arrives; whether something has."""
-        return bool(select.select([self._end], [], [], max(0.0, duration_s))[0])
-
-    def close(self) -> None:
-        """Take the name away, unless another program has it by now, and end the terminal."""
-        if self._end < 0:
+    def hang_up(self) -> None:
+        """End the terminal; whoever has it open reads an error."""
+        if self.closed:
             return
-        with contextlib.suppress(OSError):
-            if os.readlink(self.path) == self._device:
-                self.path.unlink()
-        self._close_terminal()
+        self.closed = True
+        os.close(self._terminal)
+        os.close(self._end)
+        if self._session is not None:
+            with self._session:
+                self._session.kill()
+
+    def readable(self) -> bool:
+        """Whether somebody has written something."""
+        return bool(select.select([self._end], [], [], 0)[0])
+
+    def fileno(self) -> int:
+        """Our end."""
+        return self._end
 
     def _read(self) -> bytes:
         try:
@@ -108,11 +164,6 @@ class PtyDoor:
         if int.from_bytes(unread, sys.byteorder) > UNREAD_LIMIT:
             termios.tcflush(self._terminal, termios.TCIFLUSH)
 
-    def _close_terminal(self) -> None:
-        os.close(self._terminal)
-        os.close(self._end)
-        self._end = self._terminal = -1
-
 
 def _open_terminal() -> tuple[int, int]:
     """Our end and the terminal itself, without echo or any other service a human would want."""
@@ -121,10 +172,37 @@ def _open_terminal() -> tuple[int, int]:
         import tty
     except ImportError:
         raise ConfigError("this system has no pseudo-terminals.", remedy="Linux and macOS have them.") from None
-    end, terminal = pty.openpty()
+    try:
+        end, terminal = pty.openpty()
+    except OSError as error:
+        raise ConfigError(f"no pseudo-terminal can be had: {os.strerror(error.errno or errno.EIO)}.") from error
     tty.setraw(terminal)
     os.set_blocking(end, False)
     return end, terminal
+
+
+def _lead_session(device: str) -> subprocess.Popen[bytes] | None:
+    """A process of no other use than to have the terminal as its controlling one.
+
+    On Linux a session's leader that opens a terminal without O_NOCTTY, as most programs do, gets it as its controlling
+    terminal, unless another session has it, and is killed by SIGHUP when our end is closed. The shell below takes that
+    part; it ends with us, at the end of its standard input.
+    """
+    if not sys.platform.startswith("linux"):
+        return None
+    try:
+        leader = subprocess.Popen(  # noqa: S603 - a fixed command
+            ["/bin/sh", "-c", ': <>"$1" && echo && read _', "sh", device],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+    except OSError:  # then programs do what they do at a radio's port
+        return None
+    if leader.stdout is not None:
+        leader.stdout.readline()  # it has the terminal now, or has failed
+    return leader
 
 
 def _name(device: str, path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import json
 import signal
+import socket
 import subprocess
 import sys
 
@@ -17,9 +18,10 @@ GET_BATTERY = bytes.fromhex("00 0b")
 
 @pytest.fixture
 def server(tmp_path):
-    command = [sys.executable, "-m", "nxtdrive.cli.main", "sim", "serve", "--pty", str(tmp_path / "nxt")]
+    command = [sys.executable, "-m", "nxtdrive.cli.main", "sim", "serve"]
+    doors = ["--pty", str(tmp_path / "nxt"), "--tcp", "0", "--nxt-server", "0"]
     started = subprocess.Popen(
-        [*command, "--world", "open", "--json", "--seed", "3", "--size", "160x120"],
+        [*command, *doors, "--world", "open", "--json", "--seed", "3", "--size", "160x120"],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -35,6 +37,11 @@ def _serving(server):
     event = json.loads(server.stdout.readline())
     assert event["event"] == "serving"
     return event
+
+
+def _event(server, name):
+    """The next event of that name."""
+    return next(event for line in server.stdout if (event := json.loads(line))["event"] == name)
 
 
 def _end(server, number):
@@ -77,10 +84,22 @@ def test_ctrl_c_ends_it_as_well(server, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_driver_runs_through_the_door(server, tmp_path, capsys):
-    nxt = _serving(server)["nxt"]
+@pytest.mark.parametrize("scheme", ["serial", "tcp"])
+def test_the_driver_runs_through_the_door(server, scheme, capsys):
+    (nxt,) = (door for door in _serving(server)["doors"] if door.startswith(scheme))
     assert main(["info", "--nxt", nxt, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["firmware"] == "1.29"
+    _end(server, signal.SIGTERM)
+
+
+def test_programs_that_come_and_go_are_told_of(server):
+    (address,) = (door for door in _serving(server)["doors"] if door.startswith("nxt-server"))
+    with socket.create_connection(("127.0.0.1", int(address.rpartition(":")[2])), timeout=20) as line:
+        assert _event(server, "connected")["door"] == address
+        line.sendall(GET_BATTERY)
+        assert line.recv(100)[:3] == bytes.fromhex("02 0b 00")
+    gone = _event(server, "disconnected")
+    assert (gone["client"], gone["telegrams"]) == (1, 1)
     _end(server, signal.SIGTERM)
 
 
@@ -93,7 +112,9 @@ def test_it_reports_how_it_goes(server):
 
 
 @pytest.mark.parametrize(
-    "words", [["--size", "big"], ["--size", "1x1"], ["--latency-ms", "-1"], ["--latency-ms", "nan"]], ids=" ".join
+    "words",
+    [["--size", "big"], ["--size", "1x1"], ["--latency-ms", "-1"], ["--latency-ms", "nan"], ["--tcp", "70000"]],
+    ids=" ".join,
 )
 def test_wrong_numbers_are_refused_before_anything_is_opened(words, tmp_path):
     with pytest.raises(SystemExit) as left:
@@ -103,9 +124,37 @@ def test_wrong_numbers_are_refused_before_anything_is_opened(words, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "hint"), [(["--world", "atlantis"], "atlantis"), (["--camera-port", "99999"], "port")]
+    ("words", "hint"),
+    [
+        (["--world", "atlantis"], "atlantis"),
+        (["--camera-port", "99999"], "port"),
+        (["--host", "192.0.2.1", "--tcp", "0"], "192.0.2.1"),
+        (["--faults", "/nowhere.toml"], "/nowhere.toml"),
+        (["--pty", "/nowhere/nxt"], "/nowhere/nxt"),
+    ],
 )
 def test_what_cannot_be_served_is_one_sentence(words, hint, tmp_path, capsys):
     assert main(["sim", "serve", "--pty", str(tmp_path / "nxt"), *words]) == USAGE
     assert hint in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_port_in_use_is_one_sentence(capsys):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        assert main(["sim", "serve", "--nxt-server", str(taken.getsockname()[1])]) == USAGE
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_without_a_door_there_is_nothing_to_serve(capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["sim", "serve"])
+    assert left.value.code == USAGE
+    assert "--nxt-server" in capsys.readouterr().err
+
+
+def test_doors_to_the_network_are_warned_of():
+    command = [sys.executable, "-m", "nxtdrive.cli.main", "sim", "serve", "--tcp", "0", "--host", "0.0.0.0", "--json"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
+        _serving(server)
+        server.terminate()
+        assert "anybody" in server.communicate(timeout=30)[1]

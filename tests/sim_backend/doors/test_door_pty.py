@@ -2,6 +2,8 @@
 
 import os
 import select
+import subprocess
+import sys
 import time
 
 import pytest
@@ -11,7 +13,8 @@ from hypothesis import strategies as st
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.framing import FrameReader, frame
-from sim_backend.doors.pty import PARTIAL_LIMIT_S, PtyDoor
+from sim_backend.doors.door import PARTIAL_LIMIT_S
+from sim_backend.doors.pty import PtyDoor, Terminal
 
 GET_BATTERY = bytes.fromhex("00 0b")
 KEEP_ALIVE = bytes.fromhex("00 0d")
@@ -52,15 +55,23 @@ def door(tmp_path, clock):
 
 
 @pytest.fixture
-def client(door):
-    with _open(door.path) as port:
+def terminal(tmp_path, clock):
+    """Without a door around it; its name is `device`."""
+    terminal = Terminal("terminal", now=clock.now)
+    yield terminal
+    terminal.hang_up()
+
+
+@pytest.fixture
+def client(terminal):
+    with _open(terminal.device) as port:
         yield port
 
 
-def _arrived(door):
-    """What the door has once the terminal has passed it on."""
-    door.wait(10)
-    return door.receive()
+def _arrived(terminal):
+    """What has come once the system has passed it on."""
+    select.select([terminal], [], [], 10)
+    return terminal.receive()
 
 
 def test_a_serial_program_gets_its_answers(served):
@@ -98,62 +109,105 @@ def test_simulated_time_passes_by_itself(served):
         assert served.simulation.now_ms > before_ms
 
 
-def test_a_reply_comes_in_one_piece(door):
-    terminal = os.open(door.path, os.O_RDWR | os.O_NOCTTY)
+def test_a_reply_comes_in_one_piece(terminal):
+    port = os.open(terminal.device, os.O_RDWR | os.O_NOCTTY)
     try:
-        door.send(bytes(64))
-        select.select([terminal], [], [], 10)
-        assert os.read(terminal, 1000) == frame(bytes(64))
+        terminal.send(frame(bytes(64)))
+        select.select([port], [], [], 10)
+        assert os.read(port, 1000) == frame(bytes(64))
     finally:
-        os.close(terminal)
+        os.close(port)
 
 
-def test_half_a_telegram_does_not_spoil_the_next_programs_first(door, client, clock):
+def test_half_a_telegram_does_not_spoil_the_next_programs_first(terminal, client, clock):
     client.write(frame(GET_BATTERY)[:-1])
-    assert _arrived(door) == []
+    assert _arrived(terminal) == []
     clock.now_s += PARTIAL_LIMIT_S * 2
-    assert door.receive() == []
+    assert terminal.receive() == []
     client.write(frame(KEEP_ALIVE))
-    assert _arrived(door) == [KEEP_ALIVE]
+    assert _arrived(terminal) == [KEEP_ALIVE]
 
 
-def test_what_is_no_telegram_is_dropped(door, client, clock):
+def test_what_is_no_telegram_is_dropped(terminal, client, clock):
     client.write(b"AT+GMM\r\n")
-    assert _arrived(door) == []
+    assert _arrived(terminal) == []
     clock.now_s += PARTIAL_LIMIT_S * 2
     client.write(frame(KEEP_ALIVE))
-    assert _arrived(door) == [KEEP_ALIVE]
+    assert _arrived(terminal) == [KEEP_ALIVE]
 
 
-def test_replies_nobody_reads_do_not_stop_the_brick(door):
+def test_replies_nobody_reads_do_not_stop_the_brick(terminal):
     for _ in range(3000):
-        door.send(bytes(64))
-    with _open(door.path) as port:
+        terminal.send(frame(bytes(64)))
+    with _open(terminal.device) as port:
         port.reset_input_buffer()
         port.write(frame(GET_BATTERY))
-        assert _arrived(door) == [GET_BATTERY]
+        assert _arrived(terminal) == [GET_BATTERY]
 
 
-def test_nothing_is_written_unasked(door, client):
-    door.receive()
+def test_nothing_is_written_unasked(terminal, client):
+    terminal.receive()
     assert client.in_waiting == 0
 
 
 @settings(max_examples=50, deadline=None)
 @given(garbage=st.binary(min_size=1, max_size=300), telegram=st.binary(min_size=1, max_size=64))
-def test_after_any_garbage_and_a_pause_telegrams_pass(tmp_path_factory, garbage, telegram):
+def test_after_any_garbage_and_a_pause_telegrams_pass(garbage, telegram):
     clock = _Clock()
-    door = PtyDoor(tmp_path_factory.mktemp("door") / "port", now=clock.now)
+    terminal = Terminal("terminal", now=clock.now)
     try:
-        with _open(door.path) as port:
+        with _open(terminal.device) as port:
             port.write(garbage)
-            while door.wait(0.01):
-                door.receive()
+            while select.select([terminal], [], [], 0.01)[0]:
+                terminal.receive()
             clock.now_s += PARTIAL_LIMIT_S * 2
             port.write(frame(telegram))
-            assert _arrived(door) == [telegram]
+            assert _arrived(terminal) == [telegram]
     finally:
+        terminal.hang_up()
+
+
+def test_the_door_has_a_visitor_once_somebody_writes(door):
+    assert door.arrivals() == []
+    with _open(door.path) as port:
+        assert door.arrivals() == []
+        port.write(frame(GET_BATTERY))
+        select.select([door], [], [], 10)
+        (visitor,) = door.arrivals()
+        assert visitor.receive() == [GET_BATTERY]
+        assert door.arrivals() == []
+        assert door.fileno() is None
+
+
+def test_a_lost_link_ends_the_terminal_and_the_next_program_finds_a_new_one(door):
+    with _open(door.path) as port:
+        port.write(frame(GET_BATTERY))
+        select.select([door], [], [], 10)
+        (visitor,) = door.arrivals()
+        visitor.hang_up()
+        with pytest.raises((OSError, serial.SerialException)):
+            port.read(1)
+    assert door.arrivals() == []
+    with _open(door.path) as port:
+        port.write(frame(KEEP_ALIVE))
+        select.select([door], [], [], 10)
+        (visitor,) = door.arrivals()
+        assert visitor.receive() == [KEEP_ALIVE]
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux hands out controlling terminals unasked")
+def test_a_session_leader_survives_the_end_of_the_door(door):
+    program = "import sys; port = open(sys.argv[1], 'r+b', buffering=0); print('open', flush=True); sys.stdin.read()"
+    with subprocess.Popen(
+        [sys.executable, "-c", program, str(door.path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        start_new_session=True,
+    ) as leader:
+        assert leader.stdout.readline() == b"open\n"
         door.close()
+        leader.communicate(timeout=30)
+    assert leader.returncode == 0
 
 
 def test_the_name_goes_with_the_door(tmp_path):
@@ -177,8 +231,9 @@ def test_a_door_does_not_take_another_ones_name_away(tmp_path):
     second = PtyDoor(tmp_path / "port", now=time.monotonic)
     first.close()
     with _open(second.path) as port:
-        second.send(b"hello")
-        assert port.read(7) == frame(b"hello")
+        port.write(frame(GET_BATTERY))
+        select.select([second], [], [], 10)
+        assert second.arrivals()[0].receive() == [GET_BATTERY]
     second.close()
 
 
@@ -194,9 +249,9 @@ def test_a_folder_that_does_not_exist_is_named(tmp_path):
         PtyDoor(tmp_path / "nowhere" / "port", now=time.monotonic)
 
 
-def test_frames_read_back_are_whole(door, client):
+def test_frames_read_back_are_whole(terminal, client):
     for size in range(1, 65):
-        door.send(bytes([size]) * size)
+        terminal.send(frame(bytes([size]) * size))
     reader = FrameReader()
     reader.feed(client.read(sum(range(3, 67))))
     assert [reader.next() for _ in range(64)] == [bytes([size]) * size for size in range(1, 65)]

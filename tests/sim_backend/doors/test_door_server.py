@@ -5,39 +5,40 @@ from collections import deque
 import pytest
 
 from sim_backend.doors.server import LATE_LIMIT_MS, LONGEST_STEP_MS, RealTimeServer
+from sim_backend.doors.switchboard import Switchboard
 from sim_backend.simulation import SimLink, Simulation
 
 GET_BATTERY = bytes.fromhex("00 0b")
 
 
-class _Wall:
-    """A wall clock that stands still but for sleeping, which takes `extra_s` longer than asked."""
-
-    def __init__(self):
-        self.now_s = 100.0
-        self.extra_s = 0.0
-
-    def now(self):
-        return self.now_s
-
-    def sleep(self, duration_s):
-        self.now_s += duration_s + self.extra_s
-
-
 class _Mailbox:
-    """A door without a terminal."""
+    """A program without a socket, and the door it came through."""
+
+    address = name = "mailbox"
+    bluetooth = at_end = closed = False
 
     def __init__(self):
         self.incoming = deque()
         self.replies = []
+        self.here = False
+
+    def arrivals(self):
+        new, self.here = not self.here, True
+        return [self] if new else []
 
     def receive(self):
         arrived = list(self.incoming)
         self.incoming.clear()
         return arrived
 
-    def send(self, reply):
-        self.replies.append(reply)
+    def send(self, data):
+        self.replies.append(data)
+
+    def hang_up(self):
+        self.closed = True
+
+    def fileno(self):
+        return 0
 
 
 class _Audience:
@@ -49,11 +50,6 @@ class _Audience:
 
     def show(self, image):
         self.shown.append(image)
-
-
-@pytest.fixture
-def wall():
-    return _Wall()
 
 
 @pytest.fixture
@@ -73,7 +69,8 @@ def audience():
 
 @pytest.fixture
 def server(simulation, door, audience, wall):
-    return RealTimeServer(simulation, SimLink(simulation), door, audience, fps=10, now=wall.now, sleep=wall.sleep)
+    switchboard = Switchboard([door], lambda bluetooth: SimLink(simulation, bluetooth=bluetooth))
+    return RealTimeServer(simulation, switchboard, audience, fps=10, now=wall.now, wait=wall.wait)
 
 
 def _run_for(server, wall, duration_s):

@@ -1,0 +1,84 @@
+"""``nxtdrive sim exec``: runs a Python program with the simulated brick on its USB.
+
+The brick stays in this process and follows the wall clock whatever the program does: it may compute, use threads, start
+programs of its own or be killed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import sim_backend.doors
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.sim_serve import handling, links, wait_for_news
+from nxtdrive.transports.base import WallClock
+from sim_backend.doors.server import RealTimeServer
+from sim_backend.doors.sockets import UsbDoor
+from sim_backend.doors.switchboard import Switchboard
+from sim_backend.simulation import DEFAULT_WORLD, Simulation
+
+HOOK = Path(sim_backend.doors.__file__).parent / "usb_hook"
+"""Folder of the `sitecustomize` that puts the brick on USB."""
+
+VARIABLE = "NXTDRIVE_SIM_USB"
+"""Tells it where the brick is."""
+
+SIGNALLED = 128
+"""Shells add this to the number of the signal that ended a program."""
+
+
+def execute(args: argparse.Namespace, program: Sequence[str]) -> int:
+    """Run the program; returns its exit code. See `nxtdrive.cli.sim` for the arguments.
+
+    Raises:
+        ConfigError: There is no such program, or a file has mistakes.
+    """
+    clock = WallClock()
+    simulation = Simulation(args.world or DEFAULT_WORLD, seed=args.seed)
+    plug_in, serial_number = links(args, simulation), simulation.brick.radio.address.hex().upper()
+    with contextlib.ExitStack() as closing:
+        door = closing.enter_context(contextlib.closing(UsbDoor(serial_number, now=clock.now)))
+        switchboard = closing.enter_context(contextlib.closing(Switchboard([door], plug_in)))
+        server = RealTimeServer(simulation, switchboard, now=clock.now, wait=wait_for_news)
+        child = _start(program, environment(os.environ, door.port, serial_number))
+        # Ctrl-C reaches the program by itself, and it is the program's to say what that means
+        with child, handling(lambda number, _: _pass_on(child, number)):
+            server.run(lambda: child.poll() is not None, lambda _: None)
+    if not switchboard.telegrams:
+        print("nxtdrive: the program sent nothing to the brick on USB.", file=sys.stderr)
+    return child.returncode if child.returncode >= 0 else SIGNALLED - child.returncode
+
+
+def environment(base: Mapping[str, str], port: int, serial_number: str) -> dict[str, str]:
+    """The environment in which Python programs find the brick that a `UsbDoor` serves.
+
+    Args:
+        base: What they inherit.
+        port: The door's.
+        serial_number: The brick's.
+    """
+    path = os.pathsep.join(filter(None, [str(HOOK), base.get("PYTHONPATH")]))
+    return {**base, "PYTHONPATH": path, VARIABLE: f"127.0.0.1:{port}/{serial_number}"}
+
+
+def _start(program: Sequence[str], environ: Mapping[str, str]) -> subprocess.Popen[bytes]:
+    try:
+        return subprocess.Popen(program, env=environ)  # noqa: S603 - what the user asked for
+    except OSError as error:
+        raise ConfigError(
+            f"{program[0]} cannot be run: {error.strerror}.", remedy="Check its name and your PATH."
+        ) from error
+
+
+def _pass_on(child: subprocess.Popen[bytes], number: int) -> None:
+    """Hand a signal to the program, unless the terminal has done so already."""
+    import signal
+
+    if number != signal.SIGINT:
+        child.send_signal(number)

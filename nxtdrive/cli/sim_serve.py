@@ -1,0 +1,165 @@
+"""``nxtdrive sim serve``: opens the doors, lets the simulation run, tells what happens."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import select
+import shlex
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import asdict
+
+from nxtdrive.cli.main import DONE
+from nxtdrive.transports.base import WallClock
+from sim_backend.doors.door import Door
+from sim_backend.doors.mjpeg import MjpegDoor
+from sim_backend.doors.pty import PtyDoor
+from sim_backend.doors.server import RealTimeServer, Status
+from sim_backend.doors.sockets import NxtServerClient, SocketDoor, StreamClient, is_loopback
+from sim_backend.doors.switchboard import Switchboard, Visit
+from sim_backend.faults_file import load_faults
+from sim_backend.simulation import DEFAULT_WORLD, LinkFaults, SimLink, Simulation
+
+ENDING_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
+"""Those that end the server in good order, where the system has them."""
+
+DRIVER_SCHEMES = ("serial", "tcp")
+"""Doors that our own driver can open."""
+
+
+def serve(args: argparse.Namespace) -> int:
+    """Serve until a signal comes; see `nxtdrive.cli.sim` for the arguments.
+
+    Raises:
+        ConfigError: A door cannot be opened, or a file has mistakes.
+    """
+    out, clock = Output(args.json), WallClock()
+    plug_in = links(args, simulation := Simulation(args.world or DEFAULT_WORLD, seed=args.seed, camera_size=args.size))
+    with until_signal() as stopped, contextlib.ExitStack() as closing:
+        doors = [closing.enter_context(contextlib.closing(door)) for door in _doors(args, clock)]
+        camera = closing.enter_context(contextlib.closing(MjpegDoor(args.camera_port)))
+        switchboard = closing.enter_context(contextlib.closing(Switchboard(doors, plug_in, out.visit)))
+        server = RealTimeServer(
+            simulation, switchboard, camera, fps=simulation.webcam.fps, now=clock.now, wait=wait_for_news
+        )
+        if not is_loopback(args.host):
+            print(f"nxtdrive: warning: anybody who reaches {args.host} can drive this brick.", file=sys.stderr)
+        out.serving([door.address for door in doors], camera.url)
+        server.run(stopped, out.status)
+        switchboard.close()
+        out.ended(server.status())
+    return DONE
+
+
+def links(args: argparse.Namespace, simulation: Simulation) -> Callable[[bool], SimLink]:
+    """Makes links to the simulated brick, with the latency and the faults that were asked for.
+
+    Raises:
+        ConfigError: The file of faults has mistakes.
+    """
+    faults = load_faults(args.faults) if args.faults else LinkFaults()
+
+    def plug_in(bluetooth: bool) -> SimLink:
+        return SimLink(simulation, args.latency_ms, faults, bluetooth=bluetooth)
+
+    return plug_in
+
+
+def wait_for_news(files: list[int], duration_s: float) -> None:
+    """Rest so long, or until one of the files can be read."""
+    select.select(files, [], [], max(0.0, duration_s))
+
+
+@contextlib.contextmanager
+def until_signal() -> Iterator[Callable[[], bool]]:
+    """A question that is answered with yes once the user or the system wants an end."""
+    wanted = False
+
+    def end(*_: object) -> None:
+        nonlocal wanted
+        wanted = True
+
+    with handling(end):
+        yield lambda: wanted
+
+
+@contextlib.contextmanager
+def handling(handler: Callable[..., None]) -> Iterator[None]:
+    """Have the signals that end programs call `handler` instead."""
+    signals = [getattr(signal, name) for name in ENDING_SIGNALS if hasattr(signal, name)]
+    before = {number: signal.signal(number, handler) for number in signals}
+    try:
+        yield
+    finally:
+        for number, previous in before.items():
+            signal.signal(number, previous)
+
+
+def _doors(args: argparse.Namespace, clock: WallClock) -> Iterator[Door]:
+    """Terminals first: what is opened first is closed last, and a terminal's end may end programs."""
+    for path in args.pty:
+        yield PtyDoor(path.absolute(), now=clock.now)
+    for port in args.tcp:
+        yield SocketDoor(StreamClient, port, host=args.host, now=clock.now)
+    for port in args.nxt_server:
+        yield SocketDoor(NxtServerClient, port, host=args.host, now=clock.now)
+
+
+class Output:
+    """What the user, or the program that started us, is told."""
+
+    def __init__(self, as_json: bool) -> None:
+        self._json = as_json
+        self._live = not as_json and sys.stdout.isatty()
+
+    def serving(self, doors: list[str], camera: str) -> None:
+        """Where everything is."""
+        nxt = next((door for door in doors if door.partition("://")[0] in DRIVER_SCHEMES), None)
+        command = shlex.join(["nxtdrive", "run", "--nxt", nxt, "--camera", camera]) if nxt else None
+        if self._json:
+            self._event("serving", nxt=nxt, doors=doors, camera=camera, command=command)
+            return
+        print("\n".join([*(f"brick   {door}" for door in doors), f"camera  {camera}"]))
+        if command:
+            print(f"\nIn a second terminal:\n  {command}")
+        print("\nCtrl-C ends it.", flush=True)
+
+    def visit(self, visit: Visit) -> None:
+        """A program has come or gone."""
+        if self._json:
+            values = asdict(visit)
+            self._event(values.pop("event"), **values)
+            return
+        count = f" after {visit.telegrams} telegrams" if visit.event == "disconnected" else ""
+        lead = "\r\x1b[K" if self._live else ""
+        print(f"{lead}{visit.event}: program {visit.client} at {visit.door}{count}", flush=True)
+
+    def status(self, status: Status) -> None:
+        """How it goes."""
+        if self._json:
+            self._event("status", **{name: round(value, 3) for name, value in asdict(status).items()})
+        elif self._live:
+            print(f"\r{_line(status)}\x1b[K", end="", flush=True)
+
+    def ended(self, status: Status) -> None:
+        """How it went."""
+        if self._json:
+            self._event("ended", simulated_s=status.simulated_s, telegrams=status.telegrams)
+            return
+        lead = "\n" if self._live else ""
+        print(f"{lead}ended after {status.simulated_s:.1f} s of simulated time and {status.telegrams} telegrams")
+
+    @staticmethod
+    def _event(event: str, **values: object) -> None:
+        print(json.dumps({"event": event, **values}), flush=True)
+
+
+def _line(status: Status) -> str:
+    slow = " (this computer is too slow)" if status.real_time_factor < 0.95 else ""
+    return (
+        f"{status.simulated_s:8.1f} s simulated  {status.clients} programs  {status.telegrams_per_s:5.0f} telegrams/s  "
+        f"{status.frames_per_s:3.0f} frames/s  {status.real_time_factor:.2f} x real time{slow}"
+    )

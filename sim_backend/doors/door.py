@@ -1,0 +1,68 @@
+"""What every way to plug into the simulated brick offers: a door, and a client for each program that has come in.
+
+Nothing here ever blocks: a door and its clients are looked at in turns, and wait only together with all others.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+PARTIAL_LIMIT_S = 0.5
+"""A telegram whose rest has not come by then belongs to a program that died; the next one's must not complete it."""
+
+CHUNK = 4096
+"""Bytes taken from a program at a time, which bounds the telegrams it can have waiting."""
+
+
+class Client(Protocol):
+    """One program at a door.
+
+    Attributes:
+        name: Who it is, for people.
+        at_end: Whether nothing more can come from it; what it has asked for can still be handed to it.
+        closed: Whether it is gone.
+    """
+
+    name: str
+    at_end: bool
+    closed: bool
+
+    def receive(self) -> list[bytes]:
+        """The telegrams that have arrived since the last call."""
+        ...
+
+    def send(self, data: bytes) -> None:
+        """Hand over what the brick sends: a packet over USB, a piece of the stream over Bluetooth."""
+        ...
+
+    def hang_up(self) -> None:
+        """End the connection, as a pulled cable does."""
+        ...
+
+    def fileno(self) -> int:
+        """What to wait on for telegrams."""
+        ...
+
+
+class Door(Protocol):
+    """Where programs plug in.
+
+    Attributes:
+        address: Where it is, for people and programs.
+        bluetooth: Whether the brick takes what comes through it for Bluetooth; else for USB.
+    """
+
+    address: str
+    bluetooth: bool
+
+    def arrivals(self) -> list[Client]:
+        """The programs that have come in since the last call."""
+        ...
+
+    def fileno(self) -> int | None:
+        """What to wait on for programs; None while nobody can come in."""
+        ...
+
+    def close(self) -> None:
+        """Send everybody away and take the address back; may be called again."""
+        ...

@@ -1,0 +1,272 @@
+"""The simulated brick on TCP ports, in three dialects.
+
+- `StreamClient`: each telegram with its length in front, as over Bluetooth; the driver's ``tcp://`` speaks it.
+- `NxtServerClient`: nxt-python's ``nxt-server``: telegrams as they are, for the brick on that server's USB.
+- `PacketClient`: a USB cable for `sim_backend.doors.usb_backend`: packets with their length in front.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+from collections.abc import Callable, Iterator
+from ipaddress import ip_address
+
+from firmware_protocol.errors import ConfigError, RemoteProtocolError
+from firmware_protocol.framing import LENGTH_LIMIT, USB_TELEGRAM_LIMIT, FrameReader, frame
+from sim_backend.doors.door import CHUNK, PARTIAL_LIMIT_S, Client
+from sim_backend.doors.splitter import CLOSE, GET_LINK_TYPE, TelegramSplitter
+
+LOOPBACK = "127.0.0.1"
+"""Whoever can connect can drive, so by default nobody outside this computer can."""
+
+UNREAD_LIMIT = 1 << 16
+"""Bytes of replies a program may leave unread, beyond what the kernel keeps, before it is sent away."""
+
+BACKLOG = 8
+
+HANDOVER_S = 0.2
+"""Who finds the cable in use waits so long: a program that left a moment ago may not have been noticed yet."""
+
+USB_LINK = b"usb"
+"""The link that the server tells nxt-python of; it expects more of a motor on it than over Bluetooth."""
+
+
+class SocketClient:
+    """One connection; see `Client`. Subclasses say where telegrams end."""
+
+    bluetooth = False
+    scheme = "tcp"
+
+    def __init__(self, connection: socket.socket, name: str, now: Callable[[], float]) -> None:
+        self.name = name
+        self.at_end = self.closed = False
+        self._socket = connection
+        self._now = now
+        self._heard_s = now()
+        self._unsent = bytearray()
+
+    def receive(self) -> list[bytes]:
+        """The telegrams that have arrived since the last call."""
+        self._flush()
+        data = self._read()
+        if data:
+            self._heard_s = self._now()
+        return self._split(data, self._now() - self._heard_s)
+
+    def send(self, data: bytes) -> None:
+        """Write it in one piece; a program that reads nothing for long is sent away."""
+        self._unsent += data
+        self._flush()
+        if len(self._unsent) > UNREAD_LIMIT:
+            self.hang_up()
+
+    def hang_up(self) -> None:
+        """Close the connection."""
+        self.closed = True
+        self._socket.close()
+
+    def fileno(self) -> int:
+        """The socket."""
+        return self._socket.fileno()
+
+    def _split(self, data: bytes, silent_s: float) -> list[bytes]:
+        raise NotImplementedError
+
+    def _read(self) -> bytes:
+        if self.closed or self.at_end:
+            return b""
+        try:
+            data = self._socket.recv(CHUNK)
+        except BlockingIOError:
+            return b""
+        except OSError:
+            self.hang_up()
+            return b""
+        self.at_end = not data
+        return data
+
+    def _flush(self) -> None:
+        if self._unsent and not self.closed:
+            try:
+                del self._unsent[: self._socket.send(self._unsent)]
+            except BlockingIOError:
+                return
+            except OSError:
+                self.hang_up()
+
+
+class StreamClient(SocketClient):
+    """Telegrams with their length in front, for the brick's Bluetooth."""
+
+    bluetooth = True
+
+    def __init__(self, connection: socket.socket, name: str, now: Callable[[], float]) -> None:
+        super().__init__(connection, name, now)
+        self._frames = FrameReader(LENGTH_LIMIT)
+
+    def _split(self, data: bytes, silent_s: float) -> list[bytes]:
+        if silent_s > PARTIAL_LIMIT_S:
+            self._frames.reset()
+        self._frames.feed(data)
+        telegrams = []
+        with contextlib.suppress(RemoteProtocolError):  # no telegram; the reader has dropped it
+            while (telegram := self._frames.next()) is not None:
+                telegrams.append(telegram)
+        return telegrams
+
+
+class PacketClient(StreamClient):
+    """Packets with their length in front, for the brick's USB."""
+
+    bluetooth = False
+    scheme = "usb"
+
+    def __init__(self, connection: socket.socket, name: str, now: Callable[[], float]) -> None:
+        super().__init__(connection, name, now)
+        self._frames = FrameReader(USB_TELEGRAM_LIMIT)
+
+    def send(self, data: bytes) -> None:
+        """Write a packet."""
+        super().send(frame(data))
+
+
+class NxtServerClient(SocketClient):
+    """nxt-python's server protocol, for the brick's USB."""
+
+    scheme = "nxt-server"
+
+    def __init__(self, connection: socket.socket, name: str, now: Callable[[], float]) -> None:
+        super().__init__(connection, name, now)
+        self._splitter = TelegramSplitter()
+
+    def _split(self, data: bytes, silent_s: float) -> list[bytes]:
+        self._splitter.feed(data)
+        telegrams = []
+        while (telegram := self._splitter.next(silent_s)) is not None:
+            if telegram[0] == GET_LINK_TYPE:
+                self.send(USB_LINK)
+            elif telegram[0] == CLOSE:
+                self.at_end = True
+                break
+            else:
+                telegrams.append(telegram)
+        return telegrams
+
+
+class SocketDoor:
+    """A TCP port at which programs plug in.
+
+    Attributes:
+        address: Dialect, host and port.
+        bluetooth: See `Door`.
+        port: The number that was taken.
+    """
+
+    def __init__(
+        self,
+        dialect: type[SocketClient],
+        port: int = 0,
+        *,
+        host: str = LOOPBACK,
+        now: Callable[[], float],
+    ) -> None:
+        """Start to listen.
+
+        Args:
+            dialect: How telegrams are told apart.
+            port: 0 takes a free one.
+            host: Which of this computer's addresses; anything but the loopback interface lets others drive.
+            now: Seconds of a clock that never goes back.
+
+        Raises:
+            ConfigError: The port is taken or not allowed, or the host is not this computer.
+        """
+        self.bluetooth = dialect.bluetooth
+        self._dialect, self._now = dialect, now
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        try:
+            self._listener = socket.create_server((host, port), family=family, backlog=BACKLOG)
+        except (OSError, OverflowError) as error:
+            raise ConfigError(
+                f"nothing can be served at {host}, port {port}: {error}.",
+                remedy="Take another port; 0 finds a free one.",
+            ) from error
+        self._listener.setblocking(False)
+        self.port: int = self._listener.getsockname()[1]
+        self.address = f"{dialect.scheme}://{_bracketed(host)}:{self.port}"
+
+    def arrivals(self) -> list[Client]:
+        """The programs that have connected since the last call."""
+        return list(self._connected())
+
+    def fileno(self) -> int | None:
+        """The listening socket."""
+        return self._listener.fileno()
+
+    def close(self) -> None:
+        """Free the port; those inside are not touched."""
+        self._listener.close()
+
+    def _connected(self) -> Iterator[SocketClient]:
+        while True:
+            try:
+                connection, peer = self._listener.accept()
+            except OSError:  # nobody there, or gone again already
+                return
+            connection.setblocking(False)
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            yield self._dialect(connection, f"{_bracketed(peer[0])}:{peer[1]}", self._now)
+
+
+class UsbDoor(SocketDoor):
+    """The far end of a USB cable: one program has it at a time.
+
+    Whoever gets it is greeted with the brick's serial number; the others are sent away without a word.
+    """
+
+    def __init__(self, serial_number: str, port: int = 0, *, now: Callable[[], float]) -> None:
+        """Start to listen on the loopback interface; see `SocketDoor`."""
+        super().__init__(PacketClient, port, now=now)
+        self._serial_number = serial_number
+        self._owner: SocketClient | None = None
+        self._queue: list[tuple[float, SocketClient]] = []
+
+    def arrivals(self) -> list[Client]:
+        """The program that has the cable from now on, if it was free."""
+        now_s = self._now()
+        self._queue += [(now_s, client) for client in self._connected()]
+        admitted: list[Client] = []
+        waiting = []
+        for since_s, client in self._queue:
+            if self._owner is None or self._owner.closed or self._owner.at_end:
+                self._owner = client
+                client.send(self._serial_number.encode("ascii"))
+                admitted.append(client)
+            elif now_s - since_s > HANDOVER_S:
+                client.hang_up()
+            else:
+                waiting.append((since_s, client))
+        self._queue = waiting
+        return admitted
+
+    def close(self) -> None:
+        """Free the port and send away who still waits."""
+        super().close()
+        for _, client in self._queue:
+            client.hang_up()
+        self._queue = []
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this computer reaches that address of its own."""
+    if host == "localhost":
+        return True
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def _bracketed(host: str) -> str:
+    return f"[{host}]" if ":" in host else host

@@ -1,0 +1,404 @@
+"""The simulated brick on USB, for any program that uses pyusb.
+
+This file needs nothing but the standard library and pyusb, so that any interpreter can load it: the one that runs a
+user's program need not have this project installed (see ``usb_hook/sitecustomize.py``).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import select
+import socket
+import threading
+from array import array
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import Any, NoReturn, Protocol
+
+import usb.backend
+import usb.core
+
+VENDOR, PRODUCT = 0x0694, 0x0002
+ENDPOINT_OUT, ENDPOINT_IN = 0x01, 0x82
+PACKET_SIZE = 64
+FULL_SPEED = 2
+ENGLISH = 0x0409
+SERIAL_NUMBER_INDEX = 1
+"""Source of all descriptors: docs/firmware.md section 2, and the firmware's d_usb.c."""
+
+GET_DESCRIPTOR, STRING_DESCRIPTOR = 0x06, 3
+LIBUSB_TIMEOUT = -7
+
+CONNECT_S = 5.0
+FOR_EVER_S = 3600.0
+LENGTH_SIZE = 2
+
+DEVICE = SimpleNamespace(
+    bLength=18,
+    bDescriptorType=1,
+    bcdUSB=0x0200,
+    bDeviceClass=0,
+    bDeviceSubClass=0,
+    bDeviceProtocol=0,
+    bMaxPacketSize0=8,
+    idVendor=VENDOR,
+    idProduct=PRODUCT,
+    bcdDevice=0,
+    iManufacturer=0,
+    iProduct=0,
+    iSerialNumber=SERIAL_NUMBER_INDEX,
+    bNumConfigurations=1,
+    # where the operating system has it
+    address=1,
+    bus=1,
+    port_number=1,
+    port_numbers=(1,),
+    speed=FULL_SPEED,
+)
+CONFIGURATION = SimpleNamespace(
+    bLength=9,
+    bDescriptorType=2,
+    wTotalLength=32,
+    bNumInterfaces=1,
+    bConfigurationValue=1,
+    iConfiguration=0,
+    bmAttributes=0xC0,
+    bMaxPower=0,
+    extra_descriptors=[],
+)
+INTERFACE = SimpleNamespace(
+    bLength=9,
+    bDescriptorType=4,
+    bInterfaceNumber=0,
+    bAlternateSetting=0,
+    bNumEndpoints=2,
+    bInterfaceClass=0xFF,
+    bInterfaceSubClass=0xFF,
+    bInterfaceProtocol=0xFF,
+    iInterface=0,
+    extra_descriptors=[],
+)
+ENDPOINTS = [
+    SimpleNamespace(
+        bLength=7,
+        bDescriptorType=5,
+        bEndpointAddress=address,
+        bmAttributes=2,
+        wMaxPacketSize=PACKET_SIZE,
+        bInterval=0,
+        bRefresh=0,
+        bSynchAddress=0,
+        extra_descriptors=[],
+    )
+    for address in (ENDPOINT_OUT, ENDPOINT_IN)
+]
+
+
+class Cable(Protocol):
+    """What carries packets to the brick and back. OSError means it is out."""
+
+    def write(self, packet: bytes, timeout_s: float | None) -> None:
+        """Send a packet; TimeoutError when the brick takes none. None waits for ever."""
+        ...
+
+    def read(self, timeout_s: float | None) -> bytes | None:
+        """The next packet from the brick, or None when the time is over. None waits for ever."""
+        ...
+
+    def close(self) -> None:
+        """Pull it out at this end."""
+        ...
+
+
+class UsbBackend(usb.backend.IBackend):  # type: ignore[misc] # pyusb has no types
+    """A bus with one brick on it, to be handed to pyusb as ``backend=``."""
+
+    def __init__(self, plug_in: Callable[[], Cable], serial_number: str) -> None:
+        """Make the bus.
+
+        Args:
+            plug_in: Makes a cable when a program claims the brick; BlockingIOError when another program has it, any
+                other OSError when there is no brick any more.
+            serial_number: The brick's address, 12 hex digits.
+        """
+        self._plug_in = plug_in
+        self._serial_number = serial_number
+
+    def enumerate_devices(self) -> Iterator[SimpleNamespace]:
+        """The one brick."""
+        return iter([DEVICE])
+
+    def get_parent(self, dev: object) -> None:
+        """No hub in between."""
+
+    def get_device_descriptor(self, dev: object) -> SimpleNamespace:  # noqa: ARG002
+        """What it is."""
+        return DEVICE
+
+    def get_configuration_descriptor(self, dev: object, config: int) -> SimpleNamespace:  # noqa: ARG002
+        """Its only configuration."""
+        return [CONFIGURATION][config]
+
+    def get_interface_descriptor(self, dev: object, intf: int, alt: int, config: int) -> SimpleNamespace:  # noqa: ARG002
+        """Its only interface."""
+        return [[[INTERFACE]]][config][intf][alt]
+
+    def get_endpoint_descriptor(self, dev: object, ep: int, intf: int, alt: int, config: int) -> SimpleNamespace:  # noqa: ARG002
+        """One endpoint for each direction."""
+        return ENDPOINTS[ep]
+
+    def open_device(self, dev: object) -> Handle:  # noqa: ARG002
+        """Nothing is claimed yet."""
+        return Handle(self._plug_in)
+
+    def close_device(self, dev_handle: Handle) -> None:
+        """Give it back."""
+        dev_handle.release()
+
+    def set_configuration(self, dev_handle: Handle, config_value: int) -> None:  # noqa: ARG002
+        """There is but one."""
+        if config_value != CONFIGURATION.bConfigurationValue:
+            _fail(errno.EINVAL)
+
+    def get_configuration(self, dev_handle: Handle) -> int:  # noqa: ARG002
+        """The operating system has set it when the brick was plugged in."""
+        return int(CONFIGURATION.bConfigurationValue)
+
+    def set_interface_altsetting(self, dev_handle: Handle, intf: int, altsetting: int) -> None:  # noqa: ARG002
+        """There is but one."""
+        if intf or altsetting:
+            _fail(errno.EINVAL)
+
+    def claim_interface(self, dev_handle: Handle, intf: int) -> None:
+        """Take the brick."""
+        if intf:
+            _fail(errno.EINVAL)
+        dev_handle.claim()
+
+    def release_interface(self, dev_handle: Handle, intf: int) -> None:  # noqa: ARG002
+        """Give it back."""
+        dev_handle.release()
+
+    def bulk_write(self, dev_handle: Handle, ep: int, intf: int, data: array[int], timeout: int) -> int:  # noqa: ARG002
+        """Send packets of at most 64 bytes, each of them a telegram to the brick."""
+        if ep != ENDPOINT_OUT:
+            _fail(errno.EINVAL)
+        sent = bytes(data)
+        for start in range(0, len(sent), PACKET_SIZE):
+            dev_handle.write(sent[start : start + PACKET_SIZE], _seconds(timeout))
+        return len(sent)
+
+    def bulk_read(self, dev_handle: Handle, ep: int, intf: int, buff: array[int], timeout: int) -> int:  # noqa: ARG002
+        """Take packets until one is short or the buffer is full."""
+        if ep != ENDPOINT_IN:
+            _fail(errno.EINVAL)
+        filled = 0
+        while filled < len(buff):
+            packet = dev_handle.read(_seconds(timeout))
+            if packet is None and filled:
+                return filled
+            if packet is None:
+                _fail_late()
+            if len(packet) > len(buff) - filled:
+                _fail(errno.EOVERFLOW)
+            buff[filled : filled + len(packet)] = array("B", packet)
+            filled += len(packet)
+            if len(packet) < PACKET_SIZE:
+                break
+        return filled
+
+    def ctrl_transfer(
+        self,
+        dev_handle: Handle,  # noqa: ARG002
+        bmRequestType: int,  # noqa: N803 - pyusb's names
+        bRequest: int,  # noqa: N803
+        wValue: int,  # noqa: N803
+        wIndex: int,  # noqa: N803, ARG002
+        data: array[int],
+        timeout: int,  # noqa: ARG002
+    ) -> int:
+        """String descriptors; the brick stalls at whatever else it does not know."""
+        if not bmRequestType & 0x80:
+            return len(data)
+        if (bRequest, wValue >> 8) != (GET_DESCRIPTOR, STRING_DESCRIPTOR):
+            _fail(errno.EPIPE)
+        if wValue & 0xFF == 0:
+            text = ENGLISH.to_bytes(2, "little")
+        elif wValue & 0xFF == SERIAL_NUMBER_INDEX:
+            text = self._serial_number.encode("utf-16-le")
+        else:
+            _fail(errno.EPIPE)
+        descriptor = bytes((len(text) + 2, STRING_DESCRIPTOR)) + text
+        size = min(len(data), len(descriptor))
+        data[:size] = array("B", descriptor[:size])
+        return size
+
+    def clear_halt(self, dev_handle: Handle, ep: int) -> None:
+        """Endpoints of the brick never halt."""
+
+    def reset_device(self, dev_handle: Handle) -> None:
+        """Forget what was not read."""
+        dev_handle.discard()
+
+    def is_kernel_driver_active(self, dev_handle: Handle, intf: int) -> bool:  # noqa: ARG002
+        """No system has a driver for it."""
+        return False
+
+
+class Handle:
+    """One program's hold on the brick; each of its methods raises what libusb would."""
+
+    def __init__(self, plug_in: Callable[[], Cable]) -> None:
+        self._plug_in = plug_in
+        self._cable: Cable | None = None
+
+    def claim(self) -> None:
+        """Take the brick, once."""
+        if self._cable is None:
+            try:
+                self._cable = self._plug_in()
+            except BlockingIOError:
+                _fail(errno.EBUSY)
+            except OSError:
+                _fail(errno.ENODEV)
+
+    def release(self) -> None:
+        """Give it back."""
+        if self._cable is not None:
+            self._cable.close()
+            self._cable = None
+
+    def write(self, packet: bytes, timeout_s: float | None) -> None:
+        """Send a packet."""
+        try:
+            self._claimed().write(packet, timeout_s)
+        except TimeoutError:
+            _fail_late()
+        except OSError:
+            _fail(errno.ENODEV)
+
+    def read(self, timeout_s: float | None) -> bytes | None:
+        """The next packet, or None when the time is over."""
+        try:
+            return self._claimed().read(timeout_s)
+        except OSError:
+            _fail(errno.ENODEV)
+
+    def discard(self) -> None:
+        """Read what is there and forget it."""
+        while self._cable is not None and self.read(0.0) is not None:
+            pass
+
+    def _claimed(self) -> Cable:
+        if self._cable is None:
+            raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
+        return self._cable
+
+
+class Link(Protocol):
+    """What a `LinkCable` needs; `sim_backend.link.SimLink` is one."""
+
+    def send(self, telegram: bytes) -> None:
+        """Send a telegram."""
+        ...
+
+    def receive(self, timeout_ms: int) -> bytes | None:
+        """Let simulated time pass until a reply arrives."""
+        ...
+
+    def close(self) -> None:
+        """Give the link up."""
+        ...
+
+
+class LinkCable:
+    """A cable to a simulated brick in this process: simulated time passes while a program reads."""
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+
+    def write(self, packet: bytes, timeout_s: float | None) -> None:  # noqa: ARG002 - a brick of our own takes it at once
+        """Send a packet."""
+        self._link.send(packet)
+
+    def read(self, timeout_s: float | None) -> bytes | None:
+        """The next packet. Who would wait for ever gets an answer, or an hour of simulated time has passed."""
+        return self._link.receive(round((FOR_EVER_S if timeout_s is None else timeout_s) * 1000))
+
+    def close(self) -> None:
+        """Unplug."""
+        self._link.close()
+
+
+class SocketCable:
+    """A cable to a simulated brick in another process; reading and writing may be done by two threads at once."""
+
+    def __init__(self, host: str, port: int) -> None:
+        """Plug in.
+
+        Raises:
+            BlockingIOError: Another program has the brick.
+            OSError: There is no brick any more.
+        """
+        self._socket = socket.create_connection((host, port), timeout=CONNECT_S)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._writing, self._reading = threading.Lock(), threading.Lock()
+        self._buffer = bytearray()
+        if not self._greeted():
+            self._socket.close()
+            raise BlockingIOError(errno.EBUSY, os.strerror(errno.EBUSY))
+
+    def _greeted(self) -> bool:
+        try:
+            return self.read(CONNECT_S) is not None
+        except ConnectionError:
+            return False
+
+    def write(self, packet: bytes, timeout_s: float | None) -> None:
+        """Send a packet; whole or not at all."""
+        with self._writing:
+            if not select.select([], [self._socket], [], timeout_s)[1]:
+                raise TimeoutError
+            self._socket.sendall(len(packet).to_bytes(LENGTH_SIZE, "little") + packet)
+
+    def read(self, timeout_s: float | None) -> bytes | None:
+        """The next packet; what has come of one stays for the next call."""
+        with self._reading:
+            while (packet := self._whole()) is None:
+                if not select.select([self._socket], [], [], timeout_s)[0]:
+                    return None
+                data = self._socket.recv(4096)
+                if not data:
+                    raise ConnectionResetError(errno.ECONNRESET, os.strerror(errno.ECONNRESET))
+                self._buffer += data
+            return packet
+
+    def close(self) -> None:
+        """Unplug; a thread that reads at the same time gets an error."""
+        with contextlib.suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
+        self._socket.close()
+
+    def _whole(self) -> bytes | None:
+        end = LENGTH_SIZE + int.from_bytes(self._buffer[:LENGTH_SIZE], "little")
+        if len(self._buffer) < max(end, LENGTH_SIZE + 1):
+            return None
+        packet = bytes(self._buffer[LENGTH_SIZE:end])
+        del self._buffer[:end]
+        return packet
+
+
+def _seconds(timeout_ms: int) -> float | None:
+    """Libusb takes 0 for "wait for ever"."""
+    return timeout_ms / 1000 if timeout_ms else None
+
+
+def _fail(number: int) -> NoReturn:
+    raise usb.core.USBError(os.strerror(number), None, number)
+
+
+def _fail_late() -> NoReturn:
+    kind: Any = getattr(usb.core, "USBTimeoutError", usb.core.USBError)  # pyusb before 1.1 has but one
+    raise kind("Operation timed out", LIBUSB_TIMEOUT, errno.ETIMEDOUT)

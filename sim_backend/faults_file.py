@@ -1,0 +1,78 @@
+"""What goes wrong on a link, from a TOML file. The keys are explained in docs/interop.md."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StrictInt, field_validator
+
+from sim_backend.link import LinkFaults
+from sim_backend.toml_file import read_tables, validate
+
+Count = Annotated[StrictInt, Field(ge=0)]
+Numbers = tuple[Count, ...]
+Span = tuple[Count, Count]
+
+
+class Telegrams(BaseModel):
+    """Which telegrams of a link, counted from 0.
+
+    Attributes:
+        numbers: These.
+        every: And every so many-th; 0 for none.
+        first: The first of those.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    numbers: Numbers = ()
+    every: Count = 0
+    first: Count = 0
+
+    def __contains__(self, number: object) -> bool:
+        if not isinstance(number, int):
+            return False
+        return number in self.numbers or (
+            self.every > 0 and number >= self.first and (number - self.first) % self.every == 0
+        )
+
+
+def _as_table(value: object) -> object:
+    return {"numbers": value} if isinstance(value, list) else value
+
+
+Some = Annotated[Telegrams, BeforeValidator(_as_table)]
+NONE = Telegrams()
+
+
+class FaultsFile(BaseModel):
+    """The file's keys; see `LinkFaults`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    drop_requests: Some = NONE
+    drop_replies: Some = NONE
+    duplicate_replies: Some = NONE
+    corrupt_replies: Some = NONE
+    delay_replies_ms: dict[Annotated[int, Field(ge=0)], Count] = {}
+    silent_ms: tuple[Span, ...] = ()
+    unplugged_ms: tuple[Span, ...] = ()
+
+    @field_validator("silent_ms", "unplugged_ms")
+    @classmethod
+    def _in_order(cls, spans: tuple[Span, ...]) -> tuple[Span, ...]:
+        for start, end in spans:
+            if start >= end:
+                raise ValueError(f"the span [{start}, {end}] ends before it begins")
+        return spans
+
+
+def load_faults(path: Path) -> LinkFaults:
+    """The faults in a file.
+
+    Raises:
+        ConfigError: There is no such file, or it has mistakes; the message lists all of them.
+    """
+    file = validate(FaultsFile, read_tables(path), path)
+    return LinkFaults(**{name: getattr(file, name) for name in FaultsFile.model_fields})
