@@ -1,49 +1,29 @@
 """Hold the simulated brick against recorded conversations with LEGO's firmware.
 
-A recording is a file of JSON lines, described in docs/firmware.md sections 0.1 and 0.2: what was sent to the firmware
-or done to its hardware, and what came back. `replay` does the same to a fresh simulated brick and says, in words, where
-the first difference is. From the command line::
+A recording says what was sent to the firmware or done to its hardware, and what came back (docs/firmware.md sections
+0.1 and 0.2). `replay` does the same to a fresh simulated brick and says, in words, where the first difference is. From
+the command line: ``nxtdrive sim check``, or without the driver::
 
     python -m sim_backend.conformance tests/golden/firmware.jsonl
 """
 
 from __future__ import annotations
 
-import json
 import re
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from firmware_protocol.errors import ConfigError
 from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Kind
 from sim_backend.conformance_bench import Bench, NotOnThisBench
 from sim_backend.conformance_handles import Handles
+from sim_backend.conformance_recording import Step, load
 from sim_backend.firmware.brick import FIRMWARES, SimBrick
 
 _INTERRUPTS = re.compile(r" irqs=\d+")
 """How often the recording's timer fired: a property of its stub hardware, not of the firmware or the bus."""
-
-
-@dataclass(frozen=True)
-class Step:
-    """One exchange.
-
-    Attributes:
-        number: Its number in the scenario.
-        request: A telegram to the firmware in hex, or empty.
-        control: Something done to the hardware, or empty.
-        reply: What came back; several replies in hex are separated by spaces.
-        reference: What the firmware the recording was made with replied: firmware 1.29.
-        mask: Hex; bytes 00 are not compared.
-    """
-
-    number: int
-    request: str
-    control: str
-    reply: str
-    reference: str
-    mask: str
 
 
 @dataclass(frozen=True)
@@ -53,51 +33,36 @@ class Report:
     Attributes:
         scenario: Its name.
         steps: How many there are.
-        matched: How many matched before the first difference.
-        difference: The first difference in words, or empty.
+        matched: How many were the same.
+        step: Number of the first that was not, or None.
+        difference: What was different there, in words, or empty.
     """
 
     scenario: str
     steps: int
     matched: int
+    step: int | None
     difference: str
 
     def __str__(self) -> str:
-        verdict = "same" if not self.difference else f"step {self.matched}: {self.difference}"
+        verdict = "same" if self.step is None else f"step {self.step}: {self.difference}"
         return f"{self.scenario}: {self.matched}/{self.steps} {verdict}"
 
 
-def load(path: Path, firmware: str) -> dict[str, list[Step]]:
-    """The scenarios of a recording by name, with the replies of one firmware, "1.29" or "1.05"."""
-    other = {"1.05": "reply_lego105"}.get(firmware, "reply")
-    scenarios: dict[str, list[Step]] = {}
-    for line in path.read_text(encoding="utf-8").splitlines():
-        record = json.loads(line)
-        reply = record.get(other, record["reply"])
-        step = Step(
-            number=record["step"],
-            request=record.get("request", ""),
-            control=record.get("control", ""),
-            reply=reply,
-            reference=record["reply"],
-            mask=record.get("mask", ""),
-        )
-        scenarios.setdefault(record["scenario"], []).append(step)
-    return scenarios
-
-
 def replay(scenario: str, steps: Iterable[Step], firmware: str) -> Report:
-    """Do to a fresh simulated brick what was done to the firmware, up to the first difference."""
+    """Do to a fresh simulated brick what was done to the firmware."""
     steps = list(steps)
     bench, handles = Bench(SimBrick(firmware=firmware)), Handles()
-    for matched, step in enumerate(steps):
+    different = []
+    for step in steps:
         try:
-            got = _perform(step, bench, handles)
+            difference = _compare(step, _perform(step, bench, handles))
         except NotOnThisBench as reason:
-            return Report(scenario, len(steps), matched, str(reason))
-        if difference := _compare(step, got):
-            return Report(scenario, len(steps), matched, difference)
-    return Report(scenario, len(steps), len(steps), "")
+            difference = str(reason)
+        if difference:
+            different.append((step.number, difference))
+    first = different[0] if different else (None, "")
+    return Report(scenario, len(steps), len(steps) - len(different), *first)
 
 
 def _perform(step: Step, bench: Bench, handles: Handles) -> str:
@@ -152,19 +117,27 @@ def _field(request: bytes, offset: int) -> str:
 
 
 def reports(path: Path, firmware: str) -> Iterator[Report]:
-    """A report for each scenario of a recording."""
+    """A report for each scenario of a recording.
+
+    Raises:
+        ConfigError: It is no recording.
+    """
     for name, steps in load(path, firmware).items():
         yield replay(name, steps, firmware)
 
 
 def main(arguments: list[str]) -> int:
     """Print what differs for both firmwares; 0 if nothing does, 1 if something does, 2 without a readable recording."""
-    if len(arguments) != 1 or not Path(arguments[0]).is_file():
+    if len(arguments) != 1:
         print("Give one recording, such as tests/golden/firmware.jsonl.", file=sys.stderr)
         return 2
     different = 0
     for firmware in FIRMWARES:
-        found = list(reports(Path(arguments[0]), firmware))
+        try:
+            found = list(reports(Path(arguments[0]), firmware))
+        except ConfigError as error:
+            print(error, file=sys.stderr)
+            return 2
         wrong = [report for report in found if report.difference]
         different += len(wrong)
         for report in wrong:

@@ -90,8 +90,11 @@ class Bench:
         word, *arguments = line.split()
         action = self._lines.get(word)
         if action is None:
-            raise NotOnThisBench(f"{word} is not supported")
-        return action(*arguments)
+            raise NotOnThisBench(f"the control line {line!r} is not known; docs/firmware.md section 0.1 lists them")
+        try:
+            return action(*arguments)
+        except (ValueError, TypeError, IndexError) as error:
+            raise NotOnThisBench(f"the control line {line!r} cannot be carried out: {error}") from error
 
     def _tick(self, passes: str) -> str:
         self.brick.tick(int(passes))

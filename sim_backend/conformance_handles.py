@@ -39,10 +39,13 @@ class Handles:
     def translate_line(self, line: str) -> str:
         """The control line to carry out for a recorded one: telegrams and handles can be among its arguments."""
         word, *arguments = line.split()
-        if word == _FILL:
-            arguments[0] = f"{self.current(int(arguments[0], 16)):02x}"
-        elif word == _ALSO:
-            arguments = [self.translate(bytes.fromhex(telegram)).hex() for telegram in arguments]
+        try:
+            if word == _FILL:
+                arguments[:1] = [f"{self.current(int(handle, 16)):02x}" for handle in arguments[:1]]
+            elif word == _ALSO:
+                arguments = [self.translate(bytes.fromhex(telegram)).hex() for telegram in arguments]
+        except ValueError:
+            return line  # the bench says what is wrong with it
         return " ".join([word, *arguments])
 
     def learn(self, request: bytes, recorded: bytes, replayed: bytes) -> None:

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from sim_backend.conformance import load, replay
+from sim_backend.conformance import replay
+from sim_backend.conformance_recording import load
 from sim_backend.firmware.brick import FIRMWARES
 
 RECORDING = Path(__file__).parents[1] / "golden" / "firmware.jsonl"

@@ -1,0 +1,71 @@
+"""``nxtdrive sim check``: hold the simulated brick against a recorded conversation."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import DONE, NOT_ACHIEVED
+from nxtdrive.cli.options import add_json_argument
+
+if TYPE_CHECKING:
+    from sim_backend.conformance import Report
+
+FIRMWARES = ("1.29", "1.05")
+"""The firmwares the simulated brick can behave as."""
+
+
+def add_check_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "recording", metavar="FILE.jsonl", type=Path, help="a recording, see docs/firmware.md section 0"
+    )
+    parser.add_argument(
+        "--firmware", choices=FIRMWARES, default=FIRMWARES[0], help="which one to behave as (default: %(default)s)"
+    )
+    parser.add_argument("--scenario", metavar="NAME", action="append", help="only this one; can be given several times")
+    add_json_argument(parser)
+    parser.set_defaults(action=check)
+
+
+def check(args: argparse.Namespace) -> int:
+    """Replay the recording on fresh simulated bricks and print what is the same.
+
+    Raises:
+        ConfigError: The file is no recording, or has no such scenario.
+    """
+    from sim_backend.conformance import replay
+    from sim_backend.conformance_recording import load
+
+    scenarios = load(args.recording, args.firmware)
+    if unknown := sorted(set(args.scenario or ()) - scenarios.keys()):
+        raise ConfigError(
+            f"{args.recording} has no scenario {unknown[0]!r}.", remedy=f"It has {', '.join(list(scenarios)[:20])}."
+        )
+    chosen = args.scenario or scenarios
+    reports = [replay(name, steps, args.firmware) for name, steps in scenarios.items() if name in chosen]
+    if args.json:
+        _print_json(reports, args.firmware)
+    else:
+        _print_text(reports, args.firmware)
+    return NOT_ACHIEVED if any(report.difference for report in reports) else DONE
+
+
+def _print_text(reports: list[Report], firmware: str) -> None:
+    width = max(len(report.scenario) for report in reports)
+    for report in reports:
+        verdict = f"step {report.step}: {report.difference}" if report.difference else "same"
+        print(f"{report.scenario:{width}}  {report.matched:4}/{report.steps:<4}  {verdict}")
+    steps, matched = (sum(getattr(report, name) for report in reports) for name in ("steps", "matched"))
+    same = sum(not report.difference for report in reports)
+    print(f"\nfirmware {firmware}: {same} of {len(reports)} scenarios and {matched} of {steps} steps are the same")
+
+
+def _print_json(reports: list[Report], firmware: str) -> None:
+    same = sum(not report.difference for report in reports)
+    scenarios = [asdict(report) for report in reports]
+    print(json.dumps({"firmware": firmware, "same": same, "of": len(reports), "scenarios": scenarios}))

@@ -1,0 +1,99 @@
+"""Recorded conversations with a brick, read from a file of JSON lines (docs/firmware.md section 0.2).
+
+A line needs a ``request`` or a ``control``, and the ``reply``. Without the name of a scenario all lines are one.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from firmware_protocol.errors import ConfigError
+
+_REPLIES = {"1.05": "reply_lego105"}
+"""Where replies of other firmwares stand, if they differ from ``reply``."""
+
+_TEXTS = ("scenario", "request", "control", "reply", "mask", *_REPLIES.values())
+_HEX = ("request", "mask")
+
+
+@dataclass(frozen=True)
+class Step:
+    """One exchange.
+
+    Attributes:
+        number: Its number in the scenario.
+        request: A telegram to the firmware in hex, or empty.
+        control: Something done to the hardware, or empty.
+        reply: What came back; several replies in hex are separated by spaces.
+        reference: What the firmware the recording was made with replied: firmware 1.29.
+        mask: Hex; bytes 00 are not compared.
+    """
+
+    number: int
+    request: str
+    control: str
+    reply: str
+    reference: str
+    mask: str
+
+
+def load(path: Path, firmware: str) -> dict[str, list[Step]]:
+    """The scenarios of a recording by name, with the replies of one firmware, "1.29" or "1.05".
+
+    Raises:
+        ConfigError: The file cannot be read, or is no recording.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path} cannot be read: {error}.", remedy="Give a recording of JSON lines.") from error
+    scenarios: dict[str, list[Step]] = {}
+    for number, line in enumerate(lines, 1):
+        if line.strip():
+            record = _record(line, f"{path}, line {number}")
+            steps = scenarios.setdefault(record.get("scenario") or path.stem, [])
+            steps.append(_step(record, len(steps), firmware))
+    if not scenarios:
+        raise ConfigError(f"{path} holds no conversation.", remedy="Give a recording of JSON lines.")
+    return scenarios
+
+
+def _record(line: str, place: str) -> dict[str, Any]:
+    """A line's record with all its texts checked."""
+    remedy = 'Each line is a JSON object with "request" or "control", and "reply" (docs/firmware.md section 0.2).'
+    try:
+        record = json.loads(line)
+    except ValueError as error:
+        raise ConfigError(f"{place} is not JSON: {error}.", remedy=remedy) from error
+    if not isinstance(record, dict):
+        raise ConfigError(f"{place} is not a JSON object.", remedy=remedy)
+    record = {name: "" if value is None else value for name, value in record.items()}
+    for name in _TEXTS:
+        if not isinstance(record.get(name, ""), str):
+            raise ConfigError(f"{place}: {name} is not a text.", remedy=remedy)
+        if name in record:
+            record[name] = record[name].strip()
+    if "reply" not in record or bool(record.get("request")) == bool(record.get("control")):
+        raise ConfigError(f"{place} is not an exchange.", remedy=remedy)
+    telegrams = _HEX if record.get("control") and not record.get("mask") else (*_HEX, "reply", *_REPLIES.values())
+    for name in telegrams:
+        try:
+            bytes.fromhex(record.get(name, ""))
+        except ValueError as error:
+            raise ConfigError(f"{place}: {name} is not hex.", remedy=remedy) from error
+    return record
+
+
+def _step(record: dict[str, Any], number: int, firmware: str) -> Step:
+    step = record.get("step", number)
+    return Step(
+        number=step if isinstance(step, int) else number,
+        request=record.get("request", ""),
+        control=record.get("control", ""),
+        reply=record.get(_REPLIES.get(firmware, "reply"), record["reply"]),
+        reference=record["reply"],
+        mask=record.get("mask", ""),
+    )
