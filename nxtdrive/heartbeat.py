@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 
 
 class Heartbeat:
@@ -15,30 +16,35 @@ class Heartbeat:
     def __init__(self) -> None:
         self.due = math.inf
         self._jobs: dict[str, tuple[float, float, bytes]] = {}
+        self._lock = threading.Lock()
 
     def repeat(self, name: str, telegram: bytes, interval_s: float, now: float) -> None:
         """Let `telegram` be due every `interval_s`, first one interval from now; replaces the job of that name."""
-        self._jobs[name] = (now + interval_s, interval_s, telegram)
-        self._reckon()
+        with self._lock:
+            self._jobs[name] = (now + interval_s, interval_s, telegram)
+            self._reckon()
 
     def forget(self, name: str) -> None:
         """Let nothing of that name be due any more."""
-        if self._jobs.pop(name, None):
-            self._reckon()
+        with self._lock:
+            if self._jobs.pop(name, None):
+                self._reckon()
 
     def clear(self) -> None:
         """Let nothing be due any more."""
-        self._jobs.clear()
-        self._reckon()
+        with self._lock:
+            self._jobs.clear()
+            self._reckon()
 
     def take(self, now: float) -> list[bytes]:
         """The telegrams due at `now`; they are next due one interval later."""
         taken = []
-        for name, (due, interval_s, telegram) in self._jobs.items():
-            if due <= now:
-                taken.append(telegram)
-                self._jobs[name] = (now + interval_s, interval_s, telegram)
-        self._reckon()
+        with self._lock:
+            for name, (due, interval_s, telegram) in self._jobs.items():
+                if due <= now:
+                    taken.append(telegram)
+                    self._jobs[name] = (now + interval_s, interval_s, telegram)
+            self._reckon()
         return taken
 
     def _reckon(self) -> None:
