@@ -98,7 +98,7 @@ class Link:
         self._attention = -math.inf
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
         self._modes: dict[InputPort, SetInputMode] = {}
-        self._driven = self._returning = False
+        self._driven = self._returning = self._measuring = False
         self._comeback = threading.RLock()
         self._gone = threading.Event()
         self._pulse: threading.Thread | None = None
@@ -120,16 +120,21 @@ class Link:
         if timeout_s is None:
             timeout_s = self.timeout_s
         try:
+            now = self.now()
+            if now >= self._attention:
+                now = self._attend(now)
             if self._queue or self._busy():
                 self._turns.wait(isinstance(command, URGENT), timeout_s)
-            with self._wire:
                 now = self.now()
-                if now >= self._attention:
-                    return self._measured(command, now, timeout_s)
+            with self._wire:
                 self._send(self._dialogue.open(command, now, timeout_s))
                 telegram = self._receive(timeout_s)
                 reply = None if telegram is None else self._dialogue.feed(telegram)
-                return self._await() if reply is None else reply  # type: ignore[return-value]
+                if reply is None:
+                    reply = self._await()
+                if self._measuring:
+                    self._measure(now)
+                return reply  # type: ignore[return-value]
         except LinkLost as error:
             lost = error
         finally:
@@ -223,15 +228,18 @@ class Link:
             if (values.type, values.mode) != (mode.type, mode.mode):
                 self.request(mode)
 
-    def _measured(self, command: Command[R], now: float, timeout_s: float) -> R:
-        """Send what is due, then ask, and measure how long the answer takes; the caller holds the wire."""
-        self._beat(now)
+    def _attend(self, now: float) -> float:
+        """See to what is due before a request; returns the time afterwards."""
+        with self._wire:
+            self._beat(now)
         self._attention = min(self._heartbeat.due, now + LATENCY_EVERY_S)
-        asked = self.now()
-        self._send(self._dialogue.open(command, asked, timeout_s))
-        reply = self._await()
+        self._measuring = True
+        return self.now()
+
+    def _measure(self, asked: float) -> None:
+        """Note how long the answer to a question took that was asked then."""
         self._latencies.append(self.now() - asked)
-        return reply  # type: ignore[return-value]
+        self._measuring = False
 
     def _await(self) -> Reply:
         """Wait for the answer to the open request."""

@@ -43,9 +43,7 @@ class Move(Generic[R]):
         due: When it goes on, on the link's clock; infinity when it is over.
     """
 
-    def __init__(
-        self, board: MoveBoard, ports: frozenset[OutputPort], steps: Steps[R], transport: Transport
-    ) -> None:
+    def __init__(self, board: MoveBoard, ports: frozenset[OutputPort], steps: Steps[R], transport: Transport) -> None:
         self.ports = ports
         self.transport = transport
         self.due = math.inf
