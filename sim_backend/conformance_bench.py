@@ -12,6 +12,7 @@ from firmware_protocol.iomap import UI, UiFlag
 from sim_backend.devices import AnalogInput, GenericI2CDevice
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.limits import BLUETOOTH
 
 _OPEN = 1023
 _IO_MAP_DATA = 9
@@ -39,6 +40,7 @@ class Bench:
         self.readings = [_OPEN] * 4
         self._plug_in(brick)
         self._clocks = [0] * 4
+        self._stream = b""
         self._lines: dict[str, Callable[..., str]] = {
             "!tick": self._tick,
             "!sensor": self._sensor,
@@ -240,15 +242,20 @@ class Bench:
         return "ok"
 
     def _reboot(self) -> str:
-        brick = self.brick
+        brick, self._stream = self.brick, b""
         self._plug_in(SimBrick(firmware=brick.firmware, flash=brick.loader.flash))
         return "ok"
 
-    def _bluetooth(self, stream: str = "") -> str:
-        data, replies = bytes.fromhex(stream), b""
-        while data:
-            size = LENGTH_SIZE + int.from_bytes(data[:LENGTH_SIZE], "little")
-            replies += self.brick.receive_bluetooth(data[:size])
-            self.brick.tick()
-            data = data[size:]
+    def _bluetooth(self, *stream: str) -> str:
+        """Send bytes; a telegram whose end is still missing waits for it. The brick takes one chunk in a pass."""
+        data, replies = self._stream + bytes.fromhex("".join(stream)), b""
+        while len(data) >= LENGTH_SIZE:
+            length = int.from_bytes(data[:LENGTH_SIZE], "little")
+            framed, rest = data[: LENGTH_SIZE + length], data[LENGTH_SIZE + length :]
+            if len(framed) < LENGTH_SIZE + length:
+                break
+            replies += self.brick.receive_bluetooth(framed)
+            self.brick.tick(max(1, -(-length // BLUETOOTH.buffer)))
+            data = rest
+        self._stream = data
         return replies.hex()

@@ -100,9 +100,9 @@ class Flash:
         file.sectors = file.sectors[:keep]
 
     def release(self, file: File) -> None:
-        """Give the file's sectors back."""
-        self._used.difference_update(file.sectors)
+        """Give the file's sectors back, and with them those of all downloads: only the directory is looked at."""
         file.sectors = []
+        self._used = {sector for other in self.files for sector in other.sectors}
 
     def power_up(self) -> None:
         """Forget what was under way when the brick was switched off: downloads, and data not yet closed."""
