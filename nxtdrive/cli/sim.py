@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from nxtdrive.cli.options import add_json_argument
+from nxtdrive.cli.sim_check import add_check_arguments
 
 DESCRIPTION = """\
 Let any program for a real brick talk to the simulated one, in real time.
@@ -13,22 +14,25 @@ Let any program for a real brick talk to the simulated one, in real time.
 serve  opens ports that stay until Ctrl-C: a serial port as a brick's Bluetooth
        has, TCP, nxt-python's nxt-server; as many at once as you like, all of
        them on one brick. Its camera is a stream.
-exec   runs a Python program that looks for a brick on USB, and it finds one."""
+exec   runs a Python program that looks for a brick on USB, and it finds one.
+check  replays a recorded conversation with a brick and says what differs."""
 EXAMPLES = """\
   nxtdrive sim serve --pty /tmp/nxt
   nxtdrive sim serve --pty /tmp/nxt --tcp 2728 --nxt-server 2727 --world arena
   nxtdrive sim exec -- nxt-test --backend usb
-  nxtdrive sim exec --latency-ms 30 -- python my_robot.py"""
+  nxtdrive sim exec --latency-ms 30 -- python my_robot.py
+  nxtdrive sim check tests/golden/firmware.jsonl --firmware 1.05"""
 
 LATENCY_MS = 1.0
 """The brick looks for telegrams once in a millisecond, so nothing is faster; programs rely on it (docs/interop.md)."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare ``serve`` and ``exec`` and their arguments."""
+    """Declare ``serve``, ``exec`` and ``check`` and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     _add_serve(actions.add_parser("serve", help="a serial port, TCP ports and a camera stream"))
     _add_exec(actions.add_parser("exec", help="run a Python program with the simulated brick on USB"))
+    add_check_arguments(actions.add_parser("check", help="hold the simulated brick against a recorded conversation"))
 
 
 def run(args: argparse.Namespace) -> int:
