@@ -7,12 +7,12 @@ import contextlib
 import json
 import select
 import shlex
-import signal
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 
 from nxtdrive.cli.main import DONE
+from nxtdrive.cli.signals import until_signal
 from nxtdrive.transports.base import WallClock
 from sim_backend.doors.door import Door
 from sim_backend.doors.mjpeg import MjpegDoor
@@ -22,9 +22,6 @@ from sim_backend.doors.sockets import NxtServerClient, SocketDoor, StreamClient,
 from sim_backend.doors.switchboard import Switchboard, Visit
 from sim_backend.faults_file import load_faults
 from sim_backend.simulation import DEFAULT_WORLD, LinkFaults, SimLink, Simulation
-
-ENDING_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
-"""Those that end the server in good order, where the system has them."""
 
 DRIVER_SCHEMES = ("serial", "tcp")
 """Doors that our own driver can open."""
@@ -71,31 +68,6 @@ def links(args: argparse.Namespace, simulation: Simulation) -> Callable[[bool], 
 def wait_for_news(files: list[int], duration_s: float) -> None:
     """Rest so long, or until one of the files can be read."""
     select.select(files, [], [], max(0.0, duration_s))
-
-
-@contextlib.contextmanager
-def until_signal() -> Iterator[Callable[[], bool]]:
-    """A question that is answered with yes once the user or the system wants an end."""
-    wanted = False
-
-    def end(*_: object) -> None:
-        nonlocal wanted
-        wanted = True
-
-    with handling(end):
-        yield lambda: wanted
-
-
-@contextlib.contextmanager
-def handling(handler: Callable[..., None]) -> Iterator[None]:
-    """Have the signals that end programs call `handler` instead."""
-    signals = [getattr(signal, name) for name in ENDING_SIGNALS if hasattr(signal, name)]
-    before = {number: signal.signal(number, handler) for number in signals}
-    try:
-        yield
-    finally:
-        for number, previous in before.items():
-            signal.signal(number, previous)
 
 
 def _doors(args: argparse.Namespace, clock: WallClock) -> Iterator[Door]:
