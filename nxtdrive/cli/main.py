@@ -36,6 +36,7 @@ COMMANDS = {
     "info": ("info", "name, firmware and battery of a brick"),
     "explain": ("explain", "say what the bytes of a telegram mean"),
     "send": ("send", "send any declared command and print the reply"),
+    "screenshot": ("screenshot", "save what a brick's display shows as an image"),
     "mission": ("mission", "check a mission file, show how missions run"),
     "detect": ("detect", "try a detector on a picture, a video or a camera"),
     "sim": ("sim", "serve the simulated brick to other programs"),
