@@ -23,6 +23,9 @@ LOOPBACK = "127.0.0.1"
 UNREAD_LIMIT = 1 << 16
 """Bytes of replies a program may leave unread, beyond what the kernel keeps, before it is sent away."""
 
+SEND_BUFFER = 1 << 16
+"""Bytes the kernel keeps for a program; left to itself it would keep megabytes."""
+
 BACKLOG = 8
 
 HANDOVER_S = 0.2
@@ -216,6 +219,7 @@ class SocketDoor:
                 return
             connection.setblocking(False)
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
             yield self._dialect(connection, f"{_bracketed(peer[0])}:{peer[1]}", self._now)
 
 

@@ -32,7 +32,6 @@ GET_DESCRIPTOR, STRING_DESCRIPTOR = 0x06, 3
 LIBUSB_TIMEOUT = -7
 
 CONNECT_S = 5.0
-FOR_EVER_S = 3600.0
 LENGTH_SIZE = 2
 
 DEVICE = SimpleNamespace(
@@ -295,41 +294,6 @@ class Handle:
         if self._cable is None:
             raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
         return self._cable
-
-
-class Link(Protocol):
-    """What a `LinkCable` needs; `sim_backend.link.SimLink` is one."""
-
-    def send(self, telegram: bytes) -> None:
-        """Send a telegram."""
-        ...
-
-    def receive(self, timeout_ms: int) -> bytes | None:
-        """Let simulated time pass until a reply arrives."""
-        ...
-
-    def close(self) -> None:
-        """Give the link up."""
-        ...
-
-
-class LinkCable:
-    """A cable to a simulated brick in this process: simulated time passes while a program reads."""
-
-    def __init__(self, link: Link) -> None:
-        self._link = link
-
-    def write(self, packet: bytes, timeout_s: float | None) -> None:  # noqa: ARG002 - a brick of our own takes it at once
-        """Send a packet."""
-        self._link.send(packet)
-
-    def read(self, timeout_s: float | None) -> bytes | None:
-        """The next packet. Who would wait for ever gets an answer, or an hour of simulated time has passed."""
-        return self._link.receive(round((FOR_EVER_S if timeout_s is None else timeout_s) * 1000))
-
-    def close(self) -> None:
-        """Unplug."""
-        self._link.close()
 
 
 class SocketCable:

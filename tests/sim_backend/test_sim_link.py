@@ -3,7 +3,7 @@ import pytest
 from firmware_protocol.direct import GetBatteryLevel, GetOutputState, SetOutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from firmware_protocol.status import Status
-from firmware_protocol.system import OpenWrite
+from firmware_protocol.system import IOMapRead, OpenWrite
 from sim_backend.simulation import LinkFaults, SimLink, Simulation
 
 BATTERY = GetBatteryLevel().encode()
@@ -159,3 +159,40 @@ def test_a_closed_link_says_so(simulation):
     link.close()
     with pytest.raises(ConnectionError, match="closed"):
         link.send(BATTERY)
+
+
+def test_what_is_under_way_is_counted(simulation):
+    link = SimLink(simulation, 10)
+    for under_way in (1, 2):
+        link.send(BATTERY)
+        assert link.under_way == under_way
+    simulation.advance(50)
+    assert link.under_way == 2
+    link.poll()
+    link.poll()
+    assert link.under_way == 0
+
+
+def test_a_radio_link_puts_lengths_in_front_and_has_more_room(simulation):
+    link = SimLink(simulation, bluetooth=True)
+    link.send(IOMapRead(0x000A0001, 119, 119).encode())
+    reply = link.receive(100)
+    assert int.from_bytes(reply[:2], "little") == len(reply) - 2 == 128
+
+
+def test_the_end_of_a_radio_link_closes_no_files(simulation):
+    link = SimLink(simulation, faults=LinkFaults(unplugged_ms=((300, 400),)), bluetooth=True)
+    link.send(OPEN)
+    assert link.receive(100)[4] == Status.OK
+    with pytest.raises(ConnectionError):
+        link.receive(1000)
+    simulation.advance(500)
+    link = SimLink(simulation)
+    link.send(OPEN)
+    assert link.receive(100)[2] == Status.FILE_EXISTS
+
+
+def test_a_damaged_reply_of_a_radio_link_keeps_its_length(simulation):
+    link = SimLink(simulation, faults=LinkFaults(corrupt_replies=[0]), bluetooth=True)
+    link.send(BATTERY)
+    assert link.receive(100).startswith(b"\x05\x00\xfd\xf4\xff")
