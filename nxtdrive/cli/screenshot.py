@@ -1,0 +1,80 @@
+"""``nxtdrive screenshot``: the brick's display as an image file."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import DONE
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+
+if TYPE_CHECKING:
+    from nxtdrive.display import Picture
+
+DESCRIPTION = """\
+Save what a brick's display shows, 100 x 64 pixels, each drawn as a square.
+It is what the firmware has in its memory; the simulated brick's shows what
+programs and telegrams have drawn there, and no menus."""
+EXAMPLES = """\
+  nxtdrive screenshot /tmp/nxt.png
+  nxtdrive screenshot nxt.png --nxt usb:// --scale 8"""
+
+GLASS, INK = (168, 196, 182), (40, 34, 32)
+"""Blue, green, red of a clear and of a black pixel, as on the brick."""
+MAX_SCALE = 64
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("out", metavar="OUT.png", type=Path, help="image file to write; its suffix says the format")
+    parser.add_argument("--scale", metavar="N", type=_scale, default=4, help="size of a pixel (default: 4)")
+    add_brick_arguments(parser)
+    add_json_argument(parser)
+
+
+def _scale(text: str) -> int:
+    value = int(text)
+    if not 1 <= value <= MAX_SCALE:
+        raise ValueError
+    return value
+
+
+_scale.__name__ = "scale"  # argparse says "invalid scale value"
+
+
+def run(args: argparse.Namespace) -> int:
+    """Read the display and write the file."""
+    from nxtdrive.brick import open_brick
+    from nxtdrive.display import Display
+
+    with open_brick(args.nxt) as brick:
+        image = Display(brick).image()
+        address = brick.transport.address
+    _save(image, args.scale, args.out)
+    height, width = (side * args.scale for side in image.shape)
+    if args.json:
+        print(json.dumps({"address": address, "file": str(args.out), "width": width, "height": height}))
+    else:
+        print(f"{args.out}: {width} x {height}")
+    return DONE
+
+
+def _save(image: Picture, scale: int, path: Path) -> None:
+    import cv2
+    import numpy as np
+
+    colored = np.where(image[:, :, None], np.array(INK, np.uint8), np.array(GLASS, np.uint8))
+    enlarged = colored.repeat(scale, axis=0).repeat(scale, axis=1)
+    try:
+        coded, data = cv2.imencode(path.suffix, enlarged)
+    except cv2.error:
+        coded = False
+    if not coded:
+        raise ConfigError(f"{path} cannot be written: no image format ends in {path.suffix!r}.", remedy="Use .png.")
+    try:
+        path.write_bytes(data.tobytes())
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be written: {error.strerror}.") from None

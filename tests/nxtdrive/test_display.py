@@ -1,0 +1,135 @@
+"""The display, written by telegrams and read back as a picture."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from firmware_protocol.iomap import DISPLAY, DisplayFlag, picture, pixel
+from firmware_protocol.system import IOMapWrite
+from nxtdrive.brick import Brick
+from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.cli.screenshot import GLASS, INK
+from nxtdrive.display import Display
+from nxtdrive.transports.sim import SimTransport
+from sim_backend.simulation import Simulation
+
+WRITE_LIMIT = 54
+"""Over USB. Source: docs/firmware.md section 2."""
+
+
+@pytest.fixture(scope="module")
+def simulation():
+    return Simulation("open")
+
+
+@pytest.fixture(scope="module")
+def brick(simulation):
+    with Brick(SimTransport(simulation)) as brick:
+        yield brick
+
+
+def draw(brick, image, buffer="Normal"):
+    """Write a picture into the framebuffer, a line of 8 rows after the other."""
+    lines = np.packbits(image.reshape(8, 8, 100), axis=1, bitorder="little").tobytes()
+    start = DISPLAY.field(buffer).offset
+    for offset in range(0, len(lines), WRITE_LIMIT):
+        portion = lines[offset : offset + WRITE_LIMIT]
+        brick.request(IOMapWrite.put(DISPLAY.module_id, start + offset, portion))
+    return lines
+
+
+def set_flags(brick, flags):
+    brick.request(DISPLAY.field("Flags").write(flags))
+
+
+@given(image=arrays.arrays(np.bool_, (64, 100), elements=st.booleans(), fill=st.booleans()))
+def test_what_was_drawn_is_seen(brick, image):
+    lines = draw(brick, image)
+    seen = Display(brick).image()
+    assert np.array_equal(seen, image)
+    assert seen.tolist() == picture(lines)
+
+
+@pytest.mark.parametrize(("x", "y"), [(0, 0), (99, 63), (54, 7), (55, 8), (0, 8), (17, 40)])
+def test_a_single_pixel_is_in_its_place(brick, x, y):
+    draw(brick, np.zeros((64, 100), bool))
+    spot, mask = pixel(x, y)
+    brick.request(spot.write(mask))
+    assert np.argwhere(Display(brick).image()).tolist() == [[y, x]]
+
+
+def test_a_message_covers_the_picture(brick):
+    behind, before = np.zeros((64, 100), bool), np.zeros((64, 100), bool)
+    behind[10], before[:, 20] = True, True
+    draw(brick, behind)
+    draw(brick, before, "Popup")
+    try:
+        set_flags(brick, DisplayFlag.ON | DisplayFlag.POPUP)
+        assert np.array_equal(Display(brick).image(), before)
+    finally:
+        set_flags(brick, DisplayFlag.ON)
+    assert np.array_equal(Display(brick).image(), behind)
+
+
+class Listener(SimTransport):
+    """A transport that notes how long replies are."""
+
+    def receive(self, timeout_s):
+        reply = super().receive(timeout_s)
+        self.lengths = [*getattr(self, "lengths", []), len(reply or b"")]
+        return reply
+
+
+def test_reads_are_as_long_as_the_firmware_allows_and_no_longer(simulation):
+    with Brick(Listener(simulation)) as brick:
+        Display(brick).image()
+        _flags, *lines = brick.transport.lengths
+    assert lines == [9 + 55] * 14 + [9 + 800 - 14 * 55]
+
+
+def test_the_command_writes_an_image(tmp_path, capsys):
+    out = tmp_path / "nxt.png"
+    assert main(["screenshot", str(out), "--nxt", "sim://open", "--scale", "3", "--json"]) == DONE
+    assert json.loads(capsys.readouterr().out) == {
+        "address": "sim://open",
+        "file": str(out),
+        "width": 300,
+        "height": 192,
+    }
+    image = cv2.imread(str(out))
+    assert image.shape == (192, 300, 3)
+    assert {tuple(color) for color in image.reshape(-1, 3).tolist()} == {GLASS}
+
+
+def test_black_pixels_are_squares_of_ink(tmp_path):
+    from nxtdrive.cli import screenshot
+
+    picture = np.zeros((64, 100), bool)
+    picture[1, 2] = True
+    screenshot._save(picture, 4, tmp_path / "nxt.png")
+    image = cv2.imread(str(tmp_path / "nxt.png"))
+    rows, columns = np.nonzero((image == INK).all(axis=2))
+    assert (rows.min(), rows.max(), columns.min(), columns.max()) == (4, 7, 8, 11)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["nxt.xyz"], "no image format ends in '.xyz'"),
+        (["nowhere/nxt.png"], "No such file or directory"),
+        (["nxt.png", "--scale", "0"], "invalid scale value"),
+    ],
+)
+def test_what_cannot_be_written_is_said(tmp_path, monkeypatch, capsys, arguments, sentence):
+    monkeypatch.chdir(tmp_path)
+    try:
+        code = main(["screenshot", *arguments, "--nxt", "sim://open"])
+    except SystemExit as left:
+        code = left.code
+    assert code == USAGE
+    assert sentence in capsys.readouterr().err
