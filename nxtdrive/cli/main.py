@@ -32,6 +32,7 @@ INTERRUPTED = 130
 
 COMMANDS = {
     "run": ("run", "run a mission: search, drive there, recover (the default is the built-in one, simulated)"),
+    "serve": ("serve", "serve the robot to an agent of your own, over TCP"),
     "list": ("list_bricks", "find bricks and print their addresses"),
     "info": ("info", "name, firmware and battery of a brick"),
     "explain": ("explain", "say what the bytes of a telegram mean"),

@@ -1,0 +1,184 @@
+"""The protocol of the thesis's ``tcp`` node: a line asks, one small integer answers. No I/O here.
+
+A line is ``verb`` or ``verb argument`` or, as BDI agents write literals, ``verb(argument)``; it ends with LF or CRLF.
+Each line is answered, in order, by one integer in decimal and LF.
+
+    ============== ===================================== =========================================
+    line           does                                  answers
+    ============== ===================================== =========================================
+    connect        makes sure that the brick answers     1
+    arrive [NAME]  searches, then drives, for a while    0 continue, 1 arrived, 2 failed
+    select         moves nothing                         0 not recognised, 1 recognised
+    move_to DEG    turns right and advances, or advances 0 moving, 1 done
+    bye            ends the conversation                 1
+    stop           stops now, whatever is going on       1
+    target NAME    names what a bare ``arrive`` means    1
+    status         asks the brick for a sign of life     see `Status`
+    why            moves nothing                         see `Why`
+    ============== ===================================== =========================================
+
+The first five are the thesis's; the others are ours, so that a client of 2017 meets no reply that it does not know.
+What cannot be done is answered by a negative number, see `Failure`.
+
+Source: docs/thesis.md, architecture and services, reading A7; docs/agentspeak.md.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import deque
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
+
+LINE_LIMIT = 256
+"""Bytes of a line without its LF; the longest that is meant is a verb with a target's name."""
+
+DIRECTION_LIMIT_DEG = 360.0
+"""A turn beyond this is a mistake in a unit."""
+
+
+class Verb(StrEnum):
+    """What can be asked."""
+
+    CONNECT = "connect"
+    ARRIVE = "arrive"
+    SELECT = "select"
+    MOVE_TO = "move_to"
+    BYE = "bye"
+    STOP = "stop"
+    TARGET = "target"
+    STATUS = "status"
+    WHY = "why"
+
+
+class Failure(IntEnum):
+    """Answers to what was not, or not wholly, done."""
+
+    UNKNOWN_VERB = -1
+    BAD_ARGUMENT = -2
+    LINK_DOWN = -3
+    SAFETY_STOP = -4
+    STOPPED = -5
+    BUSY = -6
+    FAULT = -7
+
+
+class Status(IntEnum):
+    """Answers to ``status``; a link that is down answers `Failure.LINK_DOWN`."""
+
+    IDLE = 0
+    UNDER_WAY = 1
+    HELD = 2
+
+
+class Why(IntEnum):
+    """Answers to ``why``: what the last arrive, move_to or stop ended with, and what made a command fail."""
+
+    NOTHING_YET = 0
+    SIGHTED = 1
+    DRIVING_ON = 2
+    WITHIN_REACH = 3
+    FULL_TURN_WITHOUT_SIGHTING = 4
+    TARGET_LOST = 5
+    APPROACH_TIMEOUT = 6
+    MOVED = 7
+    OBSTACLE_AHEAD = 8
+    OPERATOR_STOP = 9
+    LINK_LOST = 10
+    FAULT = 11
+    OTHER = 99
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A line that can be acted on.
+
+    Attributes:
+        verb: What is asked.
+        name: The target's name, of ``arrive`` and ``target``; empty where ``arrive`` has none.
+        direction_deg: Of ``move_to``, positive right.
+    """
+
+    verb: Verb
+    name: str = ""
+    direction_deg: float = 0.0
+
+    @property
+    def argument(self) -> str:
+        """What stands behind the verb."""
+        return f"{self.direction_deg:g}" if self.verb is Verb.MOVE_TO else self.name
+
+
+_LINE = re.compile(r"(?P<verb>\w+)(?:\s*\((?P<term>.*)\)|\s+(?P<rest>.*))?", re.DOTALL)
+_QUOTED = re.compile(r"(['\"])(.*)\1", re.DOTALL)
+
+
+def parse(line: bytes) -> Request | Failure:
+    """Understand one line.
+
+    Args:
+        line: Its bytes, without the LF.
+
+    Returns:
+        The request, or the answer to a line that is none.
+    """
+    if len(line) > LINE_LIMIT:
+        return Failure.BAD_ARGUMENT
+    match = _LINE.fullmatch(line.decode("utf-8", errors="replace").strip())
+    if match is None or match["verb"] not in Verb.__members__.values():
+        return Failure.UNKNOWN_VERB
+    verb, argument = Verb(match["verb"]), (match["term"] or match["rest"] or "").strip()
+    if quoted := _QUOTED.fullmatch(argument):
+        argument = quoted[2]
+    match verb:
+        case Verb.MOVE_TO:
+            return _move_to(argument)
+        case Verb.TARGET:
+            return Request(verb, argument) if argument else Failure.BAD_ARGUMENT
+        case Verb.ARRIVE:
+            return Request(verb, argument)
+    return Failure.BAD_ARGUMENT if argument else Request(verb)
+
+
+def _move_to(argument: str) -> Request | Failure:
+    try:
+        direction_deg = float(argument)
+    except ValueError:
+        return Failure.BAD_ARGUMENT
+    # the comparison is false for NaN, too
+    if abs(direction_deg) <= DIRECTION_LIMIT_DEG:
+        return Request(Verb.MOVE_TO, direction_deg=direction_deg)
+    return Failure.BAD_ARGUMENT
+
+
+class RequestReader:
+    """Makes requests of bytes as they arrive. Of a line that is too long it keeps only as much as shows that it is."""
+
+    def __init__(self) -> None:
+        self._line = bytearray()
+        self._requests: deque[Request | Failure] = deque()
+
+    def __len__(self) -> int:
+        """How many lines wait to be answered."""
+        return len(self._requests)
+
+    def feed(self, data: bytes) -> None:
+        """Take what has arrived."""
+        *ended, rest = data.split(b"\n")
+        for part in ended:
+            self._add(part)
+            self._requests.append(parse(bytes(self._line)))
+            self._line.clear()
+        self._add(rest)
+
+    def take(self) -> Request | Failure | None:
+        """The next line as a request or as the answer to what is none; None when there is no whole line."""
+        return self._requests.popleft() if self._requests else None
+
+    @property
+    def stop_waits(self) -> bool:
+        """Whether somewhere among the lines that wait there is a ``stop``."""
+        return Request(Verb.STOP) in self._requests
+
+    def _add(self, part: bytes) -> None:
+        self._line += part[: LINE_LIMIT + 1 - len(self._line)]

@@ -1,0 +1,225 @@
+"""A conversation with a client that decides for itself: verbs in, the thesis's services called, small integers out.
+
+Here the client is the agent: which target, when to wait, when to give up is its business. The session keeps what the
+thesis's ``nxt`` node kept: whether the target was recognised (``exist``), how far a ``move_to`` has come (``count``),
+and the approach under way.
+
+Source: docs/thesis.md, services, readings A2-A8 and A19.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from typing import Any, cast
+
+from behaviors.events import Event, Fact, Reason
+from behaviors.executive import LINK_FAILURES, REPLIES
+from behaviors.journal import Kind, Observer, Record, plain
+from behaviors.line_protocol import Failure, Request, Status, Verb, Why
+from behaviors.mission import Mission
+from behaviors.ports import Body, Clock, Eyes
+from behaviors.skills import Arrive, MoveTo, Search, Senses
+
+DONE = 1
+"""Answer of a verb that has nothing else to say."""
+
+
+class Preempted(Exception):
+    """Raised by a port inside a command that shall end now; the session then stops the robot."""
+
+
+class Session:
+    """One client's conversation.
+
+    A service under way ends when a port raises `Preempted`, and the command is answered by `Failure.STOPPED`.
+
+    Args:
+        mission: Its targets are those that can be asked for, the first one is the present one; its numbers count.
+        body: The robot.
+        eyes: Its camera.
+        clock: Time.
+        connect: Makes sure that the brick answers; raises an error of `LINK_FAILURES` when it does not.
+        faults: What else body and eyes raise when something is broken; answered by `Failure.FAULT`.
+        observers: Hear a record of each call, reply and look.
+
+    Attributes:
+        error: What made the last command fail, in words; mostly empty.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        body: Body,
+        eyes: Eyes,
+        clock: Clock,
+        *,
+        connect: Callable[[], None],
+        faults: tuple[type[Exception], ...] = (),
+        observers: Sequence[Observer] = (),
+    ) -> None:
+        self.error = ""
+        self._targets = mission.mission.targets
+        self._target = self._targets[0]
+        self._body = body
+        self._clock = clock
+        self._connect = connect
+        self._faults = faults
+        self._observers = observers
+        self._start_s = clock.now()
+        self._senses = Senses(body, eyes, clock, mission.thesis, self._note, self._report)
+        self._state = "idle"
+        self._exist = self._sighted = self._held = False
+        self._approach: Arrive | None = None
+        self._move: MoveTo | None = None
+        self._why = Why.NOTHING_YET
+        self._verbs: Mapping[Verb, Callable[[Request], int]] = {
+            Verb.CONNECT: self._do_connect,
+            Verb.ARRIVE: self._do_arrive,
+            Verb.SELECT: self._do_select,
+            Verb.MOVE_TO: self._do_move_to,
+            Verb.BYE: self._do_stop,
+            Verb.STOP: self._do_stop,
+            Verb.TARGET: self._do_target,
+            Verb.STATUS: self._do_status,
+            Verb.WHY: self._do_why,
+        }
+
+    def answer(self, request: Request) -> int:
+        """Do what is asked.
+
+        Returns:
+            The answer, see `behaviors.line_protocol`. After `Failure.LINK_DOWN` and `Failure.FAULT`, `error` says more.
+
+        Raises:
+            Exception: What is not among `faults`; the motors are off.
+        """
+        asked = {"verb": request.verb, "argument": request.argument}
+        self._note(Kind.CALL, **asked)
+        self.error = ""
+        try:
+            value = self._verbs[request.verb](request)
+        except Preempted:
+            value = self._break_off(Failure.STOPPED, Why.OPERATOR_STOP)
+        except LINK_FAILURES as error:
+            value = self._break_off(Failure.LINK_DOWN, Why.LINK_LOST, error)
+        except self._faults as error:
+            value = self._break_off(Failure.FAULT, Why.FAULT, error)
+        except BaseException:
+            self.end()
+            raise
+        self._note(Kind.REPLY, **asked, value=int(value), why=self._why.name.lower(), error=self.error)
+        return int(value)
+
+    def end(self) -> None:
+        """The client is gone: motors off, nothing is under way any more."""
+        self._forget()
+        # what is broken now was reported when it broke, and on a dead link the lease stops the motors
+        with suppress(*LINK_FAILURES, *self._faults):
+            self._body.stop()
+
+    def _break_off(self, value: Failure, why: Why, error: Exception | None = None) -> Failure:
+        self.error = "" if error is None else str(error)
+        self._why = why
+        self.end()
+        return value
+
+    def _forget(self) -> None:
+        self._state = "idle"
+        self._approach = self._move = None
+        self._sighted = self._held = False
+
+    # --- verbs ---
+
+    def _do_connect(self, _: Request) -> int:
+        self._forget()
+        self._connect()
+        self._body.stop()
+        return DONE
+
+    def _do_stop(self, _: Request) -> int:
+        self._forget()
+        self._body.stop()
+        self._why = Why.OPERATOR_STOP
+        return DONE
+
+    def _do_target(self, request: Request) -> int:
+        self._move = None
+        return DONE if self._choose(request.name) else Failure.BAD_ARGUMENT
+
+    def _do_arrive(self, request: Request) -> int:
+        """The first call searches; once the target is in view, each further call drives for a while."""
+        self._move = None
+        if request.name and not self._choose(request.name):
+            return Failure.BAD_ARGUMENT
+        if not self._sighted:
+            fact = self._search()
+        else:
+            self._state = "arrive"
+            self._approach = self._approach or Arrive(self._senses, self._target)
+            fact = self._approach.call()
+        why = Why.__members__.get(fact.reason.name, Why.OTHER)
+        self._why = Why.OBSTACLE_AHEAD if self._held else why
+        if fact.event not in (Event.TARGET_SEEN, Event.CONTINUED):
+            self._forget()
+        return REPLIES[fact.event]
+
+    def _search(self) -> Fact:
+        self._state = "search"
+        self._exist = False
+        fact = Search(self._senses, self._target).call()
+        self._sighted = self._exist = fact.event is Event.TARGET_SEEN
+        return fact
+
+    def _do_select(self, _: Request) -> int:
+        self._move = None
+        return int(self._exist)
+
+    def _do_move_to(self, request: Request) -> int:
+        """An advance that the safety stop cut short counts as one of the ten."""
+        if self._sighted:
+            self._halt()
+        self._state = "move_to"
+        self._move = self._move or MoveTo(self._senses)
+        done = self._move.call(request.direction_deg)
+        self._why = Why.OBSTACLE_AHEAD if self._held else Why.MOVED
+        if done:
+            self._forget()
+        return Failure.SAFETY_STOP if self._held else done
+
+    def _do_status(self, _: Request) -> int:
+        self._body.battery_mv()
+        if self._held:
+            return Status.HELD
+        return Status.UNDER_WAY if self._sighted or self._move else Status.IDLE
+
+    def _do_why(self, _: Request) -> int:
+        return self._why
+
+    # --- what they share ---
+
+    def _choose(self, target: str) -> bool:
+        """Make a target the present one; False when nobody described it."""
+        if target not in self._targets:
+            return False
+        if target != self._target:
+            self._halt()
+            self._target, self._exist = target, False
+        return True
+
+    def _halt(self) -> None:
+        """End what is under way."""
+        if self._sighted or self._move:
+            self._body.stop()
+        self._forget()
+
+    def _report(self, fact: Fact) -> None:
+        """Hear of the safety stop."""
+        if fact.event in (Event.OBSTACLE, Event.OBSTACLE_GONE):
+            self._held = fact.reason is Reason.OBSTACLE_AHEAD
+
+    def _note(self, kind: Kind, **data: object) -> None:
+        values = cast("Mapping[str, Any]", plain(data))
+        record = Record(round(self._clock.now() - self._start_s, 3), kind, self._state, self._target, values)
+        for observer in self._observers:
+            observer(record)

@@ -1,0 +1,115 @@
+"""``nxtdrive serve``: the thesis's line protocol on a TCP port."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from contextlib import ExitStack, closing
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nxtdrive.cli.main import DONE
+from nxtdrive.cli.options import add_brick_arguments
+from nxtdrive.cli.signals import until_signal
+
+if TYPE_CHECKING:
+    from behaviors.journal import Record
+    from behaviors.mission import Mission
+    from nxtdrive.transports.address import Address
+
+DESCRIPTION = """\
+Serve the robot to an agent of your own, such as one in AgentSpeak: a line asks
+("arrive lena"), one small integer answers. docs/agentspeak.md lists the verbs.
+One client at a time; when it leaves, the motors stop. A simulated brick lives in
+real time here; with sim://?pace=fast time passes only while a command runs."""
+EXAMPLES = """\
+  nxtdrive serve
+  nxtdrive serve --nxt "sim://figure6?seed=1" --port 0
+  nxtdrive serve my-mission.toml --nxt usb:// --camera 0"""
+
+PORT = 7001
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument(
+        "mission",
+        metavar="MISSION.toml",
+        nargs="?",
+        type=Path,
+        help="whose targets, robot and numbers count (default: the built-in mission)",
+    )
+    add_brick_arguments(parser)
+    parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
+    parser.add_argument("--port", type=int, default=PORT, help=f"TCP port; 0 takes a free one (default: {PORT})")
+    parser.add_argument(
+        "--host", default="127.0.0.1", help="address to listen at (default: 127.0.0.1, this computer only)"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serve until a signal comes; returns the exit code."""
+    from nxtdrive import mission_run
+    from nxtdrive.line_server import LineServer, PreemptibleBrick, sessions
+    from nxtdrive.recording.status_line import StatusLine
+    from nxtdrive.transports import open_transport
+
+    mission, address = mission_run.load(args.mission), in_real_time(args.nxt)
+    with ExitStack() as stack:
+        stopped = stack.enter_context(until_signal())
+        brick = stack.enter_context(PreemptibleBrick(open_transport(address)))
+        brick.keep_alive()
+        source = args.camera or mission_run.default_camera(brick)
+        camera = stack.enter_context(closing(mission_run.open_mission_camera(source, brick)))
+        eyes = mission_run.camera_eyes(camera, mission)
+        status = stack.enter_context(StatusLine())
+        server = LineServer(
+            brick,
+            sessions(mission, brick, eyes, [_say_reply, status]),
+            port=args.port,
+            host=args.host,
+            stopped=stopped,
+            say=_say,
+            passing=brick.sleep if address.options.get("pace") == "realtime" else None,
+        )
+        stack.enter_context(closing(server))
+        _say_where(server.address, address, source, mission)
+        server.run()
+    _say("ended; motors off")
+    return DONE
+
+
+def in_real_time(text: str) -> Address:
+    """The address; a simulated brick without a pace gets that of its clients, whose waiting must count."""
+    from nxtdrive.transports.address import Address
+
+    address = Address.parse(text)
+    if address.scheme != "sim":
+        return address
+    return replace(address, options={"pace": "realtime", **address.options})
+
+
+def _say_where(served: tuple[str, int], brick: Address, camera: str, mission: Mission) -> None:
+    from sim_backend.doors.sockets import is_loopback
+
+    if not is_loopback(served[0]):
+        print(f"nxtdrive: warning: anybody who reaches {served[0]} can drive this robot.", file=sys.stderr)
+    _say("serving {}:{}".format(*served))
+    _say(f"brick {brick}, camera {camera}, targets {', '.join(mission.mission.targets)}")
+    _say("Ctrl-C ends it.")
+
+
+def _say_reply(record: Record) -> None:
+    from behaviors.journal import Kind
+
+    if record.kind is Kind.REPLY:
+        data = record.data
+        asked = f"{data['verb']} {data['argument']}".rstrip()
+        _say(f"{record.time_s:8.1f} s  {asked} -> {data['value']}  {data['why']}")
+        if data["error"]:
+            print(f"nxtdrive: {data['error']}", file=sys.stderr)
+
+
+def _say(line: str) -> None:
+    print(line, flush=True)
