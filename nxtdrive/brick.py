@@ -28,7 +28,7 @@ from nxtdrive.transports import open_transport
 if TYPE_CHECKING:
     from nxtdrive.motor import Motor
     from nxtdrive.rover import Rover
-    from nxtdrive.sensors import Touch, Ultrasonic
+    from nxtdrive.sensors import ColorSensor, Compass, I2CSensor, Light, Sound, Temperature, Touch, Ultrasonic
     from nxtdrive.transports.address import Address
     from nxtdrive.transports.base import Transport
 
@@ -169,6 +169,42 @@ class Brick(Link):
         from nxtdrive.sensors import Ultrasonic
 
         return Ultrasonic(self, port)
+
+    def light(self, port: SensorPort, *, lamp: bool = True) -> Light:
+        """The light sensor on port 1..4, its lamp on or off."""
+        from nxtdrive.sensors import Light
+
+        return Light(self, port, lamp=lamp)
+
+    def sound(self, port: SensorPort, *, dba: bool = False) -> Sound:
+        """The sound sensor on port 1..4; with `dba`, only what the ear hears counts."""
+        from nxtdrive.sensors import Sound
+
+        return Sound(self, port, dba=dba)
+
+    def color(self, port: SensorPort) -> ColorSensor:
+        """The colour sensor on port 1..4."""
+        from nxtdrive.sensors import ColorSensor
+
+        return ColorSensor(self, port)
+
+    def temperature(self, port: SensorPort) -> Temperature:
+        """LEGO's digital temperature sensor on port 1..4."""
+        from nxtdrive.sensors import Temperature
+
+        return Temperature(self, port)
+
+    def compass(self, port: SensorPort) -> Compass:
+        """HiTechnic's compass on port 1..4."""
+        from nxtdrive.sensors import Compass
+
+        return Compass(self, port)
+
+    def i2c(self, port: SensorPort, address: int = 0x02) -> I2CSensor:
+        """Any digital sensor on port 1..4 by its registers; `address` is its 8-bit write address."""
+        from nxtdrive.sensors import I2CSensor
+
+        return I2CSensor(self, port, address)
 
     def rover(self, **parts: Any) -> Rover:  # noqa: ANN401 - the arguments are Rover's
         """This brick as a vehicle; the arguments are those of `nxtdrive.rover.Rover`."""

@@ -1,22 +1,25 @@
-"""Sensors: what is plugged into the input ports."""
+"""Sensors with registers, on the I2C bus.
+
+A register is read in one round trip: the telegram that starts the transaction asks for no reply, and by the time the
+one that fetches the bytes arrives, the bus has done its work. What may go wrong with the first shows in the second.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firmware_protocol.direct import GetInputValues, InputValues, LSGetStatus, LSRead, LSWrite, SetInputMode
-from firmware_protocol.enums import SensorMode, SensorType
+from firmware_protocol.direct import LSGetStatus, LSRead, LSWrite
+from firmware_protocol.enums import SensorType
 from firmware_protocol.errors import BrickError, CommunicationPending, LinkTimeout
 from firmware_protocol.status import Status
-from nxtdrive.ports import SensorPort, in_range, input_port
+from nxtdrive.ports import SensorPort, in_range
+from nxtdrive.sensors.port import STEP_S, Sensor
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
 
-SETTLING_S = 0.5
-"""Longest a sensor's values stay invalid after its type was set: 400 ms. Source: docs/firmware.md section 6."""
-STEP_S = 0.005
-"""Between two looks at a value that is not there yet."""
+ADDRESS = 0x02
+"""8-bit write address of LEGO's own sensors and most others."""
 I2C_RECEIVE_LIMIT = 15
 """A 16th received byte makes the firmware lose all of them. Source: docs/firmware.md section 1, fact 10."""
 I2C_ATTEMPTS = 3
@@ -24,60 +27,14 @@ I2C_ATTEMPTS = 3
 I2C_TIMEOUT_S = 0.15
 """The longest transaction takes 32 ms, a hanging one is given up by the firmware after 100 ms. Source: section 7."""
 
-
-class Sensor:
-    """An input port set to one type of sensor when it is first used.
-
-    Attributes:
-        brick: Where it is plugged in.
-        port: 1..4, as printed on the brick.
-    """
-
-    type = SensorType.NONE
-    mode = SensorMode.RAW
-
-    def __init__(self, brick: Brick, port: SensorPort) -> None:
-        self.brick = brick
-        self.port = port
-        self._input = input_port(port)
-        self._ready = False
-
-    def set_up(self) -> None:
-        """Set the port's type and wait until its values are valid.
-
-        Raises:
-            LinkTimeout: They do not become valid.
-        """
-        brick = self.brick
-        brick.request(SetInputMode(self._input, self.type, self.mode))
-        deadline = brick.now() + SETTLING_S
-        while not brick.request(GetInputValues(self._input)).valid:
-            if brick.now() >= deadline:
-                raise LinkTimeout(f"the sensor on port {self.port} gives no valid values.", remedy="Is it plugged in?")
-            brick.sleep(STEP_S)
-        self._ready = True
-
-    def values(self) -> InputValues:
-        """All the firmware knows of the port."""
-        if not self._ready:
-            self.set_up()
-        values = self.brick.request(GetInputValues(self._input))
-        if values.type is not self.type:  # a program was started or stopped: that resets all ports
-            self.set_up()
-            values = self.brick.request(GetInputValues(self._input))
-        return values
+_START_MS, _SENT_BYTE_MS, _RESTART_MS, _RECEIVED_BYTE_MS = 3.1, 0.94, 1.1, 0.86
+"""A straight line through the times of docs/firmware.md section 7."""
 
 
-class Touch(Sensor):
-    """The touch sensor: a button."""
-
-    type = SensorType.SWITCH
-    mode = SensorMode.BOOLEAN
-
-    @property
-    def pressed(self) -> bool:
-        """Whether the button is down."""
-        return self.values().scaled == 1
+def bus_time_s(sent: int, received: int) -> float:
+    """How long a transaction of so many bytes takes the firmware, to about a millisecond."""
+    answer_ms = _RESTART_MS + _RECEIVED_BYTE_MS * received if received else 0.0
+    return (_START_MS + _SENT_BYTE_MS * sent + answer_ms) / 1000
 
 
 class I2CSensor(Sensor):
@@ -88,10 +45,12 @@ class I2CSensor(Sensor):
     """
 
     type = SensorType.LOW_SPEED_9V
-    address = 0x02
+    address = ADDRESS
 
-    def __init__(self, brick: Brick, port: SensorPort) -> None:
+    def __init__(self, brick: Brick, port: SensorPort, address: int | None = None) -> None:
         super().__init__(brick, port)
+        if address is not None:
+            self.address = int(in_range("address", address & ~1, 0x02, 0xFE))
         self._dirty = True
 
     def read(self, register: int, size: int) -> bytes:
@@ -142,6 +101,8 @@ class I2CSensor(Sensor):
                 if error.status not in (Status.BUS_ERROR, Status.CHANNEL_NOT_CONFIGURED):
                     raise
                 self._judge(error)
+            except _Unanswered:
+                pass
             self.brick.sleep(STEP_S)
         return self._attempt(data, size)
 
@@ -156,23 +117,27 @@ class I2CSensor(Sensor):
         if self._dirty:
             self._drain()
         self._dirty = True
-        self.brick.request(LSWrite.transaction(self._input, data, size))
-        received = self._collect(size)
+        command = LSWrite.transaction(self._input, data, size)
+        if size:
+            self.brick.send(command)
+            self.brick.sleep(bus_time_s(len(data), size))
+            received = self._collect(size)
+        else:
+            self.brick.request(command)
+            self._wait_for_rest()
+            received = b""
         self._dirty = False
         return received
 
     def _collect(self, size: int) -> bytes:
-        """Wait for the end of a transaction that brings `size` bytes."""
-        if not size:
-            self._wait_for_rest()
-            return b""
+        """Fetch what a transaction brings; a question that was lost on the link brings nothing."""
         deadline = self.brick.now() + I2C_TIMEOUT_S
         received = b""
         while len(received) < size:
             if self.brick.now() >= deadline:
-                raise self._hanging()
+                raise _Unanswered(f"the sensor on port {self.port} does not answer.", remedy="Plug it in again.")
             received += self.brick.request(LSRead(self._input)).received
-            if not received:
+            if len(received) < size:
                 self.brick.sleep(STEP_S)
         return received
 
@@ -184,7 +149,9 @@ class I2CSensor(Sensor):
                 return self.brick.request(LSGetStatus(self._input)).bytes_ready
             except CommunicationPending:
                 if self.brick.now() >= deadline:
-                    raise self._hanging() from None
+                    raise LinkTimeout(
+                        f"the I2C bus of port {self.port} hangs.", remedy="Plug the sensor in again."
+                    ) from None
                 self.brick.sleep(STEP_S)
 
     def _drain(self) -> None:
@@ -196,39 +163,6 @@ class I2CSensor(Sensor):
             if error.status is not Status.BUS_ERROR:
                 raise
 
-    def _hanging(self) -> LinkTimeout:
-        return LinkTimeout(f"the I2C bus of port {self.port} hangs.", remedy="Plug the sensor in again.")
 
-
-class Ultrasonic(I2CSensor):
-    """The ultrasonic sensor, measuring all the time.
-
-    Source of register numbers and "no echo": LEGO's Hardware Developer Kit, ultrasonic sensor I2C map.
-    """
-
-    _RANGE = 0x42
-    _COMMAND = 0x41
-    _CONTINUOUS = 0x02
-    _NO_ECHO = 0xFF
-
-    def set_up(self) -> None:
-        """Set the port's type, then make the sensor measure, whatever another program had it do."""
-        super().set_up()
-        self.write(self._COMMAND, self._CONTINUOUS)
-
-    @property
-    def distance_mm(self) -> float | None:
-        """Distance to the nearest echo in steps of 10 mm, up to 2550 mm; None without an echo."""
-        return self._mm(self.read(self._RANGE, 1)[0])
-
-    def start(self) -> None:
-        """Begin a measurement without waiting for it; see `poll`."""
-        self.ask(self._RANGE)
-
-    def poll(self) -> tuple[bool, float | None]:
-        """Whether the measurement begun by `start` is there, and its distance as of `distance_mm`."""
-        centimetres = self.answer()
-        return (False, None) if centimetres is None else (True, self._mm(centimetres))
-
-    def _mm(self, centimetres: int) -> float | None:
-        return None if centimetres == self._NO_ECHO else centimetres * 10.0
+class _Unanswered(LinkTimeout):
+    """A question to a sensor got lost; it may be asked again."""

@@ -1,0 +1,33 @@
+"""Sensors: what is plugged into the input ports.
+
+A sensor is its port's set-up plus a way to make sense of its values; the port is set up when the sensor is first used,
+and again whenever a program's start or end has reset it. `docs/sensors.md` lists units, ranges and where they come
+from.
+"""
+
+from nxtdrive.sensors.analog import Light, RcxTemperature, Sound, Touch
+from nxtdrive.sensors.color import Color, ColorSensor
+from nxtdrive.sensors.digital import Compass, Temperature
+from nxtdrive.sensors.i2c import I2CSensor
+from nxtdrive.sensors.identity import Identity, identify
+from nxtdrive.sensors.port import Sensor
+from nxtdrive.sensors.reading import Measuring, Reading
+from nxtdrive.sensors.ultrasonic import Ultrasonic
+
+__all__ = [
+    "Color",
+    "ColorSensor",
+    "Compass",
+    "I2CSensor",
+    "Identity",
+    "Light",
+    "Measuring",
+    "RcxTemperature",
+    "Reading",
+    "Sensor",
+    "Sound",
+    "Temperature",
+    "Touch",
+    "Ultrasonic",
+    "identify",
+]

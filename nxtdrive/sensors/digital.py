@@ -1,0 +1,53 @@
+"""Further sensors on the I2C bus."""
+
+from __future__ import annotations
+
+from nxtdrive.sensors.i2c import I2CSensor
+from nxtdrive.sensors.reading import Measuring
+
+
+class Compass(I2CSensor, Measuring[int]):
+    """HiTechnic's compass (NMC1034). Source of registers: HiTechnic's data sheet.
+
+    Keep it a hand's breadth away from motors and brick: their magnets are stronger than the earth.
+    """
+
+    quantity, unit = "heading", "°"
+    _HEADING = 0x42
+
+    @property
+    def heading_deg(self) -> int:
+        """Direction, 0..359 clockwise from magnetic north."""
+        halves, odd = self.read(self._HEADING, 2)
+        return 2 * halves + odd
+
+    @property
+    def value(self) -> int:
+        """The same as `heading_deg`."""
+        return self.heading_deg
+
+
+class Temperature(I2CSensor, Measuring[float]):
+    """LEGO's temperature sensor for the NXT (9749), a TMP275. Source of registers: Texas Instruments' data sheet."""
+
+    address = 0x98
+    quantity, unit = "temperature", "°C"
+    _TEMPERATURE, _CONFIGURATION = 0x00, 0x01
+    _TWELVE_BITS = 0x60
+    _CONVERSION_S = 0.3
+
+    def set_up(self) -> None:
+        """Set the port's type and the sensor to its finest steps, which take it 0.22 s to measure, 0.3 s at most."""
+        super().set_up()
+        self.write(self._CONFIGURATION, self._TWELVE_BITS)
+        self.brick.sleep(self._CONVERSION_S)
+
+    @property
+    def celsius(self) -> float:
+        """Temperature in steps of 0.0625 °C, -55..127."""
+        return int.from_bytes(self.read(self._TEMPERATURE, 2), "big", signed=True) / 256
+
+    @property
+    def value(self) -> float:
+        """The same as `celsius`."""
+        return self.celsius

@@ -1,0 +1,75 @@
+"""Which digital sensor is plugged in: most say so themselves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from firmware_protocol.errors import BrickError
+from firmware_protocol.status import Status
+from nxtdrive.ports import SensorPort
+from nxtdrive.sensors.digital import Temperature
+from nxtdrive.sensors.i2c import I2CSensor
+
+if TYPE_CHECKING:
+    from nxtdrive.brick import Brick
+
+_VERSION, _VENDOR, _PRODUCT = 0x00, 0x08, 0x10
+_TEXT_SIZE = 8
+"""Source: LEGO's Hardware Developer Kit, which asks this of every sensor at address 0x02."""
+
+_KINDS = {("LEGO", "Sonar"): "ultrasonic", ("HiTechnc", "Compass"): "compass"}
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """What a digital sensor says about itself.
+
+    Attributes:
+        version: Such as ``V1.0``.
+        vendor: Such as ``LEGO``.
+        product: Such as ``Sonar``.
+        kind: Name of the driver's class for it as in `nxtdrive.sensors.kinds`, or ``i2c``.
+    """
+
+    version: str
+    vendor: str
+    product: str
+    kind: str
+
+
+def identify(brick: Brick, port: SensorPort) -> Identity | None:
+    """Ask the digital sensor on a port who it is.
+
+    The port's type changes: set up other sensors again.
+
+    Returns:
+        None when nothing digital answers; touch, light and sound sensors have no voice.
+    """
+    try:
+        sensor = I2CSensor(brick, port)
+        version, vendor, product = (_text(sensor, register) for register in (_VERSION, _VENDOR, _PRODUCT))
+    except BrickError as error:
+        _no_answer(error)
+        return _silent_ones(brick, port)
+    return Identity(version, vendor, product, _KINDS.get((vendor, product), "i2c"))
+
+
+def _silent_ones(brick: Brick, port: SensorPort) -> Identity | None:
+    """LEGO's temperature sensor has an address of its own and no name."""
+    try:
+        I2CSensor(brick, port, Temperature.address).read(1, 1)
+    except BrickError as error:
+        _no_answer(error)
+        return None
+    return Identity("", "LEGO", "Temperature", "temperature")
+
+
+def _text(sensor: I2CSensor, register: int) -> str:
+    raw = sensor.read(register, _TEXT_SIZE).split(b"\0", 1)[0]
+    return "".join(character for character in raw.decode("latin-1") if character.isprintable()).strip()
+
+
+def _no_answer(error: BrickError) -> None:
+    if error.status is not Status.BUS_ERROR:
+        raise error

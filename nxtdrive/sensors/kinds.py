@@ -1,0 +1,55 @@
+"""Sensors by name, for programs that are told which: the command line, the monitor, teleoperation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.ports import SensorPort
+from nxtdrive.sensors.analog import Light, RcxTemperature, Sound, Touch
+from nxtdrive.sensors.color import Color, ColorSensor
+from nxtdrive.sensors.digital import Compass, Temperature
+from nxtdrive.sensors.reading import Measuring
+from nxtdrive.sensors.ultrasonic import Ultrasonic
+
+if TYPE_CHECKING:
+    from nxtdrive.brick import Brick
+
+KINDS: dict[str, Callable[[Brick, SensorPort], Measuring[Any]]] = {
+    "touch": Touch,
+    "light": Light,
+    "ambient": partial(Light, lamp=False),
+    "sound": Sound,
+    "sound-dba": partial(Sound, dba=True),
+    "ultrasonic": Ultrasonic,
+    "color": ColorSensor,
+    "temperature": Temperature,
+    "rcx-temperature": RcxTemperature,
+    "compass": Compass,
+}
+"""Name to what makes the sensor; to add a sensor, add its class and a line here."""
+
+
+def make_sensor(kind: str, brick: Brick, port: SensorPort) -> Measuring[Any]:
+    """A sensor by the name of its kind.
+
+    Raises:
+        ConfigError: Nobody knows this kind.
+    """
+    if kind not in KINDS:
+        raise ConfigError(f"there is no sensor {kind!r}.", remedy=f"There are: {', '.join(KINDS)}.")
+    return KINDS[kind](brick, port)
+
+
+def in_words(value: object, unit: str = "") -> str:
+    """A measured value for people: ``310 mm``, ``yes``, ``red``, ``nothing`` for None."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, Color):
+        return value.label
+    number = f"{value:.1f}".removesuffix(".0") if isinstance(value, float) else str(value)
+    return f"{number}{'' if unit in ('°', '') else ' '}{unit}"
