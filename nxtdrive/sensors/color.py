@@ -5,10 +5,16 @@ from __future__ import annotations
 from typing import Literal
 
 from firmware_protocol.enums import OpenEnum, SensorType
+from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.iomap import INPUT
+from firmware_protocol.system import GetVersions
 from nxtdrive.sensors.analog import FULL_SCALE
 from nxtdrive.sensors.port import Sensor
 from nxtdrive.sensors.reading import Measuring
+
+FIRST_FIRMWARE = (1, 20)
+"""1.05 has no colour sensor, 1.29 has; those between came with the set that brought the sensor, from 1.20 on.
+Source: docs/firmware.md section 11 for the first two."""
 
 Lamp = Literal["red", "green", "blue", "off"]
 
@@ -60,10 +66,25 @@ class ColorSensor(Sensor, Measuring[Color]):
         red, green, blue, _blank = spot.decode(self.brick.request(spot.read()).data)
         return red, green, blue
 
-    def brightness_percent(self, lamp: Lamp = "red") -> float:
+    def brightness_percent(self, lamp: FIRST_FIRMWARE = (1, 20)
+"""1.05 has no colour sensor, 1.29 has; those between came with the set that brought the sensor, from 1.20 on.
+Source: docs/firmware.md section 11 for the first two."""
+
+Lamp = "red") -> float:
         """Brightness with one lamp lit, or none, 0..100."""
         self._become(_LAMPS[lamp])
         return self.values().normalized * 100 / FULL_SCALE
 
-    def _when_never_valid(self) -> str:
-        return "Is it plugged in? Colour sensors need LEGO's firmware 1.28 or newer."
+    def set_up(self) -> None:
+        """Set the port's type and wait until the sensor has handed over its calibration.
+
+        Raises:
+            LinkTimeout: It does not.
+            LocalProtocolError: The brick's firmware is too old for it.
+        """
+        firmware = self.brick.request(GetVersions()).firmware
+        if tuple(map(int, firmware.split("."))) < FIRST_FIRMWARE:
+            raise LocalProtocolError(
+                f"firmware {firmware} cannot read colour sensors.", remedy="Put LEGO's firmware 1.29 on the brick."
+            )
+        super().set_up()

@@ -48,9 +48,7 @@ class Sensor:
         deadline = brick.now() + SETTLING_S
         while not brick.request(GetInputValues(self._input)).valid:
             if brick.now() >= deadline:
-                raise LinkTimeout(
-                    f"the sensor on port {self.port} gives no valid values.", remedy=self._when_never_valid()
-                )
+                raise LinkTimeout(f"the sensor on port {self.port} gives no valid values.", remedy="Is it plugged in?")
             brick.sleep(STEP_S)
         self._ready = True
 
@@ -63,9 +61,6 @@ class Sensor:
             self.set_up()
             values = self.brick.request(GetInputValues(self._input))
         return values
-
-    def _when_never_valid(self) -> str:
-        return "Is it plugged in?"
 
     def _become(self, type: SensorType) -> None:
         """Have the port set up as another type before it is used again."""

@@ -1,0 +1,244 @@
+"""Every sensor of the driver on its simulated device: values, ages, round trips, and who is plugged in."""
+
+from itertools import islice
+
+import pytest
+
+from firmware_protocol.direct import LSRead, SetInputMode
+from firmware_protocol.enums import InputPort, SensorMode, SensorType
+from firmware_protocol.errors import ConfigError, LinkTimeout, LocalProtocolError
+from nxtdrive.sensors import Color, Identity, RcxTemperature, Reading, identify
+from nxtdrive.sensors.i2c import bus_time_s
+from nxtdrive.sensors.kinds import KINDS, in_words, make_sensor
+from sim_backend.devices import (
+    ColorSensor,
+    Compass,
+    GenericI2CDevice,
+    LightSensor,
+    RcxTemperatureSensor,
+    SoundSensor,
+    TemperatureSensor,
+    TouchSensor,
+    UltrasonicSensor,
+)
+from sim_backend.firmware.low_speed import transfer_ms
+from sim_backend.link import LinkFaults
+
+LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
+
+
+class EightEchoes(UltrasonicSensor):
+    """Hears as many echoes as it is given after a single ping, and counts the pings."""
+
+    def __init__(self, echoes_cm):
+        super().__init__(lambda: echoes_cm[0])
+        self.echoes_cm, self.pings = echoes_cm, 0
+
+    def _measure(self):
+        super()._measure()
+        if self._mode == self.SINGLE_SHOT:
+            self.pings += 1
+            self._echoes = bytes(self.echoes_cm).ljust(8, b"\xff")
+
+
+@LINKS
+@pytest.mark.parametrize("percent", [0.0, 35.0, 80.0])
+def test_light_is_a_percentage_with_the_lamp_on_or_off(lab, latency_ms, percent):
+    room = lab(latency_ms=latency_ms)
+    room.attach(3, LightSensor(lambda: percent))
+    light = room.brick.light(3)
+    assert light.lamp
+    assert light.percent == pytest.approx(percent, abs=1.0)
+    light.lamp = False
+    assert light.percent == pytest.approx(percent, abs=1.0)
+    assert room.simulation.brick.input.ports[2].type == SensorType.LIGHT_INACTIVE
+
+
+def test_sound_grows_with_the_loudness_and_changes_its_weighing(lab):
+    room, level_db = lab(), [60.0]
+    room.attach(2, SoundSensor(lambda: level_db[0]))
+    sound = room.brick.sound(2, dba=True)
+    soft = sound.percent
+    level_db[0] = 80.0
+    room.brick.sleep(0.1)
+    assert soft < sound.percent < 100
+    sound.dba = False
+    assert sound.value == pytest.approx(sound.percent)
+    assert room.simulation.brick.input.ports[1].type == SensorType.SOUND_DB
+
+
+@LINKS
+@pytest.mark.parametrize("celsius", [-12.5, 0.0, 21.4])
+def test_both_thermometers_say_the_temperature(lab, latency_ms, celsius):
+    room = lab(latency_ms=latency_ms)
+    room.attach(1, TemperatureSensor(lambda: celsius))
+    room.attach(2, RcxTemperatureSensor(lambda: celsius))
+    assert room.brick.temperature(1).celsius == pytest.approx(celsius, abs=0.07)
+    assert RcxTemperature(room.brick, 2).celsius == pytest.approx(celsius, abs=0.8)
+
+
+@pytest.mark.parametrize("heading_deg", [0, 1, 179, 180, 359])
+def test_the_compass_says_the_heading(lab, heading_deg):
+    room = lab()
+    room.attach(2, Compass(lambda: heading_deg))
+    assert room.brick.compass(2).heading_deg == heading_deg
+
+
+@pytest.mark.parametrize(
+    ("surface", "color"),
+    [((90, 5, 5), Color.RED), ((5, 5, 90), Color.BLUE), ((95, 95, 95), Color.WHITE), ((3, 3, 3), Color.BLACK)],
+)
+def test_the_colour_of_a_surface(lab, surface, color):
+    room = lab()
+    room.attach(3, ColorSensor(lambda: surface))
+    sensor = room.brick.color(3)
+    assert sensor.color is color
+    rgb = sensor.rgb
+    assert max(range(3), key=rgb.__getitem__) == max(range(3), key=surface.__getitem__)
+    assert sensor.brightness_percent("red") > sensor.brightness_percent("off")
+    assert sensor.color is color
+
+
+def test_an_old_firmware_that_knows_no_colours_is_said_so(lab):
+    room = lab(firmware="1.05")
+    room.attach(3, ColorSensor(lambda: (50, 50, 50)))
+    with pytest.raises(LocalProtocolError, match=r"1\.29"):
+        _ = room.brick.color(3).color
+
+
+def test_a_colour_sensor_that_is_not_there_is_no_colour(lab):
+    room = lab()
+    room.attach(3, None)
+    with pytest.raises(LinkTimeout, match="plugged in"):
+        _ = room.brick.color(3).color
+
+
+def test_a_snapshot_has_all_echoes_and_the_sensor_measures_on_afterwards(lab):
+    room = lab()
+    device = room.attach(4, EightEchoes([80, 30, 120]))
+    sonar = room.brick.ultrasonic(4)
+    assert sonar.snapshot() == (300.0, 800.0, 1200.0)
+    assert device.pings == 1
+    assert sonar.distance_mm == 800.0
+    assert sonar.snapshot() == (300.0, 800.0, 1200.0)
+    sonar.start()
+    room.brick.sleep(0.05)
+    assert sonar.poll() == (True, 800.0)
+
+
+@LINKS
+def test_a_distance_costs_one_round_trip_and_the_time_on_the_bus(lab, latency_ms):
+    room = lab(latency_ms=latency_ms)
+    room.attach(4, UltrasonicSensor(lambda: 77))
+    sonar = room.brick.ultrasonic(4)
+    sonar.set_up()
+    begun = room.brick.now()
+    for _ in range(20):
+        assert sonar.distance_mm == 770.0
+    assert (room.brick.now() - begun) / 20 <= (latency_ms + 10) / 1000
+
+
+@pytest.mark.parametrize("sent", [1, 2, 3, 8, 16])
+@pytest.mark.parametrize("received", [0, 1, 2, 4, 8, 15])
+def test_the_time_on_the_bus_is_foreseen(sent, received):
+    whole_ms = transfer_ms(sent, received) + 2  # begins one pass after the telegram, ends one pass after the last bit
+    assert bus_time_s(sent, received) * 1000 == pytest.approx(whole_ms, abs=1.6)
+
+
+def test_a_question_that_was_lost_is_asked_again(lab):
+    room = lab(faults=LinkFaults(drop_requests=range(60, 10_000, 9)))
+    room.attach(4, UltrasonicSensor(lambda: 50))
+    sonar = room.brick.ultrasonic(4)
+    readings = []
+    for _ in range(60):
+        try:
+            readings.append(sonar.distance_mm)
+        except LinkTimeout:  # the other telegram was lost, the one that is answered
+            continue
+    assert len(readings) > 30
+    assert set(readings) == {500.0}
+
+
+def test_a_reset_port_is_set_up_again(lab):
+    room = lab()
+    room.attach(4, UltrasonicSensor(lambda: 50))
+    sonar = room.brick.ultrasonic(4)
+    assert sonar.distance_mm == 500.0
+    room.brick.request(SetInputMode(InputPort.IN_4, SensorType.NONE, SensorMode.RAW))
+    assert sonar.distance_mm == 500.0
+
+
+def test_readings_carry_the_time_at_which_they_held(lab):
+    room = lab(latency_ms=45)
+    room.attach(4, UltrasonicSensor(lambda: round(room.simulation.time_s * 10)))
+    sonar = room.brick.ultrasonic(4)
+    for reading in islice(sonar.watch(), 10):
+        assert isinstance(reading, Reading)
+        assert reading.time_s * 100 == pytest.approx(reading.value, abs=12)
+        assert 0 < reading.age_s(room.brick.now()) < 0.1
+
+
+def test_watching_keeps_the_pace_that_was_asked_for(lab):
+    room = lab()
+    room.attach(1, TouchSensor(lambda: True))
+    times = [reading.time_s for reading in islice(room.brick.touch(1).watch(0.1), 11)]
+    assert times[-1] - times[0] == pytest.approx(1.0, abs=0.02)
+
+
+def test_digital_sensors_say_who_they_are(lab):
+    room = lab()
+    room.attach(1, UltrasonicSensor(lambda: 10))
+    room.attach(2, Compass(lambda: 10))
+    room.attach(3, TemperatureSensor(lambda: 10))
+    room.attach(4, None)
+    found = [identify(room.brick, port) for port in (1, 2, 3, 4)]
+    assert found[0] == Identity("V1.0", "LEGO", "Sonar", "ultrasonic")
+    assert found[1].kind == "compass"
+    assert found[2].kind == "temperature"
+    assert found[3] is None
+
+
+def test_an_unknown_digital_sensor_is_named_and_read_by_registers(lab):
+    room = lab()
+    device = room.attach(2, GenericI2CDevice(address=0x02))
+    device.registers[:24] = b"V2.1\0\0\0\0Acme\0\0\0\0Gyro\xff\xff\xff\xff"
+    found = identify(room.brick, 2)
+    assert (found.vendor, found.kind) == ("Acme", "i2c")
+    sensor = room.brick.i2c(2)
+    sensor.write(0x60, 5)
+    assert sensor.read(0x60, 1) == b"\x05"
+
+
+@pytest.mark.parametrize("address", [-2, 0, 0x100])
+def test_an_address_that_cannot_be_is_refused(lab, address):
+    with pytest.raises(LocalProtocolError, match="address"):
+        lab().brick.i2c(1, address)
+
+
+def test_every_kind_can_be_made_by_name(lab):
+    brick = lab().brick
+    for kind in KINDS:
+        sensor = make_sensor(kind, brick, 1)
+        assert sensor.quantity
+        assert sensor.brick is brick
+    with pytest.raises(ConfigError, match="ultrasonic"):
+        make_sensor("smell", brick, 1)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "words"),
+    [(None, "mm", "nothing"), (310.0, "mm", "310 mm"), (True, "", "yes"), (Color.RED, "", "red"), (7, "°", "7°")],
+)
+def test_values_in_words(value, unit, words):
+    assert in_words(value, unit) == words
+
+
+def test_bytes_left_over_by_a_neighbour_program_are_no_reading(lab):
+    room = lab()
+    room.attach(4, UltrasonicSensor(lambda: 50))
+    sonar = room.brick.ultrasonic(4)
+    assert sonar.distance_mm == 500.0
+    sonar.ask(0x11)
+    room.brick.sleep(0.1)
+    assert sonar.distance_mm == 500.0
+    assert room.brick.request(LSRead(InputPort.IN_4)).received == b""
