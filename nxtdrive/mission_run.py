@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from behaviors.mission import BUILT_IN, Mission, MissionError, load_mission
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.rover import Rover, SafetyStop
+from nxtdrive.transports.record import recorded
 from nxtdrive.transports.sim import SimTransport
 
 if TYPE_CHECKING:
@@ -114,9 +115,9 @@ def watch(camera: Camera, brick: Brick, observer: Callable[[Frame], None], fps: 
 
     if isinstance(camera, LiveCamera):
         camera.on_frame(observer)
-    elif isinstance(camera, SimulatedCamera) and isinstance(brick.transport, SimTransport):
+    elif isinstance(camera, SimulatedCamera) and isinstance(transport := recorded(brick.transport), SimTransport):
         numbers = count()
-        brick.transport.on_frame(lambda image, time_s: observer(Frame(image, time_s, next(numbers))), fps)
+        transport.on_frame(lambda image, time_s: observer(Frame(image, time_s, next(numbers))), fps)
 
 
 def geometric_eyes(brick: Brick) -> Eyes:
@@ -143,4 +144,5 @@ def camera_eyes(camera: Camera, mission: Mission) -> CameraEyes:
 
 
 def _simulated_webcam(brick: Brick) -> Any:  # noqa: ANN401 - it serves both kinds of eyes
-    return brick.transport.webcam if isinstance(brick.transport, SimTransport) else None
+    transport = recorded(brick.transport)
+    return transport.webcam if isinstance(transport, SimTransport) else None

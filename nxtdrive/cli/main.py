@@ -36,6 +36,7 @@ COMMANDS = {
     "list": ("list_bricks", "find bricks and print their addresses"),
     "info": ("info", "name, firmware and battery of a brick"),
     "explain": ("explain", "say what the bytes of a telegram mean"),
+    "trace": ("trace", "look at recorded conversations with a brick, compare and replay them"),
     "send": ("send", "send any declared command and print the reply"),
     "screenshot": ("screenshot", "save what a brick's display shows as an image"),
     "mission": ("mission", "check a mission file, show how missions run"),
@@ -76,6 +77,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     verbose = False
     try:
         args = _parse(arguments)
+        if getattr(args, "trace", None):
+            args.nxt = _recorded(args.nxt, args.trace, arguments)
         verbose = args.verbose
         logging.basicConfig(level=logging.DEBUG if verbose else logging.WARNING, format="%(name)s: %(message)s")
         return cast("int", args.run(args))
@@ -91,6 +94,22 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         print(f"nxtdrive: {_overwritten(error) or error}", file=sys.stderr)
         return code
+
+
+def _recorded(address: str, trace: str, arguments: Sequence[str]) -> str:
+    """The address that opens `address` and records to the file `trace` what is said; it notes the command as well."""
+    import shlex
+    from pathlib import Path
+
+    from nxtdrive.transports.record import recording_address
+
+    command, left = [], iter(arguments)
+    for word in left:
+        if word in ("--nxt", "--trace"):
+            next(left, None)
+        elif not word.startswith(("--nxt=", "--trace=")):
+            command.append(word)
+    return recording_address(Path(trace), address, shlex.join(command))
 
 
 def _log(*, verbose: bool) -> None:

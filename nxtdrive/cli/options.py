@@ -9,14 +9,15 @@ DEFAULT_ADDRESS = "sim://"
 
 
 def add_brick_arguments(parser: argparse.ArgumentParser) -> None:
-    """``--nxt ADDRESS``: which brick."""
+    """``--nxt ADDRESS``: which brick, and ``--trace FILE``: a record of what is said; `main` sees to the latter."""
     parser.add_argument(
         "--nxt",
         metavar="ADDRESS",
         default=os.environ.get("NXT") or DEFAULT_ADDRESS,
         help="which brick: sim://, usb://, usb://0016530A1B2C, serial:///dev/rfcomm0, serial://COM5, tcp://host:port "
-        "(default: $NXT, else the simulated brick)",
+        "nxt-server://host:port, replay://FILE.nxttrace (default: $NXT, else the simulated brick)",
     )
+    parser.add_argument("--trace", metavar="FILE", help="record the conversation with the brick, see `nxtdrive trace`")
 
 
 def add_json_argument(parser: argparse.ArgumentParser) -> None:

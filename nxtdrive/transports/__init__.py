@@ -18,7 +18,10 @@ SCHEMES: dict[str, tuple[str, str]] = {
     "bt": ("nxtdrive.transports.bluetooth", "BluetoothTransport"),
     "serial": ("nxtdrive.transports.serial_port", "SerialTransport"),
     "tcp": ("nxtdrive.transports.tcp", "TcpTransport"),
+    "nxt-server": ("nxtdrive.transports.nxt_server", "NxtServerTransport"),
     "sim": ("nxtdrive.transports.sim", "SimTransport"),
+    "record": ("nxtdrive.transports.record", "RecordTransport"),
+    "replay": ("nxtdrive.transports.replay", "ReplayTransport"),
 }
 """Scheme to module and class; the module is imported when the scheme is used."""
 

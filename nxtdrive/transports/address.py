@@ -6,7 +6,9 @@
     bt://00:16:53:0A:1B:2C        Bluetooth, paired before
     serial:///dev/rfcomm0         a Bluetooth serial port         serial://COM5        the same on Windows
     tcp://localhost:2727          a brick served over the network
+    nxt-server://localhost:2727   a brick served by nxt-python's nxt-server
     sim://                        the simulator                   sim://arena.toml?seed=7&latency_ms=30
+    replay://bug.nxttrace         a recording as a brick          record://bug.nxttrace?nxt=usb://  makes one
 
 What can be recognised by its shape needs no scheme: ``COM5``, ``/dev/rfcomm0``, ``00:16:53:0A:1B:2C``,
 ``0016530A1B2C``, ``localhost:2727``, ``arena.toml``.
@@ -34,6 +36,7 @@ _SHAPES: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"([0-9A-F]{2}:){5}[0-9A-F]{2}", re.IGNORECASE), "bt"),
     (re.compile(r"[0-9A-F]{12}", re.IGNORECASE), "usb"),
     (re.compile(r"[^\s:?]+\.toml(\?.*)?", re.IGNORECASE), "sim"),
+    (re.compile(r"[^\s:?]+\.nxttrace", re.IGNORECASE), "replay"),
     (re.compile(r"[\w.-]+:\d+"), "tcp"),
 )
 """Text without ``://`` that can only be one thing; the first match counts."""

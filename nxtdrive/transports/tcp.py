@@ -23,17 +23,22 @@ class TcpTransport(SocketTransport):
             AddressError: The port is no number.
             BrickNotFound: Nobody serves a brick there.
         """
-        address.read_options({})
-        host, port = _split(address)
-        try:
-            connection = socket.create_connection((host, port), timeout=timeout_s)
-        except (OSError, UnicodeError) as error:
-            raise BrickNotFound(
-                f"no brick is served at {host}:{port}: {error}.",
-                remedy="Start the server first, then check host and port.",
-            ) from error
-        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        return cls(str(address), connection)
+        return cls(str(address), connect(address, timeout_s))
+
+
+def connect(address: Address, timeout_s: float) -> socket.socket:
+    """A connection to the host and port of an address; errors as for `TcpTransport.open`."""
+    address.read_options({})
+    host, port = _split(address)
+    try:
+        connection = socket.create_connection((host, port), timeout=timeout_s)
+    except (OSError, UnicodeError) as error:
+        raise BrickNotFound(
+            f"no brick is served at {host}:{port}: {error}.",
+            remedy="Start the server first, then check host and port.",
+        ) from error
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return connection
 
 
 def _split(address: Address) -> tuple[str, int]:

@@ -1,0 +1,118 @@
+"""``nxtdrive trace``: recorded conversations with a brick."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nxtdrive.cli.main import DONE, NOT_ACHIEVED
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+
+if TYPE_CHECKING:
+    from nxtdrive.transports.trace_file import Entry, Exchange
+
+DESCRIPTION = """\
+Look at what was said between a program and a brick. Every command that opens a
+brick records it with --trace FILE.nxttrace; a program of yours does so by
+opening record://FILE.nxttrace?nxt=ADDRESS. --nxt replay://FILE.nxttrace then
+stands in for the brick: the same program, the same conversation, no brick.
+Replaying to a brick moves its motors if the recorded program did."""
+EXAMPLES = """\
+  nxtdrive trace show talk.nxttrace
+  nxtdrive trace show talk.nxttrace --full
+  nxtdrive trace diff talk.nxttrace other.nxttrace
+  nxtdrive trace replay talk.nxttrace --nxt usb://"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the actions and their arguments."""
+    actions = parser.add_subparsers(metavar="ACTION", required=True)
+    show = actions.add_parser("show", help="say in words what was said")
+    _add_file(show, "file")
+    show.add_argument("--full", action="store_true", help="field by field")
+    add_json_argument(show)
+    show.set_defaults(action=_show)
+    diff = actions.add_parser("diff", help="where two conversations differ")
+    _add_file(diff, "file")
+    _add_file(diff, "other")
+    diff.set_defaults(action=_diff)
+    replay = actions.add_parser("replay", help="ask a brick the same again and compare its answers")
+    _add_file(replay, "file")
+    add_brick_arguments(replay)
+    replay.set_defaults(action=_replay)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Do what the subcommand says."""
+    return int(args.action(args))
+
+
+def _add_file(parser: argparse.ArgumentParser, name: str) -> None:
+    parser.add_argument(name, metavar="FILE", type=Path, help="a recording, FILE.nxttrace")
+
+
+def _show(args: argparse.Namespace) -> int:
+    from nxtdrive.transports.trace_file import read_trace
+
+    trace = read_trace(args.file)
+    if not args.json:
+        said = f", nxtdrive {' '.join(trace.command)}" if trace.command else ""
+        print(f"{trace.address}{said}")
+    for entry in trace.entries:
+        print(json.dumps(_as_json(entry)) if args.json else _in_words(entry, full=args.full))
+    return DONE
+
+
+def _in_words(entry: Entry, *, full: bool) -> str:
+    from firmware_protocol.explain import explain
+    from nxtdrive.transports.replay import in_words
+    from nxtdrive.transports.trace_file import Kind
+
+    arrow = {Kind.TO_BRICK: "->", Kind.FROM_BRICK: "<-"}.get(entry.kind, "!!")
+    said = in_words(entry.telegram)
+    if full and entry.telegram:
+        said = str(explain(entry.telegram)).replace("\n", "\n" + " " * 14)
+    failure = f"{entry.error}: {entry.text}" if entry.error else ""
+    reopened = "the link was opened again" if entry.kind is Kind.REOPENED else ""
+    return f"{entry.time_s:9.3f} {arrow} " + ", ".join(filter(None, (said, failure, reopened)))
+
+
+def _as_json(entry: Entry) -> dict[str, object]:
+    from firmware_protocol.explain import explain
+    from nxtdrive.cli.explain import as_json
+
+    value = json.loads(entry.to_json())
+    return {**value, "explained": as_json(explain(entry.telegram))} if entry.telegram else value
+
+
+def _diff(args: argparse.Namespace) -> int:
+    from nxtdrive.conversation import differences
+    from nxtdrive.transports.trace_file import read_trace
+
+    lines = differences(read_trace(args.file).exchanges(), read_trace(args.other).exchanges())
+    return _report(lines, "the same was said")
+
+
+def _replay(args: argparse.Namespace) -> int:
+    from nxtdrive.brick import Brick
+    from nxtdrive.conversation import differences, repeat
+    from nxtdrive.transports import open_transport
+    from nxtdrive.transports.trace_file import read_trace
+
+    recorded = read_trace(args.file).exchanges()
+    with Brick(open_transport(args.nxt)) as brick:
+        repeated: list[Exchange] = repeat(recorded, brick)
+    return _report(differences(recorded, repeated), f"all {len(recorded)} requests were answered as recorded")
+
+
+def _report(lines: Iterator[str], otherwise: str) -> int:
+    different = False
+    for line in lines:
+        different = True
+        print(line)
+    if not different:
+        print(otherwise)
+    return NOT_ACHIEVED if different else DONE

@@ -1,0 +1,109 @@
+"""``record://FILE?nxt=ADDRESS``: any other transport, with everything that goes through it written to a trace.
+
+The command line makes such an address of ``--trace FILE``.
+"""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import Self
+
+from firmware_protocol.errors import AddressError, NXTError
+from nxtdrive.transports.address import Address
+from nxtdrive.transports.base import Transport
+from nxtdrive.transports.trace_file import Entry, Kind, Trace, TraceWriter
+
+
+class RecordTransport:
+    """A transport that writes down what another one does.
+
+    Attributes:
+        inner: The other one.
+        address: Its address.
+    """
+
+    def __init__(self, inner: Transport, writer: TraceWriter, path: Path, started_s: float) -> None:
+        self.inner = inner
+        self.address, self.max_telegram, self.simulated = inner.address, inner.max_telegram, inner.simulated
+        self.now, self.sleep = inner.now, inner.sleep
+        self._writer, self._path, self._started_s = writer, path, started_s
+
+    @classmethod
+    def open(cls, address: Address, timeout_s: float = 1.0) -> Self:
+        """Open the address in ``nxt`` and begin the trace.
+
+        Raises:
+            AddressError: No file or no brick is named.
+            ConfigError: The file cannot be written.
+            NXTError: What opening the brick ends in; then there is no trace.
+        """
+        from nxtdrive.transports import open_transport
+
+        options = address.read_options({"nxt": str, "command": shlex.split})
+        if not address.target or "nxt" not in options:
+            raise AddressError(f"{address} is incomplete.", remedy="Write record://FILE.nxttrace?nxt=ADDRESS.")
+        inner, path = open_transport(options["nxt"], timeout_s=timeout_s), Path(address.target)
+        try:
+            header = Trace(inner.address, inner.max_telegram, tuple(options.get("command", ())))
+            return cls(inner, TraceWriter(path, header), path, inner.now())
+        except BaseException:
+            inner.close()
+            raise
+
+    def send(self, telegram: bytes) -> None:
+        """Send and write down."""
+        try:
+            self.inner.send(telegram)
+        except NXTError as error:
+            self._write(Kind.TO_BRICK, telegram, error)
+            raise
+        self._write(Kind.TO_BRICK, telegram)
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        """Receive and write down."""
+        try:
+            telegram = self.inner.receive(timeout_s)
+        except NXTError as error:
+            self._write(Kind.ERROR, b"", error)
+            raise
+        if telegram is not None:
+            self._write(Kind.FROM_BRICK, telegram)
+        return telegram
+
+    def close(self) -> None:
+        """Close the transport and the file."""
+        try:
+            self.inner.close()
+        finally:
+            self._writer.close()
+
+    def reopen(self, timeout_s: float = 1.0) -> Self:
+        """Open the transport again and go on with the trace."""
+        from nxtdrive.transports import reopen_transport
+
+        inner = reopen_transport(self.inner, timeout_s=timeout_s)
+        again = type(self)(inner, TraceWriter(self._path, None), self._path, self._started_s)
+        again._write(Kind.REOPENED)
+        return again
+
+    def _write(self, kind: Kind, telegram: bytes = b"", error: NXTError | None = None) -> None:
+        name, text = (type(error).__name__, str(error)) if error else ("", "")
+        self._writer.write(Entry(self.now() - self._started_s, kind, telegram, name, text))
+
+
+def recording_address(path: Path, address: str, command: str = "") -> str:
+    """The address that opens `address` and records it.
+
+    Args:
+        path: Of the trace.
+        address: Of the brick.
+        command: What is run, as a shell would read it.
+    """
+    options = {"nxt": address, "command": command} if command else {"nxt": address}
+    return str(Address("record", str(path), options))
+
+
+def recorded(transport: Transport) -> Transport:
+    """The transport that a recording one records; another one itself."""
+    return transport.inner if isinstance(transport, RecordTransport) else transport

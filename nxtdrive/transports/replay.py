@@ -1,0 +1,166 @@
+"""``replay://FILE``: a recording as a brick. The program must ask what was asked then, in the same order.
+
+Time is that of the recording: it jumps to the moment at which the recorded thing happened. Keep-alives may come and go.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Self, cast
+
+from firmware_protocol import errors
+from firmware_protocol.errors import AddressError, LinkError, LinkLost, NXTError, RemoteProtocolError
+from firmware_protocol.explain import explain
+from nxtdrive.transports.address import Address
+from nxtdrive.transports.trace_file import HOUSEKEEPING, Entry, Kind, Trace, read_trace
+
+EARLY_S = 0.001
+"""A recorded reply that came so much after the deadline came in time: recorded times are those after the call."""
+
+
+class ReplayTransport:
+    """Answers as the recorded brick did.
+
+    Args:
+        trace: The recording.
+        address: How it was opened.
+    """
+
+    simulated = True
+
+    def __init__(self, trace: Trace, address: str) -> None:
+        self.address, self.max_telegram = address, trace.max_telegram
+        self._entries = list(_worth_replaying(trace.entries))
+        self._next = 0
+        self._now_s = 0.0
+        self._open = True
+
+    @classmethod
+    def open(cls, address: Address, timeout_s: float = 1.0) -> Self:  # noqa: ARG003 - opened like any other
+        """Open a recording.
+
+        Raises:
+            AddressError: No file is named.
+            ConfigError: It cannot be read.
+        """
+        address.read_options({})
+        if not address.target:
+            raise AddressError(f"{address} names no file.", remedy="Write replay://FILE.nxttrace.")
+        return cls(read_trace(Path(address.target)), str(address))
+
+    @property
+    def left(self) -> int:
+        """Entries that have not been replayed yet."""
+        return len(self._entries) - self._next
+
+    def send(self, telegram: bytes) -> None:
+        """Compare with the recorded request.
+
+        Raises:
+            LinkError: It is another one; the message tells both. Or the recorded error.
+        """
+        self._check_open()
+        if telegram == HOUSEKEEPING:
+            return
+        expected = self._peek()
+        if expected is None or expected.kind in (Kind.FROM_BRICK, Kind.REOPENED):
+            raise self._different(telegram, expected)
+        if expected.kind is Kind.TO_BRICK and expected.telegram != telegram:
+            raise self._different(telegram, expected)
+        self._take(expected)
+        if expected.error:
+            raise _recorded(expected)
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        """The recorded reply, if it came by then.
+
+        Raises:
+            LinkError: The recorded error.
+        """
+        self._check_open()
+        entry, deadline_s = self._peek(), self._now_s + timeout_s
+        due = entry is not None and entry.time_s <= deadline_s + EARLY_S
+        if entry is None or not due or entry.kind not in (Kind.FROM_BRICK, Kind.ERROR):
+            self._now_s = deadline_s
+            return None
+        self._take(entry)
+        if entry.error:
+            raise _recorded(entry)
+        return entry.telegram
+
+    def close(self) -> None:
+        """End the replay."""
+        self._open = False
+
+    def reopen(self, timeout_s: float = 1.0) -> Self:  # noqa: ARG002 - opened like any other
+        """Go on behind the place where the link was opened again.
+
+        Raises:
+            LinkLost: It was not, at this point.
+        """
+        entry = self._peek()
+        if entry is None or entry.kind is not Kind.REOPENED:
+            raise LinkLost("the link was not opened again at this point of the recording.")
+        self._take(entry)
+        self._open = True
+        return self
+
+    def now(self) -> float:
+        """Time of the recording."""
+        return self._now_s
+
+    def sleep(self, duration_s: float) -> None:
+        """Let time pass at once."""
+        self._now_s += max(0.0, duration_s)
+
+    def _peek(self) -> Entry | None:
+        return self._entries[self._next] if self._next < len(self._entries) else None
+
+    def _take(self, entry: Entry) -> None:
+        self._next += 1
+        self._now_s = max(self._now_s, entry.time_s)
+
+    def _check_open(self) -> None:
+        if not self._open:
+            raise LinkLost(f"{self.address} is closed.", remedy="Open the brick again.")
+
+    def _different(self, telegram: bytes, expected: Entry | None) -> NXTError:
+        if expected is None:
+            then = "the recording ends here"
+        elif expected.kind is Kind.TO_BRICK:
+            then = f"recorded is {in_words(expected.telegram)}"
+        else:
+            then = f"recorded is {expected.error or in_words(expected.telegram) or 'a new link'}"
+        number = sum(entry.kind is Kind.TO_BRICK for entry in self._entries[: self._next]) + 1
+        return LinkError(
+            f"the program does not do what was recorded: its request {number} at {self._now_s:.3f} s is "
+            f"{in_words(telegram)}, {then}."
+        )
+
+
+def _worth_replaying(entries: Iterable[Entry]) -> Iterator[Entry]:
+    """All but the housekeeping, of which only a lost link remains."""
+    for entry in entries:
+        if entry.telegram != HOUSEKEEPING:
+            yield entry
+        elif entry.error:
+            yield replace(entry, kind=Kind.ERROR, telegram=b"")
+
+
+def _recorded(entry: Entry) -> Exception:
+    """The error that was recorded."""
+    kind = getattr(errors, entry.error, LinkError)
+    usable = isinstance(kind, type) and issubclass(kind, LinkError | RemoteProtocolError)
+    return cast("Exception", (kind if usable else LinkError)(entry.text))
+
+
+def in_words(telegram: bytes) -> str:
+    """A telegram in one line: its name, its fields, its bytes."""
+    if not telegram:
+        return ""
+    told = explain(telegram)
+    status = "" if told.status is None else f" {told.status.label}"
+    fields = "".join(f" {field.name}={field.text}" for field in told.fields)
+    return f"{told.name or told.kind}{status}{fields} ({telegram.hex(' ')})"
