@@ -12,7 +12,60 @@ from nxtdrive.sensors.analog import FULL_SCALE
 from nxtdrive.sensors.port import Sensor
 from nxtdrive.sensors.reading import Measuring
 
-Lamp = "red") -> float:
+LAST_BLIND_FIRMWARE = (1, 5)
+"""It has no colour sensor; 1.29 has. Source: docs/firmware.md section 11."""
+
+Lamp = Literal["red", "green", "blue", "off"]
+
+_LAMPS = {
+    "red": SensorType.COLOR_RED,
+    "green": SensorType.COLOR_GREEN,
+    "blue": SensorType.COLOR_BLUE,
+    "off": SensorType.COLOR_NONE,
+}
+
+
+class Color(OpenEnum):
+    """What the firmware takes a surface for. Source: docs/firmware.md section 6.1."""
+
+    BLACK = 1
+    BLUE = 2
+    GREEN = 3
+    YELLOW = 4
+    RED = 5
+    WHITE = 6
+
+
+class ColorSensor(Sensor, Measuring[Color]):
+    """The colour sensor; it lights its lamps in turn, or one of them as a light sensor does.
+
+    Changing between colours and a lamp takes 0.4 s.
+    """
+
+    type = SensorType.COLOR_FULL
+    quantity = "color"
+
+    @property
+    def color(self) -> Color:
+        """What the surface is taken for; best at a distance of about a centimetre."""
+        self._become(SensorType.COLOR_FULL)
+        return Color(self.values().scaled)
+
+    @property
+    def value(self) -> Color:
+        """The same as `color`."""
+        return self.color
+
+    @property
+    def rgb(self) -> tuple[int, int, int]:
+        """How much red, green and blue light comes back, calibrated and without the room's light, each 0..1023."""
+        self._become(SensorType.COLOR_FULL)
+        self.values()
+        spot = INPUT.field("ColorSensorRaw", self._input)
+        red, green, blue, _blank = spot.decode(self.brick.request(spot.read()).data)
+        return red, green, blue
+
+    def brightness_percent(self, lamp: Lamp = "red") -> float:
         """Brightness with one lamp lit, or none, 0..100."""
         self._become(_LAMPS[lamp])
         return self.values().normalized * 100 / FULL_SCALE
