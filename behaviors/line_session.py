@@ -78,7 +78,7 @@ class Session:
             Verb.ARRIVE: self._do_arrive,
             Verb.SELECT: self._do_select,
             Verb.MOVE_TO: self._do_move_to,
-            Verb.BYE: self._do_stop,
+            Verb.BYE: self._do_bye,
             Verb.STOP: self._do_stop,
             Verb.TARGET: self._do_target,
             Verb.STATUS: self._do_status,
@@ -137,11 +137,14 @@ class Session:
         self._body.stop()
         return DONE
 
-    def _do_stop(self, _: Request) -> int:
+    def _do_bye(self, _: Request) -> int:
         self._forget()
         self._body.stop()
-        self._why = Why.OPERATOR_STOP
         return DONE
+
+    def _do_stop(self, request: Request) -> int:
+        self._why = Why.OPERATOR_STOP
+        return self._do_bye(request)
 
     def _do_target(self, request: Request) -> int:
         self._move = None
