@@ -48,6 +48,7 @@ class Reason(StrEnum):
     LINK_LOST = "link_lost"
     CAMERA_LOST = "camera_lost"
     OPERATOR_STOP = "operator_stop"
+    TIME_UP = "time_up"
 
 
 Evidence = Mapping[str, object]

@@ -6,6 +6,7 @@ and it refuses to decide twice at the same moment, so that no rule can spin with
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from behaviors.journal import Kind, Observer, Record, plain
 from behaviors.mission import Mission
 from behaviors.ports import Body, Clock, Eyes
 from behaviors.recovery import Choice, Evidence, RecoveryPolicy, ThesisPolicy
-from behaviors.skills import Arrive, Moving, Reply, Search, Senses, Service, Waiting
+from behaviors.skills import Arrive, Moving, Reply, Search, Senses, Service, TimeUp, Waiting
 
 LINK_FAILURES = (ConnectionError, TimeoutError)
 """What a body raises when the brick no longer answers."""
@@ -40,6 +41,7 @@ class Ending(StrEnum):
     ACHIEVED = "achieved"
     EXHAUSTED = "exhausted"
     INTERRUPTED = "interrupted"
+    TIME_UP = "time_up"
     LINK_LOST = "link_lost"
     BROKEN = "broken"
 
@@ -99,7 +101,9 @@ class Executive:
         self._clock = clock
         self._observers = observers
         self._start_s = clock.now()
-        self._senses = Senses(body, eyes, clock, profile, self.note, self._report)
+        limit_s = mission.mission.time_limit_s
+        deadline_s = math.inf if limit_s is None else self._start_s + limit_s
+        self._senses = Senses(body, eyes, clock, profile, self.note, self._report, deadline_s)
         self._policy = policy or ThesisPolicy(profile.wait_s, profile.turn_deg, profile.max_researches)
         self._agenda = Agenda(mission.mission.targets, mission.mission.rounds)
         self._chart = MissionChart(self._agenda, self._decide, [self])
@@ -161,11 +165,16 @@ class Executive:
         try:
             self._report(Fact(Event.START, Reason.MISSION_STARTED))
             while not self._chart.is_terminated:
+                self._senses.check_time()
                 self._report(self._serve())
         except KeyboardInterrupt:
             self._stop_motors()
             self._report(Fact(Event.TRIP, Reason.OPERATOR_STOP))
             return Ending.INTERRUPTED
+        except TimeUp:
+            self._stop_motors()
+            self._report(Fact(Event.ABORT, Reason.TIME_UP))
+            return Ending.TIME_UP
         except LINK_FAILURES as error:
             self._error = str(error)
             self._report(Fact(Event.LINK_LOST, Reason.LINK_LOST, {"error": self._error}))

@@ -163,12 +163,14 @@ class MissionTable(_Table):
         targets: Names of targets, in order.
         profile: How to behave.
         rounds: How often the list is gone through at most; later rounds try what was given up again.
+        time_limit_s: When the mission ends, whatever has been reached; without it, it takes as long as it takes.
     """
 
     name: str = "mission"
     targets: list[str] = Field(min_length=1)
     profile: Literal["thesis"] = "thesis"
     rounds: int = Field(default=1, ge=1, le=20)
+    time_limit_s: float | None = Field(default=None, gt=0, le=86400)
 
 
 class Mission(_Table):

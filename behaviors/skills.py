@@ -17,6 +17,7 @@ Source: docs/thesis.md, services and readings A2-A5, A10-A12.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
@@ -43,6 +44,10 @@ NAP_S = 0.5
 """A wait is cut into naps, so that it can be interrupted and the brick kept awake."""
 
 
+class TimeUp(Exception):
+    """The mission's time is over; raised where a service would begin its next bounded piece of work."""
+
+
 class Reply(IntEnum):
     """The small integers of ``arrive``."""
 
@@ -62,6 +67,7 @@ class Senses:
         profile: The numbers.
         note: Writes down what is done.
         report: Tells the chart a fact that does not end the service.
+        deadline_s: When the mission's time is over, on its clock.
     """
 
     body: Body
@@ -70,6 +76,16 @@ class Senses:
     profile: ThesisProfile
     note: Note
     report: Callable[[Fact], None]
+    deadline_s: float = math.inf
+
+    def check_time(self) -> None:
+        """Services call this before each bounded piece of work.
+
+        Raises:
+            TimeUp: The mission's time is over.
+        """
+        if self.clock.now() >= self.deadline_s:
+            raise TimeUp
 
 
 class Service(Protocol):
@@ -121,6 +137,7 @@ class Search:
         start_deg = body.pose().heading_deg
         stops = max(1, round(360.0 / profile.look_every_deg))
         for i in range(stops + 1):
+            self._senses.check_time()
             if i:
                 # aimed at the heading wanted in all, so that the errors of single turns do not add up
                 body.turn(start_deg + i * 360.0 / stops - body.pose().heading_deg)
@@ -165,6 +182,7 @@ class Arrive:
         """
         slice_end_s = self._senses.clock.now() + self._senses.profile.continue_every_s
         while self._senses.clock.now() < slice_end_s:
+            self._senses.check_time()
             fact = self._step()
             if fact:
                 self._senses.body.stop()
@@ -253,6 +271,7 @@ class Moving:
         calls = 0
         done = 0
         while not done:
+            self._senses.check_time()
             self._senses.note(Kind.CALL, verb="move_to", direction_deg=self._direction_deg)
             done = self._service.call(self._direction_deg)
             self._senses.note(Kind.REPLY, verb="move_to", value=done)
@@ -277,6 +296,7 @@ class Waiting:
         senses.body.stop()
         senses.body.keep_alive()
         while self._left_s > 0:
+            senses.check_time()
             begun_s = senses.clock.now()
             senses.clock.sleep(min(NAP_S, self._left_s))
             self._left_s -= senses.clock.now() - begun_s

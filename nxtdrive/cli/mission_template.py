@@ -22,6 +22,7 @@ _HEAD = """\
 name = "my mission"
 targets = ["box"]          # names of the [target.NAME] tables below, in order
 rounds = 1                 # how often to go through the list for what was given up
+# time_limit_s = 300       # end then, whatever has been reached
 
 [target.box]
 detector = "color"         # a patch of strong colour:

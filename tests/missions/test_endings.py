@@ -50,3 +50,14 @@ def test_reaching_is_an_explicit_stop_near_the_target(perform, mission_for):
     assert done.report.achieved
     assert _at_rest(done)
     assert 250 < done.simulation.truth.distance_mm("lena") < 500
+
+
+@pytest.mark.parametrize("limit_s", [1.5, 5.0, 9.0, 30.0, 60.0])
+def test_a_time_limit_ends_the_mission_in_any_state_within_two_seconds(perform, mission_for, limit_s):
+    mission = mission_for("lena", "rilakkuma")
+    table = mission.mission.model_copy(update={"time_limit_s": limit_s})
+    done = perform("figure6", mission.model_copy(update={"mission": table}), geometric=True)
+    assert done.report.ending is Ending.TIME_UP
+    assert limit_s <= done.report.duration_s <= limit_s + 2.0
+    assert _at_rest(done)
+    assert [record.data["reason"] for record in done.of(Kind.TRANSITION, event="abort")] == [Reason.TIME_UP]
