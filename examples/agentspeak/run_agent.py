@@ -1,8 +1,8 @@
 """Runs an agent in AgentSpeak against ``nxtdrive serve``.
 
 This program stands outside nxtdrive: it imports nothing of it, nothing of nxtdrive imports it, and the two talk over
-TCP only. It imports python-agentspeak (``pip install agentspeak``), whose licence is the GPL, version 3 or later; whoever
-hands out both together does so under that licence.
+TCP only. It imports python-agentspeak (``pip install agentspeak``), whose licence is the GPL, version 3 or later;
+whoever hands out both together does so under that licence.
 
     nxtdrive serve                                   # in one terminal
     python run_agent.py client.asl                   # in another
@@ -69,11 +69,12 @@ class JasonAgent(agentspeak.runtime.Agent):
             return bool(super().step())
         except agentspeak.AggregatedError:
             failed = next(stack for stack in self.intentions if stack and stack[-1].waiter is None)
+            innermost = failed[-1].head_term
             while failed:
                 goal = failed.pop()
                 if not getattr(goal, "recovers", False) and self._recover(goal, failed):
                     return True
-            raise
+            raise agentspeak.AslError(f"{innermost} failed, and no failure plan took care of it") from None
 
     def _recover(self, goal: Any, callers: deque[Any]) -> bool:  # noqa: ANN401 - the library has no types
         removal, achievement = agentspeak.Trigger.removal, agentspeak.GoalType.achievement
@@ -133,7 +134,7 @@ def main() -> int:
             actions = actions_for(connection, unmodified=args.unmodified)
             agent = environment.build_agent(source, actions, agent_class, NAME)
             environment.run_agent(agent)
-    except (agentspeak.AggregatedError, OSError) as error:
+    except (agentspeak.AslError, agentspeak.AggregatedError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
     return 0
