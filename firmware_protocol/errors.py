@@ -16,6 +16,7 @@
     ├── BrickError                            the brick answered with an error status
     │   ├── CommunicationPending              0x20: I2C answer not there yet
     │   └── MailboxEmpty                      0x40
+    ├── BrickBusy                             the brick does something else, or nothing came of what it said OK to
     ├── ConfigError(ValueError)               a mission or world file with mistakes
     └── CameraError                           no frames
 
@@ -116,6 +117,10 @@ class CommunicationPending(BrickError):
 
 class MailboxEmpty(BrickError):
     """Status 0x40: there is no message in this mailbox."""
+
+
+class BrickBusy(NXTError):
+    """The brick does something else, or nothing came of what it had said OK to."""
 
 
 class ConfigError(NXTError, ValueError):

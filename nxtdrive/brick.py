@@ -26,6 +26,7 @@ from nxtdrive.ports import MotorPort, SensorPort, in_range
 from nxtdrive.transports import open_transport
 
 if TYPE_CHECKING:
+    from nxtdrive.files import Files
     from nxtdrive.motor import Motor
     from nxtdrive.rover import Rover
     from nxtdrive.sensors import ColorSensor, Compass, I2CSensor, Light, Sound, Temperature, Touch, Ultrasonic
@@ -95,6 +96,7 @@ class Brick(Link):
     def __init__(self, transport: Transport, *, timeout_s: float = 1.0, reconnecting: bool = False) -> None:
         super().__init__(transport, timeout_s=timeout_s, reconnecting=reconnecting)
         self._moved: set[OutputPort] = set()
+        self._files: Files | None = None
 
     def moves(self, port: OutputPort) -> None:
         """Remember that this motor is driven, and to stop it in the end."""
@@ -137,6 +139,34 @@ class Brick(Link):
     def stop_sound(self) -> None:
         """Be quiet."""
         self.request(StopSoundPlayback())
+
+    @property
+    def files(self) -> Files:
+        """The files on the brick."""
+        if self._files is None:
+            from nxtdrive.files import Files
+
+            self._files = Files(self)
+        return self._files
+
+    @property
+    def program(self) -> str | None:
+        """Name of the program that runs on the brick; None if none runs."""
+        from nxtdrive.programs import running_program
+
+        return running_program(self)
+
+    def start_program(self, name: str) -> None:
+        """Start a program that is on the brick; see `nxtdrive.programs.start_program`."""
+        from nxtdrive.programs import start_program
+
+        start_program(self, name)
+
+    def stop_program(self) -> bool:
+        """Stop the program that runs; see `nxtdrive.programs.stop_program`."""
+        from nxtdrive.programs import stop_program
+
+        return stop_program(self)
 
     def message_write(self, box: int, message: str) -> None:
         """Put a message of at most 58 characters into mailbox 1..10 of the program that runs on the brick."""

@@ -201,6 +201,10 @@ class Link:
         """Set an input port to this mode again after a reconnection, should it have lost it."""
         self._modes[mode.port] = mode
 
+    def forget_input_modes(self) -> None:
+        """Set no input port again after a reconnection: a program on the brick does with them what it wants."""
+        self._modes.clear()
+
     @property
     def latency_s(self) -> float:
         """How long an answer takes: the median of the last round trips that were measured."""

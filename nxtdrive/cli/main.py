@@ -14,6 +14,7 @@ from typing import Protocol, cast
 
 from firmware_protocol.errors import (
     AddressError,
+    BrickBusy,
     BrickError,
     BrickNotFound,
     CameraError,
@@ -37,6 +38,8 @@ COMMANDS = {
     "info": ("info", "name, firmware and battery of a brick"),
     "explain": ("explain", "say what the bytes of a telegram mean"),
     "trace": ("trace", "look at recorded conversations with a brick, compare and replay them"),
+    "files": ("files", "list, fetch, send and delete files on a brick"),
+    "program": ("program", "start and stop programs on a brick"),
     "send": ("send", "send any declared command and print the reply"),
     "screenshot": ("screenshot", "save what a brick's display shows as an image"),
     "mission": ("mission", "check a mission file, show how missions run"),
@@ -130,7 +133,7 @@ def _exit_code(error: Exception) -> int | None:
             return NO_BRICK
         case LinkError():
             return LINK_LOST
-        case BrickError():
+        case BrickError() | BrickBusy():
             return REFUSED
         case AddressError() | ConfigError() | CameraError() | LocalProtocolError():
             return USAGE

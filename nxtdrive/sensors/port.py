@@ -44,7 +44,9 @@ class Sensor:
             LinkTimeout: They do not become valid.
         """
         brick = self.brick
-        brick.request(SetInputMode(self._input, self.type, self.mode))
+        mode = SetInputMode(self._input, self.type, self.mode)
+        brick.request(mode)
+        brick.remember(mode)
         deadline = brick.now() + SETTLING_S
         while not brick.request(GetInputValues(self._input)).valid:
             if brick.now() >= deadline:

@@ -1,0 +1,143 @@
+"""``nxtdrive files``: the brick's file system."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import DONE
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+
+if TYPE_CHECKING:
+    from nxtdrive.brick import Brick
+    from nxtdrive.files import Progress
+
+DESCRIPTION = """\
+List, fetch, send and delete files on a brick. Names on the brick have at most
+19 characters; patterns are those of a shell and want quotes."""
+EXAMPLES = """\
+  nxtdrive files ls
+  nxtdrive files ls "*.rxe" --nxt usb:// --json
+  nxtdrive files get hello.rso --nxt usb://
+  nxtdrive files put follow-line.rxe --replace --nxt usb://
+  nxtdrive files put melody.rso --as alarm.rso --nxt usb://
+  nxtdrive files rm "old*.rxe" --nxt usb://
+  nxtdrive files df --nxt usb://"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the actions and their arguments."""
+    actions = parser.add_subparsers(metavar="ACTION", required=True)
+    ls = actions.add_parser("ls", help="list files")
+    ls.add_argument("pattern", metavar="PATTERN", nargs="?", default="*", help="such as '*.rxe' (default: all)")
+    ls.set_defaults(action=_ls)
+    get = actions.add_parser("get", help="fetch a file")
+    get.add_argument("name", metavar="NAME", help="on the brick")
+    get.add_argument("--to", metavar="PATH", type=Path, help="file or folder (default: the same name, here)")
+    get.set_defaults(action=_get)
+    put = actions.add_parser("put", help="send files")
+    put.add_argument("paths", metavar="PATH", nargs="+", type=Path, help="on this computer")
+    put.add_argument("--as", dest="name", metavar="NAME", help="name on the brick, of a single file")
+    put.add_argument("--replace", action="store_true", help="delete files of the same name first")
+    put.set_defaults(action=_put)
+    rm = actions.add_parser("rm", help="delete files")
+    rm.add_argument("patterns", metavar="PATTERN", nargs="+", help="a name, or such as 'old*.rxe'")
+    rm.set_defaults(action=_rm)
+    df = actions.add_parser("df", help="room for files")
+    df.set_defaults(action=_df)
+    for action in (ls, get, put, rm, df):
+        add_brick_arguments(action)
+        add_json_argument(action)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Open the brick and do what the subcommand says."""
+    from nxtdrive.brick import open_brick
+
+    with open_brick(args.nxt) as brick:
+        args.action(args, brick)
+    return DONE
+
+
+def _ls(args: argparse.Namespace, brick: Brick) -> None:
+    entries = brick.files.ls(args.pattern)
+    if args.json:
+        print(json.dumps([asdict(entry) for entry in entries], indent=2))
+        return
+    for entry in entries:
+        print(f"{entry.size:>7}  {entry.name}")
+
+
+def _get(args: argparse.Namespace, brick: Brick) -> None:
+    target: Path = args.to or Path(args.name)
+    if target.is_dir():
+        target = target / args.name
+    with _progress(args.name) as progress:
+        content = brick.files.read(args.name, progress)
+    try:
+        target.write_bytes(content)
+    except OSError as error:
+        raise ConfigError(f"{target} cannot be written: {error}.") from error
+    _say(args, {"name": args.name, "size": len(content), "path": str(target)})
+
+
+def _put(args: argparse.Namespace, brick: Brick) -> None:
+    if args.name and len(args.paths) > 1:
+        raise ConfigError("--as names a single file.", remedy="Send the files one by one.")
+    for path in args.paths:
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            raise ConfigError(f"{path} cannot be read: {error}.") from error
+        name = args.name or path.name
+        with _progress(name) as progress:
+            brick.files.write(name, content, progress, replace=args.replace)
+        _say(args, {"name": name, "size": len(content), "path": str(path)})
+
+
+def _rm(args: argparse.Namespace, brick: Brick) -> None:
+    for pattern in args.patterns:
+        wild = set(pattern) & set("*?[")
+        names = [entry.name for entry in brick.files.ls(pattern)] if wild else [pattern]
+        for name in names:
+            brick.files.delete(name)
+            _say(args, {"deleted": name})
+
+
+def _df(args: argparse.Namespace, brick: Brick) -> None:
+    used = brick.files.ls()
+    free = brick.files.free_bytes
+    if args.json:
+        print(json.dumps({"free_bytes": free, "files": len(used), "used_bytes": sum(entry.size for entry in used)}))
+    else:
+        print(f"{free} bytes free; {len(used)} files with {sum(entry.size for entry in used)} bytes")
+
+
+def _say(args: argparse.Namespace, what: dict[str, object]) -> None:
+    if args.json:
+        print(json.dumps(what))
+    elif "deleted" in what:
+        print(f"deleted {what['deleted']}")
+    else:
+        print(f"{what['name']}: {what['size']} bytes, {what['path']}")
+
+
+@contextlib.contextmanager
+def _progress(name: str) -> Iterator[Progress | None]:
+    """A bar on a terminal, else nothing."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress as Bars
+
+    with Bars(console=Console(stderr=True), transient=True) as bars:
+        task = bars.add_task(name, total=None)
+        yield lambda done, total: bars.update(task, completed=done, total=total)

@@ -1,0 +1,232 @@
+"""The brick's file system, with guards in front of what corrupts it.
+
+One operation at a time, from start to end, so that nothing is deleted or aborted while a download is open; every handle
+is closed; empty files and wildcards never get to where the firmware stumbles over them. What it stumbles over:
+docs/firmware.md section 1, facts 8, 9, 17, 18, 19, and docs/traps.md.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING
+
+from firmware_protocol.errors import BrickError, LinkError, LocalProtocolError, RemoteProtocolError
+from firmware_protocol.status import Status
+from firmware_protocol.system import (
+    Close,
+    Delete,
+    FileFound,
+    FindFirst,
+    FindNext,
+    GetDeviceInfo,
+    OpenRead,
+    OpenWrite,
+    Read,
+    Write,
+)
+
+if TYPE_CHECKING:
+    from nxtdrive.link import Link
+
+NAME_LIMIT = 19
+"""Characters of a name, the dot included. Source: docs/firmware.md section 5, "File system"."""
+EVERYTHING = "*.*"
+"""The firmware's pattern for all files; its other patterns are not what people expect (section 5)."""
+READ_OVERHEAD = 6
+WRITE_OVERHEAD = 3
+"""Bytes around the data in a Read reply and a Write request. With them a telegram fills the brick's buffer exactly:
+58 and 61 data bytes over USB, 122 and 125 over Bluetooth (section 2)."""
+
+Progress = Callable[[int, int], object]
+"""Called with the bytes transferred so far, and with how many there are."""
+
+
+@dataclass(frozen=True, slots=True)
+class FileEntry:
+    """A file on the brick.
+
+    Attributes:
+        name: As stored.
+        size: Bytes.
+    """
+
+    name: str
+    size: int
+
+
+class Files:
+    """The files on a brick. May be used from several threads; they wait for each other's operations.
+
+    A command in the middle of which the link is lost leaves no handle open over USB; over Bluetooth the brick keeps it
+    until it is switched off.
+
+    Args:
+        link: The way to the brick.
+    """
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self._lock = threading.Lock()
+        self._owner = 0
+
+    def ls(self, pattern: str = "*") -> list[FileEntry]:
+        """Files whose names match a pattern as in a shell, ignoring case, sorted by name."""
+        with self._alone():
+            found = [FileEntry(each.name, each.size) for each in self._listing(EVERYTHING)]
+        matching = [entry for entry in found if fnmatchcase(entry.name.lower(), pattern.lower())]
+        return sorted(matching, key=lambda entry: entry.name.lower())
+
+    def exists(self, name: str) -> bool:
+        """Whether there is a file of this name; upper and lower case do not matter."""
+        with self._alone():
+            return self._find(_checked(name)) is not None
+
+    def read(self, name: str, progress: Progress | None = None) -> bytes:
+        """A file's content.
+
+        Raises:
+            LocalProtocolError: The name cannot be one.
+            BrickError: There is no such file, or no handle is free.
+            LinkError: The link failed.
+        """
+        with self._alone():
+            entry = self._find(_checked(name))
+            if entry is not None and not entry.size:
+                return b""  # opening it would close handle 0, whosever that is, and lose its own
+            opened = self._link.request(OpenRead(name))
+            with self._closing(opened.handle):
+                return self._read(opened.handle, opened.size, progress)
+
+    def write(self, name: str, data: bytes, progress: Progress | None = None, *, replace: bool = False) -> None:
+        """Create a file; programs (.rxe, .rtm, .sys) get the contiguous block they need.
+
+        Args:
+            name: At most 19 characters.
+            data: Its content, at least one byte.
+            progress: Hears of each piece.
+            replace: Whether a file of this name is deleted first; else it is an error.
+
+        Raises:
+            LocalProtocolError: The name cannot be one, or there is no data; nothing was sent.
+            BrickError: The file exists, there is no room, no handle is free; the brick has no part of the file.
+            LinkError: The link failed; the brick has no part of the file.
+        """
+        _checked(name)
+        if not data:
+            raise LocalProtocolError(
+                f"{name} would be empty, and the brick loses a handle over each empty file it opens.",
+                remedy="Write at least one byte.",
+            )
+        with self._alone():
+            if replace:
+                with suppress_not_found():
+                    self._link.request(Delete(name))
+            handle = self._link.request(OpenWrite(name, len(data))).handle
+            with self._closing(handle):
+                self._write(handle, data, progress)
+            entry = self._find(name)
+            if entry is None or entry.size != len(data):
+                raise RemoteProtocolError(f"the brick did not keep {name} as it was written.", remedy="Write it again.")
+
+    def delete(self, name: str) -> None:
+        """Delete a file.
+
+        Raises:
+            LocalProtocolError: The name cannot be one; wildcards would delete whatever matches first.
+            BrickError: There is no such file, or it is in use.
+        """
+        with self._alone():
+            self._link.request(Delete(_checked(name)))
+
+    @property
+    def free_bytes(self) -> int:
+        """Room for files, bytes; each also needs a header of 36 bytes, and whole sectors of 256."""
+        return self._link.request(GetDeviceInfo()).free_flash
+
+    def _read(self, handle: int, size: int, progress: Progress | None) -> bytes:
+        content = bytearray()
+        while len(content) < size:
+            wanted = min(self._link.max_telegram - READ_OVERHEAD, size - len(content))
+            piece = self._link.request(Read(handle, wanted)).data
+            if len(piece) < wanted:
+                raise RemoteProtocolError(f"{wanted} bytes of a file were asked for", piece)
+            content += piece[:wanted]
+            if progress:
+                progress(len(content), size)
+        return bytes(content)
+
+    def _write(self, handle: int, data: bytes, progress: Progress | None) -> None:
+        step = self._link.max_telegram - WRITE_OVERHEAD
+        for start in range(0, len(data), step):
+            piece = data[start : start + step]
+            written = self._link.request(Write(handle, piece)).size
+            if written != len(piece):
+                raise RemoteProtocolError(f"only {written} of {len(piece)} bytes were written.")
+            if progress:
+                progress(start + len(piece), len(data))
+
+    def _find(self, name: str) -> FileFound | None:
+        """The file of exactly this name."""
+        return next(iter(self._listing(name)), None)
+
+    def _listing(self, pattern: str) -> list[FileFound]:
+        found = []
+        with suppress_not_found():
+            entry = self._link.request(FindFirst(pattern))
+            with self._closing(entry.handle):
+                while True:
+                    found.append(entry)
+                    entry = self._link.request(FindNext(found[0].handle))
+        return found
+
+    @contextmanager
+    def _closing(self, handle: int) -> Iterator[None]:
+        """Close a handle afterwards; what went wrong before counts more than what goes wrong with that."""
+        try:
+            yield
+        except BaseException:
+            with suppress(LinkError, BrickError):
+                self._link.request(Close(handle))
+            raise
+        self._link.request(Close(handle))
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """No other operation on files goes on meanwhile."""
+        if self._owner == threading.get_ident():
+            raise LocalProtocolError("a file operation cannot begin while another one reports its progress.")
+        with self._lock:
+            self._owner = threading.get_ident()
+            try:
+                yield
+            finally:
+                self._owner = 0
+
+
+@contextmanager
+def suppress_not_found() -> Iterator[None]:
+    """Take FILE_NOT_FOUND for an answer."""
+    try:
+        yield
+    except BrickError as error:
+        if error.status is not Status.FILE_NOT_FOUND:
+            raise
+
+
+def _checked(name: str) -> str:
+    """`name`, if it can be one.
+
+    Raises:
+        LocalProtocolError: It cannot.
+    """
+    printable = name.isascii() and name.isprintable()
+    if not 0 < len(name) <= NAME_LIMIT or not printable or set(name) & set("*?/\\"):
+        raise LocalProtocolError(
+            f"{name!r} is no name for a file on the brick.",
+            remedy=f"Names have 1 to {NAME_LIMIT} ASCII characters, the dot included, but none of * ? / \\.",
+        )
+    return name
