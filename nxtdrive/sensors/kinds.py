@@ -53,3 +53,8 @@ def in_words(value: object, unit: str = "") -> str:
         return value.label
     number = f"{value:.1f}".removesuffix(".0") if isinstance(value, float) else str(value)
     return f"{number}{'' if unit in ('°', '') else ' '}{unit}"
+
+
+def plain(value: object) -> object:
+    """A measured value for JSON: numbers and truth as they are, colours by name."""
+    return value.label if isinstance(value, Color) else value

@@ -1,0 +1,68 @@
+"""``nxtdrive message``: mailboxes of the program that runs on the brick."""
+
+from __future__ import annotations
+
+import argparse
+import json
+
+from firmware_protocol.errors import MailboxEmpty
+from nxtdrive.cli.main import DONE
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+
+DESCRIPTION = """\
+Put a message into a mailbox of the program that runs on the brick, or take one
+that it has left. Mailboxes are 1 to 10, as in LEGO's software; without a running
+program there are none."""
+EXAMPLES = """\
+  nxtdrive message write 1 "go left"
+  nxtdrive message read 1
+  nxtdrive message read 1 --wait 5 --json"""
+
+POLL_S = 0.1
+"""Between two looks into a mailbox."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the actions and their arguments."""
+    actions = parser.add_subparsers(metavar="ACTION", required=True)
+    write = actions.add_parser("write", help="put a message into a mailbox")
+    write.add_argument("box", metavar="BOX", type=int, help="1 to 10")
+    write.add_argument("text", metavar="TEXT", help="at most 58 characters")
+    read = actions.add_parser("read", help="take a message the program has left")
+    read.add_argument("box", metavar="BOX", type=int, help="1 to 10")
+    read.add_argument("--keep", action="store_true", help="leave it in its mailbox")
+    read.add_argument("--wait", metavar="S", type=float, default=0.0, help="wait so long for one (default: 0)")
+    add_json_argument(read)
+    for action, do in ((write, _write), (read, _read)):
+        add_brick_arguments(action)
+        action.set_defaults(action=do)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Do what the action says."""
+    return int(args.action(args))
+
+
+def _write(args: argparse.Namespace) -> int:
+    from nxtdrive.brick import open_brick
+
+    with open_brick(args.nxt) as brick:
+        brick.message_write(args.box, args.text)
+    return DONE
+
+
+def _read(args: argparse.Namespace) -> int:
+    from nxtdrive.brick import open_brick
+
+    with open_brick(args.nxt) as brick:
+        deadline = brick.now() + args.wait
+        while True:
+            try:
+                text = brick.message_read(args.box, remove=not args.keep)
+                break
+            except MailboxEmpty:
+                if brick.now() >= deadline:
+                    raise
+                brick.sleep(POLL_S)
+    print(json.dumps({"box": args.box, "text": text}) if args.json else text)
+    return DONE

@@ -1,0 +1,155 @@
+"""``nxtdrive sensor``: what a sensor says, once or all the time."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import asdict
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import DONE
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+
+if TYPE_CHECKING:
+    from nxtdrive.brick import Brick
+    from nxtdrive.ports import SensorPort
+    from nxtdrive.sensors import Measuring, Reading
+
+DESCRIPTION = """\
+Read a sensor once (read), again and again as fast as the link allows (watch),
+ask the digital ones who they are (identify), or read their registers
+(registers). KIND is touch, light, ambient, sound, sound-dba, ultrasonic, color,
+temperature, rcx-temperature or compass; without it, a digital sensor is asked.
+docs/sensors.md has their units and ranges."""
+EXAMPLES = """\
+  nxtdrive sensor read 4 ultrasonic
+  nxtdrive sensor watch 1 touch --every 0.1 --count 20
+  nxtdrive sensor watch 4 --json --nxt serial:///dev/rfcomm0
+  nxtdrive sensor identify
+  nxtdrive sensor registers 4 0x10 8"""
+
+PORTS: tuple[SensorPort, ...] = (1, 2, 3, 4)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the actions and their arguments."""
+    actions = parser.add_subparsers(metavar="ACTION", required=True)
+    read = _action(actions, "read", "one value", _read)
+    watch = _action(actions, "watch", "values until Ctrl-C", _watch)
+    for action in (read, watch):
+        action.add_argument("port", metavar="PORT", type=int, choices=PORTS, help="1 to 4")
+        action.add_argument("kind", metavar="KIND", nargs="?", help="what is plugged in (default: ask it)")
+    watch.add_argument(
+        "--every", metavar="S", type=_seconds, default=0.0, help="seconds between values (default: as fast as it goes)"
+    )
+    watch.add_argument("--count", metavar="N", type=_count, help="stop after so many values")
+    _action(actions, "identify", "who is plugged in, port by port", _identify)
+    registers = _action(actions, "registers", "bytes of a digital sensor", _registers)
+    registers.add_argument("port", metavar="PORT", type=int, choices=PORTS, help="1 to 4")
+    registers.add_argument("register", metavar="REGISTER", type=_byte, help="the first one, such as 0x42")
+    registers.add_argument(
+        "size", metavar="SIZE", type=int, nargs="?", default=1, help="how many, 1 to 15 (default: 1)"
+    )
+    registers.add_argument(
+        "--address", metavar="A", type=_byte, default=0x02, help="8-bit write address of the sensor (default: 0x02)"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Do what the action says."""
+    from nxtdrive.brick import open_brick
+
+    with open_brick(args.nxt) as brick:
+        args.action(args, brick)
+    return DONE
+
+
+def _action(actions: Any, name: str, summary: str, action: Any) -> argparse.ArgumentParser:  # noqa: ANN401 - argparse's
+    parser: argparse.ArgumentParser = actions.add_parser(name, help=summary)
+    add_brick_arguments(parser)
+    add_json_argument(parser)
+    parser.set_defaults(action=action)
+    return parser
+
+
+def _seconds(text: str) -> float:
+    value = float(text)
+    if not 0 <= value <= 3600:
+        raise ValueError
+    return value
+
+
+def _count(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise ValueError
+    return value
+
+
+def _byte(text: str) -> int:
+    value = int(text, 0)
+    if not 0 <= value <= 0xFF:
+        raise ValueError
+    return value
+
+
+_seconds.__name__, _count.__name__, _byte.__name__ = "seconds", "count", "byte"  # argparse says "invalid byte value"
+
+
+def _read(args: argparse.Namespace, brick: Brick) -> None:
+    sensor = _sensor(brick, args.port, args.kind)
+    sensor.set_up()
+    _print(sensor, sensor.measure(), as_json=args.json)
+
+
+def _watch(args: argparse.Namespace, brick: Brick) -> None:
+    sensor = _sensor(brick, args.port, args.kind)
+    for reading in islice(sensor.watch(args.every), args.count):
+        _print(sensor, reading, as_json=args.json)
+
+
+def _sensor(brick: Brick, port: SensorPort, kind: str | None) -> Measuring[Any]:
+    from nxtdrive.sensors import identify
+    from nxtdrive.sensors.kinds import KINDS, make_sensor
+
+    if kind is None:
+        identity = identify(brick, port)
+        kind = identity.kind if identity else ""
+        if kind not in KINDS:
+            raise ConfigError(
+                f"the sensor on port {port} does not say what it is.", remedy=f"Name it: {', '.join(KINDS)}."
+            )
+    return make_sensor(kind, brick, port)
+
+
+def _print(sensor: Measuring[Any], reading: Reading[Any], *, as_json: bool) -> None:
+    from nxtdrive.sensors.kinds import in_words, plain
+
+    if as_json:
+        value = {"quantity": sensor.quantity, "unit": sensor.unit, "value": plain(reading.value)}
+        print(json.dumps({"time_s": round(reading.time_s, 4), **value}), flush=True)
+    else:
+        print(f"{sensor.quantity}  {in_words(reading.value, sensor.unit)}", flush=True)
+
+
+def _identify(args: argparse.Namespace, brick: Brick) -> None:
+    from nxtdrive.sensors import identify
+
+    found = {port: identify(brick, port) for port in PORTS}
+    if args.json:
+        print(json.dumps({port: asdict(who) if who else None for port, who in found.items()}, indent=2))
+        return
+    for port, who in found.items():
+        words = f"{who.vendor} {who.product} {who.version}".strip() + f" ({who.kind})" if who else "nothing digital"
+        print(f"{port}  {words}")
+
+
+def _registers(args: argparse.Namespace, brick: Brick) -> None:
+    data = brick.i2c(args.port, args.address).read(args.register, args.size)
+    if args.json:
+        print(json.dumps({"register": args.register, "data": data.hex()}))
+        return
+    text = "".join(chr(byte) if 0x20 <= byte < 0x7F else "." for byte in data)
+    print(f"0x{args.register:02x}  {data.hex(' ')}  {text}")

@@ -1,0 +1,36 @@
+"""``nxtdrive tone``: a sound from the brick."""
+
+from __future__ import annotations
+
+import argparse
+
+from nxtdrive.cli.main import DONE
+from nxtdrive.cli.options import add_brick_arguments
+
+DESCRIPTION = """\
+Play a tone on the brick, and wait until it is over. To find out which of several
+bricks you are talking to, this is the quickest way."""
+EXAMPLES = """\
+  nxtdrive tone
+  nxtdrive tone 880 200 --nxt usb://"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "frequency_hz", metavar="HZ", type=int, nargs="?", default=440, help="220 to 14080 (default: 440)"
+    )
+    parser.add_argument(
+        "duration_ms", metavar="MS", type=int, nargs="?", default=500, help="10 to 65535 (default: 500)"
+    )
+    add_brick_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Play and wait."""
+    from nxtdrive.brick import open_brick
+
+    with open_brick(args.nxt) as brick:
+        brick.tone(args.frequency_hz, args.duration_ms)
+        brick.sleep(args.duration_ms / 1000)
+    return DONE

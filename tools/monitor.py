@@ -1,0 +1,116 @@
+"""A look at a whole brick: motors, input ports, battery, link. Shown by ``nxtdrive monitor``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from firmware_protocol.direct import GetInputValues, GetOutputState
+from firmware_protocol.enums import InputPort, OutputMode, OutputPort
+from firmware_protocol.errors import BrickError
+from nxtdrive.brick import Brick
+from nxtdrive.sensors import Measuring
+from nxtdrive.sensors.kinds import in_words, plain
+
+SENSOR_PORTS = (1, 2, 3, 4)
+MOTOR_PORTS = (OutputPort.A, OutputPort.B, OutputPort.C)
+
+
+@dataclass(frozen=True, slots=True)
+class MotorState:
+    """A motor.
+
+    Attributes:
+        port: A, B or C.
+        power: Percent, as last commanded.
+        state: What the firmware does with it: off, braking, running, ramping up or down.
+        angle_deg: Turned since the last reset.
+    """
+
+    port: str
+    power: int
+    state: str
+    angle_deg: int
+
+
+@dataclass(frozen=True, slots=True)
+class SensorState:
+    """An input port.
+
+    Attributes:
+        port: 1 to 4.
+        type: What the firmware was told to find there.
+        raw: Converter value, 0..1023; of no meaning for digital sensors.
+        value: What the named sensor measures, in its unit; None for ports nobody named, and without an echo.
+        text: The same for people; or why there is no value.
+    """
+
+    port: int
+    type: str
+    raw: int
+    value: object
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """A brick at one time.
+
+    Attributes:
+        time_s: On the link's clock.
+        battery_mv: Battery voltage.
+        latency_ms: How long the link takes for an answer, median of late.
+        motors: A, B, C.
+        sensors: 1 to 4.
+    """
+
+    time_s: float
+    battery_mv: int
+    latency_ms: float
+    motors: tuple[MotorState, ...]
+    sensors: tuple[SensorState, ...]
+
+
+def look(brick: Brick, sensors: Mapping[int, Measuring[Any]]) -> Snapshot:
+    """Ask for everything once.
+
+    Args:
+        brick: An open brick.
+        sensors: Port to sensor. Ports without one are looked at as they are: a program's sensors are not disturbed.
+
+    Raises:
+        LinkError: The link is lost; also when a named sensor gives no valid values.
+    """
+    return Snapshot(
+        time_s=round(brick.now(), 3),
+        battery_mv=brick.battery_mv,
+        latency_ms=round(brick.latency_s * 1000, 1),
+        motors=tuple(_motor(brick, port) for port in MOTOR_PORTS),
+        sensors=tuple(_sensor(brick, port, sensors.get(port)) for port in SENSOR_PORTS),
+    )
+
+
+def _motor(brick: Brick, port: OutputPort) -> MotorState:
+    state = brick.request(GetOutputState(port))
+    if not state.mode & OutputMode.MOTOR_ON:
+        doing = "off"
+    elif not state.power and state.mode & OutputMode.BRAKE:
+        doing = "braking"
+    else:
+        doing = state.run_state.label
+    return MotorState(port.name, state.power, doing, state.rotation_count)
+
+
+def _sensor(brick: Brick, port: int, sensor: Measuring[Any] | None) -> SensorState:
+    value, text = None, ""
+    if sensor is not None:
+        try:
+            value = sensor.value
+            text = f"{sensor.quantity} {in_words(value, sensor.unit)}"
+        except BrickError as error:
+            text = error.status.label
+    values = brick.request(GetInputValues(InputPort(port - 1)))
+    if sensor is None and values.valid:
+        text = str(values.scaled)
+    return SensorState(port, values.type.label, values.raw, plain(value), text)
