@@ -112,6 +112,11 @@ class SimLink:
                 simulation.at(start_ms, simulation.unplug)
 
     @property
+    def is_open(self) -> bool:
+        """Whether nobody has closed the link and its cable has not been found unplugged."""
+        return self._open
+
+    @property
     def under_way(self) -> int:
         """Telegrams that have not reached the brick yet, and replies that nobody has taken yet."""
         return len(self._deliveries) + len(self._replies)

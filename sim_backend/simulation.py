@@ -101,6 +101,11 @@ class Simulation:
             motor.set_battery(battery_mv)
 
     @property
+    def world(self) -> World:
+        """The world itself, for whoever plays with it."""
+        return self._world
+
+    @property
     def world_file(self) -> WorldFile:
         """What the world was made from."""
         return self._world.file

@@ -5,12 +5,13 @@ Nothing moves while the program computes, so a mission of minutes runs in second
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Self
 
-from firmware_protocol.errors import LinkLost
+from firmware_protocol.errors import AddressError, LinkLost
 from firmware_protocol.framing import USB_TELEGRAM_LIMIT
 from nxtdrive.transports.address import Address
 
@@ -20,6 +21,39 @@ if TYPE_CHECKING:
 
 USB_LATENCY_MS = 2.0
 """Round trip over USB as measured by the Player project (playerstage.sourceforge.net, driver nxt)."""
+
+
+SHARED_MARK = "@"
+_shared: dict[str, Callable[[], SimTransport]] = {}
+
+
+@contextlib.contextmanager
+def shared(name: str, opener: Callable[[], SimTransport]) -> Iterator[str]:
+    """Let ``sim://@name`` lead to a simulation that runs already, for as long as the block lasts.
+
+    Args:
+        name: Of letters and digits; free.
+        opener: Makes another link to it.
+
+    Yields:
+        The address.
+    """
+    if name in _shared:
+        raise ValueError(f"sim://{SHARED_MARK}{name} is taken")
+    _shared[name] = opener
+    try:
+        yield f"sim://{SHARED_MARK}{name}"
+    finally:
+        del _shared[name]
+
+
+def _open_shared(address: Address) -> SimTransport:
+    opener = _shared.get(address.target.removeprefix(SHARED_MARK))
+    if opener is None:
+        known = ", ".join(f"sim://{SHARED_MARK}{name}" for name in _shared) or "none"
+        raise AddressError(f"no running simulation is called {address}; there is {known}.")
+    address.read_options({})
+    return opener()
 
 
 class SimTransport:
@@ -57,13 +91,15 @@ class SimTransport:
         self._link: SimLink = self._plug_in()
 
     @classmethod
-    def open(cls, address: Address, timeout_s: float = 1.0) -> Self:  # noqa: ARG003 - opened like any other
+    def open(cls, address: Address, timeout_s: float = 1.0) -> SimTransport:  # noqa: ARG003 - opened like any other
         """Start a simulation of its own.
 
         Raises:
             AddressError: An option nobody knows, or a value that does not fit.
             ConfigError: There is no such world, or its file has mistakes.
         """
+        if address.target.startswith(SHARED_MARK):
+            return _open_shared(address)
         options = address.read_options(
             {"seed": _seed, "latency_ms": _latency, "pace": _pace, "firmware": _firmware},
         )
@@ -110,6 +146,11 @@ class SimTransport:
     def close(self) -> None:
         """Give the link up."""
         self._link.close()
+
+    @property
+    def closed(self) -> bool:
+        """Whether it was closed or lost."""
+        return not self._link.is_open
 
     def now(self) -> float:
         """Simulated seconds since the start."""

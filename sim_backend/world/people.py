@@ -53,6 +53,19 @@ class PersonThing:
         self.present = self.walking = True
         self._goal, self._stays_ms, self._leaves_at_ms, self._leaving = to_mm, stays_ms, None, False
 
+    def stand(self, at_mm: Point) -> None:
+        """Be at a place at once, and stay."""
+        self.vanish()
+        self._body.position, self._body.velocity = at_mm, (0.0, 0.0)
+        self._space.add(self._body, *self.shapes)
+        self.present, self._leaves_at_ms = True, None
+
+    def vanish(self) -> None:
+        """Be gone at once."""
+        if self.present:
+            self._space.remove(self._body, *self.shapes)
+        self.present = self.walking = False
+
     def leave(self) -> None:
         """Walk back to the door and out."""
         if self.present:

@@ -83,6 +83,13 @@ class RobotBody:
         """Direction of the front, clockwise from +x, not wrapped."""
         return math.degrees(self.body.angle)
 
+    def place(self, at_mm: Point, heading_deg: float) -> None:
+        """Lift the robot up and put it down elsewhere."""
+        self.body.position, self.body.angle = at_mm, math.radians(heading_deg)
+        self.body.velocity, self.body.angular_velocity = (0.0, 0.0), 0.0
+        if self.body.space is not None:
+            self.body.space.reindex_shapes_for_body(self.body)
+
     @property
     def turn_rate_deg_s(self) -> float:
         """Clockwise."""

@@ -16,7 +16,7 @@ from sim_backend.world.story import INTERVAL_MS, Story
 from sim_backend.world.surroundings import Surroundings
 from sim_backend.world.tables import Point
 from sim_backend.world.things import BoxThing, PictureThing, RoomThing, Thing, WallThing
-from sim_backend.world.world_file import Event, WorldFile
+from sim_backend.world.world_file import Box, Event, Person, Picture, WorldFile
 
 STEP_MS = 10
 _STEP_S = STEP_MS / 1000.0
@@ -65,6 +65,7 @@ class World:
         self._wall_panels = tuple(panel for wall in walls for panel in wall.panels())
         self._panels: tuple[Panel, ...] | None = None
         self._pushable = [box for box in self.boxes.values() if box.movable]
+        self._stirred = False
 
     def beam(self, sensor: Echo, at_mm: Point, direction_deg: float, name: str) -> UltrasonicBeam:
         """What an ultrasonic sensor somewhere on the robot hears; `name` keeps its luck apart from the others'."""
@@ -83,7 +84,8 @@ class World:
     def step(self) -> None:
         """Let `STEP_MS` pass."""
         self.now_ms += STEP_MS
-        if not self.quiet:
+        if self._stirred or not self.quiet:
+            self._stirred = False
             self._move()
         if self.now_ms % INTERVAL_MS == 0:
             self._tell_story()
@@ -128,6 +130,48 @@ class World:
     def robot_distance_mm(self, name: str) -> float:
         """From the robot's middle to the middle of a thing."""
         return math.dist((self.robot.x_mm, self.robot.y_mm), self._things[name].at_mm)
+
+    def add(self, table: Box | Picture | Person) -> None:
+        """Bring in something that the world file does not have; its name must be free.
+
+        Raises:
+            ValueError: The name is taken.
+        """
+        if table.name in self._things:
+            raise ValueError(f"there is a {table.name!r} in the world already")
+        thing: BoxThing | PictureThing | PersonThing
+        match table:
+            case Box():
+                thing = self.boxes[table.name] = BoxThing(self._space, table)
+                if thing.movable:
+                    self._pushable.append(thing)
+            case Picture():
+                thing = self.pictures[table.name] = PictureThing(self._space, table)
+            case Person():
+                thing = self.people[table.name] = PersonThing(self._space, table)
+        self._things[table.name] = thing
+        self._heights_mm.update(dict.fromkeys(thing.shapes, thing.height_mm))
+        self._stir()
+
+    def place(self, name: str, at_mm: Point | None, facing_deg: float | None, *, present: bool) -> None:
+        """Have a thing be somewhere at once, or be gone; None keeps place or facing, people have no facing."""
+        thing = self._things[name]
+        if not isinstance(thing, PersonThing):
+            thing.place(at_mm, facing_deg, present=present)
+        elif present:
+            thing.stand(thing.at_mm if at_mm is None else at_mm)
+        else:
+            thing.vanish()
+        self._stir()
+
+    def place_robot(self, at_mm: Point, heading_deg: float) -> None:
+        """Put the robot down elsewhere."""
+        self.robot.place(at_mm, heading_deg)
+        self._stir()
+
+    def _stir(self) -> None:
+        """Something was moved by hand: it looks different, and may touch what it did not touch before."""
+        self._panels, self._stirred = None, True
 
     def perform(self, event: Event, stays_ms: int | None) -> None:
         """Do what the event says."""
