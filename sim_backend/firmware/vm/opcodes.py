@@ -7,14 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from sim_backend.firmware.vm import arithmetic, arrays, flow, ports, syscalls
+from sim_backend.firmware.vm.arithmetic import TABLE as ARITHMETIC
+from sim_backend.firmware.vm.arrays import TABLE as ARRAYS
+from sim_backend.firmware.vm.flow import TABLE as FLOW
 from sim_backend.firmware.vm.machine import Instruction, Machine
+from sim_backend.firmware.vm.ports import TABLE as PORTS
+from sim_backend.firmware.vm.syscalls import call
 
 OPCODES: Mapping[int, Callable[[Machine, Instruction], None]] = {
-    **arithmetic.TABLE,
-    **arrays.TABLE,
-    **flow.TABLE,
-    **ports.TABLE,
-    0x28: syscalls.call,
+    **ARITHMETIC,
+    **ARRAYS,
+    **FLOW,
+    **PORTS,
+    0x28: call,
 }
 """Opcode to handler."""
