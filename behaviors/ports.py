@@ -62,6 +62,7 @@ class Stop(StrEnum):
     CONTACT = "contact"
     STALLED = "stalled"
     TIMEOUT = "timeout"
+    CANCELLED = "cancelled"
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from firmware_protocol.direct import (
     GetBatteryLevel,
@@ -20,9 +20,12 @@ from firmware_protocol.direct import (
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
 from firmware_protocol.system import GetDeviceInfo, GetVersions
+from firmware_protocol.telegram import Command, Reply
 from nxtdrive.link import Link
+from nxtdrive.moves import MoveBoard
 from nxtdrive.outputs import braked, coasting
 from nxtdrive.ports import MotorPort, SensorPort, in_range
+from nxtdrive.termination import TerminationAsExit
 from nxtdrive.transports import open_transport
 
 if TYPE_CHECKING:
@@ -33,6 +36,10 @@ if TYPE_CHECKING:
     from nxtdrive.transports.address import Address
     from nxtdrive.transports.base import Transport
 
+R = TypeVar("R", bound=Reply)
+
+RESOLUTION_S = 0.0005
+"""Sleeping is exact to half a step of the simulator; sums of binary fractions are not exact either."""
 BRAKING_S = 0.15
 """How long motors are braked before they are switched off when the program leaves."""
 TONE_HZ = (220, 14080)
@@ -88,15 +95,42 @@ def open_brick(address: str | Address | None = None, *, timeout_s: float = 1.0, 
 class Brick(Link):
     """A brick behind an open transport. May be used from several threads.
 
-    As a context manager it stops, on leaving, the motors that were used, however the block ends, and closes the link.
+    As a context manager it stops, on leaving, the motors that were used, and closes the link, however the block ends:
+    SIGTERM and SIGHUP, unless the program has plans for them, end the block as an exception does.
 
-    What it can be asked and told is here and, as far as it concerns the way to it, in `Link`.
+    Attributes:
+        transport: The way to it.
+        motions: Those under way.
+        timeout_s: How long an answer may take when the request does not say.
+        max_telegram: Longest telegram of this link, bytes.
+        now: The link's clock: seconds since an arbitrary start.
     """
 
     def __init__(self, transport: Transport, *, timeout_s: float = 1.0, reconnecting: bool = False) -> None:
         super().__init__(transport, timeout_s=timeout_s, reconnecting=reconnecting)
         self._moved: set[OutputPort] = set()
         self._files: Files | None = None
+        self._inline = transport.simulated
+        self.motions = MoveBoard(self)
+        self._termination = TerminationAsExit()
+
+    def request(self, command: Command[R], timeout_s: float | None = None) -> R:
+        """See `Link.request`; in the simulator, motions that are due go on first."""
+        if self._inline and self.now() >= self.motions.due:
+            self.motions.run_due()
+        return super().request(command, timeout_s)
+
+    def sleep(self, duration_s: float) -> None:
+        """See `Link.sleep`; in the simulator, motions go on meanwhile, and any wait takes a step of its clock."""
+        if not self._inline:
+            return super().sleep(duration_s)
+        end = self.now() + (max(duration_s, 2 * RESOLUTION_S) if duration_s > 0 else 0.0)
+        self.motions.run_due()
+        while (left := end - self.now()) > RESOLUTION_S:
+            super().sleep(min(left, max(2 * RESOLUTION_S, self.motions.due - self.now())))
+            if end - self.now() > RESOLUTION_S:
+                self.motions.run_due()
+        return None
 
     def moves(self, port: OutputPort) -> None:
         """Remember that this motor is driven, and to stop it in the end."""
@@ -244,6 +278,7 @@ class Brick(Link):
 
     def stop_motors(self) -> None:
         """Brake the motors that were used, then switch them off, so that none stays under power."""
+        self.motions.end_all()
         ports = sorted(self._moved)
         self._moved.clear()
         for port in ports:
@@ -269,12 +304,16 @@ class Brick(Link):
             self.transport.close()
 
     def __enter__(self) -> Self:
+        self._termination.begin()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.close()
+        try:
+            self.close()
+        finally:
+            self._termination.end()
 
     def _tell(self, rest: Callable[[OutputPort], SetOutputState], ports: list[OutputPort]) -> None:
         for port in ports:

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, overload
 
 from behaviors.ports import Stop
-from nxtdrive.outputs import FULL_SPEED_DEG_S, braked, coasting, driven, held, sample
+from nxtdrive.cruise import Cruise
+from nxtdrive.moves import Move, Steps
+from nxtdrive.outputs import FULL_SPEED_DEG_S, braked, coasting, held, sample
 from nxtdrive.ports import MotorPort, in_range, output_port
+from nxtdrive.progress import STALL_S
+from nxtdrive.throttle import LEASE_RANGE_S, LEASE_S
 from nxtdrive.travel import Pace, Travel, Wheel
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
 
-LEASE_S = 1.0
-"""A motor that nobody stops goes on for about this time after the program has died."""
-RENEWAL_S = 0.4
-"""How often a living program renews the lease."""
 ACCELERATION_DEG_S2 = 2000.0
 """Of motions to an angle; a free motor reaches full speed within half a second."""
 SPEED_WINDOW_S = 0.1
@@ -25,6 +27,8 @@ STANDING_DEG_S = 20.0
 """A motor slower than this, though it should run, is stalled."""
 FASTEST_DEG_S = 900.0
 """Highest speed that regulation can keep: a fresh battery turns the free motor at about 1000."""
+SLOWEST_DEG_S = 10.0
+"""Lowest speed, and the step between speeds."""
 
 
 class Then(StrEnum):
@@ -35,49 +39,102 @@ class Then(StrEnum):
     HOLD = "hold"
 
 
+@dataclass(frozen=True, slots=True)
+class MotorSettings:
+    """How a motor moves.
+
+    Attributes:
+        speed_deg_s: Highest speed, 10..900; what is asked to be faster turns at this. A duty cycle is not limited.
+        acceleration_deg_s2: How fast the speed changes. None: 2000 on the way to an angle, else as fast as it can.
+        lease_s: About how long a motor goes on when program or link have died, 0.3..10: its limit is what it turns in
+            this time at the speed it was told, and at least 20 degrees.
+        stall_s: A motor that stands so long, though it should turn, is braked. None: never by `run` and `dc`.
+    """
+
+    speed_deg_s: float = FASTEST_DEG_S
+    acceleration_deg_s2: float | None = None
+    lease_s: float = LEASE_S
+    stall_s: float | None = STALL_S
+
+    def __post_init__(self) -> None:
+        in_range("speed_deg_s", self.speed_deg_s, SLOWEST_DEG_S, FASTEST_DEG_S)
+        in_range("lease_s", self.lease_s, *LEASE_RANGE_S)
+        if self.acceleration_deg_s2 is not None:
+            in_range("acceleration_deg_s2", self.acceleration_deg_s2, 1, math.inf)
+        if self.stall_s is not None:
+            in_range("stall_s", self.stall_s, 0.3, math.inf)
+
+
+SETTINGS = MotorSettings()
+
+
 class Motor:
     """The motor on one output port.
 
     `run` and `dc` return at once, and the motor turns until it is told otherwise; it stops by itself when the program
-    or the link dies (see `nxtdrive.outputs`), unless something holds it: a blocked motor never uses its lease up. The
-    other motions return when they are done, in bounded time.
+    or the link dies, and when something holds it while the program lives (docs/motion.md). The other motions end by
+    themselves in bounded time: they return when they are done, or with ``wait=False`` at once, and go on while the
+    program talks to the brick or sleeps by `Brick.sleep`. A motor told anew forgets what it was doing.
 
     Args:
         brick: An open brick.
         port: "A", "B" or "C".
         reversed: Whether the motor is built in the other way round.
+        settings: How fast it moves, and what stops it.
     """
 
-    def __init__(self, brick: Brick, port: MotorPort, *, reversed: bool = False) -> None:
+    def __init__(
+        self, brick: Brick, port: MotorPort, *, reversed: bool = False, settings: MotorSettings = SETTINGS
+    ) -> None:
         self.port = port
+        self.settings = settings
         self._brick = brick
         self._output = output_port(port)
         self._sign = -1 if reversed else 1
         self._zero = 0.0
-        self._wanted_deg_s = 0.0
+        self._cruise: Cruise | None = None
+        self._move: Move[Stop] | None = None
 
     def dc(self, power: int) -> None:
         """Turn with a duty cycle of -100..100 percent, whatever speed comes of it."""
         in_range("power", power, -100, 100)
-        self._start(power, FULL_SPEED_DEG_S, regulated=False)
-        self._wanted_deg_s = power / 100 * FULL_SPEED_DEG_S
+        self._begin(self._turn(power / 100 * FULL_SPEED_DEG_S, regulated=False))
 
     def run(self, speed_deg_s: float) -> None:
         """Turn at a regulated speed, -900..900 deg/s, in steps of 10."""
-        in_range("speed_deg_s", speed_deg_s, -FASTEST_DEG_S, FASTEST_DEG_S)
-        self._start(round(speed_deg_s / FULL_SPEED_DEG_S * 100), abs(speed_deg_s), regulated=True)
-        self._wanted_deg_s = speed_deg_s
+        self._begin(self._turn(self._limited(speed_deg_s), regulated=True))
 
-    def run_time(self, speed_deg_s: float, duration_s: float, then: Then = Then.HOLD) -> None:
-        """Turn at `speed_deg_s` for `duration_s`; returns afterwards."""
+    @overload
+    def run_time(
+        self, speed_deg_s: float, duration_s: float, then: Then = Then.HOLD, *, wait: Literal[True] = True
+    ) -> Stop: ...
+    @overload
+    def run_time(
+        self, speed_deg_s: float, duration_s: float, then: Then = Then.HOLD, *, wait: Literal[False]
+    ) -> Move[Stop]: ...
+    def run_time(
+        self, speed_deg_s: float, duration_s: float, then: Then = Then.HOLD, *, wait: bool = True
+    ) -> Stop | Move[Stop]:
+        """Turn at `speed_deg_s` for `duration_s`; returns afterwards.
+
+        Returns:
+            DONE, or STALLED if something holds the motor.
+        """
         in_range("duration_s", duration_s, 0, 3600)
-        self.run(speed_deg_s)
-        try:
-            self._brick.sleep(duration_s)
-        finally:
-            self._rest(then)
+        speed_deg_s, until_s = self._limited(speed_deg_s), self._brick.now() + duration_s
+        return self._finish(self._turn(speed_deg_s, regulated=True, until_s=until_s), then, wait)
 
-    def run_angle(self, speed_deg_s: float, angle_deg: float, then: Then = Then.HOLD) -> Stop:
+    @overload
+    def run_angle(
+        self, speed_deg_s: float, angle_deg: float, then: Then = Then.HOLD, *, wait: Literal[True] = True
+    ) -> Stop: ...
+    @overload
+    def run_angle(
+        self, speed_deg_s: float, angle_deg: float, then: Then = Then.HOLD, *, wait: Literal[False]
+    ) -> Move[Stop]: ...
+    def run_angle(
+        self, speed_deg_s: float, angle_deg: float, then: Then = Then.HOLD, *, wait: bool = True
+    ) -> Stop | Move[Stop]:
         """Turn by `angle_deg` at up to `speed_deg_s`, and return when it is there, to about 2 degrees.
 
         As in Pybricks, the direction is that of the signs together: both negative is forward.
@@ -85,28 +142,59 @@ class Motor:
         Returns:
             DONE, or STALLED or TIMEOUT if something holds the motor.
         """
-        in_range("speed_deg_s", abs(speed_deg_s), 10, FASTEST_DEG_S)
-        self._forget()
+        in_range("speed_deg_s", abs(speed_deg_s), SLOWEST_DEG_S, FASTEST_DEG_S)
+        settings = self.settings
+        pace = Pace(abs(self._limited(speed_deg_s)), settings.acceleration_deg_s2 or ACCELERATION_DEG_S2)
         wheel = Wheel(self._output, self._sign if speed_deg_s > 0 else -self._sign)
-        stop = Travel(self._brick, [wheel], Pace(abs(speed_deg_s), ACCELERATION_DEG_S2)).run(angle_deg)
-        self._rest(then)
-        return stop
+        stall_s = settings.stall_s or STALL_S
+        travel = Travel(self._brick, [wheel], pace, lease_s=settings.lease_s, stall_s=stall_s)
+        self._cruise = None
+        return self._finish(travel.steps(angle_deg), then, wait)
 
-    def run_target(self, speed_deg_s: float, target_deg: float, then: Then = Then.HOLD) -> Stop:
+    @overload
+    def run_target(
+        self, speed_deg_s: float, target_deg: float, then: Then = Then.HOLD, *, wait: Literal[True] = True
+    ) -> Stop: ...
+    @overload
+    def run_target(
+        self, speed_deg_s: float, target_deg: float, then: Then = Then.HOLD, *, wait: Literal[False]
+    ) -> Move[Stop]: ...
+    def run_target(
+        self, speed_deg_s: float, target_deg: float, then: Then = Then.HOLD, *, wait: bool = True
+    ) -> Stop | Move[Stop]:
         """Turn until `angle` is `target_deg`; otherwise as `run_angle`, and the sign of the speed does not matter."""
-        return self.run_angle(abs(speed_deg_s), target_deg - self.angle, then)
+        angle_deg = target_deg - self.angle
+        if wait:
+            return self.run_angle(abs(speed_deg_s), angle_deg, then)
+        return self.run_angle(abs(speed_deg_s), angle_deg, then, wait=False)
 
     def stop(self) -> None:
         """Switch off; the motor rolls out."""
+        self._take()
         self._rest(Then.COAST)
 
     def brake(self) -> None:
         """Stop now by shorting the motor; it can still be turned by force."""
+        self._take()
         self._rest(Then.BRAKE)
 
     def hold(self) -> None:
         """Stop now and stay: the firmware pushes back whatever turns the motor."""
+        self._take()
         self._rest(Then.HOLD)
+
+    @property
+    def done(self) -> bool:
+        """Whether no motion is under way; `run` and `dc` are done when the motor is stopped, by whatever reason."""
+        return self._move is None or self._move.done
+
+    def join(self) -> Stop:
+        """Wait for the end of the last motion; after `run` and `dc` that is a stall, or a stop by another thread.
+
+        Returns:
+            How it ended; DONE if there was none.
+        """
+        return Stop.DONE if self._move is None else self._move.join()
 
     @property
     def angle(self) -> float:
@@ -127,23 +215,54 @@ class Motor:
 
     @property
     def stalled(self) -> bool:
-        """Whether the motor stands though `run` or `dc` want it to turn; measured over a tenth of a second."""
-        if abs(self._wanted_deg_s) < STANDING_DEG_S:
+        """Whether the motor stands, or stood until it was braked, though `run` or `dc` want it to turn.
+
+        Measured over a tenth of a second.
+        """
+        if self._cruise is None or self._move is None:
+            return False
+        if self._move.done:
+            return self._move.join() is Stop.STALLED
+        if abs(self._cruise.speed_deg_s) < STANDING_DEG_S:
             return False
         return abs(self.speed) < STANDING_DEG_S
 
-    def _start(self, power: int, speed_deg_s: float, *, regulated: bool) -> None:
-        lease_deg = round(max(1.0, speed_deg_s * LEASE_S))
-        command = driven(self._output, self._sign * power, lease_deg, regulated=regulated)
-        self._brick.moves(self._output)
-        self._brick.request(command)
-        self._brick.repeat(self.port, command, RENEWAL_S)
+    def _limited(self, speed_deg_s: float) -> float:
+        in_range("speed_deg_s", speed_deg_s, -FASTEST_DEG_S, FASTEST_DEG_S)
+        limit = self.settings.speed_deg_s
+        return max(-limit, min(limit, speed_deg_s))
+
+    def _turn(self, speed_deg_s: float, *, regulated: bool, until_s: float = math.inf) -> Steps[Stop]:
+        """Turn until then; what the motor did before gives the speed to begin with."""
+        settings, before = self.settings, self._cruise
+        acceleration = settings.acceleration_deg_s2 or math.inf
+        self._cruise = cruise = Cruise(
+            self._brick, self._output, settings.lease_s, acceleration, settings.stall_s or math.inf
+        )
+        if before is not None and not self.done:
+            cruise.speed_deg_s = before.speed_deg_s
+        return cruise.steps(self._sign * speed_deg_s, regulated=regulated, until_s=until_s)
+
+    def _begin(self, steps: Steps[Stop]) -> Move[Stop]:
+        self._move = self._brick.motions.start([self._output], steps)
+        return self._move
+
+    def _finish(self, steps: Steps[Stop], then: Then, wait: bool) -> Stop | Move[Stop]:
+        move = self._begin(self._resting(steps, then))
+        return move.join() if wait else move
+
+    def _resting(self, steps: Steps[Stop], then: Then) -> Steps[Stop]:
+        stop = yield from steps
+        if stop is not Stop.CANCELLED:
+            self._rest(then)
+        return stop
+
+    def _take(self) -> None:
+        """Whatever moves this motor shall not do so any more."""
+        self._brick.motions.claim([self._output])
+        self._cruise = None
 
     def _rest(self, then: Then) -> None:
-        self._forget()
+        self._brick.forget(self._output.name)
         make = {Then.COAST: coasting, Then.BRAKE: braked, Then.HOLD: held}[then]
         self._brick.request(make(self._output))
-
-    def _forget(self) -> None:
-        self._wanted_deg_s = 0.0
-        self._brick.forget(self.port)

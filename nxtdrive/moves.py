@@ -31,7 +31,15 @@ log = logging.getLogger(__name__)
 
 
 class Cancelled(Exception):  # noqa: N818 - it is not an error
-    """Thrown into a motion that shall end now; the motion stops its motors and returns its outcome."""
+    """Thrown into a motion that shall end now; the motion brakes its motors and returns its outcome.
+
+    Attributes:
+        replaced: Whether somebody else is about to command a motor of it.
+    """
+
+    def __init__(self, *, replaced: bool = False) -> None:
+        super().__init__()
+        self.replaced = replaced
 
 
 class Move(Generic[R]):
@@ -79,7 +87,7 @@ class Move(Generic[R]):
 
     def cancel(self) -> None:
         """End it now, motors braked; nothing happens if it is over already."""
-        self._board.end(self)
+        self._board.end(self, Cancelled())
 
     def advance(self, reason: BaseException | None = None) -> None:
         """Run the next step, or end the motion for `reason`; the board does this.
@@ -147,7 +155,7 @@ class MoveBoard:
         wanted = set(ports)
         with self._lock:
             for move in [move for move in self._moves if wanted & move.ports]:
-                self.end(move)
+                self.end(move, Cancelled(replaced=True))
 
     def run_due(self) -> None:
         """Run one step of each motion that is due, the longest due first."""
@@ -159,7 +167,7 @@ class MoveBoard:
                 if not move.done:
                     self._advance(move, None if move.transport is self._brick.transport else _lost())
 
-    def end(self, move: Move[Any]) -> None:
+    def end(self, move: Move[Any], reason: Cancelled) -> None:
         """Cancel a motion.
 
         Raises:
@@ -170,13 +178,13 @@ class MoveBoard:
                 return
             if move is self._current:
                 raise LocalProtocolError("a motion cannot be cancelled by the guard it asks.")
-            self._advance(move, Cancelled())
+            self._advance(move, reason)
 
     def end_all(self) -> None:
         """Cancel every motion, and wait for the thread that drove them."""
         with self._lock:
             for move in [move for move in self._moves if move is not self._current]:
-                self.end(move)
+                self.end(move, Cancelled())
             thread = self._thread
         if thread is not None and thread is not threading.current_thread():
             self._nudged.set()
@@ -184,10 +192,12 @@ class MoveBoard:
 
     def wait(self, ended: threading.Event, due: float) -> None:
         """Let time pass until a motion that is due at `due` may have gone on."""
-        if self._inline:
-            self._brick.sleep(due - self._brick.now())
-        else:
+        if not self._inline:
             ended.wait()
+        elif (left_s := due - self._brick.now()) > RESOLUTION_S:
+            self._brick.sleep(left_s)
+        else:
+            self.run_due()
 
     def _advance(self, move: Move[Any], reason: BaseException | None = None) -> None:
         outer, self._current = self._current, move

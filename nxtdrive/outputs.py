@@ -60,8 +60,13 @@ def braked(port: OutputPort) -> SetOutputState:
 
 
 def held(port: OutputPort) -> SetOutputState:
-    """Stop a motor at once and let the firmware push it back whenever it is moved."""
-    return SetOutputState(port, 0, _HELD, RegulationMode.SPEED, 0, RunState.RUNNING, 0)
+    """Stop a motor at once and let the firmware push it back whenever it is moved.
+
+    The turn ratio means nothing to a single motor, but as it differs from that of a brake, a motor that was braked a
+    moment ago does not take the command for the old one, which would leave the counts of braking to be pushed back
+    (docs/firmware.md section 9.1).
+    """
+    return SetOutputState(port, 0, _HELD, RegulationMode.SPEED, 1, RunState.RUNNING, 0)
 
 
 def coasting(port: OutputPort) -> SetOutputState:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, overload
 
 from behaviors.ports import Motion, Pose, Stop
 from firmware_protocol.errors import ConfigError
+from nxtdrive.moves import Move, Steps
 from nxtdrive.outputs import FULL_SPEED_DEG_S, Sample, sample
 from nxtdrive.ports import MotorPort, SensorPort, output_port
 from nxtdrive.safety import Lookout, SafetyStop
 from nxtdrive.sensors import Touch, Ultrasonic
-from nxtdrive.travel import Pace, Throttle, Travel, Wheel, unguarded
+from nxtdrive.throttle import LEASE_RANGE_S, LEASE_S, Throttle
+from nxtdrive.travel import Pace, Travel, Wheel, unguarded
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -37,12 +40,15 @@ class DriveSettings:
         acceleration_mm_s2: Of `straight`, speeding up and slowing down.
         turn_deg_s: Of `turn`.
         turn_acceleration_deg_s2: Of `turn`, speeding up and slowing down.
+        lease_s: About how long the robot drives on when program or link have died, or nobody calls `drive` again:
+            0.3..10. A wheel's limit is what it turns in this time, and at least 20 degrees.
     """
 
     speed_mm_s: float = 200.0
     acceleration_mm_s2: float = 400.0
     turn_deg_s: float = 120.0
     turn_acceleration_deg_s2: float = 300.0
+    lease_s: float = LEASE_S
 
 
 SAFETY = SafetyStop()
@@ -52,6 +58,10 @@ START = Pose()
 
 class Rover:
     """Two wheels that drive and steer. Positive is right; the pose is in the frame of the start.
+
+    `straight` and `turn` return when the robot is at rest, or with ``wait=False`` at once; then they go on while the
+    program talks to the brick or sleeps by `Brick.sleep`. The next motion, `drive` or `stop` cancels them. During such a
+    motion ask the rover for range and bumper: two who question a sensor at once get in each other's way.
 
     Args:
         brick: An open brick.
@@ -96,13 +106,20 @@ class Rover:
             safety,
             brick.now,
         )
-        self._throttle = Throttle(brick)
+        self._throttle = Throttle(brick, settings.lease_s)
+        self._move: Move[Motion] | None = None
+        self._asking = threading.Lock()
+        self._counting = threading.Lock()
         self._pose = Pose()
         self._last: Sample | None = None
 
     # --- motion ---
 
-    def straight(self, distance_mm: float) -> Motion:
+    @overload
+    def straight(self, distance_mm: float, *, wait: Literal[True] = True) -> Motion: ...
+    @overload
+    def straight(self, distance_mm: float, *, wait: Literal[False]) -> Move[Motion]: ...
+    def straight(self, distance_mm: float, *, wait: bool = True) -> Motion | Move[Motion]:
         """Drive `distance_mm` along the heading, negative: back; returns at rest.
 
         The safety stop may end a drive forward. Every drive is bounded in time.
@@ -110,23 +127,28 @@ class Rover:
         _check_amount("distance_mm", distance_mm, STRAIGHT_RANGE_MM)
         limit = self.settings
         pace = Pace(self._wheel_deg(limit.speed_mm_s), self._wheel_deg(limit.acceleration_mm_s2))
-        return self._travel((1, 1), self._wheel_deg(distance_mm), pace, guarded=distance_mm > 0)
+        return self._travel((1, 1), self._wheel_deg(distance_mm), pace, guarded=distance_mm > 0, wait=wait)
 
-    def turn(self, angle_deg: float) -> Motion:
+    @overload
+    def turn(self, angle_deg: float, *, wait: Literal[True] = True) -> Motion: ...
+    @overload
+    def turn(self, angle_deg: float, *, wait: Literal[False]) -> Move[Motion]: ...
+    def turn(self, angle_deg: float, *, wait: bool = True) -> Motion | Move[Motion]:
         """Turn on the spot by `angle_deg`, positive right; returns at rest."""
         _check_amount("angle_deg", angle_deg, TURN_RANGE_DEG)
         limit = self.settings
         pace = Pace(self._turn_deg(limit.turn_deg_s), self._turn_deg(limit.turn_acceleration_deg_s2))
-        return self._travel((1, -1), self._turn_deg(angle_deg), pace, guarded=False)
+        return self._travel((1, -1), self._turn_deg(angle_deg), pace, guarded=False, wait=wait)
 
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> Stop | None:
-        """Drive on until the next call, for at most one lease of about half a second.
+        """Drive on until the next call, for at most one lease.
 
         What is faster than the motors is driven slower, on the same curve.
 
         Returns:
             What the safety stop objects to, the motors then being braked already; or None.
         """
+        self._brick.motions.claim(self._ports)
         if speed_mm_s > 0 and (objection := self._lookout.watch(self._pose)) is not None:
             self.stop()
             return objection
@@ -137,8 +159,14 @@ class Rover:
             self._throttle.run(port, self._forward * speed / excess)
         return None
 
+    @property
+    def done(self) -> bool:
+        """Whether neither `straight` nor `turn` is under way."""
+        return self._move is None or self._move.done
+
     def stop(self) -> None:
         """Motors off, brakes on, now."""
+        self._brick.motions.claim(self._ports)
         self._throttle.brake(self._ports)
 
     # --- senses ---
@@ -155,11 +183,13 @@ class Rover:
 
     def range_mm(self) -> float | None:
         """Distance ahead by ultrasound, or None without an echo or without a sensor."""
-        return self._lookout.range_mm(self._pose)
+        with self._asking:
+            return self._lookout.range_mm(self._pose)
 
     def touching(self) -> bool:
         """Whether the bumper is pressed; False without a sensor."""
-        return self._lookout.touching()
+        with self._asking:
+            return self._lookout.touching()
 
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off."""
@@ -171,15 +201,23 @@ class Rover:
 
     # --- how ---
 
-    def _travel(self, signs: tuple[int, int], angle_deg: float, pace: Pace, *, guarded: bool) -> Motion:
+    def _travel(
+        self, signs: tuple[int, int], angle_deg: float, pace: Pace, *, guarded: bool, wait: bool
+    ) -> Motion | Move[Motion]:
+        self._brick.motions.claim(self._ports)
+        move = self._move = self._brick.motions.start(self._ports, self._steps(signs, angle_deg, pace, guarded))
+        return move.join() if wait else move
+
+    def _steps(self, signs: tuple[int, int], angle_deg: float, pace: Pace, guarded: bool) -> Steps[Motion]:
         begin = self.pose()
         if guarded and (objection := self._lookout.clear_to_go(self._pose)) is not None:
-            self.stop()
+            self._throttle.brake(self._ports)
             return Motion(objection, 0.0, 0.0)
         wheels = [Wheel(port, self._forward * sign) for port, sign in zip(self._ports, signs, strict=True)]
-        self._throttle = Throttle(self._brick)
+        self._throttle = Throttle(self._brick, self.settings.lease_s)
         guard = self._guard if guarded else unguarded
-        stop = Travel(self._brick, wheels, pace, guard=guard, note=self._note).run(angle_deg)
+        travel = Travel(self._brick, wheels, pace, guard=guard, note=self._note, lease_s=self.settings.lease_s)
+        stop = yield from travel.steps(angle_deg)
         return self._motion_since(begin, stop)
 
     def _motion_since(self, begin: Pose, stop: Stop) -> Motion:
@@ -200,7 +238,14 @@ class Rover:
         Starting and stopping a program zeroes the counters (docs/firmware.md section 1, fact 4), and so does switching
         the brick off; such a jump is no motion.
         """
-        before, self._last = self._last, reading
+        with self._counting:
+            self._integrate(reading)
+
+    def _integrate(self, reading: Sample) -> None:
+        before = self._last
+        if before is not None and reading.time_s < before.time_s:
+            return  # another thread has asked later and was answered sooner
+        self._last = reading
         if before is None:
             return
         steps = [now - then for now, then in zip(reading.angles_deg, before.angles_deg, strict=True)]
@@ -212,7 +257,13 @@ class Rover:
         self._pose = Pose(x_mm, y_mm, self._pose.heading_deg + turned_deg)
 
     def _guard(self, near: bool) -> Stop | None:
-        return self._lookout.watch(self._pose, ask=not near)
+        """What objects to going on; while the program itself asks a sensor, what is known already must do."""
+        mine = self._asking.acquire(blocking=False)
+        try:
+            return self._lookout.watch(self._pose, ask=mine and not near)
+        finally:
+            if mine:
+                self._asking.release()
 
 
 def _check(
@@ -236,6 +287,8 @@ def _check(
     fastest_mm_s = FASTEST_DEG_S * math.pi * wheel_diameter_mm / 360
     _check_setting("speed_mm_s", settings.speed_mm_s, fastest_mm_s)
     _check_setting("turn_deg_s", settings.turn_deg_s, math.degrees(2 * fastest_mm_s / axle_track_mm))
+    if not LEASE_RANGE_S[0] <= settings.lease_s <= LEASE_RANGE_S[1]:
+        raise ConfigError("lease_s must be from {:g} to {:g}, not {!r}.".format(*LEASE_RANGE_S, settings.lease_s))
     _check_setting("acceleration_mm_s2", settings.acceleration_mm_s2, math.inf)
     _check_setting("turn_acceleration_deg_s2", settings.turn_acceleration_deg_s2, math.inf)
 

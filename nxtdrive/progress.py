@@ -1,0 +1,84 @@
+"""How a motion comes along, as seen in readings of the wheels: where, how fast, when to brake, whether it stands."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+
+from behaviors.ports import Stop
+
+CREEP_DEG_S = 60.0
+"""Speed of the last stretch: six counts per regulation period."""
+START_S = 0.16
+"""From rest a regulated motor does nothing for one period of 101 ms (docs/firmware.md section 1, fact 15), and its own
+inertia holds it back for TAU, 60 ms (section 0.2)."""
+SEEN_DEG_S = 20.0
+"""From this speed on a wheel is seen to move."""
+BRAKING_S = 0.015
+"""A braked motor turns on by its speed times this. Source: docs/firmware.md section 0.2, TAUBRAKE."""
+WINDOW_S = 0.08
+"""Over this time the speed is measured; one count in one cycle says nothing yet."""
+STALL_S = 0.7
+"""A wheel that has not moved for this time, though it should, is stalled."""
+STALL_DEG = 2.0
+"""Less than this is no motion: a wheel under load trembles."""
+
+
+class Progress:
+    """How a motion comes along.
+
+    Attributes:
+        rest: Degrees to the goal, negative if it lies behind.
+        done: Degrees covered since the first note.
+        speed: Towards the goal, deg/s, over the last `WINDOW_S`; 0 until there is something to compare.
+
+    Args:
+        stall_s: A wheel that has not moved for so long is stalled.
+    """
+
+    def __init__(self, stall_s: float = STALL_S) -> None:
+        self._stall_s = stall_s
+        self.rest = self.done = self.speed = 0.0
+        self._notes: deque[tuple[float, float]] = deque()
+        self._moved: list[tuple[float, float]] = []
+        self._first = self._began = self._now = 0.0
+        self._direction = 1.0
+
+    def note(self, time_s: float, rests: Sequence[float]) -> None:
+        """Take one reading: when it was, and how far each wheel had to go."""
+        rest = sum(rests) / len(rests)
+        if not self._moved:
+            self._first, self._began, self._direction = rest, time_s, math.copysign(1, rest)
+            self._moved = [(time_s, each) for each in rests]
+        self._now, self.rest, self.done = time_s, rest, abs(self._first - rest)
+        notes = self._notes
+        notes.append((time_s, rest))
+        while len(notes) > 2 and time_s - notes[1][0] >= WINDOW_S:
+            notes.popleft()
+        then, before = notes[0]
+        if time_s > then:
+            self.speed = (before - rest) / (time_s - then) * self._direction
+        for i, each in enumerate(rests):
+            if abs(each - self._moved[i][1]) > STALL_DEG:
+                self._moved[i] = (time_s, each)
+
+    def brake_at(self, delay_s: float) -> float:
+        """When to send the brake, on the link's clock.
+
+        A wheel seen moving is at the goal after `rest` / `speed`. A short motion may be over before its speed could be
+        seen; it is reckoned from its first command, in step with which the regulator counts.
+
+        Args:
+            delay_s: Round trip of the link; half of it passes before the brake acts.
+        """
+        rest = self.rest * self._direction
+        if rest <= 0:
+            return 0.0
+        if self.speed >= SEEN_DEG_S:
+            return self._now + rest / self.speed - BRAKING_S - delay_s / 2
+        return self._began + delay_s / 2 + START_S + self._first * self._direction / CREEP_DEG_S - BRAKING_S
+
+    def stalled(self) -> Stop | None:
+        """STALLED if some wheel has not moved for `stall_s`."""
+        return Stop.STALLED if any(self._now - since > self._stall_s for since, _ in self._moved) else None
