@@ -88,7 +88,10 @@ class NxtServerTransport(WallClock):
         self._check_open()
         if not self._arrived:
             self._await(timeout_s)
-        return self._arrived.popleft() if self._arrived else None
+        if not self._arrived:
+            self._due = False  # who has waited in vain need not do it again before the next telegram
+            return None
+        return self._arrived.popleft()
 
     def close(self) -> None:
         """Say good bye; the server then waits for the next program."""

@@ -142,7 +142,9 @@ class TraceWriter:
             self._file.write(header.header() + "\n")
 
     def write(self, entry: Entry) -> None:
-        """Add a line."""
+        """Add a line; nothing happens when the file is closed."""
+        if self._file.closed:
+            return
         self._file.write(entry.to_json() + "\n")
         self._file.flush()
 

@@ -9,9 +9,12 @@ import errno
 import os
 import select
 import socket
+import tempfile
 import threading
 import tty
+from concurrent.futures import ThreadPoolExecutor
 from enum import Enum, auto
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -20,9 +23,12 @@ import usb.core
 
 from firmware_protocol.framing import FrameReader, frame
 from nxtdrive.transports.address import Address
+from nxtdrive.transports.nxt_server import NxtServerTransport
+from nxtdrive.transports.record import RecordTransport
 from nxtdrive.transports.serial_port import SerialTransport
 from nxtdrive.transports.sim import SimTransport
 from nxtdrive.transports.tcp import TcpTransport
+from nxtdrive.transports.trace_file import Trace, TraceWriter
 from nxtdrive.transports.usb_port import UsbTransport
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.simulation import LinkFaults, Simulation
@@ -194,6 +200,59 @@ class TcpRig(Rig):
         return transport
 
 
+class DatagramServer(StreamServer):
+    """Serves a peer as nxt-python's server does: whatever is read at once is one telegram."""
+
+    def run(self):
+        with contextlib.suppress(OSError):
+            while data := self.read():
+                if data == b"\x98":
+                    self.write(b"usb")
+                elif data == b"\x99" or not self.serve(data):
+                    return
+
+    def serve(self, telegram):
+        replies, fault = self.peer.answer(telegram)
+        if fault is Fault.UNPLUG:
+            self.hang_up()
+            return False
+        for reply in replies:
+            self.write(reply)
+        return True
+
+
+class NxtServerRig(Rig):
+    """nxt-python's server protocol on the loopback interface."""
+
+    def connect(self, faults):
+        listener = self.stack.enter_context(socket.create_server(("127.0.0.1", 0)))
+        address = Address.parse(f"nxt-server://127.0.0.1:{listener.getsockname()[1]}")
+        with ThreadPoolExecutor(1) as other:
+            opening = other.submit(NxtServerTransport.open, address)
+            connection = self.stack.enter_context(listener.accept()[0])
+            server = DatagramServer(Peer(faults), lambda: connection.recv(64), connection.sendall, connection.close)
+            server.start()
+            transport = opening.result()
+
+        def end():
+            with contextlib.suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)
+            server.join()
+
+        self.stack.callback(end)
+        return transport
+
+
+class RecordRig(SimRig):
+    """The simulator, recorded."""
+
+    def connect(self, faults):
+        path = Path(self.stack.enter_context(tempfile.TemporaryDirectory())) / "talk.nxttrace"
+        inner = super().connect(faults)
+        header = Trace(inner.address, inner.max_telegram)
+        return RecordTransport(inner, TraceWriter(path, header), path, inner.now())
+
+
 class SimulatedUsb(usb.backend.IBackend):
     """A USB bus with one brick on it. Descriptors: docs/firmware.md section 2 and LEGO's d_usb.c.
 
@@ -356,7 +415,14 @@ class HardwareRig(Rig):
         return open_transport(self.address)
 
 
-RIGS = {"sim": SimRig, "serial": SerialRig, "tcp": TcpRig, "usb": UsbRig}
+RIGS = {
+    "sim": SimRig,
+    "serial": SerialRig,
+    "tcp": TcpRig,
+    "usb": UsbRig,
+    "nxt-server": NxtServerRig,
+    "record": RecordRig,
+}
 
 
 def pytest_generate_tests(metafunc):

@@ -1,0 +1,200 @@
+"""The file system, and that what the firmware stumbles over never reaches it."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firmware_protocol.errors import BrickError, LinkLost, LocalProtocolError
+from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT
+from firmware_protocol.status import Status
+from firmware_protocol.system import Close, Delete, OpenRead, OpenWrite, OpenWriteData, Read, Write
+from nxtdrive.brick import Brick
+from nxtdrive.files import FileEntry
+from nxtdrive.transports.sim import SimTransport
+from sim_backend.simulation import LinkFaults, Simulation
+
+SETTINGS_FILE = "NVConfig.sys"
+HANDLES = 16
+FOR_EVER_MS = 10**9
+
+
+@pytest.fixture
+def files(lab):
+    """The files of a fresh brick."""
+    return lab().brick.files
+
+
+class Watched(SimTransport):
+    """Notes what is sent."""
+
+    def __init__(self, *args, **options):
+        super().__init__(*args, **options)
+        self.sent = []
+
+    def send(self, telegram):
+        self.sent.append(telegram)
+        super().send(telegram)
+
+    def requests(self, command):
+        """What was sent of a command."""
+        head = bytes((command.kind, command.opcode))
+        return [command.decode(telegram) for telegram in self.sent if telegram[:2] == head]
+
+
+@pytest.fixture
+def watched():
+    """A brick, and the transport to it that notes what is sent."""
+    transport = Watched(Simulation("open"))
+    with Brick(transport) as brick:
+        yield brick, transport
+
+
+@given(st.binary(min_size=1, max_size=2000))
+@settings(max_examples=20, deadline=None)
+def test_what_was_written_is_read_back(content):
+    with Brick(SimTransport(Simulation("open"))) as brick:
+        brick.files.write("data.bin", content)
+        assert brick.files.read("data.bin") == content
+        assert brick.files.ls("DATA.*") == [FileEntry("data.bin", len(content))]
+
+
+def test_patterns_are_those_of_a_shell(files):
+    for name in ("alpha.txt", "alp.txt", "beta.rxe", "none"):
+        files.write(name, b"x")
+
+    def names(pattern):
+        return [entry.name for entry in files.ls(pattern)]
+
+    assert names("*") == ["alp.txt", "alpha.txt", "beta.rxe", "none", SETTINGS_FILE]
+    assert names("al*") == ["alp.txt", "alpha.txt"]
+    assert names("*.rxe") == ["beta.rxe"]
+    assert names("NON?") == ["none"]
+    assert names("x*") == []
+
+
+def test_progress_is_reported_piece_by_piece(files):
+    heard = []
+    files.write("data.bin", bytes(150), lambda done, total: heard.append((done, total)))
+    assert heard == [(61, 150), (122, 150), (150, 150)]
+    heard.clear()
+    files.read("data.bin", lambda done, total: heard.append((done, total)))
+    assert heard == [(58, 150), (116, 150), (150, 150)]
+
+
+def test_a_file_is_replaced_only_if_that_is_wished(files):
+    files.write("data.bin", b"old")
+    with pytest.raises(BrickError) as caught:
+        files.write("data.bin", b"new")
+    assert caught.value.status is Status.FILE_EXISTS
+    assert files.read("data.bin") == b"old"
+    files.write("data.bin", b"new", replace=True)
+    files.write("other.bin", b"new", replace=True)
+    assert files.read("data.bin") == b"new"
+
+
+def test_deleting_makes_room(files):
+    files.write("data.bin", bytes(5000))
+    before = files.free_bytes
+    files.delete("data.bin")
+    assert files.free_bytes > before + 5000
+    with pytest.raises(BrickError, match="file not found"):
+        files.delete("data.bin")
+
+
+def test_a_file_that_is_not_there(files):
+    assert not files.exists("data.bin")
+    with pytest.raises(BrickError, match="file not found"):
+        files.read("data.bin")
+
+
+@pytest.mark.parametrize("name", ["", "a" * 20, "a*.txt", "*.*", "wh?t", "tab\t.txt", "a/b", "ü.txt", "nul\0.txt"])
+@pytest.mark.parametrize("operation", ["read", "delete", "exists", "write"])
+def test_bad_names_never_leave_the_computer(direct, name, operation):
+    with Brick(direct) as brick, pytest.raises(LocalProtocolError, match="name"):
+        getattr(brick.files, operation)(name, *([b"x"] if operation == "write" else []))
+    assert direct.sent == []
+
+
+def test_an_empty_file_is_never_written(direct):
+    with Brick(direct) as brick, pytest.raises(LocalProtocolError, match="empty"):
+        brick.files.write("data.bin", b"")
+    assert direct.sent == []
+
+
+def test_an_empty_file_is_never_opened(watched):
+    """Opening one closes handle 0, whosever it is."""
+    brick, transport = watched
+    handle = brick.request(OpenWrite("empty.txt", 0)).handle
+    brick.request(Close(handle))
+    assert brick.files.read("empty.txt") == b""
+    assert transport.requests(OpenRead) == []
+
+
+@pytest.mark.parametrize("size", [1, 57, 58, 59, 116, 117, 1000])
+def test_over_usb_no_read_asks_for_more_than_58_bytes_nor_beyond_the_end(watched, size):
+    brick, transport = watched
+    brick.files.write("data.bin", bytes(size))
+    brick.files.read("data.bin")
+    asked = [read.size for read in transport.requests(Read)]
+    assert max(asked) <= 58
+    assert sum(asked) == size
+    assert max(len(write.data) for write in transport.requests(Write)) <= 61
+
+
+def test_over_bluetooth_pieces_fill_the_bricks_buffer_and_no_more(watched):
+    brick, transport = watched
+    brick.files.write("data.bin", bytes(1000))
+    brick.max_telegram = BLUETOOTH_TELEGRAM_LIMIT
+    with pytest.raises(Exception, match="asked for"):  # the simulated cable delivers less than a radio
+        brick.files.read("data.bin")
+    assert {read.size for read in transport.requests(Read)} == {122}
+
+
+def test_every_handle_is_closed_whatever_happens(files):
+    files.write("data.bin", bytes(200))
+
+    def stumble(done, total):
+        raise RuntimeError("stumbled")
+
+    for _ in range(2 * HANDLES):
+        files.ls()
+        files.read("data.bin")
+        with pytest.raises(RuntimeError):
+            files.read("data.bin", stumble)
+        with pytest.raises(RuntimeError):
+            files.write("half.bin", bytes(200), stumble)
+        with pytest.raises(BrickError):
+            files.write("data.bin", b"x")
+    assert not files.exists("half.bin")
+
+
+def test_nothing_is_deleted_while_a_download_is_open(watched):
+    """Its sectors would be given to the next file."""
+    brick, transport = watched
+    brick.files.write("old.bin", b"x")
+
+    def interfere(done, total):
+        brick.files.delete("old.bin")
+
+    with pytest.raises(LocalProtocolError, match="while another"):
+        brick.files.write("new.bin", bytes(200), interfere)
+    assert transport.requests(Delete) == []
+
+
+def test_nothing_is_ever_appended(watched):
+    """Appending writes to the wrong page of flash at some sizes; whole files are written instead."""
+    brick, transport = watched
+    brick.files.write("log.txt", b"one", replace=True)
+    brick.files.write("log.txt", brick.files.read("log.txt") + b"two", replace=True)
+    assert brick.files.read("log.txt") == b"onetwo"
+    assert transport.requests(OpenWriteData) == []
+
+
+def test_a_link_lost_in_the_middle_is_told_and_leaves_no_part_of_the_file(lab):
+    room = lab(faults=LinkFaults(unplugged_ms=((20, 1000),)))
+    with pytest.raises(LinkLost):
+        room.brick.files.write("data.bin", bytes(5000))
+    room.simulation.advance(2000)
+    room.brick.reconnect()
+    assert not room.brick.files.exists("data.bin")
+    room.brick.files.write("data.bin", bytes(5000))

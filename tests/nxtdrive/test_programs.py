@@ -1,0 +1,128 @@
+"""Starting and stopping programs; the programs themselves are those of the golden records."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from firmware_protocol.direct import GetInputValues, StartProgram, StopProgram
+from firmware_protocol.enums import InputPort, SensorType
+from firmware_protocol.errors import BrickBusy, BrickError, LocalProtocolError
+from firmware_protocol.status import Status
+from nxtdrive.brick import Brick
+
+GOLDEN = Path(__file__).parents[1] / "golden" / "firmware.jsonl"
+
+
+def _content(name):
+    """The bytes of a program that the golden records write to the brick."""
+    content, writing = b"", False
+    for line in GOLDEN.read_text(encoding="utf-8").splitlines():
+        record = json.loads(line)
+        if record["scenario"] != "program_lifecycle" or "request" not in record:
+            continue
+        request = bytes.fromhex(record["request"])
+        if request[:2] == b"\x01\x81":
+            writing = request[2:22].rstrip(b"\0").decode() == name
+        elif request[:2] == b"\x01\x83" and writing:
+            content += request[3:]
+    return content
+
+
+@pytest.fixture
+def room(lab):
+    """A brick with a program that runs for ever, one that ends at once and one that cannot run."""
+    made = lab()
+    for name in ("loop.rxe", "end.rxe", "bad.rxe"):
+        made.brick.files.write(name, _content(name))
+    return made
+
+
+def test_a_program_runs_until_it_is_stopped(room):
+    assert room.brick.program is None
+    room.brick.start_program("loop.rxe")
+    assert room.brick.program == "loop.rxe"
+    assert room.brick.stop_program()
+    assert room.brick.program is None
+
+
+def test_a_start_right_after_an_end_is_not_lost(room):
+    """The firmware says OK and does nothing for 750 ms after a program has ended."""
+    for _ in range(3):
+        room.brick.start_program("loop.rxe")
+        assert room.brick.program == "loop.rxe"
+        room.brick.stop_program()
+
+
+def test_a_start_that_the_firmware_would_lose_is_an_error(room, monkeypatch):
+    monkeypatch.setattr("nxtdrive.programs.BUSY_S", 0.1)
+    room.brick.start_program("loop.rxe")
+    room.brick.stop_program()
+    with pytest.raises(BrickBusy, match="busy with itself"):
+        room.brick.start_program("loop.rxe")
+
+
+def test_a_very_short_program_counts_as_started(room):
+    room.brick.start_program("end.rxe")
+    room.brick.sleep(0.1)
+    assert room.brick.program is None
+
+
+def test_a_file_that_is_no_good_program_is_an_error(room):
+    with pytest.raises(BrickBusy, match=r"cannot run bad\.rxe"):
+        room.brick.start_program("bad.rxe")
+
+
+def test_a_second_program_is_refused(room):
+    room.brick.start_program("loop.rxe")
+    with pytest.raises(BrickBusy, match=r"loop\.rxe is running"):
+        room.brick.start_program("end.rxe")
+
+
+@pytest.mark.parametrize("name", ["notes.txt", "hello.rso", "settings.sys", "program", "x.rxe.bak"])
+def test_what_would_wedge_the_brick_is_not_started(direct, name):
+    with Brick(direct) as brick, pytest.raises(LocalProtocolError, match="hang"):
+        brick.start_program(name)
+    assert direct.sent == []
+
+
+def test_a_missing_program_is_named_as_such(direct):
+    """The firmware would answer "out of range"."""
+    with Brick(direct) as brick, pytest.raises(BrickError) as caught:
+        brick.start_program("nothing.rxe")
+    assert caught.value.status is Status.FILE_NOT_FOUND
+    assert all(telegram[:2] != StartProgram("x").encode()[:2] for telegram in direct.sent)
+
+
+def test_stopping_twice_sends_one_stop_and_the_next_program_lives(room):
+    """A second stop right behind the first would end the next program at its start."""
+    room.brick.start_program("loop.rxe")
+    assert room.brick.stop_program()
+    assert not room.brick.stop_program()
+    room.brick.start_program("loop.rxe")
+    room.brick.sleep(1)
+    assert room.brick.program == "loop.rxe"
+
+
+def test_without_a_program_no_stop_is_sent(direct):
+    with Brick(direct) as brick:
+        assert not brick.stop_program()
+    assert StopProgram().encode() not in direct.sent
+
+
+def test_our_motors_are_at_rest_before_a_program_resets_them(room):
+    room.brick.motor("A").run(500)
+    room.brick.sleep(0.5)
+    room.brick.start_program("loop.rxe")
+    room.brick.sleep(2)
+    assert not room.output("A").actual_speed, "no lease is renewed under the program"
+
+
+def test_sensors_are_set_up_again_after_a_program(room):
+    sensor = room.brick.touch(1)
+    assert not sensor.pressed
+    room.brick.start_program("loop.rxe")
+    assert room.brick.request(GetInputValues(InputPort.IN_1)).type is SensorType.NONE
+    room.brick.stop_program()
+    assert not sensor.pressed
+    assert room.brick.request(GetInputValues(InputPort.IN_1)).type is SensorType.SWITCH
