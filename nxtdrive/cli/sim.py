@@ -14,12 +14,13 @@ Let any program for a real brick talk to the simulated one, in real time.
 serve  opens ports that stay until Ctrl-C: a serial port as a brick's Bluetooth
        has, TCP, nxt-python's nxt-server; as many at once as you like, all of
        them on one brick. Its camera is a stream.
-exec   runs a Python program that looks for a brick on USB, and it finds one.
+exec   runs a program that looks for a brick on USB, and it finds one.
 check  replays a recorded conversation with a brick and says what differs."""
 EXAMPLES = """\
   nxtdrive sim serve --pty /tmp/nxt
   nxtdrive sim serve --pty /tmp/nxt --tcp 2728 --nxt-server 2727 --world arena
   nxtdrive sim exec -- nxt-test --backend usb
+  nxtdrive sim exec --native -- t2n -i
   nxtdrive sim exec --latency-ms 30 -- python my_robot.py
   nxtdrive sim check tests/golden/firmware.jsonl --firmware 1.05"""
 
@@ -31,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``serve``, ``exec`` and ``check`` and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     _add_serve(actions.add_parser("serve", help="a serial port, TCP ports and a camera stream"))
-    _add_exec(actions.add_parser("exec", help="run a Python program with the simulated brick on USB"))
+    _add_exec(actions.add_parser("exec", help="run a program with the simulated brick on USB"))
     add_check_arguments(actions.add_parser("check", help="hold the simulated brick against a recorded conversation"))
 
 
@@ -67,6 +68,9 @@ def _add_serve(serve: argparse.ArgumentParser) -> None:
 
 def _add_exec(execute: argparse.ArgumentParser) -> None:
     _add_simulation(execute)
+    execute.add_argument(
+        "--native", action="store_true", help="any program that uses libusb, by umockdev; else Python ones, by pyusb"
+    )
     execute.add_argument(
         "program", metavar="-- COMMAND", nargs=argparse.REMAINDER, help="the program and its arguments"
     )

@@ -1,4 +1,4 @@
-"""``nxtdrive sim exec``: runs a Python program with the simulated brick on its USB.
+"""``nxtdrive sim exec``: runs a program with the simulated brick on its USB.
 
 The brick stays in this process and follows the wall clock whatever the program does: it may compute, use threads, start
 programs of its own or be killed.
@@ -25,10 +25,12 @@ from sim_backend.doors.switchboard import Switchboard
 from sim_backend.simulation import DEFAULT_WORLD, Simulation
 
 HOOK = Path(sim_backend.doors.__file__).parent / "usb_hook"
-"""Folder of the `sitecustomize` that puts the brick on USB."""
+"""Folder of the `sitecustomize` that puts the brick under pyusb, and of the program that puts it under libusb."""
 
 VARIABLE = "NXTDRIVE_SIM_USB"
 """Tells it where the brick is."""
+
+CAN_UMOCKDEV = "import gi; gi.require_version('UMockdev', '1.0'); from gi.repository import UMockdev"
 
 SIGNALLED = 128
 """Shells add this to the number of the signal that ended a program."""
@@ -47,7 +49,10 @@ def execute(args: argparse.Namespace, program: Sequence[str]) -> int:
         door = closing.enter_context(contextlib.closing(UsbDoor(serial_number, now=clock.now)))
         switchboard = closing.enter_context(contextlib.closing(Switchboard([door], plug_in)))
         server = RealTimeServer(simulation, switchboard, now=clock.now, wait=wait_for_news)
-        child = _start(program, environment(os.environ, door.port, serial_number))
+        if args.native:
+            child = _start([*_native(), "127.0.0.1", str(door.port), serial_number, *program], os.environ)
+        else:
+            child = _start(program, environment(os.environ, door.port, serial_number))
         # Ctrl-C reaches the program by itself, and it is the program's to say what that means
         with child, handling(lambda number, _: _pass_on(child, number)):
             server.run(lambda: child.poll() is not None, lambda _: None)
@@ -66,6 +71,27 @@ def environment(base: Mapping[str, str], port: int, serial_number: str) -> dict[
     """
     path = os.pathsep.join(filter(None, [str(HOOK), base.get("PYTHONPATH")]))
     return {**base, "PYTHONPATH": path, VARIABLE: f"127.0.0.1:{port}/{serial_number}"}
+
+
+def umockdev_interpreter() -> str | None:
+    """A Python that has umockdev's bindings: this one or the system's, or None."""
+    for interpreter in (sys.executable, "/usr/bin/python3"):
+        if Path(interpreter).exists():
+            tried = subprocess.run([interpreter, "-c", CAN_UMOCKDEV], check=False, capture_output=True)  # noqa: S603
+            if tried.returncode == 0:
+                return interpreter
+    return None
+
+
+def _native() -> list[str]:
+    """The command that puts the brick under libusb instead of under pyusb."""
+    interpreter = umockdev_interpreter()
+    if interpreter is None:
+        raise ConfigError(
+            "native programs need umockdev with its Python bindings.",
+            remedy="On Debian: apt install python3-gi gir1.2-umockdev-1.0; for Python programs leave --native out.",
+        )
+    return [interpreter, str(HOOK / "native.py")]
 
 
 def _start(program: Sequence[str], environ: Mapping[str, str]) -> subprocess.Popen[bytes]:

@@ -57,8 +57,9 @@ def _bus(brick: str) -> object:
     """The bus with the brick that is served at `brick`."""
     where, _, serial_number = brick.partition("/")
     host, _, port = where.rpartition(":")
-    ours = _load("nxtdrive_usb_backend", HERE.parent / "usb_backend.py")
-    return ours.UsbBackend(lambda: ours.SocketCable(host, int(port)), serial_number)
+    backend = _load("nxtdrive_usb_backend", HERE.parent / "usb_backend.py")
+    cable = _load("nxtdrive_socket_cable", HERE.parent / "socket_cable.py")
+    return backend.UsbBackend(lambda: cable.SocketCable(host, int(port)), serial_number)
 
 
 def _load(name: str, path: Path) -> Any:  # noqa: ANN401 - a module like any other

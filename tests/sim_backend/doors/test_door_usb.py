@@ -14,7 +14,8 @@ from firmware_protocol.enums import OutputPort
 from firmware_protocol.framing import frame
 from firmware_protocol.system import IOMapRead
 from sim_backend.doors.link_cable import LinkCable
-from sim_backend.doors.usb_backend import SocketCable, UsbBackend
+from sim_backend.doors.socket_cable import SocketCable
+from sim_backend.doors.usb_backend import UsbBackend
 from sim_backend.simulation import LinkFaults, SimLink, Simulation
 
 SERIAL_NUMBER = "001653010203"

@@ -1,0 +1,74 @@
+"""A USB cable to a simulated brick in another process, which serves it at a `sim_backend.doors.sockets.UsbDoor`.
+
+This file needs nothing but the standard library, so that any interpreter can load it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import select
+import socket
+import threading
+
+CONNECT_S = 5.0
+LENGTH_SIZE = 2
+
+
+class SocketCable:
+    """A cable to a simulated brick in another process; reading and writing may be done by two threads at once."""
+
+    def __init__(self, host: str, port: int) -> None:
+        """Plug in.
+
+        Raises:
+            BlockingIOError: Another program has the brick.
+            OSError: There is no brick any more.
+        """
+        self._socket = socket.create_connection((host, port), timeout=CONNECT_S)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._writing, self._reading = threading.Lock(), threading.Lock()
+        self._buffer = bytearray()
+        if not self._greeted():
+            self._socket.close()
+            raise BlockingIOError(errno.EBUSY, os.strerror(errno.EBUSY))
+
+    def _greeted(self) -> bool:
+        try:
+            return self.read(CONNECT_S) is not None
+        except ConnectionError:
+            return False
+
+    def write(self, packet: bytes, timeout_s: float | None) -> None:
+        """Send a packet; whole or not at all."""
+        with self._writing:
+            if not select.select([], [self._socket], [], timeout_s)[1]:
+                raise TimeoutError
+            self._socket.sendall(len(packet).to_bytes(LENGTH_SIZE, "little") + packet)
+
+    def read(self, timeout_s: float | None) -> bytes | None:
+        """The next packet; what has come of one stays for the next call."""
+        with self._reading:
+            while (packet := self._whole()) is None:
+                if not select.select([self._socket], [], [], timeout_s)[0]:
+                    return None
+                data = self._socket.recv(4096)
+                if not data:
+                    raise ConnectionResetError(errno.ECONNRESET, os.strerror(errno.ECONNRESET))
+                self._buffer += data
+            return packet
+
+    def close(self) -> None:
+        """Unplug; a thread that reads at the same time gets an error."""
+        with contextlib.suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
+        self._socket.close()
+
+    def _whole(self) -> bytes | None:
+        end = LENGTH_SIZE + int.from_bytes(self._buffer[:LENGTH_SIZE], "little")
+        if len(self._buffer) < max(end, LENGTH_SIZE + 1):
+            return None
+        packet = bytes(self._buffer[LENGTH_SIZE:end])
+        del self._buffer[:end]
+        return packet
