@@ -1,4 +1,4 @@
-"""A motor that turns until it is told otherwise: its lease, its acceleration, and what happens when something holds it."""
+"""A motor that turns until it is told otherwise: its lease, its acceleration, and what happens when it is held."""
 
 from __future__ import annotations
 

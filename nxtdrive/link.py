@@ -193,8 +193,16 @@ class Link:
         self._heartbeat.repeat(name, command.encode(want_reply=False), interval_s, self.now())
         self._attention = -math.inf
 
+    def send_at(self, name: str, command: Command[Any], time_s: float) -> None:
+        """Send `command` once, at that time on the link's clock, even amid a request; see `forget`.
+
+        On real links this is so for requests made from now on.
+        """
+        self._heartbeat.once(name, command.encode(want_reply=False), time_s)
+        self._attention = -math.inf
+
     def forget(self, name: str) -> None:
-        """End what `repeat` began under `name`."""
+        """End what `repeat` or `send_at` began under `name`."""
         self._heartbeat.forget(name)
 
     def remember(self, mode: SetInputMode) -> None:
@@ -236,7 +244,7 @@ class Link:
         """See to what is due before a request; returns the time afterwards."""
         with self._wire:
             self._beat(now)
-        self._attention = min(self._heartbeat.due, now + LATENCY_EVERY_S)
+        self._attention = -math.inf if self._heartbeat.punctual else min(self._heartbeat.due, now + LATENCY_EVERY_S)
         self._measuring = True
         return self.now()
 
@@ -250,12 +258,14 @@ class Link:
         dialogue = self._dialogue
         while True:
             now = self.now()
+            if now >= self._heartbeat.due:
+                self._beat(now)
             if held_back := dialogue.follow_up(now):
                 self._send(held_back)
             left = dialogue.deadline - now
             if left <= 0:
                 raise dialogue.expire()
-            telegram = self._receive(left)
+            telegram = self._receive(min(left, self._heartbeat.due - now))
             if telegram is not None and (reply := dialogue.feed(telegram)) is not None:
                 return reply
 

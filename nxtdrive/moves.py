@@ -30,7 +30,7 @@ RESOLUTION_S = 0.0005
 log = logging.getLogger(__name__)
 
 
-class Cancelled(Exception):  # noqa: N818 - it is not an error
+class Cancelled(Exception):
     """Thrown into a motion that shall end now; the motion brakes its motors and returns its outcome.
 
     Attributes:

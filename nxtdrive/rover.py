@@ -60,8 +60,8 @@ class Rover:
     """Two wheels that drive and steer. Positive is right; the pose is in the frame of the start.
 
     `straight` and `turn` return when the robot is at rest, or with ``wait=False`` at once; then they go on while the
-    program talks to the brick or sleeps by `Brick.sleep`. The next motion, `drive` or `stop` cancels them. During such a
-    motion ask the rover for range and bumper: two who question a sensor at once get in each other's way.
+    program talks to the brick or sleeps by `Brick.sleep`. The next motion, `drive` or `stop` cancels them. During such
+    a motion ask the rover for range and bumper: two who question a sensor at once get in each other's way.
 
     Args:
         brick: An open brick.

@@ -1,4 +1,4 @@
-"""Signals that would end the process at once, turned into an exception, so that `with` blocks are left in good order."""
+"""Signals that would end the process at once, turned into an exception, so that `with` blocks end in good order."""
 
 from __future__ import annotations
 

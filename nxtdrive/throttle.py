@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 LEASE_S = 0.6
 """A motor that nobody stops goes on for about this time after the program or the link has died."""
 LEASE_RANGE_S = (0.3, 10.0)
-"""A shorter lease would run out between two renewals over a slow link: a look at two wheels and a sensor takes 0.1 s."""
+"""A shorter lease would run out between two renewals over a slow link; a look at wheels and a sensor takes 0.1 s."""
 LEASE_DEG = 20.0
 """Shortest lease: a slow motor's few degrees must not run out between two renewals."""
 
@@ -47,6 +47,12 @@ class Throttle:
         limit_deg = lease_deg(power / 100 * FULL_SPEED_DEG_S, self._lease_s)
         self._brick.send(driven(port, power, limit_deg, regulated=True))
         self._given[port] = (power, now + self._lease_s / 2)
+
+    def brake_at(self, ports: Iterable[OutputPort], time_s: float) -> None:
+        """Stop motors at that time on the link's clock, whatever else is being asked then."""
+        self._given.clear()
+        for port in ports:
+            self._brick.send_at(port.name, braked(port), time_s)
 
     def brake(self, ports: Iterable[OutputPort]) -> None:
         """Stop motors now."""

@@ -175,6 +175,7 @@ class Travel:
             brake_at = progress.brake_at(reading.delay_s)
             if brake_at - brick.now() <= self._cycle_s:
                 if brake_at > brick.now():
+                    self._throttle.brake_at(self._ports, brake_at)
                     yield brake_at
                 return None
             near = self._drive(progress, rests, reading.delay_s)
