@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from firmware_protocol.errors import NXTError
     from nxtdrive.brick import Brick, BrickInfo, open_brick
-    from nxtdrive.motor import Motor, Then
+    from nxtdrive.motor import Motor, MotorSettings, Then
     from nxtdrive.rover import DriveSettings, Rover, SafetyStop
     from nxtdrive.sensors import Touch, Ultrasonic
     from nxtdrive.transports import open_transport
@@ -28,6 +28,7 @@ __all__ = [
     "BrickInfo",
     "DriveSettings",
     "Motor",
+    "MotorSettings",
     "NXTError",
     "Rover",
     "SafetyStop",
@@ -40,7 +41,7 @@ __all__ = [
 
 _HOMES = {
     "nxtdrive.brick": ("Brick", "BrickInfo", "open_brick"),
-    "nxtdrive.motor": ("Motor", "Then"),
+    "nxtdrive.motor": ("Motor", "MotorSettings", "Then"),
     "nxtdrive.rover": ("DriveSettings", "Rover", "SafetyStop"),
     "nxtdrive.sensors": ("Touch", "Ultrasonic"),
     "nxtdrive.transports": ("open_transport",),

@@ -30,7 +30,7 @@ from nxtdrive.transports import open_transport
 
 if TYPE_CHECKING:
     from nxtdrive.files import Files
-    from nxtdrive.motor import Motor
+    from nxtdrive.motor import Motor, MotorSettings
     from nxtdrive.rover import Rover
     from nxtdrive.sensors import ColorSensor, Compass, I2CSensor, Light, Sound, Temperature, Touch, Ultrasonic
     from nxtdrive.transports.address import Address
@@ -216,11 +216,11 @@ class Brick(Link):
         in_range("box", box, 1, MAILBOXES)
         return self.request(MessageRead(MAILBOXES + box - 1, box - 1, remove)).text
 
-    def motor(self, port: MotorPort, *, reversed: bool = False) -> Motor:
+    def motor(self, port: MotorPort, *, reversed: bool = False, settings: MotorSettings | None = None) -> Motor:
         """The motor on port "A", "B" or "C"; `reversed` if it is built in the other way round."""
-        from nxtdrive.motor import Motor
+        from nxtdrive.motor import SETTINGS, Motor
 
-        return Motor(self, port, reversed=reversed)
+        return Motor(self, port, reversed=reversed, settings=settings or SETTINGS)
 
     def touch(self, port: SensorPort) -> Touch:
         """The touch sensor on port 1..4."""

@@ -36,6 +36,7 @@ COMMANDS = {
     "serve": ("serve", "serve the robot to an agent of your own, over TCP"),
     "list": ("list_bricks", "find bricks and print their addresses"),
     "info": ("info", "name, firmware and battery of a brick"),
+    "motor": ("motor", "turn a motor for a time or by an angle, or stop it"),
     "explain": ("explain", "say what the bytes of a telegram mean"),
     "trace": ("trace", "look at recorded conversations with a brick, compare and replay them"),
     "files": ("files", "list, fetch, send and delete files on a brick"),

@@ -1,0 +1,107 @@
+"""``nxtdrive motor``: turn a motor from the command line."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import TYPE_CHECKING
+
+from nxtdrive.cli.main import DONE, NOT_ACHIEVED
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+
+if TYPE_CHECKING:
+    from behaviors.ports import Stop
+    from nxtdrive.brick import Brick
+    from nxtdrive.ports import MotorPort
+
+DESCRIPTION = """\
+Turn a motor: for a time, by an angle, or not any more. A motor that something
+holds is braked and reported (exit code 1). Afterwards it is switched off; should
+this program or the link die meanwhile, it stops by itself (docs/motion.md)."""
+EXAMPLES = """\
+  nxtdrive motor run A --speed 360 --seconds 2
+  nxtdrive motor run B --power -60
+  nxtdrive motor turn A 720
+  nxtdrive motor turn C -90 --speed 200 --json
+  nxtdrive motor stop A B C --nxt usb://"""
+
+PORTS = ("A", "B", "C")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare ``run``, ``turn`` and ``stop`` with their arguments."""
+    actions = parser.add_subparsers(metavar="ACTION", required=True)
+    run_ = actions.add_parser("run", help="turn for a time")
+    run_.add_argument("port", metavar="PORT", type=str.upper, choices=PORTS, help="A, B or C")
+    how = run_.add_mutually_exclusive_group()
+    how.add_argument("--speed", metavar="DEG_S", type=float, default=360.0, help="degrees per second (default: 360)")
+    how.add_argument("--power", metavar="PERCENT", type=int, help="duty cycle, -100..100, instead of a speed")
+    run_.add_argument("--seconds", metavar="S", type=float, default=2.0, help="for how long (default: 2)")
+    turn = actions.add_parser("turn", help="turn by an angle")
+    turn.add_argument("port", metavar="PORT", type=str.upper, choices=PORTS, help="A, B or C")
+    turn.add_argument("angle", metavar="DEGREES", type=float, help="how far; negative: backward")
+    turn.add_argument("--speed", metavar="DEG_S", type=float, default=360.0, help="degrees per second (default: 360)")
+    stop = actions.add_parser("stop", help="brake motors and switch them off, whoever started them")
+    stop.add_argument("ports", metavar="PORT", nargs="+", type=str.upper, choices=PORTS, help="A, B or C")
+    for action, function in ((run_, _run), (turn, _turn), (stop, _stop)):
+        add_brick_arguments(action)
+        add_json_argument(action)
+        action.set_defaults(action=function)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Do what the subcommand says."""
+    from nxtdrive.brick import open_brick
+
+    with open_brick(args.nxt) as brick:
+        return int(args.action(brick, args))
+
+
+def _run(brick: Brick, args: argparse.Namespace) -> int:
+    from behaviors.ports import Stop
+    from nxtdrive.motor import Then
+    from nxtdrive.ports import in_range
+
+    motor = brick.motor(args.port)
+    before = motor.angle
+    if args.power is None:
+        stop = motor.run_time(args.speed, args.seconds, Then.BRAKE)
+    else:
+        in_range("seconds", args.seconds, 0, 3600)
+        motor.dc(args.power)
+        brick.sleep(args.seconds)
+        stop = Stop.STALLED if motor.done else Stop.DONE
+        motor.brake()
+    return _report(brick, args, before, stop)
+
+
+def _turn(brick: Brick, args: argparse.Namespace) -> int:
+    from nxtdrive.motor import Then
+
+    motor = brick.motor(args.port)
+    before = motor.angle
+    return _report(brick, args, before, motor.run_angle(args.speed, args.angle, Then.BRAKE))
+
+
+def _stop(brick: Brick, args: argparse.Namespace) -> int:
+    from nxtdrive.ports import output_port
+
+    ports: list[MotorPort] = args.ports
+    for port in ports:
+        brick.motor(port).brake()
+        brick.moves(output_port(port))
+    print(json.dumps({"stopped": ports}) if args.json else f"stopped {' '.join(ports)}")
+    return DONE
+
+
+def _report(brick: Brick, args: argparse.Namespace, before: float, stop: Stop) -> int:
+    from nxtdrive.motor import SPEED_WINDOW_S
+    from nxtdrive.progress import BRAKING_S
+
+    brick.sleep(SPEED_WINDOW_S + BRAKING_S)
+    angle = brick.motor(args.port).angle
+    if args.json:
+        print(json.dumps({"port": args.port, "stop": stop, "turned_deg": angle - before, "angle_deg": angle}))
+    else:
+        print(f"motor {args.port} {stop}: turned {angle - before:g} degrees, now at {angle:g}")
+    return DONE if stop == "done" else NOT_ACHIEVED

@@ -1,0 +1,42 @@
+"""``nxtdrive motor``: what is printed, and the exit codes."""
+
+import json
+
+import pytest
+
+from nxtdrive.cli.main import DONE, USAGE, main
+
+
+def _answer(capsys):
+    return json.loads(capsys.readouterr().out)
+
+
+def test_a_motor_turns_by_an_angle(capsys):
+    assert main(["motor", "turn", "a", "-90", "--nxt", "sim://", "--json"]) == DONE
+    answer = _answer(capsys)
+    assert (answer["port"], answer["stop"]) == ("A", "done")
+    assert answer["turned_deg"] == pytest.approx(-90, abs=3)
+
+
+@pytest.mark.parametrize(("words", "turned_deg"), [(["--speed", "200"], 400), (["--power", "-50"], -780)])
+def test_a_motor_turns_for_a_time(words, turned_deg, capsys):
+    assert main(["motor", "run", "A", *words, "--nxt", "sim://", "--json"]) == DONE
+    assert _answer(capsys)["turned_deg"] == pytest.approx(turned_deg, rel=0.15)
+
+
+def test_text_says_it_in_one_line(capsys):
+    assert main(["motor", "turn", "B", "180", "--nxt", "sim://"]) == DONE
+    assert capsys.readouterr().out.startswith("motor B done: turned 1")
+
+
+def test_motors_are_stopped_whoever_started_them(capsys):
+    assert main(["motor", "stop", "A", "c", "--nxt", "sim://", "--json"]) == DONE
+    assert _answer(capsys) == {"stopped": ["A", "C"]}
+
+
+@pytest.mark.parametrize(
+    "words", [["run", "A", "--power", "300"], ["turn", "A", "90", "--speed", "5000"]], ids=" ".join
+)
+def test_what_no_motor_can_do_is_refused(words, capsys):
+    assert main(["motor", *words, "--nxt", "sim://"]) == USAGE
+    assert "must be from" in capsys.readouterr().err
