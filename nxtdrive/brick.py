@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self
 
 from firmware_protocol.direct import (
     GetBatteryLevel,
@@ -20,7 +20,6 @@ from firmware_protocol.direct import (
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
 from firmware_protocol.system import GetDeviceInfo, GetVersions
-from firmware_protocol.telegram import Command, Reply
 from nxtdrive.link import Link
 from nxtdrive.moves import MoveBoard
 from nxtdrive.outputs import braked, coasting
@@ -35,8 +34,6 @@ if TYPE_CHECKING:
     from nxtdrive.sensors import ColorSensor, Compass, I2CSensor, Light, Sound, Temperature, Touch, Ultrasonic
     from nxtdrive.transports.address import Address
     from nxtdrive.transports.base import Transport
-
-R = TypeVar("R", bound=Reply)
 
 RESOLUTION_S = 0.0005
 """Sleeping is exact to half a step of the simulator; sums of binary fractions are not exact either."""
@@ -113,12 +110,6 @@ class Brick(Link):
         self._inline = transport.simulated
         self.motions = MoveBoard(self)
         self._termination = TerminationAsExit()
-
-    def request(self, command: Command[R], timeout_s: float | None = None) -> R:
-        """See `Link.request`; in the simulator, motions that are due go on first."""
-        if self._inline and self.now() >= self.motions.due:
-            self.motions.run_due()
-        return super().request(command, timeout_s)
 
     def sleep(self, duration_s: float) -> None:
         """See `Link.sleep`; in the simulator, motions go on meanwhile, and any wait takes a step of its clock."""
@@ -314,6 +305,15 @@ class Brick(Link):
             self.close()
         finally:
             self._termination.end()
+
+    def _attend(self, now: float) -> float:
+        """See `Link._attend`; in the simulator, motions that are due go on first."""
+        if not self._inline:
+            return super()._attend(now)
+        self.motions.run_due()
+        now = super()._attend(now)
+        self.attend_by(self.motions.due)
+        return now
 
     def _tell(self, rest: Callable[[OutputPort], SetOutputState], ports: list[OutputPort]) -> None:
         for port in ports:

@@ -240,6 +240,10 @@ class Link:
             if (values.type, values.mode) != (mode.type, mode.mode):
                 self.request(mode)
 
+    def attend_by(self, due: float) -> None:
+        """Call `_attend` before the first request from that time on, if not earlier."""
+        self._attention = min(self._attention, due)
+
     def _attend(self, now: float) -> float:
         """See to what is due before a request; returns the time afterwards."""
         with self._wire:

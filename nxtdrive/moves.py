@@ -208,6 +208,7 @@ class MoveBoard:
             if move.done:
                 self._moves.remove(move)
             self.due = min((move.due for move in self._moves), default=math.inf)
+            self._brick.attend_by(self.due)
 
     def _live(self) -> None:
         """See to the thread, where time passes by itself; the caller holds the lock."""

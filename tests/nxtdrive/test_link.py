@@ -164,11 +164,12 @@ def test_motion_is_not_resumed_and_the_program_is_told(returning):
     assert returning.output("A").actual_speed
 
 
-def test_a_question_during_a_motion_tells_of_the_loss_too(returning):
-    returning.brick.motor("A").run(300)
+def test_a_question_after_driving_is_not_answered_as_if_nothing_had_happened(returning):
+    returning.brick.moves(OutputPort.A)
     returning.simulation.advance(1500)
     with pytest.raises(LinkLost, match="was not repeated"):
         returning.brick.request(GetOutputState(OutputPort.A))
+    assert returning.brick.request(GetOutputState(OutputPort.A)).power == 0
 
 
 def test_a_command_is_not_given_twice(returning):
