@@ -44,6 +44,7 @@ COMMANDS = {
     "send": ("send", "send any declared command and print the reply"),
     "sensor": ("sensor", "read or watch a sensor, ask who is plugged in"),
     "monitor": ("monitor", "motors, sensors, battery and link at a glance"),
+    "teleop": ("teleop", "drive by hand in a terminal"),
     "tone": ("tone", "play a tone on a brick"),
     "message": ("message", "put messages into mailboxes, and take them"),
     "screenshot": ("screenshot", "save what a brick's display shows as an image"),

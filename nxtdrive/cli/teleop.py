@@ -1,0 +1,103 @@
+"""``nxtdrive teleop``: driving by hand in a terminal."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import DONE
+from nxtdrive.cli.options import add_brick_arguments
+from nxtdrive.cli.pace import in_real_time
+
+if TYPE_CHECKING:
+    from behaviors.mission import Mission
+    from nxtdrive.brick import Brick
+    from nxtdrive.tools.teleop.spotter import Spotter
+
+DESCRIPTION = """\
+Drive by hand: arrow keys or WASD, Q and E for bends, + and - for the speed, space
+for an emergency stop, Esc to leave. No key for half a second stops the robot, and
+so does a lost link: the brick itself ends every motion that nobody renews. The
+map is drawn from odometry and sonar. Needs the extra nxtdrive[tui]."""
+EXAMPLES = """\
+  nxtdrive teleop
+  nxtdrive teleop --nxt usb:// --speed 150
+  nxtdrive teleop --target lena
+  nxtdrive teleop --mission my-mission.toml --camera 0 --nxt serial:///dev/rfcomm0"""
+
+_NO_TEXTUAL = "pip install 'nxtdrive[tui]', or pip install 'textual>=6,<9'."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    add_brick_arguments(parser)
+    parser.add_argument(
+        "--mission", metavar="FILE", type=Path, help="how the robot is built and what to look for (default: built-in)"
+    )
+    parser.add_argument(
+        "--target", metavar="NAME", help="look for this target of the mission (default: with --mission, its first)"
+    )
+    parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`; only with a target")
+    parser.add_argument(
+        "--speed", metavar="MM_S", type=float, default=300.0, help="highest speed, 20 to 350 (default: 300)"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Drive until the user leaves."""
+    _check(args)
+    from nxtdrive.brick import open_brick
+    from nxtdrive.mission_run import build_rover, load
+    from nxtdrive.tools.teleop.app import Teleop
+    from nxtdrive.tools.teleop.controls import Controls
+    from nxtdrive.tools.teleop.pilot import Pilot
+
+    mission = load(args.mission)
+    target = _target(args, mission)
+    with ExitStack() as stack:
+        brick = stack.enter_context(open_brick(in_real_time(args.nxt)))
+        rover = build_rover(brick, mission)
+        controls = Controls(args.speed, rover.settings.turn_deg_s)
+        spotter = stack.enter_context(closing(_spotter(args, brick, mission, target, stack))) if target else None
+        app = Teleop(Pilot(brick, rover, controls, spotter), controls, brick.now, brick.transport.address)
+        stack.callback(app.finish)
+        app.run()
+    if app.failure is not None:
+        raise app.failure
+    return DONE
+
+
+def _check(args: argparse.Namespace) -> None:
+    """What can be said before the screen is taken."""
+    from importlib.util import find_spec
+
+    if find_spec("textual") is None:
+        raise ConfigError("teleop draws with textual, which is not installed.", remedy=f"Install it: {_NO_TEXTUAL}")
+    if not 20 <= args.speed <= 350:
+        raise ConfigError(f"--speed must be from 20 to 350 mm/s, not {args.speed:g}.")
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise ConfigError("teleop needs a terminal to draw on and to read keys from.", remedy="Run it in one.")
+
+
+def _target(args: argparse.Namespace, mission: Mission) -> str | None:
+    if args.target is None:
+        return mission.mission.targets[0] if args.mission else None
+    if args.target not in mission.mission.targets:
+        known = ", ".join(mission.mission.targets)
+        raise ConfigError(f"the mission has no target {args.target!r}.", remedy=f"It has: {known}.")
+    return str(args.target)
+
+
+def _spotter(args: argparse.Namespace, brick: Brick, mission: Mission, target: str, stack: ExitStack) -> Spotter:
+    from nxtdrive import mission_run
+    from nxtdrive.tools.teleop.spotter import ThreadSpotter, TurnSpotter
+
+    source = args.camera or mission_run.default_camera(brick)
+    camera = stack.enter_context(closing(mission_run.open_mission_camera(source, brick)))
+    eyes = mission_run.camera_eyes(camera, mission)
+    spotter = TurnSpotter if brick.transport.simulated else ThreadSpotter
+    return spotter(eyes, target)

@@ -1,0 +1,201 @@
+"""The screen: textual's own pilot presses keys, and a real terminal shows the real thing."""
+
+import asyncio
+import shutil
+import subprocess
+import sys
+import threading
+import uuid
+
+import pytest
+
+from nxtdrive.cli.main import USAGE, main
+from nxtdrive.tools.teleop.controls import Controls
+from nxtdrive.tools.teleop.pilot import Pilot
+
+PATIENCE = 400
+"""Looks at something that will happen, before it is held to be missing."""
+
+
+@pytest.fixture
+def teleop(room):
+    """Makes (simulation, app) on a robot in real time."""
+    from nxtdrive.tools.teleop.app import Teleop
+
+    def make():
+        simulation, brick = room(realtime=True)
+        controls = Controls(300.0, 120.0)
+        return simulation, Teleop(Pilot(brick, brick.rover(), controls), controls, brick.now, "sim://")
+
+    return make
+
+
+def _place(simulation):
+    pose = simulation.truth.pose
+    return pose.x_mm, pose.y_mm, pose.heading_deg
+
+
+async def _until(pilot, true, key=None):
+    for _ in range(PATIENCE):
+        if true():
+            return
+        if key:
+            await pilot.press(key)
+        await pilot.pause(0.02)
+    raise AssertionError("it never came")
+
+
+def _text(app, name):
+    return str(app.query_one(f"#{name}").render())
+
+
+def _play(app, play):
+    async def go():
+        async with app.run_test(size=(100, 30)) as pilot:
+            await play(pilot)
+
+    try:
+        asyncio.run(go())
+    finally:
+        app.finish()
+
+
+def test_keys_drive_and_letting_go_stops(teleop):
+    simulation, app = teleop()
+    start = simulation.truth.pose
+
+    async def play(pilot):
+        await _until(pilot, lambda: "stopped" in _text(app, "panel"))
+        await _until(pilot, lambda: simulation.truth.pose.x_mm > start.x_mm + 250, key="up")
+        assert "driving" in _text(app, "panel")
+        await _until(pilot, lambda: "stopped" in _text(app, "panel"))
+        assert "·" in _text(app, "map")
+
+    _play(app, play)
+    assert app.failure is None
+
+
+def test_space_stops_at_once_and_stays_until_enter(teleop):
+    _, app = teleop()
+
+    async def play(pilot):
+        await _until(pilot, lambda: "driving" in _text(app, "panel"), key="d")
+        await pilot.press("space")
+        await _until(pilot, lambda: "EMERGENCY" in _text(app, "panel"))
+        await pilot.press("d")
+        await pilot.pause(0.3)
+        assert "EMERGENCY" in _text(app, "panel")
+        await pilot.press("enter")
+        await _until(pilot, lambda: "stopped" in _text(app, "panel"))
+
+    _play(app, play)
+
+
+def test_plus_and_minus_change_the_speed(teleop):
+    _, app = teleop()
+
+    async def play(pilot):
+        await _until(pilot, lambda: "(60 %)" in _text(app, "panel"))
+        await pilot.press("plus")
+        await _until(pilot, lambda: "(70 %)" in _text(app, "panel"))
+        await pilot.press("minus", "minus")
+        await _until(pilot, lambda: "(50 %)" in _text(app, "panel"))
+
+    _play(app, play)
+
+
+def test_leaving_stops_the_robot(teleop):
+    simulation, app = teleop()
+
+    async def play(pilot):
+        await _until(pilot, lambda: "driving" in _text(app, "panel"), key="w")
+        await pilot.press("escape")
+        await _until(pilot, lambda: not app.is_running)
+
+    _play(app, play)
+    simulation.advance(300)
+    rest = _place(simulation)
+    simulation.advance(1000)
+    assert _place(simulation) == pytest.approx(rest, abs=1.0)
+
+
+def test_a_lost_link_ends_it_with_the_reason(teleop):
+    simulation, app = teleop()
+
+    async def play(pilot):
+        await _until(pilot, lambda: "stopped" in _text(app, "panel"))
+        simulation.brick.receive = lambda telegram: None
+        await _until(pilot, lambda: not app.is_running)
+
+    _play(app, play)
+    assert app.failure is not None
+
+
+def test_without_a_terminal_it_says_so(capsys):
+    assert main(["teleop"]) == USAGE
+    assert "terminal" in capsys.readouterr().err
+
+
+def test_without_textual_it_names_the_command(capsys, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert main(["teleop"]) == USAGE
+    assert "pip install 'nxtdrive[tui]'" in capsys.readouterr().err
+
+
+class Tmux:
+    """A real terminal that shows a program."""
+
+    def __init__(self, *command):
+        self._name = f"nxtdrive-{uuid.uuid4().hex}"
+        self._call("new-session", "-d", "-x", "110", "-y", "32", *command)
+
+    def _call(self, *words):
+        done = subprocess.run(
+            ["tmux", "-L", self._name, *words], capture_output=True, text=True, check=False, timeout=20
+        )
+        return done.stdout
+
+    def keys(self, *keys):
+        self._call("send-keys", *keys)
+
+    def screen(self):
+        return self._call("capture-pane", "-p")
+
+    def wait(self, text, *keys):
+        """Until the screen shows `text`; presses keys meanwhile."""
+        for _ in range(PATIENCE):
+            screen = self.screen()
+            if text in screen:
+                return screen
+            if keys:
+                self.keys(*keys)
+            threading.Event().wait(0.05)
+        raise AssertionError(f"{text!r} never came:\n{screen}")
+
+    def ended(self):
+        return not self._call("list-sessions")
+
+    def close(self):
+        self._call("kill-server")
+
+
+@pytest.mark.skipif(shutil.which("tmux") is None, reason="no tmux on this computer: no real terminal to try")
+def test_in_a_real_terminal():
+    terminal = Tmux(sys.executable, "-m", "nxtdrive.cli.main", "teleop", "--nxt", "sim://", "--target", "lena")
+    try:
+        terminal.wait("stopped")
+        terminal.wait("driving", "Up")
+        terminal.wait("stopped")
+        terminal.wait("driving", "a")
+        terminal.keys("Space")
+        screen = terminal.wait("EMERGENCY")
+        assert "lena" in screen
+        assert "mm" in screen
+        terminal.keys("Escape")
+        for _ in range(PATIENCE):
+            if terminal.ended():
+                break
+            threading.Event().wait(0.05)
+        assert terminal.ended()
+    finally:
+        terminal.close()

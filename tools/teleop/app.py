@@ -1,0 +1,171 @@
+"""The terminal: keys to controls, the pilot's view to the screen."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import ClassVar
+
+from textual.app import App, ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal
+from textual.events import Key
+from textual.message import Message
+from textual.widgets import Footer, Header, Static
+
+from firmware_protocol.errors import NXTError
+
+from .controls import STEP_PERCENT, Controls, Direction
+from .pilot import Pilot, View
+
+DIRECTIONS = {
+    "up": Direction.FORWARD,
+    "w": Direction.FORWARD,
+    "down": Direction.BACK,
+    "s": Direction.BACK,
+    "left": Direction.LEFT,
+    "a": Direction.LEFT,
+    "right": Direction.RIGHT,
+    "d": Direction.RIGHT,
+    "q": Direction.FORWARD_LEFT,
+    "e": Direction.FORWARD_RIGHT,
+}
+"""Keys that drive."""
+
+
+class Teleop(App[None]):
+    """Drives while it runs; the robot stands when it has ended.
+
+    Args:
+        pilot: Drives.
+        controls: What it listens to.
+        now: The clock of the controls.
+        name: Which brick, for the title.
+
+    Attributes:
+        failure: Why it ended by itself, or None.
+    """
+
+    TITLE = "nxtdrive teleop"
+    CSS = """
+    #map { width: 1fr; height: 1fr; border: round $primary; }
+    #panel { width: 42; height: 1fr; border: round $primary; padding: 0 1; }
+    #panel.alarm { border: heavy $error; }
+    """
+    ENABLE_COMMAND_PALETTE = False
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("space", "emergency_stop", "STOP", priority=True),
+        Binding("enter", "release", "release"),
+        Binding("plus,equals_sign", f"faster({STEP_PERCENT})", "faster", key_display="+"),
+        Binding("minus", f"faster({-STEP_PERCENT})", "slower", key_display="-"),
+        Binding("x", "let_go", "halt"),
+        Binding("escape,ctrl+c,ctrl+q", "leave", "leave", priority=True, key_display="esc"),
+    ]
+
+    class Seen(Message):
+        """The pilot has made a step."""
+
+        def __init__(self, view: View) -> None:
+            super().__init__()
+            self.view = view
+
+    class Ended(Message):
+        """The pilot drives no more."""
+
+    def __init__(self, pilot: Pilot, controls: Controls, now: Callable[[], float], name: str = "") -> None:
+        super().__init__()
+        self.sub_title = name
+        self.failure: NXTError | None = None
+        self._pilot, self._controls, self._now = pilot, controls, now
+        self._leaving = threading.Event()
+        self._driving = threading.Thread(target=self._drive, name="teleop pilot", daemon=True)
+
+    def compose(self) -> ComposeResult:
+        """A map, a panel, and what the keys do."""
+        yield Header()
+        with Horizontal():
+            yield Static(id="map", markup=False)
+            yield Static(id="panel", markup=False)
+        yield Footer()
+
+    def on_mount(self) -> None:
+        """Begin to drive."""
+        self._driving.start()
+
+    def on_key(self, event: Key) -> None:
+        """Drive where the key says."""
+        direction = DIRECTIONS.get(event.key)
+        if direction is not None:
+            self._controls.press(direction, self._now())
+
+    def on_app_blur(self) -> None:
+        """The terminal's window is left: nobody has a hand on the keys."""
+        self._controls.let_go()
+
+    def action_emergency_stop(self) -> None:
+        """Stop, whatever happens."""
+        self._controls.emergency_stop()
+
+    def action_release(self) -> None:
+        """End the emergency."""
+        self._controls.release()
+
+    def action_let_go(self) -> None:
+        """Stop."""
+        self._controls.let_go()
+
+    def action_faster(self, step_percent: int) -> None:
+        """Change the speed."""
+        self._controls.faster(step_percent)
+
+    def action_leave(self) -> None:
+        """Stop and leave; the screen goes when the robot stands."""
+        self._leaving.set()
+
+    def on_teleop_seen(self, message: Seen) -> None:
+        """Show a step."""
+        view, floor = message.view, self.query_one("#map", Static)
+        size = floor.content_size
+        floor.update("\n".join(self._pilot.map.draw(view.pose, size.width, size.height)))
+        panel = self.query_one("#panel", Static)
+        panel.set_class(self._controls.stopped, "alarm")
+        panel.update(describe(view))
+
+    def on_teleop_ended(self) -> None:
+        """Leave."""
+        self.exit()
+
+    def finish(self) -> None:
+        """Stop driving and wait for it; to be called when the screen is gone, however that came."""
+        self._leaving.set()
+        if self._driving.is_alive():
+            self._driving.join()
+
+    def _drive(self) -> None:
+        """The driving thread: nobody else talks to the brick."""
+        try:
+            while not self._leaving.is_set():
+                self.post_message(self.Seen(self._pilot.step()))
+            self._pilot.stop()
+        except NXTError as error:
+            self.failure = error
+        self.post_message(self.Ended())
+
+
+def describe(view: View) -> str:
+    """The panel's text."""
+    ahead = "no echo" if view.range_mm is None else f"{view.range_mm:.0f} mm"
+    rows = {
+        "state": view.state,
+        "speed": f"{view.speed_mm_s:+.0f} mm/s  ({view.percent} %)",
+        "turn": f"{view.turn_deg_s:+.0f} °/s, right is +",
+        "ahead": ahead,
+        "bumper": "PRESSED" if view.touching else "free",
+        "at": f"{view.pose.x_mm:.0f} mm ahead, {view.pose.y_mm:.0f} mm right",
+        "heading": f"{view.pose.heading_deg:.0f}°",
+        "battery": f"{view.battery_mv / 1000:.2f} V",
+        "link": f"{view.latency_ms:.0f} ms",
+        "eyes": view.eyes or "no target (--target NAME)",
+    }
+    keys = "\narrows, WASD: drive  Q E: bend\nhold to go on, let go to stop"
+    return "\n".join(f"{label:<8} {text}" for label, text in rows.items()) + "\n" + keys

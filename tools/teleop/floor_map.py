@@ -1,0 +1,62 @@
+"""A map of what the robot has driven over and heard, drawn with letters.
+
+It knows what a real robot knows: odometry and echoes. Where the wheels slip, the map is wrong.
+"""
+
+from __future__ import annotations
+
+from behaviors.ports import Pose
+
+CELL_MM = (100, 50)
+"""Height and width of a character; terminals draw them twice as high as wide."""
+FARTHEST_ECHO_MM = 1500.0
+"""Beyond, the sonar's cone is wider than a robot, and an echo is no place on a map."""
+
+PATH, ECHO, TARGET = "·", "#", "T"
+ARROWS = "↑↗→↘↓↙←↖"
+"""The robot by its heading; the map's top is where it looked at the start."""
+
+
+class FloorMap:
+    """Cells with marks; later marks win, and echoes win over the path."""
+
+    def __init__(self) -> None:
+        self._path: set[tuple[int, int]] = set()
+        self._echoes: set[tuple[int, int]] = set()
+        self._target: tuple[int, int] | None = None
+
+    def drive_over(self, pose: Pose) -> None:
+        """The robot is here: whatever an echo said, nothing else is."""
+        cell = _cell(pose.x_mm, pose.y_mm)
+        self._path.add(cell)
+        self._echoes.discard(cell)
+
+    def hear(self, pose: Pose, distance_mm: float | None) -> None:
+        """The sonar heard something ahead, or nothing."""
+        if distance_mm is not None and distance_mm <= FARTHEST_ECHO_MM:
+            self._echoes.add(_cell(*pose.ahead(distance_mm)))
+
+    def see(self, pose: Pose, bearing_deg: float, distance_mm: float) -> None:
+        """The camera saw the target there."""
+        self._target = _cell(*pose.ahead(distance_mm, bearing_deg))
+
+    def draw(self, pose: Pose, width: int, height: int) -> list[str]:
+        """Lines of text with the robot in the middle.
+
+        Args:
+            pose: Where the robot is now.
+            width: Characters in a line.
+            height: Lines.
+        """
+        middle = _cell(pose.x_mm, pose.y_mm)
+        marks = dict.fromkeys(self._path, PATH) | dict.fromkeys(self._echoes, ECHO)
+        if self._target is not None:
+            marks[self._target] = TARGET
+        marks[middle] = ARROWS[round(pose.heading_deg / 45) % 8]
+        up, left = middle[0] + height // 2, middle[1] - width // 2
+        return ["".join(marks.get((up - row, left + column), " ") for column in range(width)) for row in range(height)]
+
+
+def _cell(x_mm: float, y_mm: float) -> tuple[int, int]:
+    """Forward is up, right is right."""
+    return round(x_mm / CELL_MM[0]), round(y_mm / CELL_MM[1])

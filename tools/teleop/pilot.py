@@ -1,0 +1,140 @@
+"""The loop between hands and robot: drive, ask the sensors, draw the map. No terminal in here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from behaviors.ports import Pose, Stop
+from nxtdrive.brick import Brick
+from nxtdrive.rover import Rover
+
+from .controls import Controls
+from .floor_map import FloorMap
+from .spotter import Spotter
+
+STEP_S = 0.1
+"""From one step to the next, unless the link is slower; well within the lease of `Rover.drive`."""
+SENSES_EVERY_S = 0.25
+BATTERY_EVERY_S = 5.0
+
+_OBJECTIONS = {Stop.OBSTACLE: "obstacle ahead", Stop.CONTACT: "bumper pressed", Stop.STALLED: "wheels are stuck"}
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """What there is to show after a step.
+
+    Attributes:
+        time_s: On the link's clock.
+        state: What the robot does, or why it does not.
+        speed_mm_s: Wanted.
+        turn_deg_s: Wanted, positive right.
+        percent: Of the highest speeds.
+        pose: By odometry.
+        range_mm: Distance ahead; None without an echo.
+        touching: Whether the bumper is pressed.
+        battery_mv: Battery voltage.
+        latency_ms: How long the link takes for an answer.
+        eyes: What the camera sees of the target, in words; empty without a target.
+    """
+
+    time_s: float
+    state: str
+    speed_mm_s: float
+    turn_deg_s: float
+    percent: int
+    pose: Pose
+    range_mm: float | None
+    touching: bool
+    battery_mv: int
+    latency_ms: float
+    eyes: str
+
+
+class Pilot:
+    """Drives as the controls want, in one thread.
+
+    Args:
+        brick: An open brick.
+        rover: The same brick as a vehicle.
+        controls: What is wanted.
+        spotter: Looks for a target, if there is one.
+
+    Attributes:
+        map: What the robot has driven over and heard.
+    """
+
+    def __init__(self, brick: Brick, rover: Rover, controls: Controls, spotter: Spotter | None = None) -> None:
+        self.map = FloorMap()
+        self._brick, self._rover, self._controls, self._spotter = brick, rover, controls, spotter
+        self._moving = False
+        self._range_mm: float | None = None
+        self._touching = False
+        self._battery_mv = 0
+        self._senses_due_s = self._battery_due_s = 0.0
+
+    def step(self) -> View:
+        """Do what is wanted now, and look around; takes about `STEP_S`.
+
+        Raises:
+            LinkError: The link is lost; the robot stops by itself.
+        """
+        begun = self._brick.now()
+        speed, turn = self._controls.wanted(begun)
+        state = self._drive(speed, turn)
+        pose = self._rover.pose()
+        self.map.drive_over(pose)
+        self._sense(begun, pose)
+        eyes = self._look(begun, pose)
+        view = View(
+            time_s=begun,
+            state=state,
+            speed_mm_s=speed,
+            turn_deg_s=turn,
+            percent=self._controls.percent,
+            pose=pose,
+            range_mm=self._range_mm,
+            touching=self._touching,
+            battery_mv=self._battery_mv,
+            latency_ms=self._brick.latency_s * 1000,
+            eyes=eyes,
+        )
+        self._brick.sleep(begun + STEP_S - self._brick.now())
+        return view
+
+    def stop(self) -> None:
+        """Brakes on, now."""
+        self._moving = False
+        self._rover.stop()
+
+    def _drive(self, speed: float, turn: float) -> str:
+        if speed or turn:
+            objection = self._rover.drive(speed, turn)
+            self._moving = objection is None
+            return "driving" if objection is None else _OBJECTIONS.get(objection, objection.value)
+        if self._moving:
+            self.stop()
+        return "EMERGENCY STOP, Enter releases" if self._controls.stopped else "stopped"
+
+    def _sense(self, now: float, pose: Pose) -> None:
+        if now >= self._senses_due_s:
+            self._senses_due_s = now + SENSES_EVERY_S
+            self._range_mm, self._touching = self._rover.range_mm(), self._rover.touching()
+            self.map.hear(pose, self._range_mm)
+        if now >= self._battery_due_s:
+            self._battery_due_s = now + BATTERY_EVERY_S
+            self._battery_mv = self._rover.battery_mv()
+
+    def _look(self, now: float, pose: Pose) -> str:
+        spotter = self._spotter
+        if spotter is None:
+            return ""
+        spotter.look(now)
+        if spotter.trouble:
+            return spotter.trouble
+        sighting = spotter.sighting
+        if sighting is None:
+            return f"{spotter.target}: not in sight"
+        self.map.see(pose, sighting.bearing_deg, sighting.distance_mm)
+        side = "right" if sighting.bearing_deg >= 0 else "left"
+        return f"{spotter.target}: {sighting.distance_mm / 1000:.2f} m, {abs(sighting.bearing_deg):.0f}° {side}"
