@@ -1,0 +1,13 @@
+"""Every door is measured; the figures themselves are this machine's business."""
+
+import sys
+
+from nxtdrive.tools.bench_doors import measure_doors
+
+
+def test_every_door_the_passes_and_the_memory_are_measured():
+    figures = {figure.name: figure for figure in measure_doors(round_trips=3, repeats=1, passes=50)}
+    memory = ["memory"] if sys.platform.startswith("linux") else []
+    for words in ["in process", "serial", "tcp", "nxt-server", "USB", "passes", *memory]:
+        (found,) = (name for name in figures if words in name)
+        assert figures[found].value > 0
