@@ -1,5 +1,3 @@
-"""Options of the whole suite."""
+"""The suite uses the plugin that other people's suites use, also where its entry point is not installed."""
 
-
-def pytest_addoption(parser):
-    parser.addoption("--nxt", metavar="ADDRESS", help="run the transport contract on this real brick, e.g. usb://")
+pytest_plugins = ["nxtdrive.pytest_plugin", "pytester"]

@@ -1,0 +1,56 @@
+"""A robot that wanders about, keeps clear of what it sees, and backs off from what it did not see.
+
+Two motors drive it (B left, C right), an ultrasonic sensor looks ahead (4), a touch sensor is its bumper (1).
+"""
+
+from dataclasses import dataclass
+
+from nxtdrive import Brick, SafetyStop, open_brick
+
+LEG_MM = 400
+KEEP_CLEAR_MM = 250
+BACK_OFF_MM = 150
+
+
+@dataclass
+class Trip:
+    """What happened on the way.
+
+    Attributes:
+        driven_mm: Forward, in all.
+        detours: How often something was in the way.
+        bumps: How often the bumper was pressed.
+    """
+
+    driven_mm: float = 0.0
+    detours: int = 0
+    bumps: int = 0
+
+
+def explore(brick: Brick, duration_s: float) -> Trip:
+    """Wander about for some time and stop."""
+    rover = brick.rover(left="B", right="C", ultrasonic=4, touch=1, safety=SafetyStop(stop_distance_mm=KEEP_CLEAR_MM))
+    trip = Trip()
+    end = brick.now() + duration_s
+    while brick.now() < end:
+        motion = rover.straight(LEG_MM)
+        trip.driven_mm += motion.distance_mm
+        if motion.stop == "contact":
+            trip.bumps += 1
+            rover.straight(-BACK_OFF_MM)
+        if not motion.done:
+            trip.detours += 1
+            rover.turn(100)
+    return trip
+
+
+def main() -> None:
+    """Explore for a minute with the brick that $NXT names, or the first one on USB."""
+    with open_brick() as brick:
+        trip = explore(brick, duration_s=60)
+        brick.tone(880, 300)
+    print(f"{trip.driven_mm / 1000:.1f} m, {trip.detours} detours, {trip.bumps} bumps")
+
+
+if __name__ == "__main__":
+    main()

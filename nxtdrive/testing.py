@@ -1,0 +1,251 @@
+"""A simulated robot in a world that a test arranges; the pytest fixtures of `nxtdrive.pytest_plugin` are made of it.
+
+::
+
+    with SimWorld("empty") as world, open_brick(world.address) as brick:
+        world.put("lena", x_mm=1500).hide("lena", after_s=2, for_s=10)
+        my_robot.drive_to_the_picture(brick)
+        assert world.truth.distance_mm("lena") < 500
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable
+from itertools import count
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.transports.sim import USB_LATENCY_MS, SimTransport, shared
+from sim_backend.simulation import Simulation
+from sim_backend.world.loading import PICTURES
+from sim_backend.world.world_file import Box, Person, Picture
+
+if TYPE_CHECKING:
+    from sim_backend.firmware.i2c import I2CDevice
+    from sim_backend.firmware.input import AnalogSensor
+
+EMPTY = "empty"
+"""The bundled world without anything in it."""
+
+_numbers = count(1)
+
+
+class SimWorld:
+    """A simulation of its own, to arrange and to look at. As a context manager it has an address.
+
+    Places are millimetres on the world's map: x to the right, y down; the `empty` world is 4000 x 3000 with the robot
+    at (400, 1500), looking to the right. What is put without y stands in a row with the robot. Angles are degrees
+    clockwise, times seconds. What is told to happen later happens while time passes: while the program waits for the
+    brick, sleeps on its clock, or the test calls `advance`.
+
+    Args:
+        world: The name of a bundled world, or the path of a world file.
+        seed: Of everything random.
+        firmware: "1.29" or "1.05".
+        latency_ms: Round trip of the links; USB has 2, Bluetooth 30 to 65.
+
+    Raises:
+        ConfigError: There is no such world, or its file has mistakes.
+
+    Attributes:
+        simulation: The simulation itself.
+        truth: Where everything really is; see `sim_backend.world.truth.GroundTruth`.
+        address: Where programs find this brick while the block lasts, each time on a link of its own.
+    """
+
+    def __init__(
+        self,
+        world: str | Path = EMPTY,
+        *,
+        seed: int = 0,
+        firmware: str = "1.29",
+        latency_ms: float = USB_LATENCY_MS,
+    ) -> None:
+        self.simulation = Simulation(world, seed=seed, firmware=firmware)
+        self.truth = self.simulation.truth
+        self.address = ""
+        self._latency_ms = latency_ms
+        self._links: list[SimTransport] = []
+        self._ends = contextlib.ExitStack()
+
+    def __enter__(self) -> Self:
+        self.address = self._ends.enter_context(shared(f"world{next(_numbers)}", self.open_transport))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._ends.close()
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time since the start."""
+        return self.simulation.time_s
+
+    @property
+    def left_open(self) -> list[SimTransport]:
+        """Links that nobody has closed yet."""
+        return [link for link in self._links if not link.closed]
+
+    def open_transport(self) -> SimTransport:
+        """Another link to the brick."""
+        links = self._links
+
+        class Link(SimTransport):
+            """A link that is remembered, and its successors after a reconnection with it."""
+
+            def __init__(self, *arguments: Any, **options: Any) -> None:  # noqa: ANN401 - those of SimTransport
+                super().__init__(*arguments, **options)
+                links.append(self)
+
+        return Link(self.simulation, latency_ms=self._latency_ms, address=self.address or "sim://")
+
+    def advance(self, duration_s: float) -> None:
+        """Let time pass without a program."""
+        self.simulation.advance(round(duration_s * 1000))
+
+    def put(
+        self,
+        name: str,
+        *,
+        x_mm: float,
+        y_mm: float | None = None,
+        facing_deg: float | None = None,
+        after_s: float = 0.0,
+    ) -> Self:
+        """Have a picture, box or person of this world stand somewhere, or bring in one of the built-in pictures.
+
+        Args:
+            name: Of the thing or picture.
+            x_mm: Where.
+            y_mm: Where; without it in a row with the robot as it stands then.
+            facing_deg: Where its front looks to; without it pictures look at the robot, and boxes stay as they are.
+            after_s: When, from now.
+
+        Raises:
+            ConfigError: Nothing is called so.
+        """
+        if not self._knows(name):
+            self._add(Picture(name=name, at_mm=(x_mm, self._row_mm(y_mm)), facing_deg=0.0, present=False))
+        return self._later(after_s, lambda: self._place(name, x_mm, y_mm, facing_deg))
+
+    def put_picture(
+        self,
+        name: str,
+        file: str | Path,
+        *,
+        x_mm: float,
+        y_mm: float | None = None,
+        size_mm: tuple[float, float] = (210.0, 297.0),
+    ) -> Self:
+        """Bring in a picture of one's own, looking at the robot."""
+        path = Path(file)
+        if not path.is_file():
+            raise ConfigError(f"there is no picture {path}.")
+        at_mm = (x_mm, self._row_mm(y_mm))
+        self._add(Picture(name=name, file=path.absolute(), at_mm=at_mm, facing_deg=0.0, size_mm=size_mm))
+        return self.put(name, x_mm=x_mm, y_mm=y_mm)
+
+    def put_box(
+        self,
+        name: str,
+        *,
+        x_mm: float,
+        y_mm: float | None = None,
+        size_mm: tuple[float, float] = (200.0, 200.0),
+        height_mm: float = 300.0,
+        facing_deg: float = 0.0,
+        mass_kg: float | None = None,
+    ) -> Self:
+        """Bring in a box; with a mass the robot can push it, without one it stands fast like a wall."""
+        at_mm = (x_mm, self._row_mm(y_mm))
+        return self._add(
+            Box(name=name, at_mm=at_mm, size_mm=size_mm, height_mm=height_mm, facing_deg=facing_deg, mass_kg=mass_kg)
+        )
+
+    def put_person(self, name: str, *, x_mm: float, y_mm: float | None = None) -> Self:
+        """Bring in a person, who stands there and may be told to `walk`."""
+        self._add(Person(name=name, enters_from_mm=(x_mm, self._row_mm(y_mm))))
+        return self.put(name, x_mm=x_mm, y_mm=y_mm)
+
+    def hide(self, name: str, *, after_s: float = 0.0, for_s: float | None = None) -> Self:
+        """Take a thing or person away, `after_s` from now, and bring it back to its place `for_s` later.
+
+        Raises:
+            ConfigError: Nothing is called so.
+        """
+        self._check(name)
+        world = self.simulation.world
+        self._later(after_s, lambda: world.place(name, None, None, present=False))
+        if for_s is not None:
+            self._later(after_s + for_s, lambda: world.place(name, None, None, present=True))
+        return self
+
+    def walk(self, name: str, *, x_mm: float, y_mm: float | None = None, after_s: float = 0.0) -> Self:
+        """Have a person walk somewhere, 800 mm a second unless the world says otherwise, and let the robot pass.
+
+        Raises:
+            ConfigError: Nobody is called so.
+        """
+        people = self.simulation.world.people
+        if name not in people:
+            raise ConfigError(f"there is no person {name!r} here; known: {', '.join(people) or 'nobody'}.")
+        return self._later(after_s, lambda: people[name].come((x_mm, self._row_mm(y_mm)), None))
+
+    def place_robot(self, *, x_mm: float, y_mm: float, heading_deg: float = 0.0) -> Self:
+        """Lift the robot up and put it down elsewhere."""
+        self.simulation.world.place_robot((x_mm, y_mm), heading_deg)
+        return self
+
+    def plug(self, port: int, sensor: AnalogSensor | I2CDevice | None) -> Self:
+        """Plug a device of `sim_backend.devices` into port 1..4, or unplug what is there with None."""
+        self.simulation.brick.attach_sensor(port, sensor)
+        return self
+
+    def _place(self, name: str, x_mm: float, y_mm: float | None, facing_deg: float | None) -> None:
+        world = self.simulation.world
+        y_mm = self._row_mm(y_mm)
+        if facing_deg is None and name in world.pictures:
+            facing_deg = math.degrees(math.atan2(world.robot.y_mm - y_mm, world.robot.x_mm - x_mm))
+        world.place(name, (x_mm, y_mm), facing_deg, present=True)
+
+    def _row_mm(self, y_mm: float | None) -> float:
+        return self.simulation.world.robot.y_mm if y_mm is None else y_mm
+
+    def _later(self, after_s: float, action: Callable[[], None]) -> Self:
+        if after_s > 0:
+            self.simulation.at(self.simulation.now_ms + round(after_s * 1000), action)
+        else:
+            action()
+        return self
+
+    def _add(self, table: Box | Picture | Person) -> Self:
+        if isinstance(table, Picture) and table.file is None:
+            self._check_picture(table.name)
+        try:
+            self.simulation.world.add(table)
+        except ValueError as error:
+            raise ConfigError(f"{error}; `put` moves it.") from None
+        return self
+
+    def _knows(self, name: str) -> bool:
+        world = self.simulation.world
+        return name in world.pictures or name in world.boxes or name in world.people
+
+    def _check(self, name: str) -> None:
+        if not self._knows(name):
+            world = self.simulation.world
+            known = ", ".join([*world.pictures, *world.boxes, *world.people]) or "nothing"
+            raise ConfigError(f"there is no {name!r} here; known: {known}.")
+
+    def _check_picture(self, name: str) -> None:
+        known = sorted(path.stem for path in PICTURES.glob("*.png"))
+        if name not in known:
+            raise ConfigError(
+                f"there is no {name!r} in this world, nor among the pictures {', '.join(known)}.",
+                remedy="Bring it in with put_box, put_person or put_picture.",
+            )

@@ -1,0 +1,141 @@
+"""The plugin in other people's test suites."""
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "examples" / "careful-explorer"
+PLUGIN = "nxtdrive.pytest_plugin"
+
+
+@pytest.fixture
+def outcomes(pytester):
+    """Runs a test file and counts how its tests ended."""
+
+    def run(text, *arguments):
+        pytester.makepyfile(text)
+        result = pytester.runpytest_inprocess("-p", PLUGIN, "--strict-markers", *arguments)
+        return result.parseoutcomes(), result.stdout.str()
+
+    return run
+
+
+def test_a_brick_that_is_left_open_fails_the_test(outcomes):
+    counts, text = outcomes(
+        """
+        from nxtdrive import open_brick
+
+        def test_leaves_it_open(sim_world):
+            open_brick()
+
+        def test_closes_it(sim_world):
+            open_brick().close()
+
+        def test_uses_the_fixture(sim_brick):
+            assert sim_brick.battery_v > 7
+        """
+    )
+    assert counts == {"passed": 3, "errors": 1}
+    assert "1 link(s) to the simulated brick were left open" in text
+
+
+def test_the_motors_stop_when_a_test_ends(outcomes):
+    counts, _ = outcomes(
+        """
+        worlds = []
+
+        def test_drives(sim_world, sim_brick):
+            worlds.append(sim_world)
+            sim_brick.motor("A").run(300)
+
+        def test_it_has_stopped():
+            from firmware_protocol.direct import GetOutputState
+            from firmware_protocol.enums import OutputPort
+
+            [world] = worlds
+            world.advance(1)
+            assert world.left_open == []
+            assert world.simulation.brick.output.outputs[0].control.actual_speed == 0
+        """
+    )
+    assert counts == {"passed": 2}
+
+
+def test_the_brick_is_simulated_unless_a_real_one_is_named(outcomes):
+    text = """
+        import pytest
+
+        def test_either(nxt_brick):
+            assert nxt_brick.battery_v > 5
+
+        def test_simulated_only(nxt_brick, sim_world):
+            assert nxt_brick.transport.address == sim_world.address
+
+        @pytest.mark.real_brick
+        def test_real_only(nxt_brick):
+            assert "@" not in nxt_brick.transport.address
+        """
+    assert outcomes(text)[0] == {"passed": 2, "skipped": 1}
+    # any address does; the simulator's own stands for a real brick here
+    assert outcomes(text, "--nxt=sim://open")[0] == {"passed": 2, "skipped": 1}
+
+
+def test_every_test_has_a_world_of_its_own(outcomes):
+    counts, _ = outcomes(
+        """
+        import pytest
+
+        @pytest.mark.parametrize("number", range(2))
+        def test_starts_afresh(sim_world, number):
+            assert sim_world.time_s == 0
+            sim_world.put_box("crate", x_mm=1000).advance(1)
+        """
+    )
+    assert counts == {"passed": 2}
+
+
+def test_fixtures_and_markers_are_explained(pytester):
+    shown = pytester.runpytest_inprocess("-p", PLUGIN, "--fixtures", "--markers")
+    shown.stdout.fnmatch_lines(["@pytest.mark.sim_world(world='empty'*", "@pytest.mark.real_brick:*"])
+    shown = pytester.runpytest_inprocess("-p", PLUGIN, "--fixtures")
+    for fixture in ("sim_world", "sim_brick", "nxt_brick"):
+        shown.stdout.fnmatch_lines([f"{fixture} -- *pytest_plugin.py*"])
+
+
+def test_the_plugin_costs_next_to_nothing_where_it_is_not_used():
+    heavy = (
+        "nxtdrive.brick",
+        "sim_backend",
+        "firmware_protocol",
+        "numpy",
+        "cv2",
+        "pymunk",
+        "pydantic",
+        "serial",
+        "usb",
+    )
+    code = f"import sys, {PLUGIN}; print([name for name in {heavy!r} if name in sys.modules])"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert loaded.stdout.strip() == "[]"
+
+
+def test_the_entry_point_is_called_as_its_module():
+    points = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
+    assert points["pytest11"] == {PLUGIN: PLUGIN}
+
+
+def test_the_examples_own_tests_pass():
+    arguments = ["-p", PLUGIN, "-p", "no:cacheprovider", "-q"]
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", *arguments],
+        cwd=EXAMPLE,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr

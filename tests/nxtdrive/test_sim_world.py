@@ -1,0 +1,141 @@
+"""The world that tests arrange."""
+
+import os
+
+import pytest
+
+from firmware_protocol.direct import GetBatteryLevel
+from firmware_protocol.errors import AddressError, ConfigError, LinkLost
+from nxtdrive import open_brick
+from nxtdrive.testing import SimWorld
+from sim_backend.devices import TouchSensor
+from sim_backend.world.loading import PICTURES
+
+
+def test_a_picture_stands_where_it_is_put_and_looks_at_the_robot(sim_world):
+    sim_world.put("lena", x_mm=1500)
+    assert sim_world.truth.pictures["lena"] == pytest.approx((1500, 1500, 180))
+    assert sim_world.truth.in_view("lena")
+    assert sim_world.simulation.observe("lena")
+    sim_world.put("lena", x_mm=400, y_mm=2500)
+    assert sim_world.truth.pictures["lena"] == pytest.approx((400, 2500, -90))
+    assert not sim_world.truth.in_view("lena")
+
+
+def test_what_is_hidden_later_comes_back_in_its_place(sim_world):
+    sim_world.put("lena", x_mm=1500).hide("lena", after_s=2, for_s=10)
+    there = []
+    for _ in range(14):
+        there.append("lena" in sim_world.truth.pictures)
+        sim_world.advance(1)
+    assert there == [True] * 2 + [False] * 10 + [True] * 2
+    assert sim_world.truth.pictures["lena"].x_mm == 1500
+
+
+def test_the_camera_sees_what_was_put_there(sim_world):
+    before = sim_world.simulation.camera_frame()
+    sim_world.put("lena", x_mm=1200)
+    sim_world.advance(0.2)
+    assert (sim_world.simulation.camera_frame() != before).any()
+
+
+def test_a_picture_of_ones_own_is_found_by_its_name(sim_world):
+    sim_world.put_picture("my fox", PICTURES / "fox.png", x_mm=1500)
+    assert any(sim_world.simulation.observe("my fox") for _ in range(10))
+    assert sim_world.simulation.camera_frame() is not None
+
+
+def test_a_box_in_front_is_measured_until_it_is_gone(sim_world, sim_brick):
+    eyes = sim_brick.ultrasonic(4)
+    sim_world.put_box("crate", x_mm=1000)
+    assert eyes.distance_mm == pytest.approx(1000 - 100 - 500, abs=30)
+    sim_world.put("crate", x_mm=1400)
+    assert eyes.distance_mm == pytest.approx(1400 - 100 - 500, abs=30)
+    sim_world.hide("crate")
+    assert (eyes.distance_mm or 9999) > 2000
+
+
+def test_a_box_put_against_the_bumper_presses_it(sim_world, sim_brick):
+    bumper = sim_brick.touch(1)
+    assert not bumper.pressed
+    sim_world.put_box("crate", x_mm=400 + 115 + 95)
+    sim_world.advance(0.1)
+    assert bumper.pressed
+
+
+def test_people_stand_walk_and_vanish(sim_world):
+    sim_world.put_person("anna", x_mm=2000).walk("anna", x_mm=2000, y_mm=700, after_s=1)
+    assert sim_world.truth.people == {"anna": (2000, 1500)}
+    sim_world.advance(1.5)
+    assert 700 < sim_world.truth.people["anna"][1] < 1500
+    sim_world.advance(1)
+    assert sim_world.truth.people["anna"] == (2000, 700)
+    sim_world.hide("anna")
+    assert sim_world.truth.people == {}
+    sim_world.put("anna", x_mm=1000)
+    assert sim_world.truth.people == {"anna": (1000, 1500)}
+
+
+def test_the_robot_can_be_put_elsewhere(sim_world, sim_brick):
+    sim_world.place_robot(x_mm=3000, y_mm=1000, heading_deg=180)
+    assert sim_world.truth.pose == pytest.approx((3000, 1000, 180))
+    assert (sim_brick.ultrasonic(4).distance_mm or 9999) > 2000
+    sim_world.place_robot(x_mm=1000, y_mm=1000, heading_deg=180)
+    assert sim_brick.ultrasonic(4).distance_mm == pytest.approx(900, abs=30)
+
+
+def test_a_sensor_of_the_tests_own_is_plugged_in(sim_world, sim_brick):
+    fingers = []
+    sim_world.plug(2, TouchSensor(lambda: bool(fingers)))
+    button = sim_brick.touch(2)
+    assert not button.pressed
+    fingers.append("thumb")
+    sim_world.advance(0.01)
+    assert button.pressed
+
+
+def test_unknown_names_get_the_known_ones(sim_world):
+    with pytest.raises(ConfigError, match=r"no 'lenna' .* fox, landscape, lena"):
+        sim_world.put("lenna", x_mm=1000)
+    sim_world.put("lena", x_mm=1500)
+    with pytest.raises(ConfigError, match="known: lena"):
+        sim_world.hide("crate")
+    with pytest.raises(ConfigError, match="no person 'lena'"):
+        sim_world.walk("lena", x_mm=1000)
+    with pytest.raises(ConfigError, match="already"):
+        sim_world.put_box("lena", x_mm=1000)
+    with pytest.raises(ConfigError, match=r"no picture nowhere\.png"):
+        sim_world.put_picture("cat", "nowhere.png", x_mm=1000)
+
+
+@pytest.mark.sim_world("arena", seed=3, firmware="1.05", latency_ms=30)
+def test_the_marker_chooses_the_world(sim_world, sim_brick):
+    assert sim_world.simulation.world_file.title.startswith("Lena behind the partition")
+    assert sim_brick.info().firmware == "1.05"
+    before = sim_brick.now()
+    sim_brick.request(GetBatteryLevel())
+    assert sim_brick.now() - before == pytest.approx(0.030)
+
+
+def test_a_program_that_opens_its_brick_itself_finds_this_one(sim_world):
+    assert os.environ["NXT"] == sim_world.address
+    with open_brick() as brick:
+        brick.motor("B").run_angle(200, 90)
+    assert abs(sim_world.truth.pose.heading_deg) > 5
+
+
+def test_a_lost_link_is_followed_by_another_to_the_same_brick(sim_world, sim_brick):
+    sim_brick.transport.close()
+    with pytest.raises(LinkLost):
+        sim_brick.request(GetBatteryLevel())
+    sim_brick.reconnect()
+    assert sim_brick.battery_mv > 7000
+    assert sim_world.left_open == [sim_brick.transport]
+
+
+def test_an_address_lives_as_long_as_its_world():
+    with SimWorld() as world:
+        address = world.address
+        open_brick(address).close()
+    with pytest.raises(AddressError, match="no running simulation"):
+        open_brick(address)

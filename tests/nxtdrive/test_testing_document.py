@@ -1,0 +1,37 @@
+"""The page on testing robot programs is true."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from nxtdrive.testing import SimWorld
+from sim_backend.world.loading import PICTURES
+
+PAGE = (Path(__file__).parents[2] / "docs" / "testing-your-robot.md").read_text(encoding="utf-8")
+
+
+def test_the_worlds_examples_run(sim_world, tmp_path, monkeypatch):
+    [block] = [
+        text for text in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if text.startswith("sim_world.put(")
+    ]
+    (tmp_path / "cat.jpg").write_bytes((PICTURES / "fox.png").read_bytes())
+    monkeypatch.chdir(tmp_path)
+    exec(block, {"sim_world": sim_world})
+    sim_world.advance(11)
+    assert sim_world.truth.boxes["crate"].x_mm == 2500
+    assert sim_world.truth.pose == pytest.approx((600, 600, 90))
+    assert set(sim_world.truth.pictures) == {"cat"}
+    sim_world.advance(2)
+    assert set(sim_world.truth.pictures) == {"cat", "lena"}
+
+
+def test_everything_of_the_truth_is_explained(sim_world):
+    public = {name for name in dir(sim_world.truth) if not name.startswith("_")}
+    assert public == {word for word in public if re.search(rf"`{word}[`(]", PAGE)}
+
+
+def test_everything_of_the_world_is_explained():
+    rest = {"address", "left_open", "open_transport", "time_s"}
+    methods = {name for name in dir(SimWorld) if not name.startswith("_")} - rest
+    assert methods == {name for name in methods if f"sim_world.{name}(" in PAGE}
