@@ -168,10 +168,10 @@ def read_trace(path: Path) -> Trace:
         ConfigError: There is no such file, or it is no trace; the message names the line.
     """
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = path.read_text(encoding="utf-8").rstrip("\n").split("\n")
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"the trace {path} cannot be read: {error}.") from error
-    header = _object(lines[0]) if lines else {}
+    header = _object(lines[0])
     if header.get("nxttrace") != VERSION:
         raise ConfigError(f"{path} is no trace of version {VERSION}.", remedy="Record one with --trace FILE.nxttrace.")
     return Trace(

@@ -1,0 +1,228 @@
+"""Recording conversations, and using a recording as a brick."""
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_protocol.direct import GetBatteryLevel, GetOutputState, KeepAlive
+from firmware_protocol.enums import OutputPort
+from firmware_protocol.errors import AddressError, ConfigError, LinkError, LinkLost, LinkTimeout
+from nxtdrive import open_brick
+from nxtdrive.brick import Brick
+from nxtdrive.cli.main import DONE, LINK_LOST, NOT_ACHIEVED, USAGE, main
+from nxtdrive.mission_run import default_camera
+from nxtdrive.transports.record import RecordTransport, recorded
+from nxtdrive.transports.replay import ReplayTransport
+from nxtdrive.transports.sim import SimTransport
+from nxtdrive.transports.trace_file import Entry, Kind, Trace, TraceWriter, read_trace
+from sim_backend.simulation import LinkFaults, Simulation
+
+BATTERY = GetBatteryLevel().encode()
+
+entries = st.builds(
+    Entry,
+    st.floats(0, 1e6).map(lambda value: round(value, 6)),
+    st.sampled_from([Kind.TO_BRICK, Kind.FROM_BRICK]),
+    st.binary(min_size=1, max_size=64),
+    st.sampled_from(["", "LinkLost"]),
+) | st.builds(Entry, st.just(1.5), st.just(Kind.ERROR), st.just(b""), st.just("LinkTimeout"), st.text())
+
+
+@given(st.lists(entries), st.lists(st.text(min_size=1), max_size=3))
+def test_what_is_written_is_read_back(tmp_path_factory, entries, command):
+    path = tmp_path_factory.mktemp("traces") / "talk.nxttrace"
+    header = Trace("sim://", 64, tuple(command))
+    with TraceWriter(path, header) as writer:
+        for entry in entries:
+            writer.write(entry)
+    trace = read_trace(path)
+    assert (trace.address, trace.max_telegram, trace.command) == ("sim://", 64, tuple(command))
+    assert list(trace.entries) == entries
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"nxttrace": 2}', "[1]", "not json", '{"nxttrace": 1}'])
+def test_what_is_no_trace_is_refused(tmp_path, text):
+    path = tmp_path / "talk.nxttrace"
+    path.write_text(text)
+    with pytest.raises(ConfigError):
+        read_trace(path)
+
+
+def test_a_bad_line_is_named_and_a_cut_last_line_left_out(tmp_path):
+    path = tmp_path / "talk.nxttrace"
+    good = Trace("sim://", 64).header() + '\n{"t": 0, "to": "000b"}\n'
+    path.write_text(good + '{"t": 0.1, "fr')
+    assert len(read_trace(path).entries) == 1
+    path.write_text(good + '{"t": 0.1, "fr\n{"t": 0.2, "to": "000b"}\n')
+    with pytest.raises(ConfigError, match="line 3"):
+        read_trace(path)
+
+
+@pytest.fixture
+def record(tmp_path):
+    """Records what `talk` does with a brick; returns the trace's path and what `talk` returned."""
+
+    def make(talk, faults=None, **options):
+        path = tmp_path / "talk.nxttrace"
+        inner = SimTransport(Simulation("open"), faults=faults)
+        header = Trace(inner.address, inner.max_telegram)
+        with Brick(RecordTransport(inner, TraceWriter(path, header), path, inner.now()), **options) as brick:
+            return path, talk(brick)
+
+    return make
+
+
+def test_a_recording_stands_in_for_the_brick(record):
+    def talk(brick):
+        brick.sleep(0.5)
+        return brick.battery_mv, brick.request(GetOutputState(OutputPort.B)).fields(), brick.now()
+
+    path, answers = record(talk)
+    with Brick(ReplayTransport(read_trace(path), "replay://")) as brick:
+        assert talk(brick) == answers
+
+
+def test_what_went_wrong_goes_wrong_again(record):
+    def talk(brick):
+        brick.reconnecting = True
+        outcomes = []
+        for _ in range(12):
+            try:
+                outcomes.append(brick.battery_mv)
+            except (LinkTimeout, LinkLost) as error:
+                outcomes.append(type(error).__name__)
+            brick.transport.sleep(0.2)
+        return outcomes
+
+    faults = LinkFaults(drop_replies=[2], delay_replies_ms={4: 150}, unplugged_ms=((1000, 1500),))
+    path, outcomes = record(talk, faults, timeout_s=0.1)
+    assert "LinkTimeout" in outcomes
+    assert any(entry.kind is Kind.REOPENED for entry in read_trace(path).entries)
+    with Brick(ReplayTransport(read_trace(path), "replay://"), timeout_s=0.1) as brick:
+        assert talk(brick) == outcomes
+
+
+def test_another_request_than_recorded_names_both(record):
+    path, _ = record(lambda brick: (brick.battery_mv, brick.request(GetOutputState(OutputPort.A))))
+    with Brick(ReplayTransport(read_trace(path), "replay://")) as brick:
+        assert brick.battery_mv
+        with pytest.raises(LinkError, match=r"request 2 .* GetOutputState port=B .* recorded is GetOutputState port=A"):
+            brick.request(GetOutputState(OutputPort.B))
+
+
+def test_behind_its_end_a_recording_answers_nothing(record):
+    path, _ = record(lambda brick: brick.battery_mv)
+    with Brick(ReplayTransport(read_trace(path), "replay://")) as brick:
+        assert brick.battery_mv
+        with pytest.raises(LinkError, match="ends here"):
+            brick.request(GetBatteryLevel())
+
+
+def test_keep_alives_without_an_answer_may_come_and_go(record):
+    path, _ = record(lambda brick: (brick.send(KeepAlive()), brick.battery_mv))
+    with Brick(ReplayTransport(read_trace(path), "replay://")) as brick:
+        assert brick.battery_mv
+        brick.send(KeepAlive())
+    assert [exchange.request for exchange in read_trace(path).exchanges()] == [BATTERY]
+
+
+def test_a_recorded_transport_is_found_again(record):
+    path, inner = record(lambda brick: recorded(brick.transport))
+    assert isinstance(inner, SimTransport)
+    assert recorded(inner) is inner
+    assert read_trace(path).address == "sim://"
+
+
+@pytest.mark.parametrize("address", ["record://", "record://x.nxttrace", "record://?nxt=sim%3A%2F%2F", "replay://"])
+def test_incomplete_addresses(address):
+    with pytest.raises(AddressError):
+        open_brick(address)
+
+
+def test_a_trace_that_cannot_be_written_is_said_before_anything_moves(tmp_path):
+    with pytest.raises(ConfigError, match="cannot be written"):
+        open_brick(f"record://{tmp_path}/nowhere/talk.nxttrace?nxt=sim%3A%2F%2Fopen")
+
+
+@pytest.fixture
+def talk(tmp_path, capsys):
+    """A trace of ``nxtdrive info``."""
+    path = tmp_path / "talk.nxttrace"
+    assert main(["info", "--nxt", "sim://open", "--trace", str(path)]) == DONE
+    capsys.readouterr()
+    return path
+
+
+def test_every_command_that_opens_a_brick_records_it(talk, capsys):
+    trace = read_trace(talk)
+    assert (trace.address, trace.command) == ("sim://open", ("info",))
+    assert main(["info", "--nxt", f"replay://{talk}"]) == DONE
+    assert "NXT" in capsys.readouterr().out
+
+
+def test_a_recorded_robot_keeps_its_simulated_camera(tmp_path):
+    with open_brick(f"record://{tmp_path}/run.nxttrace?nxt=sim%3A%2F%2Fopen") as brick:
+        assert default_camera(brick) == "sim"
+
+
+def test_show_says_it_in_words(talk, capsys):
+    assert main(["trace", "show", str(talk)]) == DONE
+    text = capsys.readouterr().out
+    assert "-> GetDeviceInfo" in text
+    assert "free_flash=" in text
+    assert main(["trace", "show", str(talk), "--full"]) == DONE
+    assert len(capsys.readouterr().out.splitlines()) > len(text.splitlines())
+    assert main(["trace", "show", str(talk), "--json"]) == DONE
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert lines[0]["explained"]["name"] == "KeepAlive"
+
+
+def test_diff_names_the_fields_that_differ(talk, tmp_path, capsys):
+    other = tmp_path / "other.nxttrace"
+    assert main(["info", "--nxt", "sim://open?firmware=1.05&latency_ms=9", "--trace", str(other)]) == DONE
+    capsys.readouterr()
+    assert main(["trace", "diff", str(talk), str(talk)]) == DONE
+    assert "the same" in capsys.readouterr().out
+    assert main(["trace", "diff", str(talk), str(other)]) == NOT_ACHIEVED
+    assert "firmware_minor: 29, then 5" in capsys.readouterr().out
+
+
+def test_diff_aligns_conversations(talk, tmp_path, capsys):
+    shorter = tmp_path / "shorter.nxttrace"
+    lines = talk.read_text().splitlines(keepends=True)
+    shorter.write_text("".join(lines[:3] + lines[5:]))
+    assert main(["trace", "diff", str(talk), str(shorter)]) == NOT_ACHIEVED
+    assert capsys.readouterr().out.startswith("- 2: GetDeviceInfo")
+
+
+def test_replay_compares_a_brick_with_the_recorded_one(talk, capsys):
+    assert main(["trace", "replay", str(talk), "--nxt", "sim://open"]) == DONE
+    assert "as recorded" in capsys.readouterr().out
+    assert main(["trace", "replay", str(talk), "--nxt", "sim://open?firmware=1.05"]) == NOT_ACHIEVED
+    assert "firmware_minor" in capsys.readouterr().out
+
+
+def test_replay_stops_the_motors_it_has_started(tmp_path, capsys):
+    path, again = tmp_path / "motor.nxttrace", tmp_path / "again.nxttrace"
+    with open_brick(f"record://{path}?nxt=sim%3A%2F%2Fopen") as brick:
+        brick.motor("A").dc(50)
+        brick.sleep(0.2)
+    trace = read_trace(path)
+    path.write_text("\n".join([trace.header(), *(entry.to_json() for entry in trace.entries[:4])]))
+    assert main(["trace", "replay", str(path), "--nxt", "sim://open", "--trace", str(again)]) == DONE
+    last = read_trace(again).exchanges()[-1].request
+    assert last[1] == 0x04, "SetOutputState"
+    assert last[3] == 0, "no power"
+
+
+@pytest.mark.parametrize("words", [["show", "nowhere.nxttrace"], ["diff", "a", "b"], ["replay", "c"]])
+def test_a_missing_file_is_one_sentence(words, capsys):
+    assert main(["trace", *words]) == USAGE
+    assert "cannot be read" in capsys.readouterr().err
+
+
+def test_a_program_that_differs_is_told_where(talk, capsys):
+    assert main(["send", "StopProgram", "--nxt", f"replay://{talk}"]) == LINK_LOST
+    assert "recorded is GetDeviceInfo" in capsys.readouterr().err
