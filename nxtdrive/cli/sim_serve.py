@@ -34,7 +34,14 @@ def serve(args: argparse.Namespace) -> int:
         ConfigError: A door cannot be opened, or a file has mistakes.
     """
     out, clock = Output(args.json), WallClock()
-    plug_in = links(args, simulation := Simulation(args.world or DEFAULT_WORLD, seed=args.seed, camera_size=args.size))
+    simulation = Simulation(args.world or DEFAULT_WORLD, seed=args.seed, camera_size=args.size)
+    plug_in = links(args, simulation)
+
+    def report(status: Status) -> None:
+        if simulation.brick.powered_off:
+            out.switched_off()
+        out.status(status)
+
     with until_signal() as stopped, contextlib.ExitStack() as closing:
         doors = [closing.enter_context(contextlib.closing(door)) for door in _doors(args, clock)]
         camera = closing.enter_context(contextlib.closing(MjpegDoor(args.camera_port)))
@@ -45,7 +52,7 @@ def serve(args: argparse.Namespace) -> int:
         if not is_loopback(args.host):
             print(f"nxtdrive: warning: anybody who reaches {args.host} can drive this brick.", file=sys.stderr)
         out.serving([door.address for door in doors], camera.url)
-        server.run(stopped, out.status)
+        server.run(stopped, report)
         switchboard.close()
         out.ended(server.status())
     return DONE
@@ -60,6 +67,8 @@ def links(args: argparse.Namespace, simulation: Simulation) -> Callable[[bool], 
     faults = load_faults(args.faults) if args.faults else LinkFaults()
 
     def plug_in(bluetooth: bool) -> SimLink:
+        if simulation.brick.powered_off:
+            raise ConnectionError("the brick is off")
         return SimLink(simulation, args.latency_ms, faults, bluetooth=bluetooth)
 
     return plug_in
@@ -86,6 +95,7 @@ class Output:
     def __init__(self, as_json: bool) -> None:
         self._json = as_json
         self._live = not as_json and sys.stdout.isatty()
+        self._off = False
 
     def serving(self, doors: list[str], camera: str) -> None:
         """Where everything is."""
@@ -115,6 +125,17 @@ class Output:
             self._event("status", **{name: round(value, 3) for name, value in asdict(status).items()})
         elif self._live:
             print(f"\r{_line(status)}\x1b[K", end="", flush=True)
+
+    def switched_off(self) -> None:
+        """The brick has switched itself off; said once."""
+        if self._off:
+            return
+        self._off = True
+        if self._json:
+            self._event("switched_off")
+            return
+        lead = "\r\x1b[K" if self._live else ""
+        print(f"{lead}the brick has switched itself off; start the server again to switch it on", flush=True)
 
     def ended(self, status: Status) -> None:
         """How it went."""

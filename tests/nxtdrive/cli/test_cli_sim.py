@@ -11,6 +11,7 @@ import pytest
 import serial
 
 from firmware_protocol.framing import frame
+from firmware_protocol.system import IOMapWrite
 from nxtdrive.cli.main import USAGE, main
 
 GET_BATTERY = bytes.fromhex("00 0b")
@@ -100,6 +101,17 @@ def test_programs_that_come_and_go_are_told_of(server):
         assert line.recv(100)[:3] == bytes.fromhex("02 0b 00")
     gone = _event(server, "disconnected")
     assert (gone["client"], gone["telegrams"]) == (1, 1)
+    _end(server, signal.SIGTERM)
+
+
+def test_a_brick_that_switches_itself_off_is_told_of_and_takes_nobody(server):
+    (address,) = (door for door in _serving(server)["doors"] if door.startswith("nxt-server"))
+    place = "127.0.0.1", int(address.rpartition(":")[2])
+    with socket.create_connection(place, timeout=20) as line:
+        line.sendall(IOMapWrite.put(0x00060001, 0, b"\x00\x5a").encode())
+        assert _event(server, "switched_off")
+    with socket.create_connection(place, timeout=20) as line:
+        assert line.recv(1) == b""
     _end(server, signal.SIGTERM)
 
 
