@@ -1,0 +1,214 @@
+"""Measures motion: how exactly motors and robot stop where they should, and how far they go when the link is cut.
+
+Without an address everything is measured in the simulator, whose motors follow the firmware's regulation and have
+inertia, at the latencies of a cable and of a radio. With the address of a real brick, a free motor on port A is
+measured; what needs to know where the robot really is, is left out. See docs/motion.md.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import statistics
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from nxtdrive.tools.bench import Figure
+
+from firmware_protocol.direct import GetOutputState
+from firmware_protocol.enums import OutputPort
+from nxtdrive.brick import Brick, open_brick
+from nxtdrive.motor import FASTEST_DEG_S, Then
+from nxtdrive.rover import Rover, SafetyStop
+from nxtdrive.transports import reopen_transport
+from nxtdrive.transports.sim import SimTransport
+from sim_backend.simulation import Simulation
+from sim_backend.world.world_file import Floor, Robot, Slip, WorldFile
+
+if TYPE_CHECKING:
+    from nxtdrive.motor import Motor
+
+LATENCIES_MS = (2, 45)
+"""Round trips of a cable and of a slow radio link."""
+POWERS = (40, 75, 100)
+"""Percent; as speeds, of the fastest a motor can be asked for."""
+SHORTEST_DEG, LONGEST_DEG = 90, 720
+REST_S = 1.5
+"""After this time whatever turned stands."""
+MISMATCH_PERCENT = 5.0
+FREE = SafetyStop(enabled=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """What happened after a link was cut.
+
+    Attributes:
+        distance: Degrees of a motor, or millimetres of the robot, until it stood.
+        time_s: Until it stood; NaN where that cannot be seen.
+    """
+
+    distance: float
+    time_s: float
+
+
+def measure_motion(address: str | None = None) -> Iterable[Figure]:
+    """Every figure of motion.
+
+    Args:
+        address: A real brick with a free motor on port A; None for the simulator.
+    """
+    if address is not None:
+        yield from _of_a_real_brick(address)
+        return
+    for latency_ms in LATENCIES_MS:
+        yield from error_figures(f"run_angle, {latency_ms} ms", angle_errors(latency_ms), "deg", 2.0, 5.0)
+    for latency_ms in LATENCIES_MS:
+        turns, drifts = heading_errors(latency_ms)
+        _, slipping = heading_errors(latency_ms, slip_percent=1.0)
+        yield from error_figures(f"rover.turn, {latency_ms} ms", turns, "deg", 2.0, 5.0)
+        worst = max(map(abs, drifts))
+        name = f"rover.straight, {latency_ms} ms, wheels differ by {MISMATCH_PERCENT:g} %: largest drift"
+        yield Figure(name, worst, "deg/m", "<= 1", worst <= 1.0)
+        yield Figure(f"the same, and slip at random by 1 %, {latency_ms} ms", max(map(abs, slipping)), "deg/m")
+    for latency_ms in LATENCIES_MS:
+        for power in POWERS:
+            yield from _cuts(
+                f"dc({power}), {latency_ms} ms", "deg", [cut_motor(latency_ms, power, n) for n in range(9)]
+            )
+        for speed_mm_s in (100, 200, 300):
+            cuts = [cut_rover(latency_ms, speed_mm_s, n) for n in range(9)]
+            yield from _cuts(f"drive({speed_mm_s} mm/s), {latency_ms} ms", "mm", cuts)
+
+
+def angle_errors(latency_ms: float, number: int = 30) -> list[float]:
+    """How far from its goal the motor rests after moves of 90..720 degrees, both ways, at 40..100 %; true degrees."""
+    errors = []
+    for seed in range(number):
+        simulation = _simulation(seed)
+        with Brick(SimTransport(simulation, latency_ms=latency_ms)) as brick:
+            errors.append(_angle_error(brick, POWERS[seed % 3], random.Random(seed)))  # noqa: S311 - repeatable
+    return errors
+
+
+def heading_errors(latency_ms: float, number: int = 12, slip_percent: float = 0.0) -> tuple[list[float], list[float]]:
+    """Errors of turns, degrees, and of straights, degrees per metre, by the robot's true heading.
+
+    Args:
+        latency_ms: Round trip of the link.
+        number: Of turns, and of straights.
+        slip_percent: How much the wheels slip at random in every 10 ms, which no odometry sees.
+    """
+    turns, drifts = [], []
+    for seed in range(number):
+        simulation = _simulation(seed, slip_percent)
+        draw = random.Random(seed)  # noqa: S311 - repeatable
+        with Brick(SimTransport(simulation, latency_ms=latency_ms)) as brick:
+            rover = Rover(brick, safety=FREE)
+            turn_deg, distance_mm = draw.choice((-1, 1)) * draw.uniform(15, 360), draw.uniform(500, 2000)
+            heading_deg = simulation.truth.pose.heading_deg
+            rover.straight(distance_mm)
+            brick.sleep(REST_S)
+            drifts.append((simulation.truth.pose.heading_deg - heading_deg) / distance_mm * 1000)
+            heading_deg = simulation.truth.pose.heading_deg
+            rover.turn(turn_deg)
+            brick.sleep(REST_S)
+            turns.append(simulation.truth.pose.heading_deg - heading_deg - turn_deg)
+    return turns, drifts
+
+
+def cut_motor(latency_ms: float, power: int, seed: int) -> Cut:
+    """Cut the link at a random moment while a motor turns at a duty cycle; true degrees."""
+    simulation = _simulation(seed)
+    brick = Brick(SimTransport(simulation, latency_ms=latency_ms))
+    brick.motor("A").dc(power)
+    brick.sleep(1 + random.Random(seed).random())  # noqa: S311 - repeatable
+    brick.transport.close()
+    return _until_rest(simulation, lambda: simulation.brick.output.outputs[OutputPort.A].control.rotation)
+
+
+def cut_rover(latency_ms: float, speed_mm_s: float, seed: int) -> Cut:
+    """The same while the robot drives; true millimetres."""
+    simulation = _simulation(seed)
+    brick = Brick(SimTransport(simulation, latency_ms=latency_ms))
+    rover = Rover(brick, safety=FREE)
+    end = 1 + random.Random(seed).random()  # noqa: S311 - repeatable
+    while brick.now() < end:
+        rover.drive(speed_mm_s, 0)
+        brick.sleep(min(0.05, end - brick.now()))
+    brick.transport.close()
+    return _until_rest(simulation, lambda: simulation.truth.pose.x_mm)
+
+
+def _until_rest(simulation: Simulation, where: Callable[[], float]) -> Cut:
+    begin, begun_ms = where(), simulation.now_ms
+    place, moved_ms = begin, begun_ms
+    while simulation.now_ms < moved_ms + 1000 * REST_S:
+        simulation.advance(10)
+        if abs(where() - place) >= 0.1:
+            place, moved_ms = where(), simulation.now_ms
+    return Cut(abs(place - begin), (moved_ms - begun_ms) / 1000)
+
+
+def _of_a_real_brick(address: str) -> Iterator[Figure]:
+    draw = random.Random(0)  # noqa: S311 - repeatable
+    with open_brick(address) as brick:
+        errors = [_angle_error(brick, power, draw) for power in POWERS * 5]
+        yield from error_figures("run_angle", errors, "deg", 2.0, 5.0)
+    for power in POWERS:
+        with open_brick(address) as brick:
+            yield from _cuts(f"dc({power})", "deg", [_cut_real(brick, power) for _ in range(3)])
+    yield Figure("turns, straights: only where the simulator tells the true pose", math.nan, "")
+
+
+def _cut_real(brick: Brick, power: int) -> Cut:
+    """Fall silent as a dead program does, without a word to the motor, and see afterwards where it stands."""
+    motor = brick.motor("A")
+    motor.dc(power)
+    brick.sleep(1.0)
+    begin, transport = motor.angle, brick.transport
+    transport.close()
+    transport.sleep(motor.settings.lease_s * 2 + REST_S)
+    with Brick(reopen_transport(transport)) as fresh:
+        return Cut(abs(rotation(fresh) - begin), math.nan)
+
+
+def _angle_error(brick: Brick, power: int, draw: random.Random) -> float:
+    motor: Motor = brick.motor("A")
+    angle_deg = draw.randint(SHORTEST_DEG, LONGEST_DEG) * draw.choice((-1, 1))
+    before = rotation(brick)
+    motor.run_angle(power / 100 * FASTEST_DEG_S, angle_deg, Then.BRAKE)
+    brick.sleep(REST_S)
+    return rotation(brick) - before - angle_deg
+
+
+def rotation(brick: Brick) -> int:
+    """What the brick has counted at port A, degrees."""
+    return brick.request(GetOutputState(OutputPort.A)).rotation_count
+
+
+def error_figures(
+    name: str, errors: Sequence[float], unit: str, median: float = math.nan, p95: float = math.nan
+) -> Iterator[Figure]:
+    """Median and 95th percentile of the errors' sizes, against goals where they are given."""
+    sizes = sorted(map(abs, errors))
+    middle, high = statistics.median(sizes), sizes[math.ceil(0.95 * len(sizes)) - 1]
+    for what, value, goal in (("median error", middle, median), ("95 % of the errors", high, p95)):
+        if math.isnan(goal):
+            yield Figure(f"{name}: {what}", value, unit)
+        else:
+            yield Figure(f"{name}: {what}", value, unit, f"<= {goal:g}", value <= goal)
+
+
+def _cuts(name: str, unit: str, cuts: Sequence[Cut]) -> Iterator[Figure]:
+    yield Figure(f"link cut during {name}: farthest", max(cut.distance for cut in cuts), unit)
+    if not any(math.isnan(cut.time_s) for cut in cuts):
+        yield Figure(f"link cut during {name}: longest", max(cut.time_s for cut in cuts), "s")
+
+
+def _simulation(seed: int, slip_percent: float = 0.0) -> Simulation:
+    floor = Floor(size_mm=(6000, 4000))
+    slip = Slip(jitter_percent=slip_percent)
+    robot = Robot(start_mm=(1500, 2000), motor_mismatch_percent=MISMATCH_PERCENT, slip=slip)
+    return Simulation(WorldFile(floor=floor, robot=robot), seed=seed)
