@@ -1,0 +1,181 @@
+"""How far motors and robot go when nobody says anything any more; with real processes where processes die."""
+
+import json
+import random
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from firmware_protocol.direct import GetOutputState
+from firmware_protocol.enums import OutputPort
+from firmware_protocol.errors import ConfigError, LinkError, LocalProtocolError
+from nxtdrive import open_brick
+from nxtdrive.motor import MotorSettings
+from nxtdrive.outputs import FULL_SPEED_DEG_S
+from nxtdrive.rover import DriveSettings, Rover, SafetyStop
+from nxtdrive.throttle import LEASE_S
+from sim_backend.firmware.bench_motor import BenchMotor
+from sim_backend.simulation import LinkFaults
+
+LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
+UNGUARDED = SafetyStop(enabled=False)
+FOR_EVER_MS = 10**9
+COAST_S = 0.2
+"""A motor that is let go covers less than its speed times this: 100 ms until PWM is off, then 150 ms of inertia."""
+ROLL_OUT_S = 0.9
+"""And it stands after this time."""
+FASTEST_DEG_S = 860
+"""A free motor at 8 V."""
+
+
+def until_rest(room, where):
+    """How far it goes on, and for how long."""
+    begin, begun_ms = where(), room.simulation.now_ms
+    place, moved_ms = begin, begun_ms
+    while room.simulation.now_ms < moved_ms + 1000:
+        room.simulation.advance(10)
+        if where() != place:
+            place, moved_ms = where(), room.simulation.now_ms
+    return abs(place - begin), (moved_ms - begun_ms) / 1000
+
+
+@LINKS
+@pytest.mark.parametrize("power", [40, 75, 100])
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("lease_s", [LEASE_S, 0.3])
+def test_a_cut_link_ends_a_motors_turn_within_its_lease(lab, latency_ms, power, seed, lease_s):
+    cut_ms = random.Random(seed).randrange(1000, 2000)
+    room = lab(latency_ms=latency_ms, faults=LinkFaults(unplugged_ms=((cut_ms, FOR_EVER_MS),)))
+    room.brick.motor("A", settings=MotorSettings(lease_s=lease_s)).dc(power)
+    with pytest.raises(LinkError):
+        room.brick.sleep(5)
+    distance_deg, time_s = until_rest(room, lambda: room.output("A").rotation)
+    lease_deg = power / 100 * FULL_SPEED_DEG_S * lease_s
+    assert 0 < distance_deg <= lease_deg + power / 100 * FASTEST_DEG_S * COAST_S
+    assert time_s <= 1.3 * lease_s + ROLL_OUT_S
+
+
+@LINKS
+@pytest.mark.parametrize("move", [lambda motor: motor.run(600), lambda motor: motor.run_angle(600, 5000, wait=False)])
+def test_other_motions_of_a_motor_are_leased_as_well(lab, latency_ms, move):
+    room = lab(latency_ms=latency_ms)
+    move(room.brick.motor("A"))
+    room.brick.sleep(1.7)
+    distance_deg, _ = until_rest(room, lambda: room.output("A").rotation)
+    assert 100 < distance_deg <= 600 * (LEASE_S + COAST_S) + 50
+
+
+@LINKS
+@pytest.mark.parametrize("lease_s", [LEASE_S, 0.3])
+@pytest.mark.parametrize("speed_mm_s", [100, 300])
+def test_a_robot_whose_program_has_died_stands_within_its_lease(lab, latency_ms, lease_s, speed_mm_s):
+    room = lab(latency_ms=latency_ms)
+    rover = Rover(room.brick, safety=UNGUARDED, settings=DriveSettings(lease_s=lease_s))
+    for _ in range(20):
+        rover.drive(speed_mm_s, 0)
+        room.brick.sleep(0.07)
+    distance_mm, time_s = until_rest(room, lambda: round(room.simulation.truth.pose.x_mm, 1))
+    assert 0 < distance_mm <= speed_mm_s * (lease_s + COAST_S) * 1.05
+    assert time_s <= 1.3 * lease_s + ROLL_OUT_S
+
+
+@pytest.mark.parametrize("lease_s", [0.1, 60])
+def test_leases_beyond_reason_are_refused(lab, lease_s):
+    with pytest.raises(LocalProtocolError, match="lease_s"):
+        MotorSettings(lease_s=lease_s)
+    with pytest.raises(ConfigError, match="lease_s"):
+        Rover(lab().brick, settings=DriveSettings(lease_s=lease_s))
+
+
+@LINKS
+@pytest.mark.parametrize("start", [lambda motor: motor.run(300), lambda motor: motor.dc(40)])
+def test_a_motor_that_is_held_is_braked_while_the_program_lives(lab, latency_ms, start):
+    """It never uses its lease up."""
+    room = lab(latency_ms=latency_ms)
+    room.attach("A", BenchMotor(locked=True))
+    start(room.brick.motor("A"))
+    room.brick.sleep(2)
+    assert (room.output("A").actual_speed, room.output("A").brake) == (0, True)
+
+
+# --- real processes ---
+
+PROGRAM = """
+import sys
+from nxtdrive import DriveSettings, SafetyStop, open_brick
+from firmware_protocol.direct import GetOutputState
+from firmware_protocol.enums import OutputPort
+with open_brick(sys.argv[1], timeout_s=5) as brick:
+    rover = brick.rover(safety=SafetyStop(enabled=False))
+    while True:
+        rover.drive(150, 0)
+        brick.sleep(0.05)
+        print(brick.request(GetOutputState(OutputPort.B)).rotation_count, flush=True)
+"""
+
+
+@pytest.fixture
+def served(tmp_path):
+    """The address of a simulated brick in a process of its own, in real time."""
+    words = ["sim", "serve", "--pty", str(tmp_path / "nxt"), "--world", "open", "--json"]
+    server = subprocess.Popen(
+        [sys.executable, "-m", "nxtdrive.cli.main", *words],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert json.loads(server.stdout.readline())["event"] == "serving"
+    yield f"serial://{tmp_path / 'nxt'}"
+    server.terminate()
+    server.communicate(timeout=30)
+
+
+def die_driving(address, number):
+    """A program drives until it gets that signal; returns its exit code and the last count it saw."""
+    program = subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, address], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True
+    )
+    for _ in range(15):
+        program.stdout.readline()
+    program.send_signal(number)
+    rest, _ = program.communicate(timeout=30)
+    return program.returncode, int(rest.split()[-1]) if rest.split() else 0
+
+
+def count(brick):
+    return brick.request(GetOutputState(OutputPort.B)).rotation_count
+
+
+def test_a_killed_program_leaves_a_robot_that_stops(served):
+    code, _ = die_driving(served, signal.SIGKILL)
+    assert code == -signal.SIGKILL
+    with open_brick(served, timeout_s=5) as brick:
+        before = count(brick)
+        brick.sleep(2.5)
+        stopped = count(brick)
+        brick.sleep(0.5)
+        assert count(brick) == stopped
+        assert stopped - before <= 150 / 0.4887 * (LEASE_S + COAST_S) * 1.05
+
+
+def test_a_terminated_program_brakes_before_it_goes(served):
+    code, _ = die_driving(served, signal.SIGTERM)
+    assert code == 128 + signal.SIGTERM
+    with open_brick(served, timeout_s=5) as brick:
+        state = brick.request(GetOutputState(OutputPort.B))
+        brick.sleep(0.5)
+        assert (state.power, count(brick) - state.rotation_count) == (0, 0)
+
+
+def test_a_motion_goes_on_beside_the_program_on_a_real_clock(served):
+    with open_brick(served, timeout_s=5) as brick:
+        motors = [brick.motor(port) for port in ("A", "B")]
+        moves = [motor.run_angle(500, 270, wait=False) for motor in motors]
+        while not all(move.done for move in moves):
+            assert brick.battery_mv > 5000
+        assert [move.join() for move in moves] == ["done", "done"]
+        brick.sleep(0.3)
+        assert [motor.angle for motor in motors] == pytest.approx([270, 270], abs=6)

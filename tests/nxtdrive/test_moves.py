@@ -1,0 +1,214 @@
+"""Motions that nobody waits for: several at once, cancelled, lost; and what limits them."""
+
+import pytest
+
+from behaviors.ports import Stop
+from firmware_protocol.errors import LinkError, LocalProtocolError
+from nxtdrive.motor import MotorSettings, Then
+from nxtdrive.rover import Rover, SafetyStop
+from sim_backend.firmware.bench_motor import BenchMotor
+from sim_backend.simulation import LinkFaults
+
+LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
+UNGUARDED = SafetyStop(enabled=False)
+FOR_EVER_MS = 10**9
+BOX_AHEAD = '[[boxes]]\nname = "box"\nat_mm = [2500, 1500]\nsize_mm = [200, 1000]\nheight_mm = 300\n'
+
+
+@LINKS
+def test_a_motion_goes_on_while_the_program_sleeps_or_asks(lab, latency_ms):
+    room = lab(latency_ms=latency_ms)
+    motor = room.brick.motor("A")
+    move = motor.run_angle(500, 360, wait=False)
+    assert not move.done
+    assert not motor.done
+    while not move.done:
+        assert room.brick.battery_mv
+        room.brick.sleep(0.005)
+        assert room.simulation.time_s < 5
+    assert (move.join(), motor.join()) == (Stop.DONE, Stop.DONE)
+    room.brick.sleep(0.5)
+    assert room.output("A").rotation == pytest.approx(360, abs=3)
+
+
+@LINKS
+@pytest.mark.parametrize("busy", [False, True])
+def test_three_motors_at_once_come_each_to_its_goal(lab, latency_ms, busy):
+    room = lab(latency_ms=latency_ms)
+    goals = {"A": 540, "B": -360, "C": 123}
+    moves = [room.brick.motor(port).run_angle(600, goal, wait=False) for port, goal in goals.items()]
+    while busy and not all(move.done for move in moves):
+        assert room.brick.battery_mv
+    assert {move.join() for move in moves} == {Stop.DONE}
+    assert room.simulation.time_s < 8
+    room.simulation.advance(1000)
+    for port, goal in goals.items():
+        assert room.output(port).rotation == pytest.approx(goal, abs=5)
+
+
+def test_a_new_command_cancels_the_old_motion(lab):
+    room = lab()
+    motor = room.brick.motor("A")
+    first = motor.run_angle(500, 3000, wait=False)
+    room.brick.sleep(1)
+    assert motor.run_target(500, 100) is Stop.DONE
+    assert first.join() is Stop.CANCELLED
+    assert room.output("A").rotation == pytest.approx(100, abs=3)
+
+
+@pytest.mark.parametrize("end", ["stop", "brake", "hold"])
+def test_stopping_cancels_a_motion(lab, end):
+    room = lab()
+    motor = room.brick.motor("A")
+    move = motor.run_angle(500, 3000, wait=False)
+    room.brick.sleep(1)
+    getattr(motor, end)()
+    assert move.join() is Stop.CANCELLED
+    room.brick.sleep(1)
+    assert motor.speed == 0
+    assert room.output("A").rotation < 1000
+
+
+def test_a_cancelled_motion_brakes(lab):
+    room = lab()
+    move = room.brick.motor("A").run_angle(500, 3000, wait=False)
+    room.brick.sleep(1)
+    move.cancel()
+    move.cancel()
+    before = room.output("A").rotation
+    room.brick.sleep(0.5)
+    assert room.output("A").rotation - before < 15
+
+
+@pytest.mark.parametrize("end", [lambda rover: rover.stop(), lambda rover: rover.drive(0, 0)])
+def test_a_drive_without_waiting_can_be_ended(lab, end):
+    room = lab()
+    rover = Rover(room.brick, safety=UNGUARDED)
+    move = rover.straight(3000, wait=False)
+    room.brick.sleep(1)
+    assert not rover.done
+    end(rover)
+    motion = move.join()
+    assert (rover.done, motion.stop) == (True, Stop.CANCELLED)
+    assert 50 < motion.distance_mm < 300
+    room.brick.sleep(0.5)
+    assert room.simulation.truth.speed_mm_s < 1
+
+
+@LINKS
+def test_a_drive_without_waiting_ends_by_itself_and_can_be_asked_meanwhile(lab, latency_ms):
+    room = lab(BOX_AHEAD, latency_ms=latency_ms)
+    rover = Rover(room.brick)
+    move = rover.straight(500, wait=False)
+    seen = []
+    while not move.done:
+        seen.append(rover.pose().x_mm)
+        assert rover.range_mm() > 500
+        assert not rover.touching()
+    assert seen == sorted(seen)
+    assert move.join().distance_mm == pytest.approx(500, abs=10)
+
+
+def test_one_wheel_taken_away_ends_the_rovers_motion_and_brakes_the_other(lab):
+    room = lab()
+    move = Rover(room.brick, safety=UNGUARDED).straight(3000, wait=False)
+    room.brick.sleep(1)
+    room.brick.motor("B").run(-200)
+    assert move.join().stop is Stop.CANCELLED
+    assert room.output("C").actual_speed == 0
+
+
+def test_a_lost_link_is_told_to_him_who_joins(lab):
+    room = lab(faults=LinkFaults(silent_ms=((1000, FOR_EVER_MS),)), timeout_s=0.3)
+    move = room.brick.motor("A").run_angle(500, 3000, wait=False)
+    room.brick.sleep(3)
+    assert move.done
+    with pytest.raises(LinkError):
+        move.join()
+
+
+def test_an_interrupt_while_waiting_brakes(lab):
+    room = lab()
+
+    def interrupt():
+        raise KeyboardInterrupt
+
+    room.simulation.at(1000, interrupt)
+    motor = room.brick.motor("A")
+    with pytest.raises(KeyboardInterrupt):
+        motor.run_angle(500, 3000)
+    assert motor.done
+    room.simulation.advance(300)
+    assert room.output("A").rotation < 600
+    assert room.output("A").actual_speed == 0
+
+
+@LINKS
+@pytest.mark.parametrize("start", [lambda motor: motor.run(300), lambda motor: motor.dc(-50)])
+def test_a_stall_is_an_outcome(lab, latency_ms, start):
+    room = lab(latency_ms=latency_ms)
+    room.attach("A", BenchMotor(locked=True))
+    motor = room.brick.motor("A")
+    start(motor)
+    assert motor.join() is Stop.STALLED
+    assert room.simulation.time_s < 1.5
+    assert motor.stalled
+
+
+def test_a_stall_on_the_way_is_seen_as_well(lab):
+    room = lab()
+    plant = room.attach("A", BenchMotor())
+    room.simulation.at(1500, lambda: plant.configure(590, 60, 12, 150, 5, True))
+    move = room.brick.motor("A").run_angle(500, 2000, wait=False)
+    assert move.join() is Stop.STALLED
+    assert 2 < room.simulation.time_s < 3
+    assert room.output("A").actual_speed == 0
+
+
+def test_stall_detection_of_run_can_be_switched_off(lab):
+    room = lab()
+    room.attach("A", BenchMotor(locked=True))
+    motor = room.brick.motor("A", settings=MotorSettings(stall_s=None))
+    motor.run(300)
+    room.brick.sleep(5)
+    assert room.output("A").actual_speed
+    assert motor.stalled
+
+
+def test_speed_is_limited(lab):
+    room = lab()
+    motor = room.brick.motor("A", settings=MotorSettings(speed_deg_s=200))
+    motor.run(800)
+    room.brick.sleep(2)
+    assert motor.speed == pytest.approx(200, abs=25)
+    begun_s = room.simulation.time_s
+    motor.run_angle(-800, 400)
+    assert room.simulation.time_s - begun_s > 2
+
+
+def test_acceleration_is_limited(lab):
+    room = lab()
+    motor = room.brick.motor("A", settings=MotorSettings(acceleration_deg_s2=200))
+    motor.run(600)
+    speeds = []
+    for _ in range(8):
+        room.brick.sleep(0.4)
+        speeds.append(motor.speed)
+    assert all(after - before < 200 * 0.5 * 1.5 for before, after in zip(speeds, speeds[1:], strict=False))
+    assert speeds[1] < 300
+    assert speeds[-1] == pytest.approx(600, abs=50)
+
+
+@pytest.mark.parametrize("wrong", [{"speed_deg_s": 1200}, {"acceleration_deg_s2": 0}, {"stall_s": 0}])
+def test_limits_beyond_reason_are_refused(wrong):
+    with pytest.raises(LocalProtocolError, match=next(iter(wrong))):
+        MotorSettings(**wrong)
+
+
+def test_a_time_can_be_left_to_itself(lab):
+    room = lab()
+    move = room.brick.motor("A").run_time(400, 1.5, Then.COAST, wait=False)
+    room.brick.motor("B").run_time(-400, 0.5, wait=False)
+    assert move.join() is Stop.DONE
+    assert room.simulation.time_s == pytest.approx(1.5, abs=0.05)
+    assert room.output("B").rotation == pytest.approx(-180, abs=60)
