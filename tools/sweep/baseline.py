@@ -1,0 +1,111 @@
+"""What the baselines share: targets in order, the journal, the time limit, and an end with the motors off.
+
+The thesis's mind runs on `behaviors.executive.Executive`. A baseline whose doings are not a choice among the thesis's
+recoveries is a small executive of its own, over the same ports and with the same services, and writes the same journal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any, cast
+
+from behaviors.agenda import Agenda, Fate
+from behaviors.events import Event, Reason
+from behaviors.executive import LINK_FAILURES, Ending, Report
+from behaviors.journal import Kind, Record, plain
+from behaviors.skills import Arrive, Search, Senses, TimeUp
+
+from .robot import Robot
+
+
+class Baseline:
+    """One mission by one simple mind.
+
+    Args:
+        robot: What it works with.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.body, self.eyes, self.clock = robot.body, robot.eyes, robot.clock
+        self.mission, self._observers = robot.mission, robot.observers
+        self._start_s = robot.clock.now()
+        limit_s = self.mission.mission.time_limit_s
+        self.deadline_s = math.inf if limit_s is None else self._start_s + limit_s
+        self.senses = Senses(
+            self.body, self.eyes, self.clock, self.mission.thesis, self.note, lambda _: None, self.deadline_s
+        )
+        self.agenda = Agenda(self.mission.mission.targets)
+        self._state = "idle"
+        self._path: list[str] = []
+
+    def pursue(self, target: str) -> bool:
+        """Go for one target; whether it was reached (True) or is given up (False). The robot is at rest afterwards."""
+        raise NotImplementedError
+
+    def run(self) -> Report:
+        """Pursue the targets in order; what came of it, as from `behaviors.executive.Executive.run`."""
+        ending, error = Ending.BROKEN, ""
+        self.note(Kind.START, mission=self.mission.mission.name, targets=list(self.mission.mission.targets))
+        try:
+            ending = self._pursue_all()
+        except TimeUp:
+            ending = Ending.TIME_UP
+        except LINK_FAILURES as lost:
+            ending, error = Ending.LINK_LOST, str(lost)
+        finally:
+            with suppress(*LINK_FAILURES):
+                self.body.stop()
+            fates = {errand.target: errand.fate.value for errand in self.agenda.errands}
+            self.note(Kind.END, ending=ending, targets=fates, error=error)
+        return Report(ending, self.agenda.errands, self._path, self.now(), error)
+
+    def now(self) -> float:
+        """Mission time in seconds."""
+        return self.clock.now() - self._start_s
+
+    def note(self, kind: Kind, **data: object) -> None:
+        """Tell every observer."""
+        values = cast("Mapping[str, Any]", plain(data))
+        record = Record(round(self.now(), 3), kind, self._state, self.agenda.target, values)
+        for observer in self._observers:
+            observer(record)
+
+    def enter(self, state: str, event: Event | None = None, reason: Reason | None = None) -> None:
+        """Go on to another state, under the names of the thesis's chart."""
+        source, self._state = self._state, state
+        self._path.append(state)
+        self.note(Kind.TRANSITION, source=source, to=state, event=event, **({} if reason is None else {"reason": reason}))
+
+    def choose(self, choice: str, why: str, **evidence: object) -> None:
+        """Write a decision down."""
+        self.note(Kind.CHOICE, choice=choice, why=why, evidence=evidence)
+
+    def search(self, target: str) -> Reason:
+        """The thesis's search; SIGHTED or why not."""
+        self.enter("search")
+        self.agenda.errand.attempts += 1
+        return Search(self.senses, target).call().reason
+
+    def arrive(self, target: str) -> Reason:
+        """The thesis's approach to its end; WITHIN_REACH or why not."""
+        self.enter("arrive", Event.TARGET_SEEN, Reason.SIGHTED)
+        service = Arrive(self.senses, target)
+        while True:
+            self.senses.check_time()
+            fact = service.call()
+            if fact.event is not Event.CONTINUED:
+                return fact.reason
+
+    def _pursue_all(self) -> Ending:
+        while True:
+            reached = self.pursue(self.agenda.target)
+            if not reached:
+                self.senses.check_time()
+            self.agenda.decide(Fate.REACHED if reached else Fate.GIVEN_UP)
+            self.agenda.errand.time_s = self.now()
+            self.enter("reached" if reached else "gave_up")
+            if not self.agenda.more_targets:
+                return Ending.ACHIEVED if self.agenda.achieved else Ending.EXHAUSTED
+            self.agenda.next_target()

@@ -1,0 +1,100 @@
+"""Simple minds to compare with: Nav2's list of recoveries, and a walk at random."""
+
+from __future__ import annotations
+
+from random import Random
+
+from behaviors.events import Event, Reason
+from behaviors.ports import Sighting, Stop
+from behaviors.skills import NAP_S
+
+from .baseline import Baseline
+from .robot import Robot
+
+RETRIES = 6
+"""Nav2's default behaviour tree recovers six times. Source: docs/evaluation.md, policies."""
+SPIN_DEG, WAIT_S, BACK_UP_MM = 90.0, 5.0, 300.0
+"""Nav2's Spin of 1.57 rad, Wait of 5 s and BackUp of 0.30 m."""
+
+TURNS_DEG = (60.0, 300.0)
+"""A random walk turns by something in between when its way is shut."""
+LEG_S = (4.0, 12.0)
+"""And after so long a drive, lest it circle for ever."""
+RETREAT_MM = 80.0
+
+
+class Nav2List(Baseline):
+    """The thesis's search and approach with Nav2's default recoveries, in turn and whatever went wrong.
+
+    Not Nav2 itself. Clearing the costmap, the first of its round robin, has nothing to clear here.
+    """
+
+    def pursue(self, target: str) -> bool:
+        """Search and approach, seven times at most."""
+        for attempt in range(RETRIES + 1):
+            reason = self.search(target)
+            exist = reason is Reason.SIGHTED
+            if exist:
+                reason = self.arrive(target)
+                if reason is Reason.WITHIN_REACH:
+                    return True
+            self.enter("select", Event.ARRIVE_FAILED if exist else Event.SEARCH_FAILED, reason)
+            if attempt < RETRIES:
+                self._recover(attempt, reason, exist=exist)
+        self.choose("change_target", f"recovered {RETRIES} times", reason=reason, exist=exist)
+        return False
+
+    def _recover(self, number: int, reason: Reason, *, exist: bool) -> None:
+        choice = ("rescan", "wait", "back_up")[number % 3]
+        self.choose(choice, "it is its turn", reason=reason, exist=exist, **({"wait_s": WAIT_S} if choice == "wait" else {}))
+        self.enter(choice)
+        if choice == "rescan":
+            self.body.turn(SPIN_DEG)
+        elif choice == "back_up":
+            self.body.straight(-BACK_UP_MM)
+        else:
+            end_s = self.clock.now() + WAIT_S
+            while self.clock.now() < end_s:
+                self.senses.check_time()
+                self.clock.sleep(NAP_S)
+
+
+class RandomWalk(Baseline):
+    """Drives straight until the sonar stops it, turns at random, approaches the target when it sees it.
+
+    It has no reason ever to give up, so it shares its time evenly among the targets that are left.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        super().__init__(robot)
+        self._random = Random(f"random walk {robot.mission.mission.name}")
+
+    def pursue(self, target: str) -> bool:
+        """Walk about until the target is reached or its share of the time is over."""
+        errands = self.agenda.errands
+        left = len(errands) - errands.index(self.agenda.errand)
+        give_up_s = self.clock.now() + (self.deadline_s - self.clock.now()) / left
+        while self.clock.now() < give_up_s:
+            self.agenda.errand.attempts += 1
+            if self._wander(target, give_up_s) and self.arrive(target) is Reason.WITHIN_REACH:
+                return True
+        return False
+
+    def _wander(self, target: str, until_s: float) -> Sighting | None:
+        """Drive and turn until the target is seen."""
+        self.enter("search")
+        while self.clock.now() < until_s:
+            leg_end_s = min(until_s, self.clock.now() + self._random.uniform(*LEG_S))
+            while self.clock.now() < leg_end_s:
+                self.senses.check_time()
+                stop = self.body.drive(self.mission.thesis.cruise_mm_s, 0.0)
+                if stop is not None:
+                    break
+                if sighting := self.eyes.look(target):
+                    self.body.stop()
+                    return sighting
+            self.body.stop()
+            if stop is Stop.CONTACT:
+                self.body.straight(-RETREAT_MM)
+            self.body.turn(self._random.uniform(*TURNS_DEG))
+        return None

@@ -1,0 +1,176 @@
+"""Judges recoveries: how soon a failure was noticed, and whether the choice fitted its cause. Definitions:
+docs/evaluation.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from behaviors.journal import Kind
+from sim_backend.world.sensing import VIEW_ANGLE_DEG
+
+from .draft import ROBOT_RADIUS_MM
+from .floor_plan import FloorPlan, Goal
+from .metrics import CAMERA_HEIGHT_MM, SPEED_MM_S, TURN_DEG_S
+from .referee import Happening, Mark, Moment, Play
+
+SAME_PLACE_MM = 250.0
+"""Choices no farther apart than this were made at one place."""
+
+
+class Cause(StrEnum):
+    """Why an attempt really failed."""
+
+    BLOCKED_SHORT = "blocked_short"
+    BLOCKED_LONG = "blocked_long"
+    ELSEWHERE = "elsewhere"
+    MISSED = "missed"
+
+
+FITTING = {
+    Cause.BLOCKED_SHORT: "wait",
+    Cause.BLOCKED_LONG: "detour",
+    Cause.ELSEWHERE: "move_to",
+    Cause.MISSED: "rescan",
+}
+"""The choice that fits each cause."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """One choice against the truth.
+
+    Attributes:
+        cause: Why the attempt failed.
+        choice: What was chosen.
+        regret_s: What it cost beyond the best choice, seconds; None where that is not defined.
+    """
+
+    cause: Cause
+    choice: str
+    regret_s: float | None
+
+    @property
+    def fits(self) -> bool:
+        """Whether it is the choice for that cause."""
+        return FITTING[self.cause] == self.choice
+
+
+def judge_choices(play: Play) -> list[Judgement]:
+    """Every choice of a mission but those that gave a target up and those for a target that is not there."""
+    return [
+        judgement
+        for i, mark in enumerate(play.marks)
+        if mark.record.kind is Kind.CHOICE and mark.record.data["choice"] != "change_target"
+        if (judgement := _judge(play, i, mark)) is not None
+    ]
+
+
+def recognition_s(play: Play) -> list[float]:
+    """From each thing that came between the robot and a target to the next choice for that target, seconds."""
+    onsets = sorted((onset_s, one.target) for one in play.happenings if (onset_s := _onset_s(play, one)) is not None)
+    delays = []
+    for onset_s, target in onsets:
+        choices = _choices(play, onset_s)
+        after = next((mark for mark in choices if not target or mark.record.target == target), None)
+        newer = [other_s for other_s, other in onsets if other_s > onset_s and other == target]
+        if after and not (newer and newer[0] < after.moment.time_s):
+            delays.append(after.moment.time_s - onset_s)
+    return delays
+
+
+def longest_run(play: Play) -> int:
+    """The longest run of the same choice for the same target at one place."""
+    longest = run = 0
+    first: Mark | None = None
+    for mark in _choices(play, -math.inf):
+        same = (
+            first is not None
+            and first.record.target == mark.record.target
+            and first.record.data["choice"] == mark.record.data["choice"]
+            and math.dist(first.moment.pose[:2], mark.moment.pose[:2]) <= SAME_PLACE_MM
+        )
+        run, first = (run + 1, first) if same else (1, mark)
+        longest = max(longest, run)
+    return longest
+
+
+def _choices(play: Play, since_s: float) -> Iterator[Mark]:
+    return (mark for mark in play.marks if mark.record.kind is Kind.CHOICE and mark.moment.time_s >= since_s)
+
+
+def _onset_s(play: Play, happening: Happening) -> float | None:
+    """When the harm was done: a person first has to get there."""
+    if not happening.thing:
+        return happening.time_s
+    for moment in play.moments:
+        goal = moment.scene.goals.get(happening.target)
+        if moment.time_s >= happening.time_s and goal and happening.thing in _in_the_way(moment.pose[:2], moment, goal):
+            return moment.time_s
+    return None
+
+
+def _judge(play: Play, index: int, mark: Mark) -> Judgement | None:
+    here, choice = mark.moment, str(mark.record.data["choice"])
+    goal = here.scene.goals.get(mark.record.target)
+    if goal is None:
+        return None
+    if not _could_be_seen(play, here, goal):
+        return Judgement(Cause.ELSEWHERE, choice, None)
+    blocking = play.comers & set(_in_the_way(here.pose[:2], here, goal))
+    if not blocking:
+        return Judgement(Cause.MISSED, choice, None)
+    remaining_s, detour_s = _remaining_s(play, here, goal, blocking), _detour_s(play, here, goal)
+    cause = Cause.BLOCKED_SHORT if remaining_s <= detour_s else Cause.BLOCKED_LONG
+    best_s = min(remaining_s, detour_s)
+    cost_s = detour_s if choice == "detour" else math.inf
+    if choice == "wait":
+        waited_s = _waited_s(play, index)
+        cost_s = waited_s + max(0.0, min(remaining_s - waited_s, detour_s))
+    return Judgement(cause, choice, cost_s - best_s if math.isfinite(cost_s) and math.isfinite(best_s) else None)
+
+
+def _could_be_seen(play: Play, here: Moment, goal: Goal) -> bool:
+    """Whether the picture could be recognised from this place if nothing had come between."""
+    eye = np.array([here.pose[:2]])
+    reach = Goal(goal.name, goal.at_mm, goal.facing_deg, goal.centre_height_mm, play.view_mm, 0.0, VIEW_ANGLE_DEG)
+    plan = _without(here.scene.plan, play.comers)
+    return bool(reach.covers(eye)[0] and plan.sees(eye, CAMERA_HEIGHT_MM, goal)[0])
+
+
+def _in_the_way(place: tuple[float, float], moment: Moment, goal: Goal) -> list[str]:
+    return [each.name for each in moment.scene.plan.in_the_way(place, goal.at_mm, ROBOT_RADIUS_MM)]
+
+
+def _without(plan: FloorPlan, names: frozenset[str]) -> FloorPlan:
+    return FloorPlan(plan.size_mm, tuple(each for each in plan.obstacles if each.name not in names))
+
+
+def _remaining_s(play: Play, here: Moment, goal: Goal, blocking: frozenset[str]) -> float:
+    """How long what blocks the straight way from here goes on to block it; infinity if to the end."""
+    for moment in play.moments:
+        if moment.time_s > here.time_s and not blocking & set(_in_the_way(here.pose[:2], moment, goal)):
+            return moment.time_s - here.time_s
+    return math.inf
+
+
+def _detour_s(play: Play, here: Moment, goal: Goal) -> float:
+    """How much longer the way round takes than the straight one; infinity without a way round."""
+    plan = here.scene.plan
+    ways = [each.way(here.pose[:2], goal, ROBOT_RADIUS_MM) for each in (plan, _without(plan, play.comers))]
+    round_s, straight_s = (
+        math.inf if way is None else way.duration_s(here.pose.heading_deg, SPEED_MM_S, TURN_DEG_S) for way in ways
+    )
+    return max(0.0, round_s - straight_s) if math.isfinite(round_s) else math.inf
+
+
+def _waited_s(play: Play, index: int) -> float:
+    """From a choice to the next search or approach."""
+    begun_s = play.marks[index].moment.time_s
+    later = (mark for mark in play.marks[index + 1 :] if mark.record.data.get("to") in ("search", "arrive", "finished"))
+    return next((mark.moment.time_s - begun_s for mark in later), play.duration_s - begun_s)

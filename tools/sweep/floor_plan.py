@@ -1,0 +1,277 @@
+"""The true floor: what stands where, what hides what, and the shortest way of a robot to a picture.
+
+Everything is in the world's coordinates: millimetres, x to the right of the map, y down, angles clockwise from +x.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Point = tuple[float, float]
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Cell = tuple[int, int]
+
+CELL_MM = 50.0
+"""Cells of the grid on which ways are sought; afterwards they are pulled taut, so lengths are better than this."""
+SAMPLE_MM = 20.0
+"""Distance between the places at which a straight line is checked."""
+REACH_MM = 500.0
+"""A stop counts from here or nearer. Source: docs/evaluation.md, success."""
+REACH_DEG = 75.0
+"""And within this angle of the picture's normal."""
+SAME_PLACE_MM = 1.0
+_STEPS = [(dx, dy, math.hypot(dx, dy)) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy]
+
+
+@dataclass(frozen=True, slots=True)
+class Obstacle:
+    """A block on the floor, or with `radius_mm` a post with rounded corners of that radius.
+
+    Attributes:
+        name: What stands there.
+        at_mm: Its middle.
+        size_mm: Along and across its facing; (0, 0) for a round post.
+        facing_deg: Direction of its front.
+        radius_mm: Rounds it outwards.
+        height_mm: Top edge above the floor.
+    """
+
+    name: str
+    at_mm: Point
+    size_mm: tuple[float, float] = (0.0, 0.0)
+    facing_deg: float = 0.0
+    radius_mm: float = 0.0
+    height_mm: float = 1000.0
+
+    def distance_mm(self, points: Floats) -> Floats:
+        """From each of `points`, shape (..., 2), to its edge; 0 inside."""
+        angle = math.radians(self.facing_deg)
+        x, y = points[..., 0] - self.at_mm[0], points[..., 1] - self.at_mm[1]
+        along = np.abs(x * math.cos(angle) + y * math.sin(angle)) - self.size_mm[0] / 2
+        across = np.abs(y * math.cos(angle) - x * math.sin(angle)) - self.size_mm[1] / 2
+        gap = np.hypot(np.maximum(along, 0.0), np.maximum(across, 0.0)) - self.radius_mm
+        return np.maximum(gap, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """Where a stop in front of a picture counts.
+
+    Attributes:
+        name: Of the picture.
+        at_mm: Its middle.
+        facing_deg: Its normal.
+        centre_height_mm: Its middle above the floor.
+        reach_mm: From there or nearer.
+        nearest_mm: But not nearer than this.
+        reach_deg: Within this angle of the normal.
+    """
+
+    name: str
+    at_mm: Point
+    facing_deg: float
+    centre_height_mm: float = 200.0
+    reach_mm: float = REACH_MM
+    nearest_mm: float = 0.0
+    reach_deg: float = REACH_DEG
+
+    def covers(self, points: Floats) -> Mask:
+        """Which of `points` are near enough and in front; lines of sight are not looked at."""
+        x, y = points[..., 0] - self.at_mm[0], points[..., 1] - self.at_mm[1]
+        distance = np.hypot(x, y)
+        off = (np.degrees(np.arctan2(y, x)) - self.facing_deg + 180.0) % 360.0 - 180.0
+        covered = (distance <= self.reach_mm) & (distance >= self.nearest_mm) & (np.abs(off) <= self.reach_deg)
+        return np.asarray(covered, dtype=np.bool_)
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A way of straight legs.
+
+    Attributes:
+        points: Start, corners, end.
+    """
+
+    points: tuple[Point, ...]
+
+    @property
+    def length_mm(self) -> float:
+        """Of all legs."""
+        return sum(math.dist(one, other) for one, other in zip(self.points, self.points[1:], strict=False))
+
+    def duration_s(self, heading_deg: float, speed_mm_s: float, turn_deg_s: float) -> float:
+        """The shortest time for it with turns on the spot, beginning with the robot's heading; no acceleration."""
+        turned = 0.0
+        for one, other in zip(self.points, self.points[1:], strict=False):
+            bearing = math.degrees(math.atan2(other[1] - one[1], other[0] - one[0]))
+            turned += abs((bearing - heading_deg + 180.0) % 360.0 - 180.0)
+            heading_deg = bearing
+        return self.length_mm / speed_mm_s + turned / turn_deg_s
+
+
+@dataclass(frozen=True)
+class FloorPlan:
+    """A room and what stands in it.
+
+    Attributes:
+        size_mm: The floor from (0, 0).
+        obstacles: Everything on it.
+    """
+
+    size_mm: tuple[float, float]
+    obstacles: tuple[Obstacle, ...]
+
+    def clearance_mm(self, points: Floats) -> Floats:
+        """From each of `points`, shape (..., 2), to the nearest wall or obstacle; negative outside the room."""
+        x, y = points[..., 0], points[..., 1]
+        width, depth = self.size_mm
+        clearance = np.minimum(np.minimum(x, width - x), np.minimum(y, depth - y))
+        for obstacle in self.obstacles:
+            clearance = np.minimum(clearance, obstacle.distance_mm(points))
+        return np.asarray(clearance, dtype=np.float64)
+
+    def passable(self, start: Point, end: Point, radius_mm: float) -> bool:
+        """Whether a robot of that radius can drive straight from one place to the other."""
+        return bool(np.all(self.clearance_mm(_line(start, end)) >= radius_mm))
+
+    def in_the_way(self, start: Point, end: Point, radius_mm: float) -> list[Obstacle]:
+        """The obstacles that such a robot would run into on the straight way."""
+        line = _line(start, end)
+        return [obstacle for obstacle in self.obstacles if np.min(obstacle.distance_mm(line)) < radius_mm]
+
+    def sees(self, eye_mm: Floats, eye_height_mm: float, goal: Goal) -> Mask:
+        """From which of the places `eye_mm`, shape (n, 2), the middle of the picture is not hidden."""
+        shares = np.linspace(0.0, 1.0, 40)
+        lines = eye_mm[:, None, :] + shares[None, :, None] * (np.asarray(goal.at_mm) - eye_mm[:, None, :])
+        heights = eye_height_mm + shares * (goal.centre_height_mm - eye_height_mm)
+        hidden = np.zeros(len(eye_mm), dtype=np.bool_)
+        for obstacle in self.obstacles:
+            if obstacle.name != goal.name:
+                hidden |= np.any((obstacle.distance_mm(lines) <= 0.0) & (obstacle.height_mm > heights), axis=1)
+        return ~hidden
+
+    def way(
+        self, start: Point, goal: Goal, radius_mm: float, *, eye_height_mm: float = 200.0, berth_mm: float = 0.0
+    ) -> Way | None:
+        """The shortest way of a robot to where a stop in front of the picture counts.
+
+        Args:
+            start: Where its middle is.
+            goal: The picture.
+            radius_mm: Of the robot.
+            eye_height_mm: Of its camera; from the end of the way the picture can be seen.
+            berth_mm: Obstacles are given this much more room where a little longer way allows it.
+
+        Returns:
+            The way, or None if there is none.
+        """
+        grid = _Grid(self, radius_mm, berth_mm)
+        ends = grid.ends(self, goal, eye_height_mm)
+        first = grid.nearest_free(start)
+        if first is None or not ends.any():
+            return None
+        if ends[first]:
+            return Way((start,))
+        cells = grid.search(first, ends, goal)
+        if not cells:
+            return None
+        points = [start, *(grid.middle(cell) for cell in cells)]
+        return Way(_taut(self, points, radius_mm + berth_mm))
+
+
+class _Grid:
+    """The floor in cells, and which of them a robot's middle may be in."""
+
+    def __init__(self, plan: FloorPlan, radius_mm: float, berth_mm: float) -> None:
+        columns, rows = (max(1, math.ceil(side / CELL_MM)) for side in plan.size_mm)
+        x, y = np.meshgrid((np.arange(columns) + 0.5) * CELL_MM, (np.arange(rows) + 0.5) * CELL_MM, indexing="ij")
+        self.middles = np.stack([x, y], axis=-1)
+        clearance = plan.clearance_mm(self.middles)
+        self.free: Mask = clearance >= radius_mm
+        narrow = np.clip((radius_mm + berth_mm - clearance) / max(berth_mm, 1.0), 0.0, 1.0)
+        self._cost = 1.0 + (4.0 * narrow if berth_mm else np.zeros_like(narrow))
+
+    def middle(self, cell: Cell) -> Point:
+        return (cell[0] + 0.5) * CELL_MM, (cell[1] + 0.5) * CELL_MM
+
+    def ends(self, plan: FloorPlan, goal: Goal, eye_height_mm: float) -> Mask:
+        """The cells where a stop counts."""
+        ends = self.free & goal.covers(self.middles)
+        places = self.middles[ends]
+        if len(places):
+            ends[ends] = plan.sees(places, eye_height_mm, goal)
+        return ends
+
+    def nearest_free(self, place: Point) -> Cell | None:
+        """The free cell nearest to a place, no farther than four cells: the robot is where it is."""
+        distance = np.hypot(*(np.moveaxis(self.middles, -1, 0) - np.asarray(place)[:, None, None]))
+        distance[~self.free] = np.inf
+        cell = np.unravel_index(int(np.argmin(distance)), distance.shape)
+        return (int(cell[0]), int(cell[1])) if distance[cell] <= 4 * CELL_MM else None
+
+    def search(self, first: Cell, ends: Mask, goal: Goal) -> list[Cell]:
+        """Cells from the first to the nearest end (A*); empty if there is no way."""
+        ahead = np.hypot(*(np.moveaxis(self.middles, -1, 0) - np.asarray(goal.at_mm)[:, None, None]))
+        guess = (np.maximum(ahead - goal.reach_mm - CELL_MM, 0.0) / CELL_MM).tolist()
+        free, cost, end = self.free.tolist(), self._cost.tolist(), ends.tolist()
+        columns, rows = self.free.shape
+        best: dict[Cell, float] = {first: 0.0}
+        before: dict[Cell, Cell] = {}
+        queue = [(guess[first[0]][first[1]], first)]
+        done: set[Cell] = set()
+        while queue:
+            cell = heapq.heappop(queue)[1]
+            if cell in done:
+                continue
+            done.add(cell)
+            if end[cell[0]][cell[1]]:
+                return _trace(before, cell)
+            for dx, dy, length in _STEPS:
+                x, y = cell[0] + dx, cell[1] + dy
+                if not (0 <= x < columns and 0 <= y < rows and free[x][y]):
+                    continue
+                total = best[cell] + length * cost[x][y]
+                if total < best.get((x, y), math.inf):
+                    best[x, y], before[x, y] = total, cell
+                    heapq.heappush(queue, (total + guess[x][y], (x, y)))
+        return []
+
+
+def _trace(before: dict[Cell, Cell], cell: Cell) -> list[Cell]:
+    cells = [cell]
+    while cell in before:
+        cell = before[cell]
+        cells.append(cell)
+    return cells[::-1]
+
+
+def _taut(plan: FloorPlan, points: Sequence[Point], berth_mm: float) -> tuple[Point, ...]:
+    """The same way without needless corners; keeps the berth where it had one."""
+    taut, i = [points[0]], 0
+    while i < len(points) - 1:
+        reach = len(points) - 1
+        while reach > i + 1 and not _direct(plan, points[i], points[reach], berth_mm):
+            reach -= 1
+        i = reach
+        if math.dist(points[i], taut[-1]) > SAME_PLACE_MM:
+            taut.append(points[i])
+    return tuple(taut)
+
+
+def _direct(plan: FloorPlan, start: Point, end: Point, berth_mm: float) -> bool:
+    """Whether the straight way keeps the berth, or as much of it as its ends have."""
+    clearance = plan.clearance_mm(_line(start, end))
+    needed = min(berth_mm, float(clearance[0]), float(clearance[-1])) - SAME_PLACE_MM
+    return bool(np.all(clearance >= needed))
+
+
+def _line(start: Point, end: Point) -> Floats:
+    number = max(2, math.ceil(math.dist(start, end) / SAMPLE_MM) + 1)
+    return np.linspace(np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64), number)

@@ -1,0 +1,127 @@
+"""What came of each target and of the mission, by the truth. Definitions: docs/evaluation.md."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import groupby, pairwise
+
+import numpy as np
+
+from behaviors.journal import Kind
+from nxtdrive.rover import SETTINGS
+from sim_backend.world.truth import TruePose
+
+from .floor_plan import Way
+from .referee import Moment, Play, Scene
+
+CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM = 60.0, 200.0
+"""Of the world file's default camera."""
+SPEED_MM_S, TURN_DEG_S = SETTINGS.speed_mm_s, SETTINGS.turn_deg_s
+"""How fast the rover can drive and turn; the fastest way is reckoned with these."""
+
+
+@dataclass(frozen=True, slots=True)
+class TargetResult:
+    """What came of one target.
+
+    Attributes:
+        target: Its name.
+        reachable: Whether it exists.
+        success: Whether the robot stopped for it where a stop counts.
+        wrong_stops: How often it stopped elsewhere and said it had arrived.
+        time_s: Mission time of the success; None without one.
+        given_up_s: Mission time at which it was given up for good; None if it was not.
+        pursuit_s: Time spent on it.
+        path_mm: Way driven for it.
+        shortest_mm: Shortest way from where its pursuit began; None without a way or a pursuit.
+        spl: Success weighted by path length (Anderson et al. 2018).
+        soft_spl: The same with the share of the way covered in place of success.
+        sct: Success weighted by completion time (Yokoyama et al. 2021).
+    """
+
+    target: str
+    reachable: bool
+    success: bool
+    wrong_stops: int
+    time_s: float | None
+    given_up_s: float | None
+    pursuit_s: float
+    path_mm: float
+    shortest_mm: float | None
+    spl: float
+    soft_spl: float
+    sct: float
+
+
+def stop_counts(pose: TruePose, scene: Scene, target: str) -> bool:
+    """Whether a stop here is an arrival: near enough, in front, and the picture not hidden from the camera."""
+    goal = scene.goals.get(target)
+    if goal is None:
+        return False
+    heading = math.radians(pose.heading_deg)
+    here = np.array([[pose.x_mm, pose.y_mm]])
+    eye = here + CAMERA_FORWARD_MM * np.array([[math.cos(heading), math.sin(heading)]])
+    return bool(goal.covers(here)[0] and scene.plan.sees(eye, CAMERA_HEIGHT_MM, goal)[0])
+
+
+def judge_target(play: Play, target: str) -> TargetResult:
+    """What came of one target of a mission."""
+    spans = _spans(play, target)
+    claims = _entries(play, target, "reached")
+    right = [claim for claim in claims if stop_counts(claim.pose, claim.scene, target)]
+    given_up = _entries(play, target, "gave_up")
+    path_mm = sum(math.dist(one.pose[:2], other.pose[:2]) for span in spans for one, other in pairwise(span))
+    pursuit_s = sum(span[-1].time_s - span[0].time_s for span in spans)
+    end = right[0] if right else (spans[-1][-1] if spans else None)
+    way = _way(spans[0][0], end, target) if spans and end else None
+    left = _way(end, end, target) if end and not right else None
+    economy = 0.0 if way is None else _share(way.length_mm, path_mm)
+    fastest_s = 0.0 if way is None else way.duration_s(spans[0][0].pose.heading_deg, SPEED_MM_S, TURN_DEG_S)
+    covered = 0.0 if way is None or left is None else max(0.0, 1.0 - left.length_mm / max(way.length_mm, 1.0))
+    return TargetResult(
+        target=target,
+        reachable=any(target in moment.scene.goals for moment in play.moments),
+        success=bool(right),
+        wrong_stops=len(claims) - len(right),
+        time_s=right[0].time_s if right else None,
+        given_up_s=given_up[-1].time_s if given_up and not right else None,
+        pursuit_s=pursuit_s,
+        path_mm=path_mm,
+        shortest_mm=None if way is None else way.length_mm,
+        spl=economy if right else 0.0,
+        soft_spl=economy if right else economy * covered,
+        sct=_share(fastest_s, pursuit_s) if right else 0.0,
+    )
+
+
+def _entries(play: Play, target: str, state: str) -> list[Moment]:
+    """When a state was entered for a target."""
+    return [
+        mark.moment
+        for mark in play.marks
+        if mark.record.kind is Kind.TRANSITION and mark.record.target == target and mark.record.data["to"] == state
+    ]
+
+
+def _spans(play: Play, target: str) -> list[list[Moment]]:
+    """The stretches of the mission in which it was after a target."""
+    spans = []
+    turns = [next(group) for _, group in groupby(play.marks, key=lambda mark: mark.record.target)]
+    for i, turn in enumerate(turns):
+        if turn.record.target == target:
+            end = turns[i + 1].moment if i + 1 < len(turns) else play.marks[-1].moment
+            between = [m for m in play.moments if turn.moment.time_s < m.time_s < end.time_s]
+            spans.append([turn.moment, *between, end])
+    return spans
+
+
+def _way(begin: Moment, end: Moment, target: str) -> Way | None:
+    """The shortest way, among what stood there at the beginning, to the picture where it was at the end."""
+    goal = end.scene.goals.get(target)
+    return goal and begin.scene.plan.way(begin.pose[:2], goal, ROBOT_RADIUS_MM, eye_height_mm=CAMERA_HEIGHT_MM)
+
+
+def _share(best: float, actual: float) -> float:
+    """How near the actual came to the best, 0..1."""
+    return 1.0 if actual <= best else best / actual

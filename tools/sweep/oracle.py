@@ -1,0 +1,83 @@
+"""The oracle: drives the same robot with the truth before its eyes. What it does not reach, nobody can be blamed for.
+
+It alone may read the simulation's truth. It sees no pictures: it knows where they are, plans on the true map around
+whatever stands there now, and drives by where it really is.
+"""
+
+from __future__ import annotations
+
+import math
+
+from behaviors.events import Event, Reason
+from behaviors.ports import Stop
+from sim_backend.simulation import Simulation
+
+from .baseline import Baseline
+from .draft import ROBOT_RADIUS_MM
+from .floor_plan import Goal, Way
+from .robot import Robot
+from .survey import survey
+
+MARGINS_MM = (50.0, 25.0, 8.0)
+"""Room beside the robot: as much as there is a way for."""
+BERTH_MM = 150.0
+LEG_MM = 600.0
+"""It looks at the map again after so far."""
+AIM_DEG = 2.0
+BACK_OFF_MM = 120.0
+PATIENCE = 60
+"""So many seconds without a way, in all, before it gives a target up."""
+
+
+class Oracle(Baseline):
+    """Knows everything, and drives as well as the robot can.
+
+    Args:
+        robot: What it works with.
+        simulation: The truth.
+    """
+
+    def __init__(self, robot: Robot, simulation: Simulation) -> None:
+        super().__init__(robot)
+        self._simulation = simulation
+
+    def pursue(self, target: str) -> bool:
+        """Drive to where a stop counts."""
+        self.enter("search")
+        self.agenda.errand.attempts += 1
+        waited = 0
+        while target in self._simulation.truth.pictures and waited < PATIENCE:
+            self.senses.check_time()
+            way = self._plan(target)
+            if way is None:
+                waited += 1
+                self.clock.sleep(1.0)
+            elif len(way.points) == 1:
+                self.enter("arrive", Event.TARGET_SEEN, Reason.SIGHTED)
+                return True
+            else:
+                self._drive(way)
+        return False
+
+    def _plan(self, target: str) -> Way | None:
+        truth = self._simulation.truth
+        plan, picture, here = survey(self._simulation), truth.pictures[target], truth.pose
+        # well inside of where a stop counts, and no nearer than the safety stop lets it
+        goal = Goal(target, (picture.x_mm, picture.y_mm), picture.heading_deg, 200.0, 450.0, 340.0, 65.0)
+        for margin_mm in MARGINS_MM:
+            way = plan.way((here.x_mm, here.y_mm), goal, ROBOT_RADIUS_MM + margin_mm, berth_mm=BERTH_MM)
+            if way is not None:
+                return way
+        return None
+
+    def _drive(self, way: Way) -> None:
+        """The first leg of a way, or its beginning."""
+        here = self._simulation.truth.pose
+        there = way.points[1]
+        bearing = math.degrees(math.atan2(there[1] - here.y_mm, there[0] - here.x_mm))
+        off_deg = (bearing - here.heading_deg + 180.0) % 360.0 - 180.0
+        if abs(off_deg) > AIM_DEG:
+            self.body.turn(off_deg)
+        motion = self.body.straight(min(LEG_MM, math.dist(way.points[0], there)))
+        if motion.stop is not Stop.DONE:
+            self.body.straight(-BACK_OFF_MM)

@@ -1,0 +1,153 @@
+"""Performs one mission of a sweep and says what came of it as one line of JSON."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from nxtdrive.brick import Brick
+from nxtdrive.transports.sim import SimTransport
+from sim_backend.simulation import Simulation
+from sim_backend.world.sensing import VIEW_RANGE_MM
+from sim_backend.world.world_file import WorldFile
+
+from .causes import judge_choices, longest_run, recognition_s
+from .metrics import judge_target
+from .policies import drive
+from .referee import Play, Referee
+from .robot import build_robot
+from .scenarios import Scenario, draw_scenario
+
+FAILED = "failed"
+"""The ending of a mission that our own fault ended."""
+
+Line = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Task:
+    """One mission of a sweep.
+
+    Attributes:
+        index: Its place in the sweep.
+        kind: Class of the scenario.
+        seed: Seed of the scenario.
+        policy: Who drives.
+        eyes: ``geometric`` or ``camera``.
+    """
+
+    index: int
+    kind: str
+    seed: int
+    policy: str
+    eyes: str
+
+    @property
+    def key(self) -> tuple[str, int, str, str]:
+        """What tells it from others, whatever the sweep."""
+        return self.kind, self.seed, self.policy, self.eyes
+
+
+def perform(scenario: Scenario, policy: str, eyes: str) -> tuple[Play, Referee]:
+    """Perform a mission.
+
+    An error that a policy meets (a livelock, say) is part of the play; the next mission goes on.
+    """
+    simulation = Simulation(scenario.world, seed=scenario.seed)
+    with Brick(SimTransport(simulation, latency_ms=scenario.latency_ms, faults=scenario.faults)) as brick:
+        referee = Referee(simulation)
+        robot = build_robot(scenario, simulation, brick, eyes, [referee])
+        report = drive(policy, robot, simulation)
+        # the brick's own end takes time, and the robot may still roll
+        ended_s = report.duration_s
+        moments = [moment for moment in referee.moments if moment.time_s <= ended_s]
+    play = Play(
+        targets=list(scenario.mission.mission.targets),
+        moments=moments,
+        marks=referee.marks,
+        happenings=[each for each in referee.happenings() if each.time_s <= ended_s],
+        comers=comers(scenario.world),
+        view_mm=min(VIEW_RANGE_MM, scenario.sight.farthest_mm),
+        ending=report.ending,
+        duration_s=ended_s,
+        error=report.error,
+    )
+    return play, referee
+
+
+def comers(world: WorldFile) -> frozenset[str]:
+    """Everything that is not there at the start."""
+    return frozenset([*(person.name for person in world.people), *(box.name for box in world.boxes if not box.present)])
+
+
+def evaluate(task: Task) -> Line:
+    """Perform a task; its line of JSON, also when it breaks."""
+    try:
+        play, _ = perform(draw_scenario(task.kind, task.seed), task.policy, task.eyes)
+        return {**_head(task), **judge(play)}
+    except Exception as error:  # noqa: BLE001 - one mission must not end a sweep; its line says what happened
+        return {**_head(task), **broken(error)}
+
+
+def evaluate_batch(tasks: list[Task]) -> list[Line]:
+    """Perform several tasks, one after the other, in one process."""
+    return [evaluate(task) for task in tasks]
+
+
+def judge(play: Play) -> Line:
+    """What came of a mission, as plain values; the names up to ``done`` are those of LeRobot."""
+    results = [judge_target(play, target) for target in play.targets]
+    reachable = [result for result in results if result.reachable]
+    rewards = [float(result.success) for result in results]
+    return rounded(
+        {
+            "success": all(result.success for result in reachable),
+            "sum_reward": sum(rewards),
+            "max_reward": max(rewards),
+            "done": True,
+            "ending": play.ending.value,
+            "error": play.error,
+            "duration_s": play.duration_s,
+            "contacts": play.moments[-1].contacts,
+            "targets": [asdict(result) for result in results],
+            "recognition_s": recognition_s(play),
+            "choices": [{**asdict(choice), "fits": choice.fits} for choice in judge_choices(play)],
+            "longest_run": longest_run(play),
+        }
+    )
+
+
+def broken(error: Exception) -> Line:
+    """What is known of a mission that broke: nothing was reached, and why."""
+    return {
+        "success": False,
+        "sum_reward": 0.0,
+        "max_reward": 0.0,
+        "done": False,
+        "ending": FAILED,
+        "error": f"{type(error).__name__}: {error}",
+        "targets": [],
+    }
+
+
+def rounded(value: Any) -> Any:  # noqa: ANN401 - any plain value
+    """The same with numbers to a thousandth: digits beyond differ between machines."""
+    if isinstance(value, float):
+        return round(value, 3)
+    if isinstance(value, dict):
+        return {key: rounded(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [rounded(each) for each in value]
+    return value
+
+
+def _head(task: Task) -> Line:
+    return {
+        "episode_index": task.index,
+        "class": task.kind,
+        "seed": task.seed,
+        "policy": task.policy,
+        "eyes": task.eyes,
+    }
+
+

@@ -1,0 +1,377 @@
+"""Scenarios: one for each class and seed, drawn from these two alone.
+
+What happens in a scenario is triggered by what the robot does ("once lena has been in view for 1.2 s and the robot is
+more than a metre away, somebody steps in between"), so that every policy meets the same test. Only what has no cause
+within the room is timed: outages of the link.
+
+Source of the classes and their ranges: docs/evaluation.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+from random import Random
+
+from behaviors.mission import Mission
+from nxtdrive.mission_run import PICTURES
+from sim_backend.link import NO_FAULTS, LinkFaults
+from sim_backend.world.world_file import WorldFile
+
+from .draft import PRINT_MM, ROBOT_RADIUS_MM, Draft
+
+TIME_LIMIT_S = 300.0
+USB_MS, BLUETOOTH_MS = 2.0, (30.0, 65.0)
+"""Round trips of the two links; see `nxtdrive.transports.sim`."""
+TRIES = 500
+"""So many rooms are drawn until one is sound: start free, targets within reach."""
+
+
+@dataclass(frozen=True, slots=True)
+class CameraLoss:
+    """The camera is unplugged once a target has been in view for a while.
+
+    Attributes:
+        target: Which one.
+        after_s: Time in view.
+        lasts_s: How long it stays unplugged.
+    """
+
+    target: str
+    after_s: float
+    lasts_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """What spoils the view beyond what stands in the room.
+
+    Attributes:
+        farthest_mm: Geometric eyes see nothing beyond.
+        hit_rate: Geometric eyes see what they see in this share of the frames.
+        lookalikes: Pictures that geometric eyes take for a target now and then.
+        mistake_rate: In how many of the frames that show one.
+        losses: When the camera is unplugged.
+    """
+
+    farthest_mm: float = math.inf
+    hit_rate: float = 1.0
+    lookalikes: tuple[str, ...] = ()
+    mistake_rate: float = 0.0
+    losses: tuple[CameraLoss, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """One test.
+
+    Attributes:
+        kind: Its class.
+        seed: Everything else is drawn from these two.
+        world: The room and what happens there.
+        mission: Two targets in order.
+        faults: What goes wrong on the link.
+        latency_ms: Round trip of the link.
+        sight: What spoils the view.
+    """
+
+    kind: str
+    seed: int
+    world: WorldFile
+    mission: Mission
+    faults: LinkFaults = NO_FAULTS
+    latency_ms: float = USB_MS
+    sight: Sight = field(default_factory=Sight)
+
+
+@dataclass(frozen=True, slots=True)
+class Extras:
+    """What a class adds that stands in no world file."""
+
+    faults: LinkFaults = NO_FAULTS
+    latency_ms: float = USB_MS
+    sight: Sight = field(default_factory=Sight)
+
+
+NO_EXTRAS = Extras()
+
+
+@cache
+def draw_scenario(kind: str, seed: int) -> Scenario:
+    """The scenario of a class and a seed.
+
+    Raises:
+        KeyError: There is no such class.
+        RuntimeError: No sound room was found; a fault of the class's ranges.
+    """
+    random = Random(f"{kind}-{seed}")
+    for _ in range(TRIES):
+        draft, extras = CLASSES[kind](random)
+        if draft.sound():
+            title = f"{kind}-{seed}"
+            return Scenario(
+                kind, seed, draft.world(title), _mission(title, draft), extras.faults, extras.latency_ms, extras.sight
+            )
+    raise RuntimeError(f"no sound room for {kind}-{seed} in {TRIES} tries")
+
+
+def _mission(title: str, draft: Draft) -> Mission:
+    targets = [draft.first, draft.second]
+    return Mission.model_validate(
+        {
+            "mission": {"name": title, "targets": targets, "time_limit_s": TIME_LIMIT_S},
+            "target": {
+                name: {"detector": "picture", "pictures": [str(PICTURES / f"{name}.png")], "height_mm": PRINT_MM[1]}
+                for name in targets
+            },
+        }
+    )
+
+
+def _room(random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0) -> Draft:
+    """An empty room and the order of the targets."""
+    size = (round(random.uniform(low_mm, high_mm)), round(random.uniform(low_mm, high_mm)))
+    first, second = random.sample(["lena", "rilakkuma"], 2)
+    return Draft(random, size, first=first, second=second)
+
+
+def _furnished(random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0) -> Draft:
+    draft = _room(random, low_mm, high_mm)
+    draft.hang_targets()
+    draft.put_robot()
+    return draft
+
+
+def _open(random: Random) -> tuple[Draft, Extras]:
+    return _furnished(random), NO_EXTRAS
+
+
+def _far(random: Random) -> tuple[Draft, Extras]:
+    draft = _room(random, 4000.0, 6000.0)
+    draft.hang_targets()
+    draft.put_robot(far_mm=3300.0)
+    return draft, NO_EXTRAS
+
+
+def _clutter(random: Random) -> tuple[Draft, Extras]:
+    draft = _furnished(random, 2800.0, 3800.0)
+    for i in range(random.randint(4, 8)):
+        low = random.random() < 0.3
+        draft.boxes.append(
+            {
+                "name": f"box{i}",
+                "at_mm": draft.place(200.0),
+                "size_mm": (draft.between(200, 700), draft.between(200, 700)),
+                "height_mm": draft.between(100, 150) if low else draft.between(350, 800),
+                "facing_deg": draft.between(0, 90),
+            }
+        )
+    return draft, NO_EXTRAS
+
+
+def _block_transient(random: Random) -> tuple[Draft, Extras]:
+    draft = _furnished(random, 2600.0, 3600.0)
+    for target in (draft.first, draft.second):
+        person = f"visitor of {target}"
+        draft.people.append(
+            {
+                "name": person,
+                "enters_from_mm": draft.place_at_wall(350.0)[0],
+                "radius_mm": draft.between(160, 280),
+            }
+        )
+        for i in range(random.randint(1, 2)):
+            stays_s = draft.between(2, 6) if random.random() < 0.5 else min(60.0, 4 + random.expovariate(1 / 18))
+            when = {"sees": target, "for_s": draft.between(0.5, 2.0), "robot_beyond_mm": 1000}
+            draft.events.append(
+                {
+                    "name": f"{person} {i}",
+                    "when": {**when, "after_end_of": f"{person} {i - 1}"} if i else when,
+                    "person": person,
+                    "blocks": target,
+                    "blocks_at_mm": draft.between(550, 900),
+                    "stays_s": round(stays_s, 1),
+                }
+            )
+    return draft, NO_EXTRAS
+
+
+def _block_permanent(random: Random) -> tuple[Draft, Extras]:
+    draft = _room(random, 2800.0, 3800.0)
+    draft.hang_targets(corner_mm=900.0)
+    draft.put_robot(far_mm=1700.0)
+    for target in (draft.first, draft.second):
+        radius_mm = draft.between(160, 320)
+        low = random.random() < 0.4
+        draft.boxes.append(
+            {
+                "name": f"box before {target}",
+                "at_mm": draft.start_mm,
+                "size_mm": (radius_mm * math.sqrt(2), radius_mm * math.sqrt(2)),
+                "height_mm": draft.between(100, 150) if low else draft.between(350, 800),
+                "present": False,
+            }
+        )
+        draft.events.append(
+            {
+                "name": f"{target} is blocked",
+                "when": {"sees": target, "for_s": draft.between(0.5, 2.0), "robot_beyond_mm": 1200},
+                "box": f"box before {target}",
+                "blocks": target,
+                "blocks_at_mm": radius_mm + draft.between(420, 600),
+            }
+        )
+    return draft, NO_EXTRAS
+
+
+def _patrol(random: Random) -> tuple[Draft, Extras]:
+    draft = _furnished(random, 2600.0, 3600.0)
+    for i in range(random.randint(2, 3)):
+        beat = draft.place_at_wall(400.0)[0], draft.place_at_wall(400.0)[0]
+        draft.people.append(
+            {
+                "name": f"guard{i}",
+                "enters_from_mm": beat[0],
+                "radius_mm": draft.between(160, 250),
+                "speed_mm_s": draft.between(120, 400),
+            }
+        )
+        draft.events.append(
+            {
+                "name": f"guard{i} walks",
+                "when": {"at_s": 0, "delay_s": (0, 8)},
+                "times": 0,
+                "person": f"guard{i}",
+                "to_mm": beat[1],
+                "stays_s": (0, 8),
+            }
+        )
+    return draft, NO_EXTRAS
+
+
+def _absent(random: Random) -> tuple[Draft, Extras]:
+    draft = _furnished(random)
+    del draft.pictures[draft.first]
+    return draft, NO_EXTRAS
+
+
+def _moved(random: Random) -> tuple[Draft, Extras]:
+    draft = _furnished(random, 2600.0, 3600.0)
+    for target in (draft.first, draft.second):
+        places = [draft.place_at_wall() for _ in range(20)]
+        others = [picture["at_mm"] for picture in draft.pictures.values()]
+        to_mm, facing_deg = max(places, key=lambda place: min(math.dist(place[0], at) for at in others))
+        draft.events.append(
+            {
+                "name": f"{target} moves",
+                "when": {"sees": target, "for_s": draft.between(1, 8), "robot_beyond_mm": 700},
+                "picture": target,
+                "to_mm": to_mm,
+                "facing_deg": facing_deg,
+            }
+        )
+    return draft, NO_EXTRAS
+
+
+def _dim(random: Random) -> tuple[Draft, Extras]:
+    draft = _furnished(random)
+    draft.tables["light"] = {"exposure": round(random.uniform(0.3, 0.5), 2)}
+    sight = Sight(farthest_mm=3200.0 * draft.between(0.45, 0.7), hit_rate=random.uniform(0.4, 0.7))
+    return draft, Extras(sight=sight)
+
+
+def _slip(random: Random) -> tuple[Draft, Extras]:
+    draft = _furnished(random)
+    draft.robot["slip"] = {
+        "distance_percent": max(-15.0, min(15.0, random.gauss(0.0, 5.0))),
+        "turn_percent": max(-24.0, min(24.0, random.gauss(0.0, 8.0))),
+        "veer_deg_per_m": max(-20.0, min(20.0, random.gauss(0.0, 6.9))),
+        "jitter_percent": random.uniform(2.0, 8.0),
+    }
+    return draft, NO_EXTRAS
+
+
+def _link(random: Random) -> tuple[Draft, Extras]:
+    draft = _furnished(random)
+    draft.robot["battery_mv"] = random.randint(5500, 7200)
+    outages, now_s = [], random.expovariate(1 / 20)
+    while now_s < TIME_LIMIT_S:
+        lasts_s = random.uniform(1.0, 5.0)
+        outages.append((round(now_s * 1000), round((now_s + lasts_s) * 1000)))
+        now_s += lasts_s + random.expovariate(1 / 20)
+    return draft, Extras(LinkFaults(silent_ms=tuple(outages)), random.uniform(*BLUETOOTH_MS))
+
+
+def _distractor(random: Random) -> tuple[Draft, Extras]:
+    draft = _furnished(random, 2600.0, 3600.0)
+    names = [f"lookalike{i}" for i in range(random.randint(1, 3))]
+    for name in names:
+        at, facing = draft.place_at_wall()
+        while min(math.dist(at, picture["at_mm"]) for picture in draft.pictures.values()) < 700:
+            at, facing = draft.place_at_wall(corner_mm=350.0)
+        draft.add_picture(name, at, facing, file=PICTURES / f"{random.choice(['fox', 'landscape'])}.png")
+    return draft, Extras(sight=Sight(lookalikes=tuple(names), mistake_rate=random.uniform(0.2, 0.3)))
+
+
+def _camera_loss(random: Random) -> tuple[Draft, Extras]:
+    draft = _furnished(random)
+    losses = [
+        CameraLoss(target, draft.between(0.5, 4.0), draft.between(2.0, 10.0)) for target in (draft.first, draft.second)
+    ]
+    return draft, Extras(sight=Sight(losses=tuple(losses)))
+
+
+def _wall_start(random: Random) -> tuple[Draft, Extras]:
+    draft = _furnished(random)
+    (x, y), _ = draft.place_at_wall(corner_mm=400.0)
+    inset = ROBOT_RADIUS_MM + 50.0
+    draft.start_mm = (
+        min(max(x, inset), draft.size_mm[0] - inset),
+        min(max(y, inset), draft.size_mm[1] - inset),
+    )
+    width, depth = draft.size_mm
+    walls = {180: draft.start_mm[0], 0: width - draft.start_mm[0], 270: draft.start_mm[1], 90: depth - draft.start_mm[1]}
+    draft.heading_deg = min(walls, key=lambda heading: walls[heading]) + draft.between(-30, 30)
+    return draft, NO_EXTRAS
+
+
+def _narrow_door(random: Random) -> tuple[Draft, Extras]:
+    draft = _room(random, 2600.0, 3600.0)
+    width, depth = draft.size_mm = (draft.size_mm[0] + 800.0, draft.size_mm[1])
+    x, middle, gap = draft.between(0.42, 0.58) * width, draft.between(600, depth - 600), draft.between(420, 550)
+    draft.walls += [
+        {"from_mm": (x, 0.0), "to_mm": (x, middle - gap / 2)},
+        {"from_mm": (x, middle + gap / 2), "to_mm": (x, depth)},
+    ]
+    while True:
+        draft.pictures.clear()
+        draft.hang_targets()
+        sides = [picture["at_mm"][0] - x for picture in draft.pictures.values()]
+        if all(abs(side) > 400 for side in sides) and any(side > 0 for side in sides):
+            break
+    while True:
+        draft.put_robot(far_mm=1000.0)
+        if draft.start_mm[0] < x - 300:
+            return draft, NO_EXTRAS
+
+
+CLASSES: dict[str, Callable[[Random], tuple[Draft, Extras]]] = {
+    "open": _open,
+    "far": _far,
+    "clutter": _clutter,
+    "block_transient": _block_transient,
+    "block_permanent": _block_permanent,
+    "patrol": _patrol,
+    "absent": _absent,
+    "moved": _moved,
+    "dim": _dim,
+    "slip": _slip,
+    "link": _link,
+    "distractor": _distractor,
+    "camera_loss": _camera_loss,
+    "wall_start": _wall_start,
+    "narrow_door": _narrow_door,
+}
+"""Each draws a room from a source of chance; see docs/evaluation.md."""
