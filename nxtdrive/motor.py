@@ -264,5 +264,7 @@ class Motor:
 
     def _rest(self, then: Then) -> None:
         self._brick.forget(self._output.name)
+        if then is not Then.COAST:
+            self._brick.moves(self._output)  # it is under power, and shall not be so when the program has gone
         make = {Then.COAST: coasting, Then.BRAKE: braked, Then.HOLD: held}[then]
         self._brick.request(make(self._output))
