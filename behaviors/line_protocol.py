@@ -51,6 +51,10 @@ class Verb(StrEnum):
     WHY = "why"
 
 
+MOTIONS = frozenset({Verb.ARRIVE, Verb.MOVE_TO})
+"""Verbs that take their time; what moves nothing is never broken off."""
+
+
 class Failure(IntEnum):
     """Answers to what was not, or not wholly, done."""
 

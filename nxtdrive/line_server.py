@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from behaviors.journal import Observer
-from behaviors.line_protocol import Failure, Request, RequestReader, Verb
+from behaviors.line_protocol import MOTIONS, Failure, Request, RequestReader, Verb
 from behaviors.line_session import Preempted, Session
 from behaviors.mission import Mission
 from behaviors.ports import Eyes
@@ -151,7 +151,7 @@ class LineServer:
         self._say = say
         self._passing = passing
         self._client: _Client | None = None
-        self._obeying = False
+        self._moving = False
         brick.before_each = self._look_up
 
     @property
@@ -189,20 +189,20 @@ class LineServer:
     def _answer(self, session: Session, request: Request | Failure) -> int:
         if isinstance(request, Failure):
             return request
-        self._obeying = True
+        self._moving = request.verb in MOTIONS
         try:
             return session.answer(request)
         finally:
-            self._obeying = False
+            self._moving = False
 
     def _look_up(self) -> None:
         """Called by the brick all the while; breaks a command off, once."""
-        if not self._obeying:
+        if not self._moving:
             return
         self._hear(0.0)
         client = self._client
         if self._stopped() or client is None or client.gone or client.requests.stop_waits:
-            self._obeying = False
+            self._moving = False
             raise Preempted
 
     def _hear(self, wait_s: float) -> bool:

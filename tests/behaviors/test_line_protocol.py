@@ -1,0 +1,86 @@
+"""The line protocol's grammar: what a line means, and that no bytes break it."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from behaviors.line_protocol import LINE_LIMIT, Failure, Request, RequestReader, Verb, parse
+
+
+@pytest.mark.parametrize(
+    ("line", "request_"),
+    [
+        (b"connect", Request(Verb.CONNECT)),
+        (b"connect\r", Request(Verb.CONNECT)),
+        (b"  select  ", Request(Verb.SELECT)),
+        (b"select()", Request(Verb.SELECT)),
+        (b"arrive", Request(Verb.ARRIVE)),
+        (b"arrive lena", Request(Verb.ARRIVE, "lena")),
+        (b"arrive(lena)\r", Request(Verb.ARRIVE, "lena")),
+        (b'arrive("the red door")', Request(Verb.ARRIVE, "the red door")),
+        ("target ねこ".encode(), Request(Verb.TARGET, "ねこ")),
+        (b"move_to 90", Request(Verb.MOVE_TO, direction_deg=90.0)),
+        (b"move_to( -45.5 )", Request(Verb.MOVE_TO, direction_deg=-45.5)),
+    ],
+)
+def test_a_line_is_a_verb_and_perhaps_an_argument(line, request_):
+    assert parse(line) == request_
+
+
+@pytest.mark.parametrize(
+    ("line", "failure"),
+    [
+        (b"", Failure.UNKNOWN_VERB),
+        (b"dance", Failure.UNKNOWN_VERB),
+        (b"ARRIVE", Failure.UNKNOWN_VERB),
+        (b"arrivelena", Failure.UNKNOWN_VERB),
+        (b"(90)", Failure.UNKNOWN_VERB),
+        (b"\xff\xfe", Failure.UNKNOWN_VERB),
+        (b"move_to", Failure.BAD_ARGUMENT),
+        (b"move_to right", Failure.BAD_ARGUMENT),
+        (b"move_to nan", Failure.BAD_ARGUMENT),
+        (b"move_to -inf", Failure.BAD_ARGUMENT),
+        (b"move_to 361", Failure.BAD_ARGUMENT),
+        (b"target", Failure.BAD_ARGUMENT),
+        (b"stop now", Failure.BAD_ARGUMENT),
+        (b"arrive " + b"x" * LINE_LIMIT, Failure.BAD_ARGUMENT),
+    ],
+)
+def test_what_is_no_request_has_its_answer(line, failure):
+    assert parse(line) is failure
+
+
+@given(st.binary(max_size=2 * LINE_LIMIT))
+def test_any_bytes_are_a_request_or_a_failure(line):
+    assert isinstance(parse(line), Request | Failure)
+
+
+@given(st.lists(st.sampled_from([b"arrive(lena)", b"stop", b"x" * 300, b"\xff", b"", b"move_to 9"])), st.data())
+def test_requests_do_not_depend_on_how_the_bytes_arrive(lines, data):
+    stream = b"".join(line + data.draw(st.sampled_from([b"\n", b"\r\n"])) for line in lines)
+    cuts = sorted(data.draw(st.lists(st.integers(0, len(stream)))))
+    reader = RequestReader()
+    for start, end in zip([0, *cuts], [*cuts, len(stream)], strict=True):
+        reader.feed(stream[start:end])
+    assert [reader.take() for _ in lines] == [parse(line) for line in lines]
+    assert reader.take() is None
+
+
+@given(st.lists(st.binary(max_size=600)))
+def test_every_line_counts_once_whatever_its_bytes(chunks):
+    reader = RequestReader()
+    for chunk in chunks:
+        reader.feed(chunk)
+    assert len(reader) == b"".join(chunks).count(b"\n")
+
+
+def test_a_stop_is_seen_behind_other_lines():
+    reader = RequestReader()
+    reader.feed(b"arrive\nmove_to 90\nsto")
+    assert not reader.stop_waits
+    reader.feed(b"p\r\n")
+    assert reader.stop_waits
+    assert [reader.take() for _ in range(3)][-1] == Request(Verb.STOP)
+    assert not reader.stop_waits

@@ -1,0 +1,329 @@
+"""The line protocol over real sockets: its answers, its interruptions, its one client at a time."""
+
+from __future__ import annotations
+
+import select
+import threading
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from behaviors.line_protocol import Failure, Status, Why
+from nxtdrive.line_server import PreemptibleBrick
+from nxtdrive.transports import open_transport
+from nxtdrive.transports.base import WallClock
+from sim_backend.doors.server import RealTimeServer
+from sim_backend.doors.sockets import SocketDoor, StreamClient
+from sim_backend.doors.switchboard import Switchboard
+from sim_backend.link import LinkFaults, SimLink
+from sim_backend.simulation import Simulation
+
+LONG_MM = 1500.0
+"""An advance of some eight seconds, and there is room for it in world open."""
+
+EVERY_ANSWER = {*Failure, 0, 1, 2, *Why}
+
+
+def test_connect_makes_connectable(serve):
+    assert serve().client().ask("connect") == 1
+
+
+def test_status_tells_what_is_under_way(serve):
+    client = serve().client()
+    assert client.ask("status") == Status.IDLE
+    client.ask("arrive lena")
+    client.ask("arrive lena")
+    assert client.ask("status") == Status.UNDER_WAY
+    client.ask("stop")
+    assert client.ask("status") == Status.IDLE
+
+
+def test_move_to_is_one_turn_ten_advances_and_a_one(serve):
+    served = serve(advance_mm=50.0)
+    client = served.client()
+    assert [client.ask("move_to 90") for _ in range(11)] == [0] * 10 + [1]
+    assert served.simulation.truth.pose.heading_deg == pytest.approx(90, abs=3)
+    assert client.ask("why") == Why.MOVED
+
+
+@pytest.mark.parametrize("between", ["connect", "select", "stop", "target lena", "arrive lena"])
+def test_another_command_starts_move_to_afresh(serve, between):
+    served = serve(advance_mm=50.0)
+    client = served.client()
+    client.ask("move_to 30")
+    client.ask(between)
+    before = served.simulation.truth.pose.heading_deg
+    client.ask("move_to 30")
+    assert served.simulation.truth.pose.heading_deg - before == pytest.approx(30, abs=3)
+
+
+@pytest.mark.parametrize("question", ["status", "why", "dance", "move_to north"])
+def test_a_question_and_a_mistake_leave_move_to_where_it_is(serve, question):
+    served = serve(advance_mm=50.0)
+    client = served.client()
+    client.ask("move_to 30")
+    client.ask(question)
+    before = served.simulation.truth.pose.heading_deg
+    client.ask("move_to 30")
+    assert served.simulation.truth.pose.heading_deg - before == pytest.approx(0, abs=3)
+
+
+def test_exist_is_reset_by_every_search_and_by_a_new_target(serve):
+    client = serve().client()
+    assert client.ask("select") == 0
+    client.ask("arrive lena")
+    assert client.ask("select") == 1
+    assert client.ask("target rilakkuma") == 1
+    assert client.ask("select") == 0
+    assert client.ask("arrive") == 2
+    assert client.ask("why") == Why.FULL_TURN_WITHOUT_SIGHTING
+    assert client.ask("select") == 0
+
+
+def test_a_bare_arrive_means_the_present_target(serve):
+    served = serve("open", "rilakkuma", "lena")
+    client = served.client()
+    assert client.ask("arrive") == 2, "the first one of the mission, which is not there"
+    replies = [client.ask("arrive lena")]
+    while replies[-1] == 0:
+        replies.append(client.ask("arrive"))
+    assert replies[-1] == 1
+    assert served.simulation.truth.distance_mm("lena") < 500
+    assert client.ask("why") == Why.WITHIN_REACH
+
+
+def test_a_target_that_nobody_described_is_a_bad_argument(serve):
+    client = serve().client()
+    assert client.ask("arrive santa") == Failure.BAD_ARGUMENT
+    assert client.ask("target santa") == Failure.BAD_ARGUMENT
+    assert client.ask("arrive") == 0, "the present target is still lena"
+
+
+def test_a_long_conversation_with_camera_and_detector_reaches_the_target(serve):
+    served = serve("open", camera=True)
+    client = served.client()
+    replies = []
+    while not replies or replies[-1] == 0:
+        replies.append(client.ask("arrive(lena)"))
+    assert replies[-1] == 1
+    assert served.at_rest
+
+
+def test_the_safety_stop_is_told_and_cuts_the_advance(serve):
+    served = serve("open", advance_mm=800.0)
+    client = served.client()
+    answers = [client.ask("move_to 0") for _ in range(10)]
+    assert answers == sorted(answers, reverse=True), "first it advances, then it does not"
+    assert set(answers) == {0, Failure.SAFETY_STOP}
+    assert client.ask("why") == Why.OBSTACLE_AHEAD
+    assert client.ask("status") == Status.HELD
+    assert served.at_rest
+    assert client.ask("move_to 0") == 1, "ten advances are ten advances"
+    assert client.ask("status") == Status.IDLE
+
+
+# --- interruptions ---
+
+
+@pytest.mark.parametrize("command", ["move_to 0", "move_to 180", "arrive rilakkuma"])
+def test_stop_breaks_off_what_is_going_on(serve, command):
+    served = serve(advance_mm=LONG_MM)
+    client = served.client()
+    served.after(1.0, lambda: client.send("stop\n"))
+    start_ms = served.simulation.now_ms
+    assert client.ask(command) == Failure.STOPPED
+    assert int(client.hear()) == 1
+    assert served.simulation.now_ms - start_ms < 1500
+    assert served.at_rest
+    assert client.ask("why") == Why.OPERATOR_STOP
+    assert client.ask("status") == Status.IDLE
+
+
+def test_what_was_asked_before_a_stop_does_not_begin_any_more(serve):
+    served = serve(advance_mm=LONG_MM)
+    client = served.client()
+    served.after(1.0, lambda: client.send("move_to 90\nselect\nstop\nstatus\n"))
+    assert client.ask("move_to 0") == Failure.STOPPED
+    assert [int(client.hear()) for _ in range(4)] == [Failure.STOPPED, 0, 1, Status.IDLE]
+    assert served.simulation.truth.pose.heading_deg == pytest.approx(0, abs=3)
+
+
+def test_after_a_stop_the_next_command_runs(serve):
+    served = serve(advance_mm=200.0)
+    client = served.client()
+    served.after(0.5, lambda: client.send("stop\n"))
+    client.ask("move_to 0")
+    client.hear()
+    assert client.ask("move_to 0") == 0
+
+
+@pytest.mark.parametrize("command", ["move_to 0", "arrive rilakkuma"])
+def test_a_client_that_hangs_up_stops_the_motors(serve, command):
+    served = serve(advance_mm=LONG_MM)
+    client = served.client()
+    left = threading.Event()
+    served.after(1.0, lambda: (client.leave(), left.set()))
+    start = served.simulation.truth.pose
+    client.send(command + "\n")
+    assert left.wait(60)
+    assert served.client().ask("status") == Status.IDLE, "the next one is served"
+    assert served.at_rest
+    end = served.simulation.truth.pose
+    assert end.x_mm - start.x_mm < 400
+    assert any("motors off" in line for line in served.said)
+
+
+def test_a_client_that_leaves_an_approach_stops_the_motors(serve):
+    served = serve()
+    client = served.client()
+    assert [client.ask("arrive lena") for _ in range(2)] == [0, 0]
+    assert served.simulation.truth.speed_mm_s > 50, "driving on between two calls"
+    client.leave()
+    assert served.client().ask("status") == Status.IDLE
+    assert served.at_rest
+
+
+def test_bye_is_answered_and_ends_the_conversation(serve):
+    served = serve()
+    client = served.client()
+    client.ask("arrive lena")
+    client.ask("arrive lena")
+    assert client.ask("bye") == 1
+    assert client.hear() == b""
+    assert served.at_rest
+
+
+def test_the_end_of_the_server_stops_the_motors(serve):
+    served = serve(advance_mm=LONG_MM)
+    client = served.client()
+    served.after(1.0, served.end.set)
+    assert client.ask("move_to 0") == Failure.STOPPED
+    served.thread.join()
+    assert served.at_rest
+
+
+class Blind:
+    """Eyes that see nothing."""
+
+    def look(self, target):
+        return None
+
+
+def test_stop_breaks_off_a_motion_over_a_real_link(serving, mission_for):
+    simulation = Simulation("open", seed=1)
+    clock_end = threading.Event()
+    now = WallClock().now
+    door = SocketDoor(StreamClient, 0, now=now)
+    switchboard = Switchboard([door], lambda bluetooth: SimLink(simulation, 2.0, bluetooth=bluetooth), lambda _: None)
+    world = RealTimeServer(
+        simulation, switchboard, now=now, wait=lambda files, wait_s: select.select(files, [], [], wait_s)
+    )
+    thread = threading.Thread(target=world.run, args=(clock_end.is_set, lambda _: None))
+    thread.start()
+    try:
+        with PreemptibleBrick(open_transport(door.address)) as brick:
+            mission = mission_for("lena", advance_mm=LONG_MM)
+            with serving(brick, simulation, mission, Blind()) as served:
+                client = served.client()
+                served.after(1.0, lambda: client.send("stop\n"))
+                assert client.ask("move_to 0") == Failure.STOPPED
+                assert int(client.hear()) == 1
+                assert client.ask("status") == Status.IDLE
+    finally:
+        clock_end.set()
+        thread.join()
+        switchboard.close()
+        door.close()
+    simulation.advance(500)
+    assert simulation.truth.speed_mm_s < 1.0
+    assert simulation.truth.pose.x_mm < 400 + LONG_MM / 2
+
+
+# --- clients ---
+
+
+def test_a_second_client_is_told_so_and_closed(serve):
+    served = serve()
+    first, second = served.client(), None
+    assert first.ask("connect") == 1
+    second = served.client()
+    assert second.hear() == b"%d" % Failure.BUSY
+    assert second.hear() == b""
+    assert first.ask("status") == Status.IDLE
+
+
+def test_a_second_client_does_not_wait_for_a_command_to_end(serve):
+    served = serve(advance_mm=400.0)
+    first = served.client()
+    heard = []
+    served.after(0.5, served.client)
+    served.after(1.0, lambda: heard.append(served.clients[1].hear()))
+    assert first.ask("move_to 0") == 0
+    assert heard == [b"%d" % Failure.BUSY]
+
+
+def test_a_client_that_asks_and_leaves_moves_nothing(serve):
+    served = serve(advance_mm=LONG_MM)
+    client = served.client()
+    client.send("status\nmove_to 0\n")
+    client.socket.shutdown(1)
+    assert int(client.hear()) == Status.IDLE
+    served.client().ask("connect")
+    assert served.simulation.truth.pose.x_mm == pytest.approx(400, abs=100)
+    assert served.at_rest
+
+
+def test_a_client_that_floods_is_sent_away(serve):
+    served = serve(advance_mm=LONG_MM)
+    client = served.client()
+    served.after(0.5, lambda: client.send("why\n" * 2000))
+    client.send("move_to 0\n")
+    assert int(client.hear()) == Failure.STOPPED
+    assert served.client().ask("connect") == 1
+    assert served.at_rest
+
+
+def test_a_link_that_breaks_is_told_and_connect_mends_it(serve):
+    served = serve(advance_mm=LONG_MM, faults=LinkFaults(unplugged_ms=((1000, 5000),)))
+    client = served.client()
+    assert client.ask("move_to 0") == Failure.LINK_DOWN
+    assert client.ask("why") == Why.LINK_LOST
+    assert client.ask("status") == Failure.LINK_DOWN
+    assert client.ask("connect") == Failure.LINK_DOWN
+    served.simulation.advance(6000)
+    assert served.simulation.truth.speed_mm_s < 1.0, "the lease has stopped the motors"
+    assert client.ask("connect") == 1
+    assert client.ask("status") == Status.IDLE
+
+
+@settings(
+    max_examples=12,
+    deadline=None,
+    # a conversation that stalls does so for the client's whole patience; shrinking it would take hours
+    phases=[Phase.explicit, Phase.reuse, Phase.generate],
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+@given(
+    lines=st.lists(
+        st.one_of(
+            st.binary(max_size=40),
+            st.sampled_from(
+                [b"connect", b"select", b"move_to(20)", b"stop", b"target lena", b"status", b"why", b"arrive lena"]
+            ),
+        ),
+        max_size=8,
+    )
+)
+def test_any_conversation_has_one_known_answer_a_line(serve, lines):
+    served = serve(advance_mm=20.0, look_every_deg=180.0)
+    client = served.client()
+    stream = b"".join(line.replace(b"bye", b"") + b"\n" for line in lines)
+    client.socket.sendall(stream + b"why\n")
+    answers = [int(client.hear()) for _ in range(stream.count(b"\n") + 1)]
+    assert set(answers) <= EVERY_ANSWER
+    served.end.set()
+    served.thread.join()
+    served.server.close()
+    client.leave()
+    assert served.at_rest
