@@ -133,6 +133,28 @@ def test_a_lost_link_is_followed_by_another_to_the_same_brick(sim_world, sim_bri
     assert sim_world.left_open == [sim_brick.transport]
 
 
+MISSION = """
+[mission]
+name = "find lena"
+targets = ["lena"]
+[target.lena]
+detector = "picture"
+pictures = ["lena.png"]
+height_mm = 297
+"""
+
+
+@pytest.mark.parametrize("rendered", [False, True])
+def test_a_mission_waits_where_it_lost_the_target(sim_world, sim_brick, tmp_path, rendered):
+    path = tmp_path / "find_lena.toml"
+    path.write_text(MISSION)
+    sim_world.put("lena", x_mm=2000).hide("lena", after_s=8, for_s=6)
+    report = sim_world.run_mission(sim_brick, path, rendered=rendered)
+    assert report.achieved
+    assert "wait" in report.path
+    assert sim_world.truth.distance_mm("lena") < 600
+
+
 def test_an_address_lives_as_long_as_its_world():
     with SimWorld() as world:
         address = world.address
