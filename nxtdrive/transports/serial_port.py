@@ -86,7 +86,10 @@ def _cannot_open(device: str, error: Exception) -> NXTError:
     # On Windows pyserial packs the reason into the text and leaves errno empty.
     number, text = getattr(error, "errno", None), str(error)
     if number in (errno.EAGAIN, errno.EBUSY, errno.EWOULDBLOCK) or "Access is denied" in text:
-        return LinkBusy(f"{device} is in use.", remedy="Close the other program that has it open.")
+        return LinkBusy(
+            f"{device} is in use.",
+            remedy="Close the other program that has it open: another nxtdrive, a terminal, ModemManager.",
+        )
     if number == errno.EACCES:
         return PermissionDenied(
             f"this user may not open {device}.", remedy="Add the user to the group 'dialout' and log in again."

@@ -42,6 +42,10 @@ UDEV_RULE = 'SUBSYSTEM=="usb", ATTR{idVendor}=="0694", ATTR{idProduct}=="0002", 
 UDEV_FILE = "/etc/udev/rules.d/60-nxtdrive.rules"
 
 _PLUG_IN = "Plug the brick in and switch it on; it needs some seconds before USB sees it."
+_HOLDERS = (
+    "Close the other program that holds the brick: another nxtdrive, an nxt-server, LEGO's or Bricx's software, "
+    "or a virtual machine that has taken it over."
+)
 _NO_LIBUSB = (
     "Install libusb 1.0 (Debian: apt install libusb-1.0-0; macOS: brew install libusb; "
     "Windows: pip install libusb-package)."
@@ -233,7 +237,7 @@ def _translated(address: str) -> Iterator[None]:
         if error.errno == errno.EACCES:
             raise _not_allowed() from error
         if error.errno == errno.EBUSY:
-            raise LinkBusy(f"{address} is in use.", remedy="Close the other program that holds the brick.") from error
+            raise LinkBusy(f"{address} is in use.", remedy=_HOLDERS) from error
         if error.errno in (errno.ENODEV, errno.EIO, errno.ENOENT, errno.ESHUTDOWN, errno.EPROTO):
             raise LinkLost(f"the cable to {address} is gone: {error}.", remedy=_PLUG_IN) from error
         raise LinkError(f"{address}: {error}.", remedy="Unplug the brick and plug it in again.") from error
