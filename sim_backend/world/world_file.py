@@ -1,7 +1,7 @@
 """World files: a room, what stands in it, and what happens there.
 
 A world file is TOML. Lengths are millimetres, angles degrees clockwise, times seconds; the map has x to the right and y
-down, heading 0 along +x. `sim_backend/worlds/arena.toml` shows every table. Unknown keys are mistakes.
+down, heading 0 along +x. The bundled worlds in `sim_backend/worlds/` show every table. Unknown keys are mistakes.
 """
 
 from __future__ import annotations

@@ -366,3 +366,19 @@ def test_sensors_that_nobody_reads_do_not_change_a_run(room):
         brick.sleep(2)
         poses.append(simulation.truth.pose)
     assert poses[0] == poses[1]
+
+
+def test_a_line_follower_goes_round_the_bundled_track():
+    simulation = Simulation("track")
+    with Brick(SimTransport(simulation)) as brick:
+        read(brick, SensorType.LIGHT_ACTIVE, PERCENT, InputPort.IN_3)
+        quarters, edge = set(), 50
+        while simulation.time_s < 60 and len(quarters) < 4:
+            # the right edge of the tape, driven clockwise: dark means too far left
+            error = edge - brick.request(GetInputValues(InputPort.IN_3)).scaled
+            power(brick, round(25 + error * 0.6), round(25 - error * 0.6))
+            brick.sleep(0.02)
+            x_mm, y_mm, _ = simulation.truth.pose
+            quarters.add((x_mm > 2000, y_mm > 1300))
+        assert len(quarters) == 4
+        assert simulation.truth.contacts == 0
