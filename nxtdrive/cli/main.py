@@ -42,6 +42,7 @@ COMMANDS = {
     "files": ("files", "list, fetch, send and delete files on a brick"),
     "program": ("program", "start and stop programs on a brick"),
     "send": ("send", "send any declared command and print the reply"),
+    "doctor": ("doctor", "examine computer and brick, and say what to do"),
     "sensor": ("sensor", "read or watch a sensor, ask who is plugged in"),
     "monitor": ("monitor", "motors, sensors, battery and link at a glance"),
     "teleop": ("teleop", "drive by hand in a terminal"),

@@ -8,14 +8,14 @@ import os
 DEFAULT_ADDRESS = "sim://"
 
 
-def add_brick_arguments(parser: argparse.ArgumentParser) -> None:
+def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_ADDRESS) -> None:
     """``--nxt ADDRESS``: which brick, and ``--trace FILE``: a record of what is said; `main` sees to the latter."""
     parser.add_argument(
         "--nxt",
         metavar="ADDRESS",
-        default=os.environ.get("NXT") or DEFAULT_ADDRESS,
+        default=os.environ.get("NXT") or default,
         help="which brick: sim://, usb://, usb://0016530A1B2C, serial:///dev/rfcomm0, serial://COM5, tcp://host:port "
-        "nxt-server://host:port, replay://FILE.nxttrace (default: $NXT, else the simulated brick)",
+        f"nxt-server://host:port, replay://FILE.nxttrace (default: $NXT, else {default})",
     )
     parser.add_argument("--trace", metavar="FILE", help="record the conversation with the brick, see `nxtdrive trace`")
 

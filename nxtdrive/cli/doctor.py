@@ -1,0 +1,177 @@
+"""``nxtdrive doctor``: what is wrong, and the exact remedy."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firmware_protocol.errors import AddressError, ConfigError, NXTError
+from nxtdrive.cli.main import DONE, NO_BRICK
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+
+if TYPE_CHECKING:
+    from behaviors.mission import Mission
+    from nxtdrive.brick import Brick
+    from nxtdrive.tools.doctor.finding import Finding
+    from nxtdrive.transports.address import Address
+
+DESCRIPTION = """\
+Examine this computer and the brick: libraries, permissions, pairing, ports,
+camera, firmware, battery, sleep timer; with --wiggle also motors and sensors.
+Each line is ok, a warning, or a problem with its remedy. Without --nxt and $NXT
+it is the brick on USB that is examined. Exit code: 0 no problem, 1 problems, 3 no
+brick to examine."""
+EXAMPLES = """\
+  nxtdrive doctor
+  nxtdrive doctor --nxt sim:// --wiggle --yes
+  nxtdrive doctor --nxt serial:///dev/rfcomm0 --json
+  nxtdrive doctor --fix-udev
+  nxtdrive doctor --fix-udev --install"""
+
+PROBLEMS = 1
+"""Exit code when something is a problem."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    add_brick_arguments(parser, default="usb://")
+    parser.add_argument("--wiggle", action="store_true", help="turn each motor a little and ask the sensors")
+    parser.add_argument("--yes", action="store_true", help="do not ask before motors turn")
+    parser.add_argument(
+        "--mission", metavar="FILE", type=Path, help="how the robot is built, for --wiggle (default: built-in)"
+    )
+    parser.add_argument("--camera", metavar="SOURCE", help="which camera to try (default: as for `nxtdrive run`)")
+    parser.add_argument("--fix-udev", action="store_true", help="say how Linux lets you have the brick, and leave")
+    parser.add_argument("--install", action="store_true", help="with --fix-udev: do it; needs root")
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Examine and report."""
+    if args.install and not args.fix_udev:
+        raise ConfigError("--install belongs to --fix-udev.", remedy="Give both.")
+    if args.fix_udev:
+        return _fix_udev(install=args.install)
+    examination, findings = _Examination(args), []
+    for finding in examination.findings():
+        findings.append(finding)
+        if not args.json:
+            _print(finding)
+    problems = sum(finding.verdict == "problem" for finding in findings)
+    if args.json:
+        report = {"findings": [asdict(finding) for finding in findings], "problems": problems}
+        print(json.dumps({**report, "brick": examination.reached}, indent=2, ensure_ascii=False))
+    else:
+        nobody = "" if examination.reached else " No brick could be examined."
+        print(f"\n{f'Problems: {problems}.' if problems else 'No problems.'}{nobody}")
+    if not examination.reached:
+        return NO_BRICK
+    return PROBLEMS if problems else DONE
+
+
+class _Examination:
+    """What is examined, in order.
+
+    Attributes:
+        reached: Whether there was a brick that let itself be opened.
+    """
+
+    def __init__(self, args: argparse.Namespace) -> None:
+        self.reached = False
+        self._args = args
+
+    def findings(self) -> Iterator[Finding]:
+        """Findings as they come."""
+        from nxtdrive.tools.doctor import computer
+        from nxtdrive.transports.address import Address
+
+        args = self._args
+        address = Address.parse(args.nxt)
+        simulated = address.scheme == "sim"
+        yield from computer.examine(address.scheme, args.camera or (None if simulated else "0"))
+        yield from self._brick(address, own_camera=simulated and not args.camera)
+
+    def _brick(self, address: Address, *, own_camera: bool) -> Iterator[Finding]:
+        from nxtdrive.brick import open_brick
+        from nxtdrive.tools.doctor.finding import problem
+
+        try:
+            with open_brick(address) as brick:
+                self.reached = True
+                yield from self._opened(brick, own_camera=own_camera)
+        except (AddressError, ConfigError):
+            raise
+        except NXTError as error:
+            yield problem("brick", error.args[0], error.remedy or "Switch the brick off and on again.")
+
+    def _opened(self, brick: Brick, *, own_camera: bool) -> Iterator[Finding]:
+        from nxtdrive.tools.doctor import brick as patient
+
+        if own_camera:
+            yield _simulated_camera(brick)
+        yield from patient.examine(brick)
+        if self._args.wiggle:
+            from nxtdrive.mission_run import load
+
+            yield from _wiggle(brick, load(self._args.mission), asked=self._args.yes)
+
+
+def _simulated_camera(brick: Brick) -> Finding:
+    from contextlib import closing
+
+    from nxtdrive.mission_run import SIMULATED, open_mission_camera
+    from nxtdrive.tools.doctor.finding import ok
+
+    with closing(open_mission_camera(SIMULATED, brick)) as camera:
+        height, width = camera.read(1.0).image.shape[:2]
+    return ok("camera", f"the simulated robot's gives pictures of {width}x{height}")
+
+
+def _wiggle(brick: Brick, mission: Mission, *, asked: bool) -> Iterator[Finding]:
+    from nxtdrive.tools.doctor import brick as patient
+    from nxtdrive.tools.doctor.finding import warning
+
+    if not asked and not _may_move():
+        yield warning("wiggle", "left out: motors may not turn.", "Lift the robot, then run it with --wiggle --yes.")
+        return
+    yield from patient.wiggle(brick, mission)
+
+
+def _may_move() -> bool:
+    if not sys.stdin.isatty():
+        return False
+    print("Motors will turn a little. Lift the robot or clear the floor. Go on? [y/N] ", end="", file=sys.stderr)
+    return input().strip().lower() in ("y", "yes")
+
+
+def _fix_udev(*, install: bool) -> int:
+    from nxtdrive.tools.doctor import computer
+    from nxtdrive.transports.usb_port import UDEV_FILE
+
+    if not install:
+        print(computer.udev_instructions())
+        return DONE
+    if not sys.platform.startswith("linux"):
+        raise ConfigError("only Linux has udev.", remedy="Other systems need no rule.")
+    if os.geteuid() != 0:
+        raise ConfigError("writing the rule needs root.", remedy="Run: sudo nxtdrive doctor --fix-udev --install")
+    try:
+        print(computer.install_udev_rule(Path(UDEV_FILE), computer.UDEV_COMMANDS))
+    except (OSError, subprocess.SubprocessError) as error:
+        raise ConfigError(
+            f"the rule could not be installed: {error}.", remedy="See `nxtdrive doctor --fix-udev`."
+        ) from None
+    return DONE
+
+
+def _print(finding: Finding) -> None:
+    print(f"{finding.verdict:<8} {finding.topic:<13} {finding.text}", flush=True)
+    if finding.remedy:
+        print(f"{'':<8} {'':<13} -> {finding.remedy}", flush=True)

@@ -1,0 +1,193 @@
+"""``doctor``: what it finds on this computer, on the simulated brick, and on computers that lack something."""
+
+import json
+import sys
+
+import pytest
+import usb.backend.libusb1
+import usb.core
+
+from nxtdrive.cli.main import DONE, NO_BRICK, USAGE, main
+from nxtdrive.mission_run import load
+from nxtdrive.tools.doctor import brick as patient
+from nxtdrive.tools.doctor import computer
+from nxtdrive.transports.usb_port import UDEV_RULE
+from sim_backend.firmware.bench_motor import BenchMotor
+
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="udev and bluetoothctl are Linux's")
+
+
+def _examine(capsys, *words):
+    code = main(["doctor", *words, "--json"])
+    report = json.loads(capsys.readouterr().out)
+    return code, report, {finding["topic"]: finding for finding in report["findings"]}
+
+
+def test_the_simulated_brick_is_examined_from_libusb_to_the_sensors(capsys):
+    code, report, findings = _examine(capsys, "--nxt", "sim://", "--wiggle", "--yes")
+    assert code == DONE
+    assert report["brick"]
+    assert report["problems"] == 0
+    for topic in ("libusb", "udev", "pairing", "serial ports"):
+        assert topic in findings
+    for topic in ("camera", "firmware", "battery", "sleep timer", "motor B", "motor C", "sensor 4"):
+        assert findings[topic]["verdict"] == "ok", findings[topic]
+
+
+def test_whatever_is_not_ok_has_a_remedy(capsys):
+    _, report, _ = _examine(capsys, "--nxt", "sim://")
+    assert all(finding["remedy"] for finding in report["findings"] if finding["verdict"] != "ok")
+
+
+def test_nothing_moves_unless_somebody_says_yes(capsys, monkeypatch):
+    code, _, findings = _examine(capsys, "--nxt", "sim://", "--wiggle")
+    assert code == DONE
+    assert findings["wiggle"]["verdict"] == "warning"
+    assert "motor B" not in findings
+
+
+def test_a_weak_simulated_battery_and_an_old_firmware_are_seen(capsys, tmp_path):
+    world = tmp_path / "flat.toml"
+    world.write_text("[floor]\nsize_mm = [2000, 2000]\n[robot]\nstart_mm = [1000, 1000]\nbattery_mv = 5800\n")
+    code, _, findings = _examine(capsys, "--nxt", f"sim://{world}?firmware=1.05")
+    assert code == 1
+    assert findings["battery"]["verdict"] == "problem"
+    assert findings["firmware"]["verdict"] == "warning"
+
+
+def test_without_a_brick_the_exit_code_says_so(capsys, monkeypatch):
+    monkeypatch.setattr(usb.core, "find", lambda **_: iter(()))
+    code, report, findings = _examine(capsys, "--nxt", "usb://", "--camera", "nowhere.png")
+    assert code == NO_BRICK
+    assert not report["brick"]
+    assert findings["USB"]["verdict"] == "problem"
+    assert findings["camera"]["verdict"] == "warning"
+
+
+def test_an_address_nobody_serves_is_a_mistake_of_the_user(capsys):
+    assert main(["doctor", "--nxt", "warp://9", "--camera", "nowhere.png"]) == USAGE
+
+
+def test_the_report_for_people_has_one_line_each_and_the_remedy_below(capsys):
+    assert main(["doctor", "--nxt", "sim://"]) == DONE
+    out = capsys.readouterr().out
+    assert "\nok       battery" in out
+    assert out.rstrip().endswith("No problems.")
+
+
+def test_no_libusb_is_a_problem_only_for_a_brick_on_usb(monkeypatch):
+    monkeypatch.setattr(usb.backend.libusb1, "get_backend", lambda *_, **__: None)
+    assert [finding.verdict for finding in computer.usb(needed=True)] == ["problem"]
+    (finding,) = computer.usb(needed=False)
+    assert finding.verdict == "warning"
+    assert "libusb" in finding.remedy
+
+
+def test_a_brick_this_user_may_not_open(monkeypatch):
+    class Locked:
+        @property
+        def serial_number(self):
+            raise ValueError("The device has no langid")
+
+    monkeypatch.setattr(usb.core, "find", lambda **_: iter([Locked()]))
+    findings = {finding.topic: finding for finding in computer.usb(needed=True)}
+    assert findings["permissions"].verdict == "problem"
+    assert "--fix-udev" in findings["permissions"].remedy
+
+
+def test_a_rule_counts_unless_it_is_a_comment(tmp_path):
+    assert computer.udev([str(tmp_path)], needed=True).verdict == "problem"
+    rules = tmp_path / "60-some.rules"
+    rules.write_text(f"# {UDEV_RULE}\n")
+    assert computer.udev([str(tmp_path)], needed=False).verdict == "warning"
+    rules.write_text(f"{UDEV_RULE}\n")
+    assert computer.udev([str(tmp_path)], needed=True).verdict == "ok"
+
+
+def test_installing_the_rule_makes_the_doctor_content(tmp_path):
+    said = computer.install_udev_rule(tmp_path / "60-nxtdrive.rules", [("true",), ("no-such-program-here",)])
+    assert "ran true" in said
+    assert "no-such-program" not in said
+    assert computer.udev([str(tmp_path)], needed=True).verdict == "ok"
+
+
+def test_the_udev_instructions_hold_rule_and_commands(capsys):
+    assert main(["doctor", "--fix-udev"]) == DONE
+    out = capsys.readouterr().out
+    assert UDEV_RULE in out
+    assert "udevadm control --reload" in out
+
+
+def test_installing_needs_root(capsys, monkeypatch):
+    monkeypatch.setattr("os.geteuid", lambda: 1000)
+    assert main(["doctor", "--fix-udev", "--install"]) == USAGE
+    assert "sudo nxtdrive doctor" in capsys.readouterr().err
+    assert main(["doctor", "--install"]) == USAGE
+
+
+@pytest.fixture(autouse=True)
+def some_libusb(monkeypatch):
+    """Computers without libusb and without a brick give the same findings here."""
+    monkeypatch.setattr(usb.backend.libusb1, "get_backend", lambda *_, **__: object())
+    monkeypatch.setattr(usb.core, "find", lambda **_: iter(()))
+
+
+@pytest.fixture
+def adapters(tmp_path):
+    folder = tmp_path / "bluetooth"
+    (folder / "hci0").mkdir(parents=True)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("listing", "verdict"),
+    [("Device 00:16:53:0a:1b:2c NXT", "ok"), ("Device 11:22:33:44:55:66 Headset", "problem"), ("", "problem")],
+)
+def test_a_paired_brick_is_named_by_its_address(adapters, listing, verdict):
+    finding = computer.bluetooth(adapters, ("echo", listing), needed=True)
+    assert finding.verdict == verdict
+    if verdict == "ok":
+        assert "bt://00:16:53:0A:1B:2C" in finding.text
+
+
+def test_what_bluetooth_lacks_is_said(adapters, tmp_path, monkeypatch):
+    assert "no Bluetooth adapter" in computer.bluetooth(tmp_path / "none", ("echo",), needed=False).text
+    assert "not installed" in computer.bluetooth(adapters, ("no-such-program-here",), needed=False).text
+    monkeypatch.setattr(computer, "COMMAND_TIMEOUT_S", 0.05)
+    silent = computer.bluetooth(adapters, ("cat", "/dev/zero"), needed=True)
+    assert silent.verdict == "problem"
+    assert "does not answer" in silent.text
+
+
+@pytest.mark.parametrize(
+    ("millivolts", "verdict"), [(9000, "ok"), (7100, "ok"), (7099, "warning"), (6100, "warning"), (6099, "problem")]
+)
+def test_the_battery_is_judged_as_the_brick_does(millivolts, verdict):
+    assert patient.battery(millivolts).verdict == verdict
+
+
+def test_sleep_timer_and_firmware():
+    assert patient.sleep_timer(0).verdict == "ok"
+    assert patient.sleep_timer(600_000).verdict == "ok"
+    assert patient.sleep_timer(120_000).verdict == "warning"
+    assert patient.firmware("1.29").verdict == "ok"
+    assert patient.firmware("1.31").verdict == "warning"
+
+
+def test_what_the_mission_needs_and_is_not_there_is_a_problem(lab):
+    room = lab()
+    room.attach(4, None)
+    findings = {finding.topic: finding for finding in patient.wiggle(room.brick, load(None))}
+    assert findings["sensor 4"].verdict == "problem"
+    assert findings["motor B"].verdict == "ok"
+    assert findings["motor A"].verdict == "ok"
+
+
+def test_a_motor_that_is_not_there(lab):
+    room = lab()
+    room.attach("B", BenchMotor(locked=True))
+    room.attach("A", BenchMotor(locked=True))
+    findings = {finding.topic: finding for finding in patient.wiggle(room.brick, load(None))}
+    assert findings["motor B"].verdict == "problem"
+    assert findings["motor A"].verdict == "ok"
+    assert findings["motor C"].verdict == "ok"

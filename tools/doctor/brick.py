@@ -1,0 +1,147 @@
+"""The brick: what it says about itself, and whether motors and sensors do something."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from firmware_protocol.direct import GetInputValues, KeepAlive
+from firmware_protocol.enums import InputPort
+from firmware_protocol.errors import NXTError
+from nxtdrive.brick import Brick
+from nxtdrive.ports import MotorPort, SensorPort
+from nxtdrive.sensors import identify
+
+from .finding import Finding, ok, problem, warning
+
+if TYPE_CHECKING:
+    from behaviors.mission import Mission
+
+KNOWN_FIRMWARE = ("1.05", "1.29")
+"""Both were compared with LEGO's own code. Source: docs/firmware.md."""
+FLAT_MV, LOW_MV = 6100, 7100
+"""Where the brick itself begins to complain: alkaline cells, rechargeable pack. Source: docs/firmware.md section 8."""
+FIRST_SAMPLE_S = 0.2
+"""A brick that was just switched on has measured its battery by then. Source: docs/firmware.md section 10."""
+SLOW_LINK_MS = 120.0
+"""Bluetooth has 30 to 65 ms; far beyond, the radio is disturbed."""
+SHORT_SLEEP_MIN = 2
+LITTLE_FLASH = 8_000
+
+WIGGLE_POWER, WIGGLE_S, SETTLE_S = 50, 0.35, 0.25
+TURNED_DEG = 20
+"""A motor that is plugged in and free turns by several times this; a few degrees are play."""
+
+MOTORS: tuple[MotorPort, ...] = ("A", "B", "C")
+SENSORS: tuple[SensorPort, ...] = (1, 2, 3, 4)
+
+
+def examine(brick: Brick) -> Iterator[Finding]:
+    """What can be asked without moving anything."""
+    brick.sleep(FIRST_SAMPLE_S)
+    info = brick.info()
+    yield ok("brick", f"{info.name}, {brick.transport.address}")
+    latency_ms = brick.latency_s * 1000
+    if latency_ms > SLOW_LINK_MS:
+        yield warning("link", f"answers take {latency_ms:.0f} ms.", "Bring the brick nearer, or use USB.")
+    else:
+        yield ok("link", f"answers take {latency_ms:.0f} ms")
+    yield firmware(info.firmware)
+    yield battery(info.battery_mv)
+    if info.free_flash < LITTLE_FLASH:
+        yield warning("flash", f"{info.free_flash} bytes free.", "Delete files from the brick that you do not need.")
+    else:
+        yield ok("flash", f"{info.free_flash} bytes free")
+    yield sleep_timer(brick.request(KeepAlive()).sleep_ms)
+
+
+def firmware(version: str) -> Finding:
+    """Whether the driver knows this firmware."""
+    if version == "1.05":
+        return warning("firmware", "1.05 reads no colour sensor.", "Put LEGO's firmware 1.29 on the brick.")
+    if version not in KNOWN_FIRMWARE:
+        known = " and ".join(KNOWN_FIRMWARE)
+        return warning("firmware", f"{version}; {known} are known to work.", "Try it; if it fails, install 1.29.")
+    return ok("firmware", version)
+
+
+def battery(voltage_mv: int) -> Finding:
+    """Whether there is enough in it for motors."""
+    text = f"{voltage_mv / 1000:.2f} V"
+    if voltage_mv < FLAT_MV:
+        return problem("battery", f"{text}: flat.", "Charge it, or put fresh cells in.")
+    if voltage_mv < LOW_MV:
+        return warning("battery", f"{text}: low, motors are slow.", "Charge a rechargeable pack now.")
+    return ok("battery", text)
+
+
+def sleep_timer(sleep_ms: int) -> Finding:
+    """When the brick switches itself off; while the driver is connected it is kept awake."""
+    minutes = sleep_ms // 60_000
+    if not sleep_ms:
+        return ok("sleep timer", "never switches itself off")
+    if minutes <= SHORT_SLEEP_MIN:
+        remedy = "If it is off when you come back: Settings, Sleep on the brick."
+        return warning("sleep timer", f"off after {minutes} min without a program.", remedy)
+    return ok("sleep timer", f"off after {minutes} min without a program")
+
+
+def wiggle(brick: Brick, mission: Mission) -> Iterator[Finding]:
+    """Turn each motor a little, there and back, and ask the sensors who they are.
+
+    Args:
+        brick: An open brick.
+        mission: How the robot is built: what is missing there is a problem.
+    """
+    robot = mission.robot
+    for motor in MOTORS:
+        yield _motor(brick, motor, needed=motor in (robot.left, robot.right))
+    for port in SENSORS:
+        if port == robot.touch:
+            yield _touch(brick, port)
+        else:
+            yield _digital(brick, port, needed=port == robot.ultrasonic)
+
+
+def _motor(brick: Brick, port: MotorPort, *, needed: bool) -> Finding:
+    topic, motor = f"motor {port}", brick.motor(port)
+    turned = []
+    for power in (WIGGLE_POWER, -WIGGLE_POWER):
+        before = motor.angle
+        motor.dc(power)
+        brick.sleep(WIGGLE_S)
+        motor.brake()
+        brick.sleep(SETTLE_S)
+        turned.append(motor.angle - before)
+    motor.stop()
+    if min(abs(angle) for angle in turned) >= TURNED_DEG:
+        return ok(topic, f"turned by {turned[0]:+.0f}° and {turned[1]:+.0f}°")
+    if needed:
+        return problem(topic, "does not turn.", "Is its cable in, on both sides? Can the wheel turn freely?")
+    return ok(topic, "nothing turns there, and nothing need")
+
+
+def _touch(brick: Brick, port: SensorPort) -> Finding:
+    topic = f"sensor {port}"
+    if brick.touch(port).pressed:
+        return warning(topic, "the bumper is pressed.", "Free the bumper; does it jam?")
+    return ok(topic, "the bumper is free, or nothing is plugged in: press it during `nxtdrive sensor watch`")
+
+
+def _digital(brick: Brick, port: SensorPort, *, needed: bool) -> Finding:
+    topic = f"sensor {port}"
+    try:
+        identity = identify(brick, port)
+    except NXTError as error:
+        return problem(topic, error.args[0], error.remedy or "Plug the sensor in again.")
+    kind = identity.kind if identity else ""
+    if needed and kind != "ultrasonic":
+        return problem(topic, "no ultrasonic sensor answers.", "Is its cable in, on both sides?")
+    if identity is None:
+        raw = brick.request(GetInputValues(InputPort(port - 1))).raw
+        return ok(topic, f"nothing digital (raw value {raw})")
+    if needed:
+        distance = brick.ultrasonic(port).distance_mm
+        seen = "no echo" if distance is None else f"{distance:.0f} mm"
+        return ok(topic, f"{identity.vendor} {identity.product} measures {seen}")
+    return ok(topic, f"{identity.vendor} {identity.product} {identity.version}".strip())

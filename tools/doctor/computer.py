@@ -1,0 +1,173 @@
+"""The computer: libraries, permissions, ports. No brick is needed for any of this."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from firmware_protocol.errors import CameraError, NXTError
+from nxtdrive.transports.base import WallClock
+from nxtdrive.transports.usb_port import UDEV_FILE, UDEV_RULE, UsbTransport
+
+from .finding import Finding, ok, problem, trouble, warning
+
+RULE_FOLDERS = ("/etc/udev/rules.d", "/run/udev/rules.d", "/lib/udev/rules.d", "/usr/lib/udev/rules.d")
+LEGO = re.compile(r"00:16:53(:[0-9A-F]{2}){3}", re.IGNORECASE)
+"""Bluetooth addresses of bricks; 00:16:53 is LEGO's."""
+COMMAND_TIMEOUT_S = 5.0
+FRAME_TIMEOUT_S = 5.0
+
+_PAIR = "Switch the brick's Bluetooth on, then: bluetoothctl, in it `scan on`, `pair 00:16:53:...`; the PIN is 1234."
+
+
+def examine(scheme: str, camera: str | None) -> Iterator[Finding]:
+    """Everything about this computer.
+
+    Args:
+        scheme: Of the brick's address: what is not needed for it cannot be a problem.
+        camera: Source of a camera to try, or None.
+    """
+    yield from usb(needed=scheme == "usb")
+    if sys.platform.startswith("linux"):
+        yield udev(RULE_FOLDERS, needed=scheme == "usb" and os.geteuid() != 0)
+        yield bluetooth(Path("/sys/class/bluetooth"), ("bluetoothctl", "devices"), needed=scheme == "bt")
+    yield from serial_ports(needed=scheme == "serial")
+    if camera is not None:
+        yield webcam(camera)
+
+
+def usb(*, needed: bool) -> Iterator[Finding]:
+    """The library that leads to USB, bricks there, and whether this user may have them."""
+    try:
+        addresses = UsbTransport.discover()
+    except NXTError as error:
+        yield trouble("libusb", error.args[0], error.remedy, needed=needed)
+        return
+    yield ok("libusb", "found")
+    if not addresses:
+        yield trouble("USB", "no brick on USB.", _no_brick(), needed=needed)
+    for address in addresses:
+        if address == "usb://":
+            yield problem("permissions", "this user may not open the brick on USB.", _not_allowed())
+        else:
+            yield ok("USB", f"{address}, and this user may open it")
+
+
+def udev(folders: Sequence[str], *, needed: bool) -> Finding:
+    """A rule that lets people other than root have the brick."""
+    for folder in folders:
+        for rules in sorted(Path(folder).glob("*.rules")):
+            text = rules.read_text(encoding="utf-8", errors="replace")
+            if any("0694" in line and "0002" in line for line in text.splitlines() if not line.startswith("#")):
+                return ok("udev", f"a rule for the brick in {rules}")
+    return trouble("udev", "no rule lets you open the brick without being root.", _not_allowed(), needed=needed)
+
+
+def bluetooth(adapters: Path, paired: Sequence[str], *, needed: bool) -> Finding:
+    """An adapter, and a brick that was paired.
+
+    Args:
+        adapters: The folder in which the system lists adapters.
+        paired: The command that lists paired devices.
+        needed: Whether the brick's address is one of Bluetooth.
+    """
+    topic = "pairing"
+    if not adapters.is_dir() or not any(adapters.iterdir()):
+        return trouble(topic, "this computer has no Bluetooth adapter.", "Plug one in, or use USB.", needed=needed)
+    if shutil.which(paired[0]) is None:
+        return trouble(topic, f"{paired[0]} is not installed.", "Debian: sudo apt install bluez.", needed=needed)
+    try:
+        listed = subprocess.run(  # noqa: S603 - a command of ours without anybody's words in it
+            paired, capture_output=True, text=True, check=False, timeout=COMMAND_TIMEOUT_S, stdin=subprocess.DEVNULL
+        ).stdout
+    except subprocess.TimeoutExpired:
+        remedy = "Start the service: sudo systemctl start bluetooth."
+        return trouble(topic, "the Bluetooth service does not answer.", remedy, needed=needed)
+    bricks = sorted({match.group().upper() for match in LEGO.finditer(listed)})
+    if not bricks:
+        return trouble(topic, "no brick is known to Bluetooth.", _PAIR, needed=needed)
+    return ok(topic, ", ".join(f"bt://{brick}" for brick in bricks))
+
+
+def serial_ports(*, needed: bool) -> Iterator[Finding]:
+    """Ports behind which a paired brick may be."""
+    from serial.tools.list_ports import comports
+
+    ports = [port.device for port in comports()]
+    if not ports:
+        remedy = "Pair the brick and make its port: sudo rfcomm bind 0 00:16:53:... (the brick's address)."
+        yield trouble("serial ports", "none on this computer.", remedy, needed=needed)
+        return
+    for port in ports:
+        if os.path.exists(port) and not os.access(port, os.R_OK | os.W_OK):
+            remedy = "sudo usermod -aG dialout $USER, then log out and in again."
+            yield trouble("serial ports", f"this user may not open {port}.", remedy, needed=needed)
+        else:
+            yield ok("serial ports", f"serial://{port}")
+
+
+def webcam(source: str) -> Finding:
+    """Whether a camera gives a picture."""
+    from nxtdrive.vision.sources import open_camera
+
+    try:
+        camera = open_camera(source, clock=WallClock())
+        try:
+            height, width = camera.read(FRAME_TIMEOUT_S).image.shape[:2]
+        finally:
+            camera.close()
+    except CameraError as error:
+        return warning("camera", error.args[0], error.remedy)
+    return ok("camera", f"camera {source} gives pictures of {width}x{height}")
+
+
+def udev_instructions() -> str:
+    """What to do as root, to be copied into a shell."""
+    return (
+        f"echo '{UDEV_RULE}' | sudo tee {UDEV_FILE}\n"
+        "sudo udevadm control --reload\n"
+        "sudo udevadm trigger --subsystem-match=usb\n"
+        "# then unplug the brick and plug it in again"
+    )
+
+
+def install_udev_rule(file: Path, commands: Sequence[Sequence[str]]) -> str:
+    """Write the rule and have udev read it.
+
+    Args:
+        file: Where the rule goes.
+        commands: What to run afterwards; those that are not installed are left out.
+
+    Returns:
+        What was done.
+
+    Raises:
+        OSError: The file cannot be written; root can.
+        subprocess.SubprocessError: A command failed or hangs.
+    """
+    file.write_text(UDEV_RULE + "\n", encoding="utf-8")
+    done = [f"wrote {file}"]
+    for command in commands:
+        if shutil.which(command[0]):
+            subprocess.run(command, check=True, timeout=COMMAND_TIMEOUT_S, capture_output=True)  # noqa: S603 - ours
+            done.append(f"ran {' '.join(command)}")
+    return "\n".join([*done, "unplug the brick and plug it in again"])
+
+
+UDEV_COMMANDS = (("udevadm", "control", "--reload"), ("udevadm", "trigger", "--subsystem-match=usb"))
+
+
+def _no_brick() -> str:
+    hint = "Plug the brick in and switch it on; it needs some seconds before USB sees it."
+    if sys.platform == "win32":
+        hint += " If LEGO's own driver is installed, put WinUSB in its place with Zadig (zadig.akeo.ie)."
+    return hint
+
+
+def _not_allowed() -> str:
+    return "Run `nxtdrive doctor --fix-udev`, do what it says, and plug the brick in again."
