@@ -23,9 +23,6 @@ from sim_backend.doors.switchboard import Switchboard, Visit
 from sim_backend.faults_file import load_faults
 from sim_backend.simulation import DEFAULT_WORLD, LinkFaults, SimLink, Simulation
 
-DRIVER_SCHEMES = ("serial", "tcp")
-"""Doors that our own driver can open."""
-
 
 def serve(args: argparse.Namespace) -> int:
     """Serve until a signal comes; see `nxtdrive.cli.sim` for the arguments.
@@ -99,15 +96,12 @@ class Output:
 
     def serving(self, doors: list[str], camera: str) -> None:
         """Where everything is."""
-        nxt = next((door for door in doors if door.partition("://")[0] in DRIVER_SCHEMES), None)
-        command = shlex.join(["nxtdrive", "run", "--nxt", nxt, "--camera", camera]) if nxt else None
+        command = shlex.join(["nxtdrive", "run", "--nxt", doors[0], "--camera", camera])
         if self._json:
-            self._event("serving", nxt=nxt, doors=doors, camera=camera, command=command)
+            self._event("serving", nxt=doors[0], doors=doors, camera=camera, command=command)
             return
         print("\n".join([*(f"brick   {door}" for door in doors), f"camera  {camera}"]))
-        if command:
-            print(f"\nIn a second terminal:\n  {command}")
-        print("\nCtrl-C ends it.", flush=True)
+        print(f"\nIn a second terminal:\n  {command}\n\nCtrl-C ends it.", flush=True)
 
     def visit(self, visit: Visit) -> None:
         """A program has come or gone."""

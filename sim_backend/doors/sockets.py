@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import socket
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from ipaddress import ip_address
 
@@ -35,7 +36,7 @@ USB_LINK = b"usb"
 """The link that the server tells nxt-python of; it expects more of a motor on it than over Bluetooth."""
 
 
-class SocketClient:
+class SocketClient(ABC):
     """One connection; see `Client`. Subclasses say where telegrams end."""
 
     bluetooth = False
@@ -73,8 +74,9 @@ class SocketClient:
         """The socket."""
         return self._socket.fileno()
 
+    @abstractmethod
     def _split(self, data: bytes, silent_s: float) -> list[bytes]:
-        raise NotImplementedError
+        """The telegrams that `data`, which may be empty, completes; `silent_s` is since when nothing has come."""
 
     def _read(self) -> bytes:
         if self.closed or self.at_end:

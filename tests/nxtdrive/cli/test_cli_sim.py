@@ -85,7 +85,7 @@ def test_ctrl_c_ends_it_as_well(server, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("scheme", ["serial", "tcp"])
+@pytest.mark.parametrize("scheme", ["serial", "tcp", "nxt-server"])
 def test_the_driver_runs_through_the_door(server, scheme, capsys):
     (nxt,) = (door for door in _serving(server)["doors"] if door.startswith(scheme))
     assert main(["info", "--nxt", nxt, "--json"]) == 0
