@@ -23,7 +23,6 @@ from firmware_protocol.enums import OutputPort
 from nxtdrive.brick import Brick, open_brick
 from nxtdrive.motor import FASTEST_DEG_S, Then
 from nxtdrive.rover import Rover, SafetyStop
-from nxtdrive.transports import reopen_transport
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 from sim_backend.world.world_file import Floor, Robot, Slip, WorldFile
@@ -159,20 +158,21 @@ def _of_a_real_brick(address: str) -> Iterator[Figure]:
         errors = [_angle_error(brick, power, draw) for power in POWERS * 5]
         yield from error_figures("run_angle", errors, "deg", 2.0, 5.0)
     for power in POWERS:
-        with open_brick(address) as brick:
-            yield from _cuts(f"dc({power})", "deg", [_cut_real(brick, power) for _ in range(3)])
+        yield from _cuts(f"dc({power})", "deg", [_cut_real(address, power) for _ in range(3)])
     yield Figure("turns, straights: only where the simulator tells the true pose", math.nan, "")
 
 
-def _cut_real(brick: Brick, power: int) -> Cut:
+def _cut_real(address: str, power: int) -> Cut:
     """Fall silent as a dead program does, without a word to the motor, and see afterwards where it stands."""
+    brick = open_brick(address)
     motor = brick.motor("A")
     motor.dc(power)
     brick.sleep(1.0)
     begin, transport = motor.angle, brick.transport
     transport.close()
     transport.sleep(motor.settings.lease_s * 2 + REST_S)
-    with Brick(reopen_transport(transport)) as fresh:
+    brick.close()
+    with open_brick(address) as fresh:
         return Cut(abs(rotation(fresh) - begin), math.nan)
 
 
