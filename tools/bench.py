@@ -14,6 +14,8 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
+from typing import cast
 
 from behaviors.executive import Executive, Report
 from behaviors.ports import Eyes
@@ -54,12 +56,31 @@ class Figure:
     met: bool | None = None
 
 
-def measure_all() -> Iterable[Figure]:
-    """Every figure, one after the other, as they are measured."""
-    yield from measure_protocol()
-    yield from measure_import()
-    yield from measure_simulation()
-    yield from measure_detectors()
+AREAS: dict[str, tuple[str, str]] = {
+    "protocol": ("bench", "measure_protocol"),
+    "import": ("bench", "measure_import"),
+    "simulation": ("bench", "measure_simulation"),
+    "detectors": ("bench", "measure_detectors"),
+    "doors": ("bench_doors", "measure_doors"),
+    "motion": ("bench_motion", "measure_motion"),
+    "nxt-python": ("bench_nxt_python", "measure_nxt_python"),
+}
+"""Area to (module beside this one, function that yields figures); a module is imported when its area is measured."""
+
+REAL_AREAS = ("motion", "nxt-python")
+"""Areas that can be measured on a real brick; their functions take its address."""
+
+
+def measure(area: str, address: str | None = None) -> Iterable[Figure]:
+    """The figures of one area, one after the other, as they are measured.
+
+    Args:
+        area: One of `AREAS`.
+        address: A real brick, for one of `REAL_AREAS`; None for the simulator.
+    """
+    module, function = AREAS[area]
+    measure_area = getattr(import_module(f".{module}", __package__), function)
+    return cast("Iterable[Figure]", measure_area() if address is None else measure_area(address))
 
 
 class NullTransport:
