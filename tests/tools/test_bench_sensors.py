@@ -1,0 +1,17 @@
+"""The comparison on a slow link is made with both programs, whatever comes of it."""
+
+import importlib.util
+
+import pytest
+
+from nxtdrive.tools import bench_sensors
+
+
+@pytest.mark.skipif(importlib.util.find_spec("pty") is None, reason="needs pseudo-terminals")
+def test_both_programs_read_distances_on_the_same_link(monkeypatch):
+    monkeypatch.setattr(bench_sensors, "READINGS", 4)
+    figures = list(bench_sensors.measure_sensors())
+    assert [figure.unit for figure in figures][:2] == ["1/s", "ms"]
+    assert all(figure.value > 0 for figure in figures if figure.unit)
+    if importlib.util.find_spec("nxt"):
+        assert figures[-1].met is not None
