@@ -76,7 +76,8 @@ class Baseline:
         """Go on to another state, under the names of the thesis's chart."""
         source, self._state = self._state, state
         self._path.append(state)
-        self.note(Kind.TRANSITION, source=source, to=state, event=event, **({} if reason is None else {"reason": reason}))
+        why = {} if reason is None else {"reason": reason}
+        self.note(Kind.TRANSITION, source=source, to=state, event=event, **why)
 
     def choose(self, choice: str, why: str, **evidence: object) -> None:
         """Write a decision down."""

@@ -46,7 +46,7 @@ class Nav2List(Baseline):
 
     def _recover(self, number: int, reason: Reason, *, exist: bool) -> None:
         choice = ("rescan", "wait", "back_up")[number % 3]
-        self.choose(choice, "it is its turn", reason=reason, exist=exist, **({"wait_s": WAIT_S} if choice == "wait" else {}))
+        self.choose(choice, "it is its turn", reason=reason, exist=exist)
         self.enter(choice)
         if choice == "rescan":
             self.body.turn(SPIN_DEG)
@@ -67,7 +67,7 @@ class RandomWalk(Baseline):
 
     def __init__(self, robot: Robot) -> None:
         super().__init__(robot)
-        self._random = Random(f"random walk {robot.mission.mission.name}")
+        self._random = Random(f"random walk {robot.mission.mission.name}")  # noqa: S311 - no secret
 
     def pursue(self, target: str) -> bool:
         """Walk about until the target is reached or its share of the time is over."""

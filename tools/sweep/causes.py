@@ -1,5 +1,6 @@
-"""Judges recoveries: how soon a failure was noticed, and whether the choice fitted its cause. Definitions:
-docs/evaluation.md.
+"""Judges recoveries: how soon a failure was noticed, and whether the choice fitted its cause.
+
+Definitions: docs/evaluation.md.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from sim_backend.world.sensing import VIEW_ANGLE_DEG
 
 from .draft import ROBOT_RADIUS_MM
 from .floor_plan import FloorPlan, Goal
-from .metrics import CAMERA_HEIGHT_MM, SPEED_MM_S, TURN_DEG_S
+from .metrics import CAMERA_HEIGHT_MM, PACE, spans
 from .referee import Happening, Mark, Moment, Play
 
 SAME_PLACE_MM = 250.0
@@ -105,12 +106,20 @@ def _choices(play: Play, since_s: float) -> Iterator[Mark]:
 
 
 def _onset_s(play: Play, happening: Happening) -> float | None:
-    """When the harm was done: a person first has to get there."""
-    if not happening.thing:
+    """When the robot, on its way to that target, was first hindered; None if it never was.
+
+    A person first has to get there, and what happens to the other target is no hindrance yet.
+    """
+    if not happening.target:
         return happening.time_s
-    for moment in play.moments:
+    for moment in (moment for span in spans(play, happening.target) for moment in span):
         goal = moment.scene.goals.get(happening.target)
-        if moment.time_s >= happening.time_s and goal and happening.thing in _in_the_way(moment.pose[:2], moment, goal):
+        if moment.time_s < happening.time_s or goal is None:
+            continue
+        if not happening.thing:
+            # what moved before anybody was after it is simply elsewhere
+            return moment.time_s if moment.time_s - happening.time_s < 1.0 else None
+        if happening.thing in _in_the_way(moment.pose[:2], moment, goal):
             return moment.time_s
     return None
 
@@ -163,9 +172,7 @@ def _detour_s(play: Play, here: Moment, goal: Goal) -> float:
     """How much longer the way round takes than the straight one; infinity without a way round."""
     plan = here.scene.plan
     ways = [each.way(here.pose[:2], goal, ROBOT_RADIUS_MM) for each in (plan, _without(plan, play.comers))]
-    round_s, straight_s = (
-        math.inf if way is None else way.duration_s(here.pose.heading_deg, SPEED_MM_S, TURN_DEG_S) for way in ways
-    )
+    round_s, straight_s = (math.inf if way is None else way.duration_s(here.pose.heading_deg, PACE) for way in ways)
     return max(0.0, round_s - straight_s) if math.isfinite(round_s) else math.inf
 
 

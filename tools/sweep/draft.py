@@ -57,7 +57,9 @@ class Draft:
 
     def place(self, margin_mm: float) -> Point:
         """Somewhere in the room."""
-        return self.between(margin_mm, self.size_mm[0] - margin_mm), self.between(margin_mm, self.size_mm[1] - margin_mm)
+        return self.between(margin_mm, self.size_mm[0] - margin_mm), self.between(
+            margin_mm, self.size_mm[1] - margin_mm
+        )
 
     def place_at_wall(self, corner_mm: float = 600.0, tilt_deg: float = 20.0) -> tuple[Point, float]:
         """A place at one of the walls, and a direction into the room."""

@@ -9,6 +9,7 @@ import heapq
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,6 +93,23 @@ class Goal:
 
 
 @dataclass(frozen=True, slots=True)
+class Pace:
+    """How fast a robot can be.
+
+    Attributes:
+        speed_mm_s: Straight on.
+        speed_mm_s2: Its acceleration.
+        turn_deg_s: On the spot.
+        turn_deg_s2: Its acceleration.
+    """
+
+    speed_mm_s: float
+    speed_mm_s2: float
+    turn_deg_s: float
+    turn_deg_s2: float
+
+
+@dataclass(frozen=True, slots=True)
 class Way:
     """A way of straight legs.
 
@@ -104,16 +122,18 @@ class Way:
     @property
     def length_mm(self) -> float:
         """Of all legs."""
-        return sum(math.dist(one, other) for one, other in zip(self.points, self.points[1:], strict=False))
+        return sum(math.dist(one, other) for one, other in pairwise(self.points))
 
-    def duration_s(self, heading_deg: float, speed_mm_s: float, turn_deg_s: float) -> float:
-        """The shortest time for it with turns on the spot, beginning with the robot's heading; no acceleration."""
-        turned = 0.0
-        for one, other in zip(self.points, self.points[1:], strict=False):
-            bearing = math.degrees(math.atan2(other[1] - one[1], other[0] - one[0]))
-            turned += abs((bearing - heading_deg + 180.0) % 360.0 - 180.0)
-            heading_deg = bearing
-        return self.length_mm / speed_mm_s + turned / turn_deg_s
+    def duration_s(self, heading_deg: float, pace: Pace) -> float:
+        """The shortest time for it with stops and turns on the spot at the corners, the robot's heading at first."""
+        total_s = 0.0
+        for one, other in pairwise(self.points):
+            bearing_deg = math.degrees(math.atan2(other[1] - one[1], other[0] - one[0]))
+            turn_deg = abs((bearing_deg - heading_deg + 180.0) % 360.0 - 180.0)
+            total_s += _travel_s(turn_deg, pace.turn_deg_s, pace.turn_deg_s2)
+            total_s += _travel_s(math.dist(one, other), pace.speed_mm_s, pace.speed_mm_s2)
+            heading_deg = bearing_deg
+        return total_s
 
 
 @dataclass(frozen=True)
@@ -242,6 +262,13 @@ class _Grid:
                     best[x, y], before[x, y] = total, cell
                     heapq.heappush(queue, (total + guess[x][y], (x, y)))
         return []
+
+
+def _travel_s(amount: float, speed: float, acceleration: float) -> float:
+    """From rest to rest."""
+    if amount < speed**2 / acceleration:
+        return 2 * math.sqrt(amount / acceleration)
+    return amount / speed + speed / acceleration
 
 
 def _trace(before: dict[Cell, Cell], cell: Cell) -> list[Cell]:

@@ -12,13 +12,14 @@ from behaviors.journal import Kind
 from nxtdrive.rover import SETTINGS
 from sim_backend.world.truth import TruePose
 
-from .floor_plan import Way
+from .draft import ROBOT_RADIUS_MM
+from .floor_plan import Pace, Way
 from .referee import Moment, Play, Scene
 
 CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM = 60.0, 200.0
 """Of the world file's default camera."""
-SPEED_MM_S, TURN_DEG_S = SETTINGS.speed_mm_s, SETTINGS.turn_deg_s
-"""How fast the rover can drive and turn; the fastest way is reckoned with these."""
+PACE = Pace(SETTINGS.speed_mm_s, SETTINGS.acceleration_mm_s2, SETTINGS.turn_deg_s, SETTINGS.turn_acceleration_deg_s2)
+"""The rover's own; the fastest way is reckoned with it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,17 +68,17 @@ def stop_counts(pose: TruePose, scene: Scene, target: str) -> bool:
 
 def judge_target(play: Play, target: str) -> TargetResult:
     """What came of one target of a mission."""
-    spans = _spans(play, target)
+    pursuits = spans(play, target)
     claims = _entries(play, target, "reached")
     right = [claim for claim in claims if stop_counts(claim.pose, claim.scene, target)]
     given_up = _entries(play, target, "gave_up")
-    path_mm = sum(math.dist(one.pose[:2], other.pose[:2]) for span in spans for one, other in pairwise(span))
-    pursuit_s = sum(span[-1].time_s - span[0].time_s for span in spans)
-    end = right[0] if right else (spans[-1][-1] if spans else None)
-    way = _way(spans[0][0], end, target) if spans and end else None
+    path_mm = sum(math.dist(one.pose[:2], other.pose[:2]) for span in pursuits for one, other in pairwise(span))
+    pursuit_s = sum(span[-1].time_s - span[0].time_s for span in pursuits)
+    end = right[0] if right else (pursuits[-1][-1] if pursuits else None)
+    way = _longest(pursuits[0][0], end, target) if end else None
     left = _way(end, end, target) if end and not right else None
     economy = 0.0 if way is None else _share(way.length_mm, path_mm)
-    fastest_s = 0.0 if way is None else way.duration_s(spans[0][0].pose.heading_deg, SPEED_MM_S, TURN_DEG_S)
+    fastest_s = 0.0 if way is None else way.duration_s(pursuits[0][0].pose.heading_deg, PACE)
     covered = 0.0 if way is None or left is None else max(0.0, 1.0 - left.length_mm / max(way.length_mm, 1.0))
     return TargetResult(
         target=target,
@@ -104,22 +105,30 @@ def _entries(play: Play, target: str, state: str) -> list[Moment]:
     ]
 
 
-def _spans(play: Play, target: str) -> list[list[Moment]]:
+def spans(play: Play, target: str) -> list[list[Moment]]:
     """The stretches of the mission in which it was after a target."""
-    spans = []
+    found = []
     turns = [next(group) for _, group in groupby(play.marks, key=lambda mark: mark.record.target)]
     for i, turn in enumerate(turns):
         if turn.record.target == target:
             end = turns[i + 1].moment if i + 1 < len(turns) else play.marks[-1].moment
             between = [m for m in play.moments if turn.moment.time_s < m.time_s < end.time_s]
-            spans.append([turn.moment, *between, end])
-    return spans
+            found.append([turn.moment, *between, end])
+    return found
+
+
+def _longest(begin: Moment, end: Moment, target: str) -> Way | None:
+    """The shortest way to the picture where it was at the end; or to where it was at first, if that was farther."""
+    ways = [way for moment in (begin, end) if (way := _way(begin, moment, target)) is not None]
+    return max(ways, key=lambda way: way.length_mm, default=None)
 
 
 def _way(begin: Moment, end: Moment, target: str) -> Way | None:
     """The shortest way, among what stood there at the beginning, to the picture where it was at the end."""
     goal = end.scene.goals.get(target)
-    return goal and begin.scene.plan.way(begin.pose[:2], goal, ROBOT_RADIUS_MM, eye_height_mm=CAMERA_HEIGHT_MM)
+    if goal is None:
+        return None
+    return begin.scene.plan.way(begin.pose[:2], goal, ROBOT_RADIUS_MM, eye_height_mm=CAMERA_HEIGHT_MM)
 
 
 def _share(best: float, actual: float) -> float:

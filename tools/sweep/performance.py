@@ -99,22 +99,21 @@ def judge(play: Play) -> Line:
     results = [judge_target(play, target) for target in play.targets]
     reachable = [result for result in results if result.reachable]
     rewards = [float(result.success) for result in results]
-    return rounded(
-        {
-            "success": all(result.success for result in reachable),
-            "sum_reward": sum(rewards),
-            "max_reward": max(rewards),
-            "done": True,
-            "ending": play.ending.value,
-            "error": play.error,
-            "duration_s": play.duration_s,
-            "contacts": play.moments[-1].contacts,
-            "targets": [asdict(result) for result in results],
-            "recognition_s": recognition_s(play),
-            "choices": [{**asdict(choice), "fits": choice.fits} for choice in judge_choices(play)],
-            "longest_run": longest_run(play),
-        }
-    )
+    line: Line = {
+        "success": all(result.success for result in reachable),
+        "sum_reward": sum(rewards),
+        "max_reward": max(rewards),
+        "done": True,
+        "ending": play.ending.value,
+        "error": play.error,
+        "duration_s": play.duration_s,
+        "contacts": play.moments[-1].contacts,
+        "targets": [asdict(result) for result in results],
+        "recognition_s": recognition_s(play),
+        "choices": [{**asdict(choice), "fits": choice.fits} for choice in judge_choices(play)],
+        "longest_run": longest_run(play),
+    }
+    return {key: rounded(value) for key, value in line.items()}
 
 
 def broken(error: Exception) -> Line:
@@ -149,5 +148,3 @@ def _head(task: Task) -> Line:
         "policy": task.policy,
         "eyes": task.eyes,
     }
-
-

@@ -23,9 +23,7 @@ Policy = Callable[[Robot], Report]
 
 def _executive(recovery: RecoveryPolicy | None = None) -> Policy:
     """The mission's executive with a rule for its recoveries; the mission's own profile when None."""
-    return lambda robot: Executive(
-        robot.mission, robot.body, robot.eyes, robot.clock, robot.observers, recovery
-    ).run()
+    return lambda robot: Executive(robot.mission, robot.body, robot.eyes, robot.clock, robot.observers, recovery).run()
 
 
 POLICIES: dict[str, Policy] = {

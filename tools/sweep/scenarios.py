@@ -106,7 +106,7 @@ def draw_scenario(kind: str, seed: int) -> Scenario:
         KeyError: There is no such class.
         RuntimeError: No sound room was found; a fault of the class's ranges.
     """
-    random = Random(f"{kind}-{seed}")
+    random = Random(f"{kind}-{seed}")  # noqa: S311 - no secret
     for _ in range(TRIES):
         draft, extras = CLASSES[kind](random)
         if draft.sound():
@@ -332,7 +332,8 @@ def _wall_start(random: Random) -> tuple[Draft, Extras]:
         min(max(y, inset), draft.size_mm[1] - inset),
     )
     width, depth = draft.size_mm
-    walls = {180: draft.start_mm[0], 0: width - draft.start_mm[0], 270: draft.start_mm[1], 90: depth - draft.start_mm[1]}
+    x, y = draft.start_mm
+    walls = {180: x, 0: width - x, 270: y, 90: depth - y}
     draft.heading_deg = min(walls, key=lambda heading: walls[heading]) + draft.between(-30, 30)
     return draft, NO_EXTRAS
 
