@@ -73,6 +73,38 @@ def test_the_nxc_compiler_downloads_what_it_has_compiled(execute, tmp_path):
     assert (tmp_path / "drive.rxe").read_bytes() == (tmp_path / "local.rxe").read_bytes()
 
 
+WATCH = """
+import usb.core
+brick = usb.core.find(idVendor=0x0694)
+def ask(*telegram):
+    brick.write(0x01, bytes(telegram))
+    return bytes(brick.read(0x82, 64))
+names, counts = set(), []
+for _ in range(5000):
+    running = ask(0x00, 0x11)
+    if running[2]:
+        if names:
+            break
+        continue
+    names.add(running[3:].split(b"\\0")[0].decode())
+    counts.append(int.from_bytes(ask(0x00, 0x06, 0x00)[13:17], "little", signed=True))
+print(*names, max(counts))  # the end of a program resets the counters
+"""
+
+
+@needs_nbc
+@needs_libusb
+def test_an_nxc_program_is_compiled_downloaded_started_and_turns_a_motor(execute, tmp_path):
+    (tmp_path / "turn.nxc").write_text("task main() { OnFwd(OUT_A, 75); Wait(500); Off(OUT_A); Wait(1500); }\n")
+    (tmp_path / "watch.py").write_text(WATCH)
+    done = execute("sh", "-c", f"nbc -S=usb -r turn.nxc > log && {sys.executable} watch.py")
+    assert done.returncode == 0, done.stderr
+    name, count_deg = done.stdout.split()
+    assert name == "turn.rxe"
+    # half a second at 75 %, some 9 deg/s each, less what it takes to get going
+    assert 150 < int(count_deg) < 500
+
+
 @needs_libusb
 @pytest.mark.skipif(find_spec("nxt") is None, reason="nxt-python is not installed (pip install .[test])")
 def test_nxt_python_works_through_the_real_libusb(execute):
