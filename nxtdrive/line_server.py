@@ -1,8 +1,9 @@
 """Serves the thesis's line protocol on a TCP port: somebody else's agent decides, the robot obeys.
 
-One thread does everything. While a command runs, `PreemptibleBrick` calls the server back before each request and each
-rest, some fifty times a second, and the server looks whether something has arrived. So ``stop``, a client that is gone
-and the end of the server break a command off at a moment when no answer is due from the brick, and no lock is needed.
+Nothing watches the client beside the command that runs: `PreemptibleBrick` calls the server back before each request
+and each rest, some fifty times a second, and the server looks whether something has arrived. So ``stop``, a client that
+is gone and the end of the server break a motion off at a moment when no answer is due from the brick. On real links the
+driver steers a motion in a thread of its own; what is raised there reaches the command, which waits for that thread.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from nxtdrive.mission_run import build_rover
 
 R = TypeVar("R", bound=Reply)
 
+LAST_PORT = 0xFFFF
 CHUNK = 4096
 WAITING_LINES = 256
 """A client that has sent so many lines without waiting for an answer is sent away: it does not speak this protocol."""
@@ -138,14 +140,7 @@ class LineServer:
         say: Callable[[str], None] = lambda _: None,
         passing: Callable[[float], None] | None = None,
     ) -> None:
-        try:
-            self._listener = socket.create_server((host, port))
-        except OSError as error:
-            reason = error.strerror or str(error)
-            raise ConfigError(
-                f"cannot listen on {host}:{port}: {reason}.", remedy="Choose another --port; 0 takes a free one."
-            ) from None
-        self._listener.setblocking(False)
+        self._listener = _listen(host, port)
         self._new_session = new_session
         self._stopped = stopped
         self._say = say
@@ -241,3 +236,17 @@ class LineServer:
         client.connection.close()
         self._client = None
         self._say(f"client {client.name} is gone; motors off")
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    try:
+        if not 0 <= port <= LAST_PORT:
+            raise OSError(f"ports are numbered from 0 to {LAST_PORT}")
+        listener = socket.create_server((host, port))
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise ConfigError(
+            f"cannot listen on {host}:{port}: {reason}.", remedy="Choose another --port; 0 takes a free one."
+        ) from None
+    listener.setblocking(False)
+    return listener

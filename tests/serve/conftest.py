@@ -102,13 +102,24 @@ def mission_for(*targets: str, **thesis: object) -> Mission:
 
 
 @contextlib.contextmanager
-def serving(brick: PreemptibleBrick, simulation: Simulation, mission: Mission, eyes: Eyes) -> Iterator[Served]:
+def serving(
+    brick: PreemptibleBrick,
+    simulation: Simulation,
+    mission: Mission,
+    eyes: Eyes,
+    passing: Callable[[float], None] | None = None,
+) -> Iterator[Served]:
     """Serve a brick until the block is left."""
     records: list[Record] = []
     said: list[str] = []
     end = threading.Event()
     server = LineServer(
-        brick, sessions(mission, brick, eyes, [records.append]), port=0, stopped=end.is_set, say=said.append
+        brick,
+        sessions(mission, brick, eyes, [records.append]),
+        port=0,
+        stopped=end.is_set,
+        say=said.append,
+        passing=passing,
     )
     served = Served(simulation, server, end, threading.Thread(target=server.run), records, said)
     served.thread.start()

@@ -1,0 +1,111 @@
+"""``nxtdrive serve``, as a user runs it."""
+
+from __future__ import annotations
+
+import re
+import signal
+import socket
+import subprocess
+import sys
+
+import pytest
+
+from nxtdrive.cli.main import main
+from nxtdrive.cli.serve import in_real_time
+
+
+@pytest.fixture
+def server():
+    """Starts servers in processes of their own; gives the process and its address."""
+    processes = []
+
+    def start(*arguments):
+        process = subprocess.Popen(
+            [sys.executable, "-m", "nxtdrive.cli.main", "serve", "--port", "0", *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        processes.append(process)
+        host, port = re.fullmatch(r"serving (.+):(\d+)\n", process.stdout.readline()).groups()
+        return process, (host, int(port))
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+def _ask(client, replies, line):
+    client.sendall(line.encode() + b"\n")
+    return int(replies.readline())
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_in_good_order_in_the_midst_of_a_command(server, number):
+    process, address = server("--nxt", "sim://open")
+    assert address[0] == "127.0.0.1"
+    with socket.create_connection(address, timeout=60) as client, client.makefile("rb") as replies:
+        assert _ask(client, replies, "connect") == 1
+        # with the first answer the second command begins
+        client.sendall(b"move_to 90\nmove_to 90\n")
+        assert int(replies.readline()) == 0
+        process.send_signal(number)
+        assert replies.read() in (b"-5\n", b""), "broken off, or not even begun"
+    said, errors = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert "connect -> 1" in said
+    assert said.endswith("ended; motors off\n")
+    assert errors == ""
+
+
+def test_it_tells_the_brick_the_camera_and_the_targets(server):
+    process, _ = server("--nxt", "sim://open")
+    assert process.stdout.readline() == "brick sim://open?pace=realtime, camera sim, targets lena, rilakkuma\n"
+
+
+def test_whoever_listens_to_everybody_is_warned(server):
+    process, address = server("--nxt", "sim://open", "--host", "0.0.0.0")
+    process.send_signal(signal.SIGTERM)
+    _, errors = process.communicate(timeout=60)
+    assert address[0] == "0.0.0.0"
+    assert "anybody who reaches 0.0.0.0 can drive this robot" in errors
+
+
+@pytest.mark.parametrize(
+    ("address", "paced"),
+    [
+        ("sim://", "sim://?pace=realtime"),
+        ("sim://open?seed=7", "sim://open?pace=realtime&seed=7"),
+        ("sim://open?pace=fast", "sim://open?pace=fast"),
+        ("usb://", "usb://"),
+    ],
+)
+def test_a_simulated_brick_lives_in_its_clients_time_unless_told_otherwise(address, paced):
+    assert str(in_real_time(address)) == paced
+
+
+def test_a_port_that_is_taken_is_one_sentence(capsys):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        assert main(["serve", "--nxt", "sim://open", "--port", str(port)]) == 2
+    errors = capsys.readouterr().err
+    assert f"cannot listen on 127.0.0.1:{port}" in errors
+    assert "--port" in errors
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "sentence"),
+    [
+        (["nowhere.toml"], 2, "nowhere.toml: cannot be read"),
+        (["--nxt", "sim://nowhere"], 2, "nowhere"),
+        (["--nxt", "sim://?sede=7"], 2, "sede"),
+        (["--port", "70000"], 2, "70000"),
+        (["--nxt", "tcp://127.0.0.1:9", "--camera", "sim"], 3, "127.0.0.1"),
+    ],
+)
+def test_bad_input_is_one_sentence(capsys, arguments, code, sentence):
+    assert main(["serve", *arguments]) == code
+    errors = capsys.readouterr().err
+    assert sentence in errors
+    assert "Traceback" not in errors
