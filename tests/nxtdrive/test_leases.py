@@ -26,6 +26,9 @@ COAST_S = 0.2
 """A motor that is let go covers less than its speed times this: 100 ms until PWM is off, then 150 ms of inertia."""
 ROLL_OUT_S = 0.9
 """And it stands after this time."""
+MOTIONS = pytest.mark.parametrize("motion", ["drive", "straight"])
+MM_PER_DEG = 0.4887
+"""Of a wheel of 56 mm."""
 FASTEST_DEG_S = 860
 """A free motor at 8 V."""
 
@@ -109,8 +112,12 @@ from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort
 with open_brick(sys.argv[1], timeout_s=5) as brick:
     rover = brick.rover(safety=SafetyStop(enabled=False))
-    while True:
-        rover.drive(150, 0)
+    move = rover.straight(8000, wait=False) if sys.argv[2] == "straight" else None
+    for number in range(1000):
+        if move is None:
+            rover.drive(150, 0)
+        elif number == 20:
+            move.join()
         brick.sleep(0.05)
         print(brick.request(GetOutputState(OutputPort.B)).rotation_count, flush=True)
 """
@@ -133,37 +140,46 @@ def served(tmp_path):
     server.communicate(timeout=30)
 
 
-def die_driving(address, number):
-    """A program drives until it gets that signal; returns its exit code and the last count it saw."""
+def die_driving(address, motion, number):
+    """A program drives until it gets that signal; returns its exit code."""
     program = subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, address], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", PROGRAM, address, motion],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
     )
-    for _ in range(15):
-        program.stdout.readline()
+    for _ in range(20):
+        last = int(program.stdout.readline())
+    assert last > 50
     program.send_signal(number)
-    rest, _ = program.communicate(timeout=30)
-    return program.returncode, int(rest.split()[-1]) if rest.split() else 0
+    program.communicate(timeout=30)
+    return program.returncode
 
 
 def count(brick):
     return brick.request(GetOutputState(OutputPort.B)).rotation_count
 
 
-def test_a_killed_program_leaves_a_robot_that_stops(served):
-    code, _ = die_driving(served, signal.SIGKILL)
-    assert code == -signal.SIGKILL
+@MOTIONS
+def test_a_killed_program_leaves_a_robot_that_stops(served, motion):
+    assert die_driving(served, motion, signal.SIGKILL) == -signal.SIGKILL
     with open_brick(served, timeout_s=5) as brick:
         before = count(brick)
         brick.sleep(2.5)
         stopped = count(brick)
         brick.sleep(0.5)
         assert count(brick) == stopped
-        assert stopped - before <= 150 / 0.4887 * (LEASE_S + COAST_S) * 1.05
+        assert stopped - before <= 200 / MM_PER_DEG * (LEASE_S + COAST_S) * 1.05
 
 
-def test_a_terminated_program_brakes_before_it_goes(served):
-    code, _ = die_driving(served, signal.SIGTERM)
-    assert code == 128 + signal.SIGTERM
+@MOTIONS
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [(signal.SIGTERM, 128 + signal.SIGTERM), (signal.SIGHUP, 128 + signal.SIGHUP), (signal.SIGINT, -2)],
+)
+def test_a_program_that_is_told_to_end_brakes_before_it_goes(served, motion, number, code):
+    assert die_driving(served, motion, number) == code
     with open_brick(served, timeout_s=5) as brick:
         state = brick.request(GetOutputState(OutputPort.B))
         brick.sleep(0.5)
