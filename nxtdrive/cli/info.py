@@ -36,9 +36,9 @@ def run(args: argparse.Namespace) -> int:
     with open_brick(args.nxt) as brick:
         info = brick.info()
         sleep_s = brick.request(KeepAlive()).sleep_ms / 1000
-        address = brick.transport.address
+        address, latency_s = brick.transport.address, brick.latency_s
     if args.json:
-        print(json.dumps({"address": address, **asdict(info), "sleep_s": sleep_s}, indent=2))
+        print(json.dumps({"address": address, **asdict(info), "sleep_s": sleep_s, "latency_s": latency_s}, indent=2))
         return DONE
     weak = ", low: charge it" if info.battery_mv < LOW_BATTERY_MV else ""
     rows = {
@@ -49,6 +49,7 @@ def run(args: argparse.Namespace) -> int:
         "protocol": info.protocol,
         "battery": f"{info.battery_mv / 1000:.2f} V{weak}",
         "free flash": f"{info.free_flash} bytes",
+        "round trip": f"{latency_s * 1000:.1f} ms",
         "sleeps": f"after {sleep_s / 60:g} min without a keep-alive" if sleep_s else "never",
     }
     for label, value in rows.items():

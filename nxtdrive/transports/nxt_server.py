@@ -71,7 +71,7 @@ class NxtServerTransport(WallClock):
     def send(self, telegram: bytes) -> None:
         """Send one telegram, once the one before has been answered or will not be."""
         self._check_open()
-        if self._due and not self._arrived:
+        if self._due:
             self._await(SEND_TIMEOUT_S)
         try:
             self._socket.settimeout(SEND_TIMEOUT_S)

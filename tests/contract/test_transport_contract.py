@@ -145,7 +145,7 @@ def test_an_unplugged_brick_is_a_lost_link(faulty_rig, fault):
 
 def test_a_lost_brick_can_be_closed_without_fuss(faulty_rig, fault):
     with Brick(faulty_rig.open({1: fault.UNPLUG}), timeout_s=PATIENCE_S) as brick:
-        brick.motor("A").run(500)
+        brick.motor("A").brake()
         with pytest.raises(LinkLost):
             brick.request(GetBatteryLevel())
 

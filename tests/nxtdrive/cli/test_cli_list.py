@@ -34,9 +34,16 @@ def _listed(capsys):
     return json.loads(capsys.readouterr().out)
 
 
+class Bus:
+    """Stands for libusb."""
+
+    def __init__(self, library):
+        pass
+
+
 def _plug(monkeypatch, *devices):
-    monkeypatch.setattr(usb.backend.libusb1, "get_backend", lambda *_, **__: object())
-    monkeypatch.setattr(usb.backend.libusb1, "_LibUSB", lambda _: object())
+    monkeypatch.setattr(usb.backend.libusb1, "get_backend", lambda *_, **__: Bus(None))
+    monkeypatch.setattr(usb.backend.libusb1, "_LibUSB", Bus)
     monkeypatch.setattr(usb.core, "find", lambda **_: iter(devices))
 
 
