@@ -12,7 +12,19 @@ import pytest
 from nxtdrive.cli.main import COMMANDS, USAGE, _parse, main
 
 ROOT = Path(__file__).parents[3]
-ACTIONS = (("mission", "check"), ("mission", "show"), ("mission", "new"), ("detect", "try"), ("sim", "serve"))
+ACTIONS = (
+    ("sensor", "read"),
+    ("sensor", "watch"),
+    ("sensor", "identify"),
+    ("sensor", "registers"),
+    ("message", "write"),
+    ("message", "read"),
+    ("mission", "check"),
+    ("mission", "show"),
+    ("mission", "new"),
+    ("detect", "try"),
+    ("sim", "serve"),
+)
 HEAVY = ("cv2", "numpy", "usb", "serial", "pydantic", "statemachine", "rich", "pymunk")
 
 
