@@ -67,7 +67,7 @@ class RandomWalk(Baseline):
 
     def __init__(self, robot: Robot) -> None:
         super().__init__(robot)
-        self._random = Random(f"random walk {robot.mission.mission.name}")  # noqa: S311 - no secret
+        self._random = Random(f"random walk {robot.mission.mission.name}")
 
     def pursue(self, target: str) -> bool:
         """Walk about until the target is reached or its share of the time is over."""

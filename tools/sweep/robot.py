@@ -197,7 +197,7 @@ class SpoiltSensor:
         self.fps = simulation.webcam.fps
         self._webcam = simulation.webcam
         self._sight = sight
-        self._random = Random(f"{seed}/sight")  # noqa: S311 - no secret
+        self._random = Random(f"{seed}/sight")
 
     def observe(self, name: str) -> Seen | None:
         """What is found of a target, or of something taken for it, in the freshest frame."""

@@ -106,7 +106,7 @@ def draw_scenario(kind: str, seed: int) -> Scenario:
         KeyError: There is no such class.
         RuntimeError: No sound room was found; a fault of the class's ranges.
     """
-    random = Random(f"{kind}-{seed}")  # noqa: S311 - no secret
+    random = Random(f"{kind}-{seed}")
     for _ in range(TRIES):
         draft, extras = CLASSES[kind](random)
         if draft.sound():

@@ -1,0 +1,149 @@
+"""Runs a sweep: tasks in batches on any executor, one line of JSON for each, in order, resumable.
+
+The lines depend on the tasks alone: not on the number of workers, nor on how often the sweep was interrupted.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
+from itertools import islice, product
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, TypeVar
+
+from firmware_protocol.errors import ConfigError
+
+from .performance import Line, Task, evaluate_batch
+
+BATCH = 4
+"""Missions handed to a worker at once: some seconds of work, so that handing over costs nothing."""
+AHEAD = 3
+"""Batches per worker that wait in the queue; an interrupted sweep loses no more than these."""
+
+Key = tuple[str, int, str, str]
+T = TypeVar("T")
+
+
+class InProcess(Executor):
+    """Does everything at once and here: one worker without a second process."""
+
+    def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:  # noqa: ANN401 - as its base declares
+        """Do it now."""
+        future: Future[T] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:  # noqa: BLE001 - a future carries whatever was raised
+            future.set_exception(error)
+        return future
+
+
+def plan(kinds: Sequence[str], seeds: Iterable[int], policies: Sequence[str], eyes: str) -> list[Task]:
+    """The tasks of a sweep: each policy meets each scenario."""
+    cases = product(kinds, seeds, policies)
+    return [Task(index, kind, seed, policy, eyes) for index, (kind, seed, policy) in enumerate(cases)]
+
+
+def workers(number: int) -> AbstractContextManager[Executor]:
+    """An executor with that many processes; with one, this one."""
+    if number == 1:
+        return nullcontext(InProcess())
+    # spawned everywhere, so that a sweep on Linux is the sweep of the other systems
+    return ProcessPoolExecutor(number, mp_context=get_context("spawn"))
+
+
+def run_tasks(tasks: Sequence[Task], executor: Executor, *, number: int = 1, batch: int = BATCH) -> Iterator[Line]:
+    """Perform tasks; their lines in the order of the tasks, as they come.
+
+    Args:
+        tasks: What to do.
+        executor: Any `concurrent.futures.Executor`; a cluster's, too.
+        number: How many workers it has, for how much is queued ahead.
+        batch: How many tasks are handed over at once.
+    """
+    queue = iter(tasks)
+    batches = iter(lambda: list(islice(queue, batch)), [])
+    running: deque[Future[list[Line]]] = deque()
+    try:
+        for each in islice(batches, number * AHEAD):
+            running.append(executor.submit(evaluate_batch, each))
+        while running:
+            lines = running.popleft().result()
+            running.extend(executor.submit(evaluate_batch, each) for each in islice(batches, 1))
+            yield from lines
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def read_lines(path: Path) -> list[Line]:
+    """The lines of a sweep's file; a last line that an interruption cut short is left out.
+
+    Raises:
+        ConfigError: The file cannot be read, or holds something else.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return []
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path} cannot be read: {error}.") from error
+    whole = text[: text.rfind("\n") + 1].splitlines()
+    try:
+        lines: list[Line] = [json.loads(line) for line in whole]
+        for line in lines:
+            key_of(line)
+    except (json.JSONDecodeError, KeyError, TypeError) as error:
+        raise ConfigError(f"{path} is not the file of a sweep.", remedy="Name another one with --out.") from error
+    return lines
+
+
+def key_of(line: Line) -> Key:
+    """Which mission a line tells of."""
+    return line["class"], line["seed"], line["policy"], line["eyes"]
+
+
+def sweep(
+    tasks: Sequence[Task],
+    out: Path,
+    executor: Executor,
+    *,
+    number: int = 1,
+    progress: Callable[[Line], None] = lambda _: None,
+) -> list[Line]:
+    """Perform the tasks that a file has no lines of yet, and append theirs.
+
+    Args:
+        tasks: What the sweep consists of.
+        out: The file; one line of JSON a mission.
+        executor: Does the work.
+        number: How many workers it has.
+        progress: Called with each new line, once it is in the file.
+
+    Returns:
+        The lines of all tasks, in their order.
+    """
+    known = {key_of(line): line for line in read_lines(out)}
+    missing = [task for task in tasks if task.key not in known]
+    with _appending(out) as file:
+        for line in run_tasks(missing, executor, number=number):
+            file.write(json.dumps(line, ensure_ascii=False) + "\n")
+            file.flush()
+            known[key_of(line)] = line
+            progress(line)
+    return [known[task.key] for task in tasks]
+
+
+def _appending(path: Path) -> Any:  # noqa: ANN401 - a text file
+    """The file, open at the end of its last whole line."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("ab+") as file:
+            file.seek(0)
+            file.truncate(file.read().rfind(b"\n") + 1)
+        return path.open("a", encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be written: {error.strerror}.") from error

@@ -1,0 +1,177 @@
+"""Figures of a sweep, each with the interval that chance leaves it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .performance import FAILED, Line
+
+RESAMPLES = 2000
+CONFIDENCE = 0.95
+SEED = 2017
+"""Of the resampling; the same lines give the same intervals."""
+
+Pair = tuple[float, float]
+"""Of one mission: a sum and how many went into it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A mean and its bootstrap interval.
+
+    Attributes:
+        mean: Over all; NaN if there was nothing to average.
+        low: 2.5 % of the resampled means are below.
+        high: 2.5 % are above.
+        number: How many went into it.
+    """
+
+    mean: float
+    low: float
+    high: float
+    number: int
+
+
+def estimate(pairs: Sequence[Pair]) -> Estimate:
+    """The mean of what missions contributed, resampled by missions: what happens within one is not independent.
+
+    Args:
+        pairs: For each mission the sum of its values and their number.
+    """
+    values = np.array(pairs, dtype=np.float64).reshape(-1, 2)
+    number = int(values[:, 1].sum())
+    if not number:
+        return Estimate(float("nan"), float("nan"), float("nan"), 0)
+    mean = float(values[:, 0].sum() / number)
+    means = _resampled(values)
+    tail = (1.0 - CONFIDENCE) / 2
+    low, high = np.quantile(means, [tail, 1.0 - tail])
+    return Estimate(mean, float(low), float(high), number)
+
+
+def _resampled(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    draws = np.random.default_rng(SEED).integers(0, len(values), (RESAMPLES, len(values)))
+    sums = values[draws].sum(axis=1)
+    filled = sums[:, 1] > 0
+    return np.asarray(sums[filled, 0] / sums[filled, 1], dtype=np.float64)
+
+
+def over_targets(key: str) -> Callable[[Line], Pair]:
+    """A figure of each target that exists."""
+    return lambda line: _pair([float(target[key]) for target in line["targets"] if target["reachable"]])
+
+
+def over_missions(value: Callable[[Line], float]) -> Callable[[Line], Pair]:
+    """A figure of each mission that did not break."""
+    return lambda line: _pair([] if line["ending"] == FAILED else [float(value(line))])
+
+
+def success_rate(line: Line) -> Pair:
+    """Targets reached, of those that exist; a mission that broke counts two that were not."""
+    return (0.0, 2.0) if line["ending"] == FAILED else over_targets("success")(line)
+
+
+FIGURES: dict[str, Callable[[Line], Pair]] = {
+    "success": success_rate,
+    "spl": over_targets("spl"),
+    "soft_spl": over_targets("soft_spl"),
+    "sct": over_targets("sct"),
+    "all_targets": lambda line: (float(line["success"]), 1.0),
+    "contacts": over_missions(lambda line: line["contacts"]),
+    "contact_free": over_missions(lambda line: line["contacts"] == 0),
+    "wrong_stops": lambda line: _pair(
+        [float(i >= target["success"]) for target in line["targets"] for i in range(_stops(target))]
+    ),
+    "duration_s": over_missions(lambda line: line["duration_s"]),
+    "fitting_choices": lambda line: _pair([float(choice["fits"]) for choice in line.get("choices", [])]),
+    "regret_s": lambda line: _pair(
+        [choice["regret_s"] for choice in line.get("choices", []) if choice["regret_s"] is not None]
+    ),
+}
+"""What a sweep reports of each policy; see docs/evaluation.md."""
+
+
+def _stops(target: dict[str, Any]) -> int:
+    return int(target["success"]) + int(target["wrong_stops"])
+
+
+def _pair(values: Sequence[float]) -> Pair:
+    return float(sum(values)), float(len(values))
+
+
+def figures(lines: Sequence[Line]) -> dict[str, Estimate]:
+    """All figures of some lines."""
+    return {name: estimate([pair(line) for line in lines]) for name, pair in FIGURES.items()}
+
+
+def difference(ours: Sequence[Line], theirs: Sequence[Line], figure: str = "success") -> Estimate:
+    """How much more one policy reaches than another on the same scenarios, resampled by scenario."""
+    pair = FIGURES[figure]
+    other = {(line["class"], line["seed"]): pair(line) for line in theirs}
+    pairs = []
+    for line in ours:
+        mine, its = pair(line), other.get((line["class"], line["seed"]))
+        if its is not None and mine[1] == its[1]:
+            pairs.append((mine[0] - its[0], mine[1]))
+    return estimate(pairs)
+
+
+def percentiles(values: Sequence[float], shares: Sequence[float] = (50, 90)) -> list[float | None]:
+    """Percentiles of some values; None without any."""
+    return [float(np.percentile(values, share)) if values else None for share in shares]
+
+
+def times_to_goal_s(lines: Sequence[Line]) -> list[float]:
+    """Time spent on each target that was reached."""
+    return [target["pursuit_s"] for line in lines for target in line["targets"] if target["success"]]
+
+
+def recognition_s(lines: Sequence[Line]) -> list[float]:
+    """From each thing that came between to the choice that followed."""
+    return [delay for line in lines for delay in line.get("recognition_s", [])]
+
+
+def given_up_s(lines: Sequence[Line]) -> list[float]:
+    """When targets that are not there were given up."""
+    return [
+        target["given_up_s"]
+        for line in lines
+        for target in line["targets"]
+        if not target["reachable"] and target["given_up_s"] is not None
+    ]
+
+
+def by(lines: Sequence[Line], key: str) -> dict[str, list[Line]]:
+    """Lines in groups, in the order of their first appearance."""
+    groups: dict[str, list[Line]] = {}
+    for line in lines:
+        groups.setdefault(line[key], []).append(line)
+    return groups
+
+
+def aggregate(lines: Sequence[Line], eval_s: float) -> dict[str, Any]:
+    """A policy's summary as LeRobot's evaluation writes it, with our figures beside.
+
+    Args:
+        lines: Of one policy.
+        eval_s: Wall time the whole sweep took.
+    """
+    number = max(1, len(lines))
+    return {
+        "avg_sum_reward": sum(line["sum_reward"] for line in lines) / number,
+        "avg_max_reward": sum(line["max_reward"] for line in lines) / number,
+        "pc_success": 100.0 * sum(line["success"] for line in lines) / number,
+        "eval_s": eval_s,
+        "eval_ep_s": eval_s / number,
+        "n_episodes": len(lines),
+        "n_failed": sum(line["ending"] == FAILED for line in lines),
+        "figures": {name: [each.mean, each.low, each.high, each.number] for name, each in figures(lines).items()},
+        "time_to_goal_s": percentiles(times_to_goal_s(lines)),
+        "recognition_s": percentiles(recognition_s(lines)),
+        "given_up_s": percentiles(given_up_s(lines)),
+    }
