@@ -52,6 +52,7 @@ COMMANDS = {
     "mission": ("mission", "check a mission file, show how missions run"),
     "detect": ("detect", "try a detector on a picture, a video or a camera"),
     "sim": ("sim", "serve the simulated brick to other programs"),
+    "sweep": ("sweep", "compare policies on many simulated missions"),
     "bench": ("bench", "measure this machine: protocol, simulation, detectors, doors, motion"),
 }
 """Command -> (module in this package, one line of help); a module is imported when its command is used."""

@@ -1,0 +1,170 @@
+"""``nxtdrive sweep``: the evaluation suite."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.options import add_json_argument
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from nxtdrive.tools.sweep.performance import Line, Task
+
+DESCRIPTION = """\
+Let policies drive the same simulated missions side by side and judge them by the
+simulation's truth. What is in the file already is not done again, so an
+interrupted sweep goes on with the same command and --resume. docs/evaluation.md
+says what the classes and figures mean."""
+EXAMPLES = """\
+  nxtdrive sweep
+  nxtdrive sweep --suite full --workers 2 --out full.jsonl --resume
+  nxtdrive sweep --classes open,clutter --seeds 100-119 --policies thesis,oracle
+  nxtdrive sweep --map clutter:100:thesis --out clutter.png
+  nxtdrive sweep --suite full --out full.jsonl --resume --plot full.svg"""
+
+SUITES: dict[str, tuple[tuple[int, int], tuple[str, ...]]] = {
+    # who never gives up takes the whole time of every mission; the smoke suite is to take a minute
+    "smoke": ((100, 100), ("thesis", "nav2-list", "random-walk", "oracle")),
+    "full": ((100, 199), ()),
+}
+"""Seeds and policies of each suite (none: all); all classes. Other seeds are kept to be judged by: --seeds."""
+DEFAULT_OUT = Path("sweep.jsonl")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("--suite", choices=list(SUITES), default="smoke", help="what to run (default: smoke)")
+    parser.add_argument("--classes", metavar="A,B", type=_names, help="only these classes of scenarios")
+    parser.add_argument("--seeds", metavar="A-B", type=_seeds, help="these seeds of each class, both ends included")
+    parser.add_argument("--policies", metavar="A,B", type=_names, help="only these policies")
+    parser.add_argument(
+        "--eyes", choices=("geometric", "camera"), default="geometric", help="skip drawing and detecting, or do both"
+    )
+    parser.add_argument("--workers", metavar="N", type=_count, default=1, help="processes (default: 1)")
+    parser.add_argument("--out", metavar="FILE", type=Path, help=f"where the lines go (default: {DEFAULT_OUT})")
+    parser.add_argument("--resume", action="store_true", help="keep what is in the file and do only what is missing")
+    parser.add_argument("--map", metavar="CLASS:SEED:POLICY", help="draw the map of this one run instead")
+    parser.add_argument("--plot", metavar="FILE", type=Path, help='also draw plots; needs pip install "nxtdrive[plot]"')
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the sweep, or draw a map; returns the exit code."""
+    from nxtdrive.tools.sweep.policies import NAMES
+    from nxtdrive.tools.sweep.runner import plan
+    from nxtdrive.tools.sweep.scenarios import CLASSES
+
+    if args.map:
+        return _draw_map(args)
+    seeds, policies = SUITES[args.suite]
+    first, last = args.seeds or seeds
+    tasks = plan(
+        _known("class", args.classes or list(CLASSES), CLASSES),
+        range(first, last + 1),
+        _known("policy", args.policies or policies or NAMES, NAMES),
+        args.eyes,
+    )
+    out = args.out or DEFAULT_OUT
+    if out.exists() and not args.resume:
+        raise ConfigError(f"{out} exists already.", remedy="Go on with it (--resume), or name another file (--out).")
+    lines, eval_s = _sweep(tasks, out, args.workers, quiet=args.json)
+    if args.plot:
+        from nxtdrive.tools.sweep.plots import write_plot
+
+        write_plot(lines, args.plot)
+    _tell(lines, eval_s, as_json=args.json)
+    return 0
+
+
+def _sweep(tasks: Sequence[Task], out: Path, number: int, *, quiet: bool) -> tuple[list[Line], float]:
+    """The lines of all tasks, and how long the new ones took."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from nxtdrive.tools.sweep.runner import key_of, read_lines, sweep, workers
+
+    known = {key_of(line) for line in read_lines(out)}
+    done = sum(task.key in known for task in tasks)
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
+    begun_s = time.perf_counter()
+    with workers(number) as executor, Progress(*columns, console=Console(stderr=True), disable=quiet) as progress:
+        bar = progress.add_task("missions", total=len(tasks), completed=done)
+
+        def show(line: Line) -> None:
+            progress.update(bar, advance=1, description=f"{line['class']}:{line['seed']}:{line['policy']}")
+
+        lines = sweep(tasks, out, executor, number=number, progress=show)
+    return lines, time.perf_counter() - begun_s
+
+
+def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:
+    if as_json:
+        from nxtdrive.tools.sweep.summary import aggregate, by
+
+        policies = {policy: aggregate(group, eval_s) for policy, group in by(lines, "policy").items()}
+        print(json.dumps({"n_episodes": len(lines), "eval_s": eval_s, "policies": policies}, indent=2))
+        return
+    from rich.console import Console
+
+    from nxtdrive.tools.sweep.tables import print_tables
+
+    # a table that is read by a program or kept in a file must not be cut to a terminal's width
+    print_tables(lines, Console() if sys.stdout.isatty() else Console(width=180))
+    print(f"{len(lines)} missions; this run took {eval_s:.0f} s")
+
+
+def _draw_map(args: argparse.Namespace) -> int:
+    import cv2
+
+    from nxtdrive.tools.sweep.performance import perform
+    from nxtdrive.tools.sweep.policies import NAMES
+    from nxtdrive.tools.sweep.scenarios import CLASSES, draw_scenario
+    from nxtdrive.tools.sweep.true_map import draw_true_map
+
+    kind, _, rest = args.map.partition(":")
+    seed, _, policy = rest.partition(":")
+    if not seed.isdecimal():
+        raise ConfigError(f"--map {args.map}: expected CLASS:SEED:POLICY, as in clutter:100:thesis.")
+    _known("class", [kind], CLASSES)
+    _known("policy", [policy], NAMES)
+    out = args.out or Path(f"{kind}-{seed}-{policy}.png")
+    play, _ = perform(draw_scenario(kind, int(seed)), policy, args.eyes)
+    try:
+        written = cv2.imwrite(str(out), draw_true_map(play, f"{kind} {seed}, {policy}"))
+    except cv2.error:
+        written = False
+    if not written:
+        raise ConfigError(f"{out} cannot be written.", remedy="Name a PNG in a folder that exists, with --out.")
+    print(out)
+    return 0
+
+
+def _known(what: str, names: Sequence[str], known: Any) -> list[str]:  # noqa: ANN401 - any collection of names
+    for name in names:
+        if name not in known:
+            raise ConfigError(f"there is no {what} {name!r}.", remedy=f"Known: {', '.join(known)}.")
+    return list(names)
+
+
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def _seeds(text: str) -> tuple[int, int]:
+    first, _, last = text.partition("-")
+    if not (first.isdecimal() and (last or first).isdecimal() and int(first) <= int(last or first)):
+        raise argparse.ArgumentTypeError(f"{text!r} is no range of seeds; write 100-119, or 7 for one")
+    return int(first), int(last or first)
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of processes; write 1 or more")
+    return int(text)

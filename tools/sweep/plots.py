@@ -1,0 +1,57 @@
+"""Plots of a sweep: success over time, and by class. Needs the extra ``plot`` (matplotlib)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from firmware_protocol.errors import ConfigError
+
+from .performance import Line
+from .scenarios import TIME_LIMIT_S
+from .summary import by, estimate, success_rate
+
+
+def write_plot(lines: Sequence[Line], path: Path) -> None:
+    """Draw success over mission time and success by class.
+
+    Args:
+        lines: Of a sweep.
+        path: The picture; its ending says the format (png, svg, pdf).
+
+    Raises:
+        ConfigError: matplotlib is not installed, or does not know the format.
+    """
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise ConfigError("plots need matplotlib.", remedy='Install it: pip install "nxtdrive[plot]".') from None
+    figure = Figure(figsize=(11, 4.5), layout="constrained")
+    over_time, by_class = figure.subplots(1, 2)
+    times = np.arange(0.0, TIME_LIMIT_S + 1.0, 1.0)
+    policies = by(lines, "policy")
+    for policy, group in policies.items():
+        over_time.plot(times, reached_by(group, times), label=policy)
+    over_time.set(xlabel="mission time, s", ylabel="targets reached", ylim=(0, 1.02), title="success over time")
+    over_time.legend()
+    kinds = list(by(lines, "class"))
+    width = 0.8 / len(policies)
+    for i, group in enumerate(policies.values()):
+        cells = by(group, "class")
+        rates = [estimate([success_rate(line) for line in cells.get(kind, [])]).mean for kind in kinds]
+        by_class.barh(np.arange(len(kinds)) + (i - len(policies) / 2 + 0.5) * width, rates, width)
+    by_class.set(yticks=range(len(kinds)), yticklabels=kinds, xlim=(0, 1.02), title="success by class")
+    by_class.invert_yaxis()
+    try:
+        figure.savefig(path)
+    except (ValueError, OSError) as error:
+        raise ConfigError(f"{path} cannot be drawn: {error}.") from None
+
+
+def reached_by(lines: Sequence[Line], times_s: np.ndarray) -> np.ndarray:
+    """Share of the targets that exist which had been reached by each of some times."""
+    targets = [target for line in lines for target in line["targets"] if target["reachable"]]
+    reached = np.sort([target["time_s"] for target in targets if target["success"]])
+    return np.searchsorted(reached, times_s, side="right") / max(1, len(targets))

@@ -1,0 +1,158 @@
+"""A sweep's figures as tables for a terminal and for documents."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.table import Table
+
+from .performance import FAILED, Line
+from .policies import NAMES
+from .summary import (
+    Estimate,
+    by,
+    difference,
+    estimate,
+    figures,
+    given_up_s,
+    percentiles,
+    recognition_s,
+    success_rate,
+    times_to_goal_s,
+)
+
+Rows = list[list[str]]
+
+POLICY_COLUMNS = [
+    "policy",
+    "success [95 %]",
+    "SPL",
+    "SoftSPL",
+    "SCT",
+    "all targets",
+    "contacts",
+    "contact-free",
+    "wrong stops",
+    "mission s",
+    "to goal s p50 / p90",
+]
+RECOVERY_COLUMNS = ["policy", "noticed s p50 / p90", "fitting choices", "regret s", "gives an absent target up s p50"]
+
+
+def policy_rows(lines: Sequence[Line]) -> Rows:
+    """A row for each policy."""
+    return [_policy_row(policy, group) for policy, group in _by_policy(lines).items()]
+
+
+def _policy_row(policy: str, lines: Sequence[Line]) -> list[str]:
+    all_of_it = figures(lines)
+    return [
+        policy,
+        interval(all_of_it["success"]),
+        _number(all_of_it["spl"].mean),
+        _number(all_of_it["soft_spl"].mean),
+        _number(all_of_it["sct"].mean),
+        _number(all_of_it["all_targets"].mean),
+        _number(all_of_it["contacts"].mean, 2),
+        _number(all_of_it["contact_free"].mean, 2),
+        _number(100 * all_of_it["wrong_stops"].mean, 1, " %"),
+        _number(all_of_it["duration_s"].mean, 0),
+        _pair(percentiles(times_to_goal_s(lines)), 0),
+    ]
+
+
+def recovery_rows(lines: Sequence[Line]) -> Rows:
+    """How each policy recovers."""
+    rows = []
+    for policy, group in _by_policy(lines).items():
+        all_of_it = figures(group)
+        rows.append(
+            [
+                policy,
+                _pair(percentiles(recognition_s(group)), 1),
+                _number(all_of_it["fitting_choices"].mean, 2),
+                _number(all_of_it["regret_s"].mean, 1),
+                _pair(percentiles(given_up_s(group), [50]), 0),
+            ]
+        )
+    return rows
+
+
+def class_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
+    """Success by class and policy: the columns' names, and a row for each class."""
+    policies = list(_by_policy(lines))
+    rows = []
+    for kind, group in by(lines, "class").items():
+        cells = _by_policy(group)
+        rows.append([kind, *(_success(cells.get(policy, [])) for policy in policies)])
+    return ["class", *policies], rows
+
+
+def cause_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
+    """How often the choice fitted, by cause: the columns' names, and a row for each policy."""
+    causes = sorted({choice["cause"] for line in lines for choice in line.get("choices", [])})
+    rows = []
+    for policy, group in _by_policy(lines).items():
+        choices = [choice for line in group for choice in line.get("choices", [])]
+        cells = [[choice["fits"] for choice in choices if choice["cause"] == cause] for cause in causes]
+        rows.append([policy, *(f"{sum(cell)} of {len(cell)}" for cell in cells)])
+    return ["policy", *causes], rows
+
+
+def difference_rows(lines: Sequence[Line], reference: str) -> Rows:
+    """How much more each policy reaches than the reference, on the same scenarios."""
+    groups = _by_policy(lines)
+    others = [policy for policy in groups if policy != reference and reference in groups]
+    return [[policy, interval(difference(groups[policy], groups[reference]), signed=True)] for policy in others]
+
+
+def print_tables(lines: Sequence[Line], console: Console) -> None:
+    """Everything, for people."""
+    _print(console, "policies", POLICY_COLUMNS, policy_rows(lines))
+    _print(console, "success by class", *class_rows(lines))
+    if any(line.get("choices") for line in lines):
+        _print(console, "recovery", RECOVERY_COLUMNS, recovery_rows(lines))
+        _print(console, "choices that fitted, by cause", *cause_rows(lines))
+    if differences := difference_rows(lines, "thesis"):
+        _print(console, "success beyond the thesis's, paired", ["policy", "difference [95 %]"], differences)
+    for line in lines:
+        if line["ending"] == FAILED:
+            console.print(f"{line['class']}:{line['seed']}:{line['policy']} failed: {line['error']}", markup=False)
+
+
+def interval(value: Estimate, *, signed: bool = False) -> str:
+    """A mean with its interval."""
+    if not value.number:
+        return "-"
+    sign = "+" if signed else ""
+    return f"{value.mean:{sign}.3f} [{value.low:{sign}.3f}, {value.high:{sign}.3f}]"
+
+
+def _print(console: Console, title: str, columns: Sequence[str], rows: Rows) -> None:
+    table = Table(title=title, title_justify="left")
+    for column in columns:
+        table.add_column(column, no_wrap=True)
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+
+
+def _by_policy(lines: Sequence[Line]) -> dict[str, list[Line]]:
+    """The lines of each policy, in the order in which policies are declared."""
+    groups = by(lines, "policy")
+    known = [name for name in NAMES if name in groups]
+    return {policy: groups[policy] for policy in [*known, *(name for name in groups if name not in known)]}
+
+
+def _success(lines: Sequence[Line]) -> str:
+    return _number(estimate([success_rate(line) for line in lines]).mean, 2) if lines else "-"
+
+
+def _number(value: float | None, digits: int = 3, unit: str = "") -> str:
+    return "-" if value is None or math.isnan(value) else f"{value:.{digits}f}{unit}"
+
+
+def _pair(values: Sequence[float | None], digits: int) -> str:
+    return " / ".join(_number(value, digits) for value in values)
