@@ -40,6 +40,9 @@ SHARP_DEG = 20.0
 BLIND_DRIVE_S = 0.5
 """A target unseen for so long stops an approach's motors; one dropped frame does not."""
 
+INSTANT_S = 0.001
+"""What is left of a wait when rounding has eaten the rest; sleeping so little might let no time pass at all."""
+
 NAP_S = 0.5
 """A wait is cut into naps, so that it can be interrupted and the brick kept awake."""
 
@@ -295,7 +298,7 @@ class Waiting:
         senses = self._senses
         senses.body.stop()
         senses.body.keep_alive()
-        while self._left_s > 0:
+        while self._left_s > INSTANT_S:
             senses.check_time()
             begun_s = senses.clock.now()
             senses.clock.sleep(min(NAP_S, self._left_s))

@@ -65,7 +65,7 @@ class Address:
         Raises:
             AddressError: Neither a scheme nor a known shape.
         """
-        text = text.strip()
+        text = text.strip(" \t\r\n")
         scheme, separator, rest = text.partition("://")
         if not separator:
             scheme, rest = _by_shape(text), text

@@ -1,0 +1,41 @@
+"""The state wait, on clocks as they are."""
+
+from __future__ import annotations
+
+import pytest
+
+from behaviors.events import Event
+from behaviors.mission import ThesisProfile
+from behaviors.skills import Senses, Waiting
+
+
+class CoarseClock:
+    """Time in whole milliseconds since a moment that no float hits exactly, as a simulated link has it."""
+
+    def __init__(self) -> None:
+        self.now_ms = 1
+
+    def now(self) -> float:
+        return self.now_ms * 0.001 + 0.1
+
+    def sleep(self, duration_s: float) -> None:
+        self.now_ms += round(duration_s * 1000)
+
+
+class Still:
+    """As much of a body as a wait needs."""
+
+    def stop(self) -> None:
+        pass
+
+    def keep_alive(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize("wait_s", [0.0, 0.7, 14.999, 15.0])
+def test_a_wait_ends_on_time_although_clocks_round(wait_s):
+    clock = CoarseClock()
+    senses = Senses(Still(), None, clock, ThesisProfile(), lambda *_: None, lambda _: None)
+    begun_s = clock.now()
+    assert Waiting(senses, wait_s).call().event is Event.RECOVERY_DONE
+    assert clock.now() - begun_s == pytest.approx(wait_s, abs=0.002)
