@@ -16,13 +16,12 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import TYPE_CHECKING
 
-from nxtdrive.tools.bench import Figure
-
 from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort
 from nxtdrive.brick import Brick, open_brick
 from nxtdrive.motor import FASTEST_DEG_S, Then
 from nxtdrive.rover import Rover, SafetyStop
+from nxtdrive.tools.bench import Figure
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 from sim_backend.world.world_file import Floor, Robot, Slip, WorldFile

@@ -15,12 +15,11 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from nxtdrive.tools.bench import Figure
-from nxtdrive.tools.bench_motion import LATENCIES_MS, REST_S, error_figures, rotation
-
 from firmware_protocol.errors import ConfigError
 from nxtdrive.brick import open_brick
 from nxtdrive.motor import FASTEST_DEG_S, Then
+from nxtdrive.tools.bench import Figure
+from nxtdrive.tools.bench_motion import LATENCIES_MS, REST_S, error_figures, rotation
 
 MOVES = ((40, 90), (-75, 360), (100, 720), (-40, 450), (75, 180), (-100, 270))
 """Power in percent, its sign being the direction, and degrees."""

@@ -4,8 +4,8 @@ import math
 import random
 
 import pytest
-from nxtdrive.tools.fit_geometric import fit
 
+from nxtdrive.tools.fit_geometric import fit
 from sim_backend.camera.geometric import Falloff
 
 
