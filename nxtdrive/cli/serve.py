@@ -16,8 +16,6 @@ from nxtdrive.cli.signals import until_signal
 if TYPE_CHECKING:
     from behaviors.journal import Record
     from behaviors.mission import Mission
-    from nxtdrive.transports.address import Address
-
 DESCRIPTION = """\
 Serve the robot to an agent of your own, such as one in AgentSpeak: a line asks
 ("arrive lena"), one small integer answers. docs/agentspeak.md lists the verbs.
@@ -54,15 +52,17 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.line_server import LineServer, PreemptibleBrick, sessions
     from nxtdrive.recording.status_line import StatusLine
     from nxtdrive.transports import open_transport
+    from nxtdrive.transports.address import Address
 
-    mission, address = mission_run.load(args.mission), in_real_time(args.nxt)
+    mission = mission_run.load(args.mission)
     with ExitStack() as stack:
         stopped = stack.enter_context(until_signal())
-        brick = stack.enter_context(PreemptibleBrick(open_transport(address)))
+        brick = stack.enter_context(PreemptibleBrick(open_transport(in_real_time(args.nxt))))
         brick.keep_alive()
         source = args.camera or mission_run.default_camera(brick)
         camera = stack.enter_context(closing(mission_run.open_mission_camera(source, brick)))
         eyes = mission_run.camera_eyes(camera, mission)
+        in_step = Address.parse(brick.transport.address).options.get("pace") == "realtime"
         status = stack.enter_context(StatusLine())
         server = LineServer(
             brick,
@@ -71,26 +71,29 @@ def run(args: argparse.Namespace) -> int:
             host=args.host,
             stopped=stopped,
             say=_say,
-            passing=brick.sleep if address.options.get("pace") == "realtime" else None,
+            passing=brick.sleep if in_step else None,
         )
         stack.enter_context(closing(server))
-        _say_where(server.address, address, source, mission)
+        _say_where(server.address, brick.transport.address, source, mission)
         server.run()
     _say("ended; motors off")
     return DONE
 
 
-def in_real_time(text: str) -> Address:
+def in_real_time(text: str) -> str:
     """The address; a simulated brick without a pace gets that of its clients, whose waiting must count."""
     from nxtdrive.transports.address import Address
 
     address = Address.parse(text)
-    if address.scheme != "sim":
-        return address
-    return replace(address, options={"pace": "realtime", **address.options})
+    options = dict(address.options)
+    if address.scheme == "sim":
+        options = {"pace": "realtime", **options}
+    elif address.scheme == "record" and "nxt" in options:
+        options["nxt"] = in_real_time(options["nxt"])
+    return str(replace(address, options=options))
 
 
-def _say_where(served: tuple[str, int], brick: Address, camera: str, mission: Mission) -> None:
+def _say_where(served: tuple[str, int], brick: str, camera: str, mission: Mission) -> None:
     from sim_backend.doors.sockets import is_loopback
 
     if not is_loopback(served[0]):

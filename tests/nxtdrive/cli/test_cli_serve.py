@@ -64,6 +64,16 @@ def test_it_tells_the_brick_the_camera_and_the_targets(server):
     assert process.stdout.readline() == "brick sim://open?pace=realtime, camera sim, targets lena, rilakkuma\n"
 
 
+def test_a_conversation_with_the_brick_can_be_recorded(server, tmp_path):
+    process, address = server("--nxt", "sim://open", "--trace", str(tmp_path / "talk.nxttrace"))
+    with socket.create_connection(address, timeout=60) as client, client.makefile("rb") as replies:
+        assert _ask(client, replies, "connect") == 1
+    process.send_signal(signal.SIGTERM)
+    process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert (tmp_path / "talk.nxttrace").stat().st_size > 0
+
+
 def test_whoever_listens_to_everybody_is_warned(server):
     process, address = server("--nxt", "sim://open", "--host", "0.0.0.0")
     process.send_signal(signal.SIGTERM)
@@ -79,10 +89,11 @@ def test_whoever_listens_to_everybody_is_warned(server):
         ("sim://open?seed=7", "sim://open?pace=realtime&seed=7"),
         ("sim://open?pace=fast", "sim://open?pace=fast"),
         ("usb://", "usb://"),
+        ("record://t.nxttrace?nxt=sim%3A//open", "record://t.nxttrace?nxt=sim%3A%2F%2Fopen%3Fpace%3Drealtime"),
     ],
 )
 def test_a_simulated_brick_lives_in_its_clients_time_unless_told_otherwise(address, paced):
-    assert str(in_real_time(address)) == paced
+    assert in_real_time(address) == paced
 
 
 def test_a_port_that_is_taken_is_one_sentence(capsys):
