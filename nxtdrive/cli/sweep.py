@@ -92,9 +92,10 @@ def _sweep(tasks: Sequence[Task], out: Path, number: int, *, quiet: bool) -> tup
 
     known = {key_of(line) for line in read_lines(out)}
     done = sum(task.key in known for task in tasks)
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}", markup=False))
+    screen = Console(stderr=True, emoji=False)
     begun_s = time.perf_counter()
-    with workers(number) as executor, Progress(*columns, console=Console(stderr=True), disable=quiet) as progress:
+    with workers(number) as executor, Progress(*columns, console=screen, disable=quiet) as progress:
         bar = progress.add_task("missions", total=len(tasks), completed=done)
 
         def show(line: Line) -> None:

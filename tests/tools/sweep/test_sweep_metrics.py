@@ -1,0 +1,155 @@
+"""Figures of hand-made missions."""
+
+import math
+
+import pytest
+
+from behaviors.executive import Ending
+from behaviors.journal import Kind, Record
+from nxtdrive.tools.sweep.causes import Cause, judge_choices, longest_run, recognition_s
+from nxtdrive.tools.sweep.floor_plan import FloorPlan, Goal, Obstacle
+from nxtdrive.tools.sweep.metrics import judge_target
+from nxtdrive.tools.sweep.referee import Happening, Mark, Moment, Play, Scene
+from sim_backend.world.truth import TruePose
+
+LENA = Goal("lena", (3800.0, 1500.0), 180.0)
+PERSON = Obstacle("anna", (2600.0, 1500.0), radius_mm=200.0)
+BEHIND = (2900.0, 1500.0)
+
+
+def _scene(*obstacles, goals=(LENA,)):
+    return Scene(FloorPlan((4000.0, 3000.0), tuple(obstacles)), {goal.name: goal for goal in goals})
+
+
+class Story:
+    """A mission told moment by moment."""
+
+    def __init__(self, *, scene=None, comers=()):
+        self.scene = scene or _scene()
+        self.comers = frozenset(comers)
+        self.moments, self.marks, self.happenings = [], [], []
+        self.time_s, self.at, self.heading_deg = 0.0, (500.0, 1500.0), 0.0
+        self._moment()
+
+    def _moment(self):
+        self.moments.append(Moment(self.time_s, TruePose(*self.at, self.heading_deg), 0, self.scene))
+        return self.moments[-1]
+
+    def drive(self, x_mm, y_mm, seconds):
+        begin = self.at
+        for i in range(1, 11):
+            self.time_s += seconds / 10
+            self.at = tuple(a + (b - a) * i / 10 for a, b in zip(begin, (x_mm, y_mm), strict=True))
+            self._moment()
+        return self
+
+    def note(self, kind, target="lena", **data):
+        self.marks.append(Mark(Record(self.time_s, kind, "search", target, data), self._moment()))
+        return self
+
+    def enter(self, state, target="lena"):
+        return self.note(Kind.TRANSITION, target, source="", to=state)
+
+    def choose(self, choice, target="lena"):
+        return self.note(Kind.CHOICE, target, choice=choice, why="")
+
+    def happen(self, thing="", target="lena"):
+        self.happenings.append(Happening(self.time_s, target, thing))
+        return self
+
+    def end(self):
+        self.note(Kind.END)
+        return Play(
+            ["lena"],
+            self.moments,
+            self.marks,
+            self.happenings,
+            self.comers,
+            3000.0,
+            Ending.EXHAUSTED,
+            self.time_s,
+        )
+
+
+def test_a_straight_drive_is_as_good_as_can_be():
+    result = judge_target(Story().enter("search").drive(3310, 1500, 14.9).enter("reached").end(), "lena")
+    assert result.success
+    assert result.spl == pytest.approx(1.0, abs=0.02)
+    assert result.sct == pytest.approx((2800 / 200 + 0.5) / 14.9, abs=0.03)
+    assert result.time_s == pytest.approx(14.9)
+    assert result.path_mm == pytest.approx(2810)
+
+
+def test_a_roundabout_way_counts_for_what_it_is_worth():
+    story = Story().enter("search").drive(500, 2700, 6).drive(500, 1500, 6).drive(3310, 1500, 14)
+    result = judge_target(story.enter("reached").end(), "lena")
+    assert result.spl == pytest.approx(2800 / (2810 + 2400), abs=0.02)
+    assert result.soft_spl == result.spl
+
+
+@pytest.mark.parametrize("place", [(3200.0, 1500.0), (3750.0, 1200.0)])
+def test_a_stop_that_is_too_far_or_too_much_from_the_side_is_a_wrong_stop(place):
+    result = judge_target(Story().enter("search").drive(*place, 14).enter("reached").end(), "lena")
+    assert (result.success, result.wrong_stops, result.spl, result.sct) == (False, 1, 0.0, 0.0)
+    assert result.soft_spl > 0.7
+
+
+def test_a_stop_before_something_that_hides_the_picture_is_a_wrong_stop():
+    story = Story(scene=_scene(Obstacle("screen", (3600.0, 1500.0), (20.0, 400.0)))).enter("search")
+    result = judge_target(story.drive(3400, 1500, 14).enter("reached").end(), "lena")
+    assert result.wrong_stops == 1
+
+
+def test_who_covers_half_of_the_way_gets_half_of_the_soft_figure():
+    result = judge_target(Story().enter("search").drive(1900, 1500, 7).enter("gave_up").end(), "lena")
+    assert result.soft_spl == pytest.approx(0.5, abs=0.02)
+    assert result.given_up_s == pytest.approx(7.0)
+
+
+def test_a_target_that_is_not_there_is_not_reachable():
+    result = judge_target(Story(scene=_scene(goals=())).enter("search").enter("gave_up").end(), "lena")
+    assert (result.reachable, result.success, result.shortest_mm) == (False, False, None)
+
+
+def test_a_failure_is_noticed_from_when_somebody_is_in_the_way():
+    story = Story(comers=["anna"]).enter("arrive").drive(1000, 1500, 2).happen("anna").drive(1200, 1500, 1)
+    story.scene = _scene(PERSON)
+    play = story.drive(1400, 1500, 2).choose("wait").end()
+    # the first moment that shows her is 0.2 s after she has come
+    assert recognition_s(play) == [pytest.approx(1.8)]
+
+
+def _blocked(stays_s, choice, waits_s):
+    story = Story(comers=["anna"]).enter("arrive")
+    story.at, story.scene = (1800.0, 1500.0), _scene(PERSON)
+    story.choose(choice).drive(1800, 1500, min(stays_s, waits_s))
+    if stays_s <= waits_s:
+        story.scene = _scene()
+    play = story.drive(1800, 1500, max(0.1, waits_s - stays_s)).enter("search").end()
+    (judgement,) = judge_choices(play)
+    return judgement
+
+
+def test_to_wait_fits_when_the_way_is_free_sooner_than_a_detour_takes():
+    judgement = _blocked(stays_s=1.0, choice="wait", waits_s=1.1)
+    assert (judgement.cause, judgement.fits) == (Cause.BLOCKED_SHORT, True)
+    assert judgement.regret_s == pytest.approx(0.1, abs=0.15)
+
+
+def test_to_wait_long_for_somebody_who_stays_is_regretted():
+    judgement = _blocked(stays_s=math.inf, choice="wait", waits_s=15.0)
+    assert (judgement.cause, judgement.fits) == (Cause.BLOCKED_LONG, False)
+    assert judgement.regret_s == pytest.approx(15.0, abs=0.2)
+    assert _blocked(stays_s=math.inf, choice="detour", waits_s=5.0).regret_s == 0.0
+
+
+def test_what_could_have_been_seen_was_missed_and_the_rest_is_elsewhere():
+    near = Story().enter("search").drive(1500, 1500, 4).choose("move_to").end()
+    far = Story(scene=_scene(Obstacle("cupboard", (2000.0, 1500.0), (200.0, 1500.0)))).enter("search")
+    assert [each.cause for each in judge_choices(near)] == [Cause.MISSED]
+    assert [each.cause for each in judge_choices(far.choose("move_to").end())] == [Cause.ELSEWHERE]
+
+
+def test_the_longest_run_is_at_one_place():
+    story = Story().choose("wait").choose("wait").drive(1500, 1500, 5).choose("wait").choose("rescan").choose("wait")
+    assert longest_run(story.end()) == 2

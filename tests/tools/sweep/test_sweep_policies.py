@@ -1,0 +1,44 @@
+"""Every policy ends a mission; what it does is judged by the truth."""
+
+import pytest
+
+from behaviors.executive import Ending
+from behaviors.journal import Kind
+from nxtdrive.tools.sweep.performance import perform
+from nxtdrive.tools.sweep.policies import NAMES
+from nxtdrive.tools.sweep.scenarios import draw_scenario
+
+
+def _limited(scenario, limit_s):
+    table = scenario.mission.mission.model_copy(update={"time_limit_s": limit_s})
+    mission = scenario.mission.model_copy(update={"mission": table})
+    return type(scenario)(**{name: getattr(scenario, name) for name in scenario.__slots__} | {"mission": mission})
+
+
+@pytest.mark.parametrize("policy", NAMES)
+def test_every_policy_ends_a_mission_with_the_robot_at_rest(policy):
+    play, referee = perform(_limited(draw_scenario("absent", 100), 40.0), policy, "geometric")
+    assert play.ending in (Ending.TIME_UP, Ending.EXHAUSTED)
+    assert play.duration_s <= 43.0
+    assert [record.kind for record in (referee.records[0], referee.records[-1])] == [Kind.START, Kind.END]
+    assert play.marks[-1].record.kind is Kind.END
+
+
+def test_nav2s_list_recovers_in_turn_and_gives_up_after_six():
+    _, referee = perform(draw_scenario("absent", 101), "nav2-list", "geometric")
+    first = referee.records[0].data["targets"][0]
+    choices = [r.data["choice"] for r in referee.records if r.kind is Kind.CHOICE and r.target == first]
+    assert choices == ["rescan", "wait", "back_up"] * 2 + ["change_target"]
+
+
+def test_the_robot_outlasts_outages_of_the_link():
+    scenario = draw_scenario("link", 100)
+    assert scenario.faults.silent_ms
+    play, _ = perform(scenario, "oracle", "geometric")
+    assert play.ending is Ending.ACHIEVED
+
+
+def test_real_eyes_see_the_same_scenario():
+    play, referee = perform(_limited(draw_scenario("camera_loss", 101), 12.0), "thesis", "camera")
+    assert play.ending is Ending.TIME_UP
+    assert any(record.kind is Kind.LOOK for record in referee.records)

@@ -1,0 +1,110 @@
+"""Sweeps: the same lines for any number of workers and after any interruption, whatever goes wrong in a mission."""
+
+import json
+import math
+
+import pytest
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.tools.sweep import policies
+from nxtdrive.tools.sweep.performance import FAILED, evaluate
+from nxtdrive.tools.sweep.runner import InProcess, plan, read_lines, sweep, workers
+from nxtdrive.tools.sweep.summary import aggregate, difference, estimate, success_rate
+
+TASKS = plan(["open", "absent"], [100], ["thesis", "oracle"], "geometric")
+
+
+@pytest.fixture(scope="module", name="lines")
+def _lines():
+    return [evaluate(task) for task in TASKS]
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_the_file_does_not_depend_on_the_number_of_workers(number, lines, tmp_path):
+    out = tmp_path / "out.jsonl"
+    with workers(number) as executor:
+        assert sweep(TASKS, out, executor, number=number) == lines
+    assert read_lines(out) == lines
+
+
+def test_an_interrupted_sweep_goes_on_where_it_was(lines, tmp_path):
+    out, done = tmp_path / "out.jsonl", []
+    whole = "".join(json.dumps(line) + "\n" for line in lines)
+    out.write_text(whole[: whole.index("\n") + 30], encoding="utf-8")
+    assert sweep(TASKS, out, InProcess(), progress=done.append) == lines
+    assert done == lines[1:], "neither repeated nor lost"
+    assert out.read_text(encoding="utf-8") == whole
+
+
+def test_a_mission_that_breaks_is_a_line_and_the_sweep_goes_on(lines, tmp_path, monkeypatch):
+    def stuck(_robot):
+        raise RuntimeError("two decisions at the same moment")
+
+    monkeypatch.setitem(policies.POLICIES, "thesis", stuck)
+    found = sweep(TASKS, tmp_path / "out.jsonl", InProcess())
+    assert [line["ending"] == FAILED for line in found] == [True, False, True, False]
+    assert found[0]["error"] == "RuntimeError: two decisions at the same moment"
+    assert found[1] == lines[1]
+    assert aggregate([line for line in found if line["policy"] == "thesis"], 1.0)["n_failed"] == 2
+
+
+def test_another_file_is_not_taken_for_a_sweeps(tmp_path):
+    (tmp_path / "x.jsonl").write_text('{"kind": "start"}\n', encoding="utf-8")
+    with pytest.raises(ConfigError, match="not the file of a sweep"):
+        read_lines(tmp_path / "x.jsonl")
+
+
+def test_lines_have_the_names_of_lerobot(lines):
+    for index, line in enumerate(lines):
+        assert line["episode_index"] == index
+        assert {"seed", "success", "sum_reward", "max_reward"} <= line.keys()
+    figures = aggregate([line for line in lines if line["policy"] == "oracle"], 4.0)
+    assert figures["pc_success"] == 100.0
+    assert figures["avg_sum_reward"] == 1.5, "the absent target cannot be reached"
+    assert figures["eval_ep_s"] == 2.0
+
+
+def test_the_interval_of_a_mean_holds_it_and_narrows_with_more_missions():
+    few, many = (estimate([(i % 2, 1.0) for i in range(number)]) for number in (20, 2000))
+    assert few.mean == many.mean == 0.5
+    assert few.low < many.low < 0.5 < many.high < few.high
+    assert many.high - many.low == pytest.approx(2 * 1.96 * 0.5 / math.sqrt(2000), rel=0.15)
+    assert math.isnan(estimate([]).mean)
+
+
+def test_policies_are_compared_on_the_same_scenarios():
+    def lines(*successes):
+        targets = [[{"reachable": True, "success": success}] for success in successes]
+        return [{"class": "open", "seed": i, "ending": "", "targets": each} for i, each in enumerate(targets)]
+
+    better = difference(lines(True, True, True, False), lines(False, True, False, False))
+    assert better.mean == 0.5
+    assert success_rate(lines(True)[0]) == (1.0, 1.0)
+
+
+def test_the_command_prints_tables_and_draws_maps(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words = ["sweep", "--classes", "open", "--seeds", "100", "--policies", "oracle", "--out", "out.jsonl"]
+    assert main(words) == DONE
+    assert "oracle" in capsys.readouterr().out
+    assert main(words) == USAGE
+    assert "--resume" in capsys.readouterr().err
+    assert main([*words, "--resume", "--json"]) == DONE
+    assert json.loads(capsys.readouterr().out)["policies"]["oracle"]["pc_success"] == 100.0
+    assert main(["sweep", "--map", "open:100:oracle"]) == DONE
+    assert (tmp_path / "open-100-oracle.png").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (["--classes", "opne"], "open"),
+        (["--policies", "nobody"], "random-walk"),
+        (["--map", "open:oracle"], "CLASS:SEED:POLICY"),
+    ],
+)
+def test_mistakes_are_said_with_what_is_known(words, hint, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["sweep", *words]) == USAGE
+    assert hint in capsys.readouterr().err

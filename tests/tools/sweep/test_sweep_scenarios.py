@@ -1,0 +1,40 @@
+"""Scenarios: drawn from class and seed alone, always possible."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nxtdrive.tools.sweep.scenarios import CLASSES, draw_scenario
+from sim_backend.simulation import Simulation
+from sim_backend.world.loading import parse_world
+
+
+@pytest.mark.parametrize("kind", CLASSES)
+@settings(max_examples=12, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_every_seed_gives_a_world_that_stands_up(kind, seed, tmp_path_factory):
+    scenario = draw_scenario(kind, seed)
+    # the loader checks what a world file on its own cannot: names, places, images
+    parse_world(scenario.world.model_dump(), tmp_path_factory.getbasetemp() / "world.toml")
+    simulation = Simulation(scenario.world, seed=seed)
+    simulation.advance(10)
+    assert simulation.truth.contacts == 0
+    assert len(scenario.mission.mission.targets) == 2
+    missing = [name for name in scenario.mission.mission.targets if name not in simulation.truth.pictures]
+    assert len(missing) == (kind == "absent")
+
+
+@pytest.mark.parametrize("kind", CLASSES)
+def test_class_and_seed_decide_everything(kind):
+    drawn = [draw_scenario.__wrapped__(kind, 7) for _ in range(2)]
+    assert drawn[0] == drawn[1]
+    assert drawn[0] != draw_scenario(kind, 8)
+
+
+def test_far_targets_are_out_of_sight_at_the_start():
+    for seed in range(20):
+        scenario = draw_scenario("far", seed)
+        first = next(p for p in scenario.world.pictures if p.name == scenario.mission.mission.targets[0])
+        assert math.dist(first.at_mm, scenario.world.robot.start_mm) >= 3000
