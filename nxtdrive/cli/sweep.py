@@ -6,6 +6,7 @@ import argparse
 import json
 import sys
 import time
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -63,6 +64,10 @@ def run(args: argparse.Namespace) -> int:
 
     if args.map:
         return _draw_map(args)
+    if args.plot:
+        from nxtdrive.tools.sweep.plots import check_plotting
+
+        check_plotting()
     seeds, policies = SUITES[args.suite]
     first, last = args.seeds or seeds
     tasks = plan(
@@ -101,7 +106,10 @@ def _sweep(tasks: Sequence[Task], out: Path, number: int, *, quiet: bool) -> tup
         def show(line: Line) -> None:
             progress.update(bar, advance=1, description=f"{line['class']}:{line['seed']}:{line['policy']}")
 
-        lines = sweep(tasks, out, executor, number=number, progress=show)
+        try:
+            lines = sweep(tasks, out, executor, number=number, progress=show)
+        except BrokenExecutor as error:
+            raise ConfigError(f"a worker died ({error}).", remedy="Go on with --resume, and fewer --workers.") from None
     return lines, time.perf_counter() - begun_s
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from behaviors.executive import Ending
 from nxtdrive.brick import Brick
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
@@ -49,15 +50,22 @@ class Task:
 
 
 def perform(scenario: Scenario, policy: str, eyes: str) -> tuple[Play, Referee]:
-    """Perform a mission.
+    """Perform a mission and watch it.
 
-    An error that a policy meets (a livelock, say) is part of the play; the next mission goes on.
+    Returns:
+        What there is to judge, and who watched: the journal is there.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C, also when the policy has made an orderly end of it.
+        Exception: Whatever breaks a mission, a livelock for instance.
     """
     simulation = Simulation(scenario.world, seed=scenario.seed)
     with Brick(SimTransport(simulation, latency_ms=scenario.latency_ms, faults=scenario.faults)) as brick:
         referee = Referee(simulation)
         robot = build_robot(scenario, simulation, brick, eyes, [referee])
         report = drive(policy, robot, simulation)
+        if report.ending is Ending.INTERRUPTED:
+            raise KeyboardInterrupt  # an operator stops a mission; who watches a sweep wants to stop all of it
         # the brick's own end takes time, and the robot may still roll
         ended_s = report.duration_s
         moments = [moment for moment in referee.moments if moment.time_s <= ended_s]

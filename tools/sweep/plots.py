@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,16 @@ from firmware_protocol.errors import ConfigError
 from .performance import Line
 from .scenarios import TIME_LIMIT_S
 from .summary import by, estimate, success_rate
+
+
+def check_plotting() -> None:
+    """Make sure that plots can be drawn, before hours are spent on what they are to show.
+
+    Raises:
+        ConfigError: matplotlib is not installed.
+    """
+    if find_spec("matplotlib") is None:
+        raise ConfigError("plots need matplotlib.", remedy='Install it: pip install "nxtdrive[plot]".')
 
 
 def write_plot(lines: Sequence[Line], path: Path) -> None:
@@ -24,10 +35,9 @@ def write_plot(lines: Sequence[Line], path: Path) -> None:
     Raises:
         ConfigError: matplotlib is not installed, or does not know the format.
     """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise ConfigError("plots need matplotlib.", remedy='Install it: pip install "nxtdrive[plot]".') from None
+    check_plotting()
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(11, 4.5), layout="constrained")
     over_time, by_class = figure.subplots(1, 2)
     times = np.arange(0.0, TIME_LIMIT_S + 1.0, 1.0)

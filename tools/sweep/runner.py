@@ -6,6 +6,7 @@ The lines depend on the tasks alone: not on the number of workers, nor on how of
 from __future__ import annotations
 
 import json
+import signal
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
@@ -52,7 +53,12 @@ def workers(number: int) -> AbstractContextManager[Executor]:
     if number == 1:
         return nullcontext(InProcess())
     # spawned everywhere, so that a sweep on Linux is the sweep of the other systems
-    return ProcessPoolExecutor(number, mp_context=get_context("spawn"))
+    return ProcessPoolExecutor(number, mp_context=get_context("spawn"), initializer=_leave_interrupts)
+
+
+def _leave_interrupts() -> None:
+    """Ctrl-C reaches every process of a terminal; the one that hands out the work decides."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def run_tasks(tasks: Sequence[Task], executor: Executor, *, number: int = 1, batch: int = BATCH) -> Iterator[Line]:

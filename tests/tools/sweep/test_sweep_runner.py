@@ -5,6 +5,7 @@ import math
 
 import pytest
 
+from behaviors.executive import Executive
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.tools.sweep import policies
@@ -47,6 +48,20 @@ def test_a_mission_that_breaks_is_a_line_and_the_sweep_goes_on(lines, tmp_path, 
     assert found[0]["error"] == "RuntimeError: two decisions at the same moment"
     assert found[1] == lines[1]
     assert aggregate([line for line in found if line["policy"] == "thesis"], 1.0)["n_failed"] == 2
+
+
+def test_ctrl_c_ends_the_sweep_and_not_just_the_mission(tmp_path, monkeypatch):
+    def interrupt(record):
+        if record.time_s > 1.0:
+            raise KeyboardInterrupt
+
+    def interrupted(robot):
+        return Executive(robot.mission, robot.body, robot.eyes, robot.clock, [*robot.observers, interrupt]).run()
+
+    monkeypatch.setitem(policies.POLICIES, "thesis", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        sweep(TASKS, tmp_path / "out.jsonl", InProcess())
+    assert read_lines(tmp_path / "out.jsonl") == []
 
 
 def test_another_file_is_not_taken_for_a_sweeps(tmp_path):
