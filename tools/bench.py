@@ -64,6 +64,7 @@ AREAS: dict[str, tuple[str, str]] = {
     "doors": ("bench_doors", "measure_doors"),
     "motion": ("bench_motion", "measure_motion"),
     "nxt-python": ("bench_nxt_python", "measure_nxt_python"),
+    "sensors": ("bench_sensors", "measure_sensors"),
 }
 """Area to (module beside this one, function that yields figures); a module is imported when its area is measured."""
 

@@ -1,8 +1,7 @@
 from pathlib import Path
 
-from nxtdrive.tools.opcode_table import document
-
 from firmware_protocol.catalog import names
+from nxtdrive.tools.opcode_table import document
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "protocol.md"
 
