@@ -20,7 +20,7 @@ from firmware_protocol.errors import ConfigError
 
 from .performance import Line, Task, evaluate_batch
 
-BATCH = 4
+BATCH = 2
 """Missions handed to a worker at once: some seconds of work, so that handing over costs nothing."""
 AHEAD = 3
 """Batches per worker that wait in the queue; an interrupted sweep loses no more than these."""

@@ -1,0 +1,15 @@
+"""The page on evaluation names what there is."""
+
+from pathlib import Path
+
+import pytest
+
+from nxtdrive.tools.sweep.policies import NAMES
+from nxtdrive.tools.sweep.scenarios import CLASSES
+
+PAGE = (Path(__file__).parents[3] / "docs" / "evaluation.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", [*CLASSES, *NAMES])
+def test_every_class_and_policy_has_its_row(name):
+    assert f"| `{name}` |" in PAGE
