@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import time
 from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from nxtdrive.tools.sweep.performance import Line, Task
+    from nxtdrive.tools.sweep.runner import Swept
 
 DESCRIPTION = """\
 Let policies drive the same simulated missions side by side and judge them by the
@@ -79,17 +79,17 @@ def run(args: argparse.Namespace) -> int:
     out = args.out or DEFAULT_OUT
     if out.exists() and not args.resume:
         raise ConfigError(f"{out} exists already.", remedy="Go on with it (--resume), or name another file (--out).")
-    lines, eval_s = _sweep(tasks, out, args.workers, quiet=args.json)
+    swept = _sweep(tasks, out, args.workers, quiet=args.json)
     if args.plot:
         from nxtdrive.tools.sweep.plots import write_plot
 
-        write_plot(lines, args.plot)
-    _tell(lines, eval_s, as_json=args.json)
+        write_plot(swept.lines, args.plot)
+    _tell(swept.lines, swept.eval_s, as_json=args.json)
     return 0
 
 
-def _sweep(tasks: Sequence[Task], out: Path, number: int, *, quiet: bool) -> tuple[list[Line], float]:
-    """The lines of all tasks, and how long the new ones took."""
+def _sweep(tasks: Sequence[Task], out: Path, number: int, *, quiet: bool) -> Swept:
+    """Do what is missing, with a bar that shows how far it has come."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -99,7 +99,6 @@ def _sweep(tasks: Sequence[Task], out: Path, number: int, *, quiet: bool) -> tup
     done = sum(task.key in known for task in tasks)
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}", markup=False))
     screen = Console(stderr=True, emoji=False)
-    begun_s = time.perf_counter()
     with workers(number) as executor, Progress(*columns, console=screen, disable=quiet) as progress:
         bar = progress.add_task("missions", total=len(tasks), completed=done)
 
@@ -107,10 +106,9 @@ def _sweep(tasks: Sequence[Task], out: Path, number: int, *, quiet: bool) -> tup
             progress.update(bar, advance=1, description=f"{line['class']}:{line['seed']}:{line['policy']}")
 
         try:
-            lines = sweep(tasks, out, executor, number=number, progress=show)
+            return sweep(tasks, out, executor, number=number, progress=show)
         except BrokenExecutor as error:
             raise ConfigError(f"a worker died ({error}).", remedy="Go on with --resume, and fewer --workers.") from None
-    return lines, time.perf_counter() - begun_s
 
 
 def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:

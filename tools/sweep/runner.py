@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import json
 import signal
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
 from itertools import islice, product
 from multiprocessing import get_context
 from pathlib import Path
@@ -40,6 +42,19 @@ class InProcess(Executor):
         except Exception as error:  # noqa: BLE001 - a future carries whatever was raised
             future.set_exception(error)
         return future
+
+
+@dataclass(frozen=True, slots=True)
+class Swept:
+    """What came of a sweep.
+
+    Attributes:
+        lines: Of all its tasks, in their order.
+        eval_s: Wall time it took, this time.
+    """
+
+    lines: list[Line]
+    eval_s: float
 
 
 def plan(kinds: Sequence[str], seeds: Iterable[int], policies: Sequence[str], eyes: str) -> list[Task]:
@@ -119,7 +134,7 @@ def sweep(
     *,
     number: int = 1,
     progress: Callable[[Line], None] = lambda _: None,
-) -> list[Line]:
+) -> Swept:
     """Perform the tasks that a file has no lines of yet, and append theirs.
 
     Args:
@@ -129,9 +144,10 @@ def sweep(
         number: How many workers it has.
         progress: Called with each new line, once it is in the file.
 
-    Returns:
-        The lines of all tasks, in their order.
+    Raises:
+        ConfigError: The file cannot be read or written, or is not a sweep's.
     """
+    begun_s = time.perf_counter()
     known = {key_of(line): line for line in read_lines(out)}
     missing = [task for task in tasks if task.key not in known]
     with _appending(out) as file:
@@ -140,7 +156,7 @@ def sweep(
             file.flush()
             known[key_of(line)] = line
             progress(line)
-    return [known[task.key] for task in tasks]
+    return Swept([known[task.key] for task in tasks], time.perf_counter() - begun_s)
 
 
 def _appending(path: Path) -> Any:  # noqa: ANN401 - a text file

@@ -25,7 +25,7 @@ def _lines():
 def test_the_file_does_not_depend_on_the_number_of_workers(number, lines, tmp_path):
     out = tmp_path / "out.jsonl"
     with workers(number) as executor:
-        assert sweep(TASKS, out, executor, number=number) == lines
+        assert sweep(TASKS, out, executor, number=number).lines == lines
     assert read_lines(out) == lines
 
 
@@ -33,7 +33,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(lines, tmp_path):
     out, done = tmp_path / "out.jsonl", []
     whole = "".join(json.dumps(line) + "\n" for line in lines)
     out.write_text(whole[: whole.index("\n") + 30], encoding="utf-8")
-    assert sweep(TASKS, out, InProcess(), progress=done.append) == lines
+    assert sweep(TASKS, out, InProcess(), progress=done.append).lines == lines
     assert done == lines[1:], "neither repeated nor lost"
     assert out.read_text(encoding="utf-8") == whole
 
@@ -43,7 +43,7 @@ def test_a_mission_that_breaks_is_a_line_and_the_sweep_goes_on(lines, tmp_path, 
         raise RuntimeError("two decisions at the same moment")
 
     monkeypatch.setitem(policies.POLICIES, "thesis", stuck)
-    found = sweep(TASKS, tmp_path / "out.jsonl", InProcess())
+    found = sweep(TASKS, tmp_path / "out.jsonl", InProcess()).lines
     assert [line["ending"] == FAILED for line in found] == [True, False, True, False]
     assert found[0]["error"] == "RuntimeError: two decisions at the same moment"
     assert found[1] == lines[1]
