@@ -16,8 +16,8 @@ RETRIES = 6
 SPIN_DEG, WAIT_S, BACK_UP_MM = 90.0, 5.0, 300.0
 """Nav2's Spin of 1.57 rad, Wait of 5 s and BackUp of 0.30 m."""
 
-TURNS_DEG = (60.0, 300.0)
-"""A random walk turns by something in between when its way is shut."""
+TURNS_DEG = (45.0, 180.0)
+"""A random walk turns by something in between, to either side, when its way is shut."""
 LEG_S = (4.0, 12.0)
 """And after so long a drive, lest it circle for ever."""
 RETREAT_MM = 80.0
@@ -96,5 +96,5 @@ class RandomWalk(Baseline):
             self.body.stop()
             if stop is Stop.CONTACT:
                 self.body.straight(-RETREAT_MM)
-            self.body.turn(self._random.uniform(*TURNS_DEG))
+            self.body.turn(self._random.choice((-1, 1)) * self._random.uniform(*TURNS_DEG))
         return None

@@ -24,7 +24,7 @@ CELL_MM = 50.0
 SAMPLE_MM = 20.0
 """Distance between the places at which a straight line is checked."""
 REACH_MM = 500.0
-"""A stop counts from here or nearer. Source: docs/evaluation.md, success."""
+"""A stop counts if the camera is here or nearer. Source: docs/evaluation.md, success."""
 REACH_DEG = 75.0
 """And within this angle of the picture's normal."""
 SAME_PLACE_MM = 1.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby, pairwise
 
 import numpy as np
@@ -61,9 +61,9 @@ def stop_counts(pose: TruePose, scene: Scene, target: str) -> bool:
     if goal is None:
         return False
     heading = math.radians(pose.heading_deg)
-    here = np.array([[pose.x_mm, pose.y_mm]])
-    eye = here + CAMERA_FORWARD_MM * np.array([[math.cos(heading), math.sin(heading)]])
-    return bool(goal.covers(here)[0] and scene.plan.sees(eye, CAMERA_HEIGHT_MM, goal)[0])
+    forward = (CAMERA_FORWARD_MM * math.cos(heading), CAMERA_FORWARD_MM * math.sin(heading))
+    eye = np.array([[pose.x_mm + forward[0], pose.y_mm + forward[1]]])
+    return bool(goal.covers(eye)[0] and scene.plan.sees(eye, CAMERA_HEIGHT_MM, goal)[0])
 
 
 def judge_target(play: Play, target: str) -> TargetResult:
@@ -128,6 +128,8 @@ def _way(begin: Moment, end: Moment, target: str) -> Way | None:
     goal = end.scene.goals.get(target)
     if goal is None:
         return None
+    # the middle of a robot that looks at the picture is so much farther away than its camera
+    goal = replace(goal, reach_mm=goal.reach_mm + CAMERA_FORWARD_MM)
     return begin.scene.plan.way(begin.pose[:2], goal, ROBOT_RADIUS_MM, eye_height_mm=CAMERA_HEIGHT_MM)
 
 

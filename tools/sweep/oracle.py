@@ -63,7 +63,7 @@ class Oracle(Baseline):
         truth = self._simulation.truth
         plan, picture, here = survey(self._simulation), truth.pictures[target], truth.pose
         # well inside of where a stop counts, and no nearer than the safety stop lets it
-        goal = Goal(target, (picture.x_mm, picture.y_mm), picture.heading_deg, 200.0, 450.0, 340.0, 65.0)
+        goal = Goal(target, (picture.x_mm, picture.y_mm), picture.heading_deg, 200.0, 430.0, 320.0, 65.0)
         for margin_mm in MARGINS_MM:
             way = plan.way((here.x_mm, here.y_mm), goal, ROBOT_RADIUS_MM + margin_mm, berth_mm=BERTH_MM)
             if way is not None:

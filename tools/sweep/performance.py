@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from behaviors.executive import Ending
@@ -14,7 +14,7 @@ from sim_backend.world.world_file import WorldFile
 
 from .causes import judge_choices, longest_run, recognition_s
 from .metrics import judge_target
-from .policies import drive
+from .policies import drive, equipped
 from .referee import Play, Referee
 from .robot import build_robot
 from .scenarios import Scenario, draw_scenario
@@ -59,6 +59,7 @@ def perform(scenario: Scenario, policy: str, eyes: str) -> tuple[Play, Referee]:
         KeyboardInterrupt: Ctrl-C, also when the policy has made an orderly end of it.
         Exception: Whatever breaks a mission, a livelock for instance.
     """
+    scenario = replace(scenario, mission=equipped(policy, scenario.mission))
     simulation = Simulation(scenario.world, seed=scenario.seed)
     with Brick(SimTransport(simulation, latency_ms=scenario.latency_ms, faults=scenario.faults)) as brick:
         referee = Referee(simulation)
