@@ -176,7 +176,7 @@ class Link:
         while (left := end - self.now()) > RESOLUTION_S:
             self.transport.sleep(min(left, max(RESOLUTION_S, self._heartbeat.due - self.now())))
             try:
-                with self._wire:
+                with self._turns.aside():
                     self._beat(self.now())
             except LinkLost as error:
                 if self._come_back(error):
@@ -229,7 +229,7 @@ class Link:
             BrickNotFound: It is not back yet.
             LinkError: It is back, but does not let us in.
         """
-        with self._wire:
+        with self._turns.aside():
             self._use(reopen_transport(self.transport, timeout_s=self.timeout_s))
             self._dialogue.reset()
             self._heartbeat.clear()
@@ -246,7 +246,7 @@ class Link:
 
     def _attend(self, now: float) -> float:
         """See to what is due before a request; returns the time afterwards."""
-        with self._wire:
+        with self._turns.aside():
             self._beat(now)
         self._attention = -math.inf if self._heartbeat.punctual else min(self._heartbeat.due, now + LATENCY_EVERY_S)
         self._measuring = True
@@ -327,7 +327,7 @@ class Link:
         """What the background thread does: a program that waits for its user still owns a living brick."""
         while not self._gone.wait(PULSE_S):
             try:
-                with self._wire:
+                with self._turns.aside():
                     self._beat(self.now())
             except LinkError:
                 return  # the program's next request meets the same error, and there somebody can act on it

@@ -15,12 +15,16 @@ Who uses it looks, takes the lock, and leaves::
         if turns.queue:
             turns.leave()
 
-Nothing of this but the lock costs anything while nobody waits.
+Nothing of this but the lock costs anything while nobody waits. Who needs the wire only for a moment and cannot wait,
+such as the heartbeat, takes it with `Turns.aside`; taking the bare lock would leave those uncalled who queued up
+meanwhile.
 """
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import count
 
@@ -73,5 +77,20 @@ class Turns:
         me = threading.get_ident()
         with self._door:
             self.queue[:] = [place for place in self.queue if place.thread != me]
+            self._call()
+
+    @contextmanager
+    def aside(self) -> Iterator[None]:
+        """The wire for a moment, without a place in the queue."""
+        try:
+            with self.wire:
+                yield
+        finally:
             if self.queue:
-                min(self.queue).called.set()
+                with self._door:
+                    self._call()
+
+    def _call(self) -> None:
+        """Call the next one, or again the one who is being served; the caller holds the door."""
+        if self.queue:
+            min(self.queue).called.set()
