@@ -7,6 +7,7 @@ recoveries is a small executive of its own, over the same ports and with the sam
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any, cast
@@ -20,7 +21,7 @@ from behaviors.skills import Arrive, Search, Senses, TimeUp
 from .robot import Robot
 
 
-class Baseline:
+class Baseline(ABC):
     """One mission by one simple mind.
 
     Args:
@@ -40,9 +41,9 @@ class Baseline:
         self._state = "idle"
         self._path: list[str] = []
 
+    @abstractmethod
     def pursue(self, target: str) -> bool:
         """Go for one target; whether it was reached (True) or is given up (False). The robot is at rest afterwards."""
-        raise NotImplementedError
 
     def run(self) -> Report:
         """Pursue the targets in order; what came of it, as from `behaviors.executive.Executive.run`."""
