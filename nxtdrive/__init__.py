@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from firmware_protocol.errors import NXTError
     from nxtdrive.brick import Brick, BrickInfo, open_brick
-    from nxtdrive.motor import Motor, MotorSettings, Then
-    from nxtdrive.rover import DriveSettings, Rover, SafetyStop
+    from nxtdrive.motion.motor import Motor, MotorSettings, Then
+    from nxtdrive.motion.rover import DriveSettings, Rover, SafetyStop
     from nxtdrive.sensors import Touch, Ultrasonic
     from nxtdrive.transports import open_transport
 
@@ -41,8 +41,8 @@ __all__ = [
 
 _HOMES = {
     "nxtdrive.brick": ("Brick", "BrickInfo", "open_brick"),
-    "nxtdrive.motor": ("Motor", "MotorSettings", "Then"),
-    "nxtdrive.rover": ("DriveSettings", "Rover", "SafetyStop"),
+    "nxtdrive.motion.motor": ("Motor", "MotorSettings", "Then"),
+    "nxtdrive.motion.rover": ("DriveSettings", "Rover", "SafetyStop"),
     "nxtdrive.sensors": ("Touch", "Ultrasonic"),
     "nxtdrive.transports": ("open_transport",),
     "firmware_protocol.errors": ("NXTError",),

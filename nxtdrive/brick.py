@@ -21,16 +21,16 @@ from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
 from firmware_protocol.system import GetDeviceInfo, GetVersions
 from nxtdrive.link import Link
-from nxtdrive.moves import MoveBoard
-from nxtdrive.outputs import braked, coasting
+from nxtdrive.motion.moves import MoveBoard
+from nxtdrive.motion.outputs import braked, coasting
 from nxtdrive.ports import MotorPort, SensorPort, in_range
 from nxtdrive.termination import TerminationAsExit
 from nxtdrive.transports import open_transport
 
 if TYPE_CHECKING:
     from nxtdrive.files import Files
-    from nxtdrive.motor import Motor, MotorSettings
-    from nxtdrive.rover import Rover
+    from nxtdrive.motion.motor import Motor, MotorSettings
+    from nxtdrive.motion.rover import Rover
     from nxtdrive.sensors import ColorSensor, Compass, I2CSensor, Light, Sound, Temperature, Touch, Ultrasonic
     from nxtdrive.transports.address import Address
     from nxtdrive.transports.base import Transport
@@ -209,7 +209,7 @@ class Brick(Link):
 
     def motor(self, port: MotorPort, *, reversed: bool = False, settings: MotorSettings | None = None) -> Motor:
         """The motor on port "A", "B" or "C"; `reversed` if it is built in the other way round."""
-        from nxtdrive.motor import SETTINGS, Motor
+        from nxtdrive.motion.motor import SETTINGS, Motor
 
         return Motor(self, port, reversed=reversed, settings=settings or SETTINGS)
 
@@ -262,8 +262,8 @@ class Brick(Link):
         return I2CSensor(self, port, address)
 
     def rover(self, **parts: Any) -> Rover:  # noqa: ANN401 - the arguments are Rover's
-        """This brick as a vehicle; the arguments are those of `nxtdrive.rover.Rover`."""
-        from nxtdrive.rover import Rover
+        """This brick as a vehicle; the arguments are those of `nxtdrive.motion.rover.Rover`."""
+        from nxtdrive.motion.rover import Rover
 
         return Rover(self, **parts)
 

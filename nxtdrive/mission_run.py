@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from behaviors.mission import BUILT_IN, Mission, MissionError, load_mission
 from firmware_protocol.errors import CameraError, ConfigError
-from nxtdrive.rover import Rover, SafetyStop
+from nxtdrive.motion.rover import Rover, SafetyStop
 from nxtdrive.transports.record import recorded
 from nxtdrive.transports.sim import SimTransport
 

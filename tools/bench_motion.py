@@ -19,15 +19,15 @@ from typing import TYPE_CHECKING
 from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort
 from nxtdrive.brick import Brick, open_brick
-from nxtdrive.motor import FASTEST_DEG_S, Then
-from nxtdrive.rover import Rover, SafetyStop
+from nxtdrive.motion.motor import FASTEST_DEG_S, Then
+from nxtdrive.motion.rover import Rover, SafetyStop
 from nxtdrive.tools.bench import Figure
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 from sim_backend.world.world_file import Floor, Robot, Slip, WorldFile
 
 if TYPE_CHECKING:
-    from nxtdrive.motor import Motor
+    from nxtdrive.motion.motor import Motor
 
 LATENCIES_MS = (2, 45)
 """Round trips of a cable and of a slow radio link."""

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.brick import open_brick
-from nxtdrive.motor import FASTEST_DEG_S, Then
+from nxtdrive.motion.motor import FASTEST_DEG_S, Then
 from nxtdrive.tools.bench import Figure
 from nxtdrive.tools.bench_motion import LATENCIES_MS, REST_S, error_figures, rotation
 

@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _run(brick: Brick, args: argparse.Namespace) -> int:
     from behaviors.ports import Stop
-    from nxtdrive.motor import Then
+    from nxtdrive.motion.motor import Then
     from nxtdrive.ports import in_range
 
     motor = brick.motor(args.port)
@@ -76,7 +76,7 @@ def _run(brick: Brick, args: argparse.Namespace) -> int:
 
 
 def _turn(brick: Brick, args: argparse.Namespace) -> int:
-    from nxtdrive.motor import Then
+    from nxtdrive.motion.motor import Then
 
     motor = brick.motor(args.port)
     before = motor.angle
@@ -95,8 +95,8 @@ def _stop(brick: Brick, args: argparse.Namespace) -> int:
 
 
 def _report(brick: Brick, args: argparse.Namespace, before: float, stop: Stop) -> int:
-    from nxtdrive.motor import SPEED_WINDOW_S
-    from nxtdrive.progress import BRAKING_S
+    from nxtdrive.motion.motor import SPEED_WINDOW_S
+    from nxtdrive.motion.progress import BRAKING_S
 
     brick.sleep(SPEED_WINDOW_S + BRAKING_S)
     angle = brick.motor(args.port).angle

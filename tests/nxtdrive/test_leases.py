@@ -12,10 +12,10 @@ from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import ConfigError, LinkError, LocalProtocolError
 from nxtdrive import open_brick
-from nxtdrive.motor import MotorSettings
-from nxtdrive.outputs import FULL_SPEED_DEG_S
-from nxtdrive.rover import DriveSettings, Rover, SafetyStop
-from nxtdrive.throttle import LEASE_S
+from nxtdrive.motion.motor import MotorSettings
+from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
+from nxtdrive.motion.rover import DriveSettings, Rover, SafetyStop
+from nxtdrive.motion.throttle import LEASE_S
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.simulation import LinkFaults
 

@@ -9,7 +9,7 @@ from firmware_protocol.enums import InputPort, OutputPort, SensorMode, SensorTyp
 from firmware_protocol.errors import LinkLost, LinkTimeout
 from nxtdrive import open_brick
 from nxtdrive.brick import Brick
-from nxtdrive.outputs import coasting
+from nxtdrive.motion.outputs import coasting
 from nxtdrive.turns import Turns
 from sim_backend.simulation import LinkFaults
 

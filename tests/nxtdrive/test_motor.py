@@ -5,7 +5,7 @@ import pytest
 from behaviors.ports import Stop
 from firmware_protocol.direct import GetOutputState, SetOutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
-from nxtdrive.motor import Then
+from nxtdrive.motion.motor import Then
 from sim_backend.firmware.bench_motor import BenchMotor
 
 FIRMWARES = pytest.mark.parametrize("firmware", ["1.29", "1.05"])

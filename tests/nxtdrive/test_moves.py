@@ -6,8 +6,8 @@ import pytest
 
 from behaviors.ports import Stop
 from firmware_protocol.errors import LinkError, LocalProtocolError
-from nxtdrive.motor import MotorSettings, Then
-from nxtdrive.rover import Rover, SafetyStop
+from nxtdrive.motion.motor import MotorSettings, Then
+from nxtdrive.motion.rover import Rover, SafetyStop
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.simulation import LinkFaults
 

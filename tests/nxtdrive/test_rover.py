@@ -8,7 +8,7 @@ from behaviors.ports import Pose, Stop
 from firmware_protocol.direct import ResetMotorPosition, SetInputMode
 from firmware_protocol.enums import InputPort, OutputPort, SensorMode, SensorType
 from firmware_protocol.errors import BrickError, ConfigError, LinkError, LinkTimeout
-from nxtdrive.rover import DriveSettings, Rover, SafetyStop
+from nxtdrive.motion.rover import DriveSettings, Rover, SafetyStop
 from sim_backend.devices import TouchSensor, UltrasonicSensor
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.simulation import LinkFaults

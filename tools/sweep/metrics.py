@@ -9,7 +9,7 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from behaviors.journal import Kind
-from nxtdrive.rover import SETTINGS
+from nxtdrive.motion.rover import SETTINGS
 from sim_backend.world.truth import TruePose
 
 from .draft import ROBOT_RADIUS_MM

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from behaviors.ports import Pose, Stop
 from nxtdrive.brick import Brick
-from nxtdrive.rover import Rover
+from nxtdrive.motion.rover import Rover
 
 from .controls import Controls
 from .floor_map import FloorMap

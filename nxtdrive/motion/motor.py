@@ -8,13 +8,13 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Literal, overload
 
 from behaviors.ports import Stop
-from nxtdrive.cruise import Cruise
-from nxtdrive.moves import Move, Steps
-from nxtdrive.outputs import FULL_SPEED_DEG_S, braked, coasting, held, sample
+from nxtdrive.motion.cruise import Cruise
+from nxtdrive.motion.moves import Move, Steps
+from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, coasting, held, sample
+from nxtdrive.motion.progress import STALL_S
+from nxtdrive.motion.throttle import LEASE_RANGE_S, LEASE_S
+from nxtdrive.motion.travel import Pace, Travel, Wheel
 from nxtdrive.ports import MotorPort, in_range, output_port
-from nxtdrive.progress import STALL_S
-from nxtdrive.throttle import LEASE_RANGE_S, LEASE_S
-from nxtdrive.travel import Pace, Travel, Wheel
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick

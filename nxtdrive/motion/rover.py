@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Literal, overload
 
 from behaviors.ports import Motion, Pose, Stop
 from firmware_protocol.errors import ConfigError
-from nxtdrive.moves import Move, Steps
-from nxtdrive.outputs import FULL_SPEED_DEG_S, Sample, sample
+from nxtdrive.motion.moves import Move, Steps
+from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, Sample, sample
+from nxtdrive.motion.safety import Lookout, SafetyStop
+from nxtdrive.motion.throttle import LEASE_RANGE_S, LEASE_S, Throttle
+from nxtdrive.motion.travel import Pace, Travel, Wheel, unguarded
 from nxtdrive.ports import MotorPort, SensorPort, output_port
-from nxtdrive.safety import Lookout, SafetyStop
 from nxtdrive.sensors import Touch, Ultrasonic
-from nxtdrive.throttle import LEASE_RANGE_S, LEASE_S, Throttle
-from nxtdrive.travel import Pace, Travel, Wheel, unguarded
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING
 from behaviors.ports import Stop
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
-from nxtdrive.moves import Cancelled, Steps
-from nxtdrive.outputs import Sample, sample
-from nxtdrive.progress import CREEP_DEG_S, STALL_S, Progress
-from nxtdrive.throttle import LEASE_S, Throttle
+from nxtdrive.motion.moves import Cancelled, Steps
+from nxtdrive.motion.outputs import Sample, sample
+from nxtdrive.motion.progress import CREEP_DEG_S, STALL_S, Progress
+from nxtdrive.motion.throttle import LEASE_S, Throttle
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from firmware_protocol.enums import OutputPort
-from nxtdrive.outputs import FULL_SPEED_DEG_S, braked, driven
+from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, driven
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick

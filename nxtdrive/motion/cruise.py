@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 from behaviors.ports import Stop
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
-from nxtdrive.moves import Cancelled, Steps
-from nxtdrive.outputs import FULL_SPEED_DEG_S, braked, driven, sample
-from nxtdrive.progress import STALL_DEG
-from nxtdrive.throttle import lease_deg
+from nxtdrive.motion.moves import Cancelled, Steps
+from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, driven, sample
+from nxtdrive.motion.progress import STALL_DEG
+from nxtdrive.motion.throttle import lease_deg
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick

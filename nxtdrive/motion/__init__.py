@@ -1,0 +1,1 @@
+"""Motors, precise and leased motion, and the rover with its safety stop."""
