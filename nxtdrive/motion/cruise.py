@@ -12,7 +12,7 @@ from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
 from nxtdrive.motion.moves import Cancelled, Steps
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, driven, sample
-from nxtdrive.motion.progress import STALL_DEG
+from nxtdrive.motion.progress import WATCH_S, Standstill
 from nxtdrive.motion.throttle import lease_deg
 
 if TYPE_CHECKING:
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 RAMP_S = 0.1
 """Time between two speeds while speeding up or slowing down; the regulator acts no more often."""
-WATCH_S = 0.25
-"""Longest time between two looks at a motor that something might hold."""
 RENEWALS = 3
 """How often a lease is renewed before it would end."""
 
@@ -73,19 +71,19 @@ class Cruise:
     def _turn(self, goal_deg_s: float, regulated: bool, until_s: float) -> Steps[Stop]:
         brick = self._brick
         self._accelerate(goal_deg_s, regulated, brick.request)
-        angle, since = math.inf, brick.now()
+        standstill = Standstill(self._stall_s)
+        standstill.begin(brick.now())
         while (now := brick.now()) < until_s:
             if self.speed_deg_s != goal_deg_s:
                 yield min(until_s, now + RAMP_S)
                 self._accelerate(goal_deg_s, regulated, brick.send)
-                since = brick.now()
+                standstill.begin(brick.now())
             elif self._power == 0 or math.isinf(self._stall_s):
                 yield until_s
             else:
                 reading = sample(brick, self._port)
-                if abs(reading.angles_deg[0] - angle) > STALL_DEG:
-                    angle, since = reading.angles_deg[0], reading.time_s
-                elif reading.time_s - since > self._stall_s:
+                standstill.note(reading.time_s, reading.angles_deg[0])
+                if standstill.stalled:
                     self._brake()
                     return Stop.STALLED
                 yield min(until_s, now + min(WATCH_S, self._stall_s / 2))

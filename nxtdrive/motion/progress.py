@@ -23,6 +23,36 @@ STALL_S = 0.7
 """A wheel that has not moved for this time, though it should, is stalled."""
 STALL_DEG = 2.0
 """Less than this is no motion: a wheel under load trembles."""
+WATCH_S = 0.25
+"""Longest time between two looks at a wheel that something might hold."""
+
+
+class Standstill:
+    """Whether a wheel stands though it should turn, as seen in readings of it.
+
+    Args:
+        stall_s: It is stalled when it has not moved for so long.
+    """
+
+    def __init__(self, stall_s: float = STALL_S) -> None:
+        self._stall_s = stall_s
+        self._angle_deg = math.inf
+        self._since_s = self._now_s = -math.inf
+
+    def begin(self, time_s: float) -> None:
+        """It was told to turn, or to turn otherwise; that it stood before does not count."""
+        self._since_s = time_s
+
+    def note(self, time_s: float, angle_deg: float) -> None:
+        """Take one reading."""
+        self._now_s = time_s
+        if abs(angle_deg - self._angle_deg) > STALL_DEG:
+            self._angle_deg, self._since_s = angle_deg, time_s
+
+    @property
+    def stalled(self) -> bool:
+        """Whether it has stood too long."""
+        return self._now_s - self._since_s > self._stall_s
 
 
 class Progress:
@@ -41,16 +71,16 @@ class Progress:
         self._stall_s = stall_s
         self.rest = self.done = self.speed = 0.0
         self._notes: deque[tuple[float, float]] = deque()
-        self._moved: list[tuple[float, float]] = []
+        self._wheels: list[Standstill] = []
         self._first = self._began = self._now = 0.0
         self._direction = 1.0
 
     def note(self, time_s: float, rests: Sequence[float]) -> None:
         """Take one reading: when it was, and how far each wheel had to go."""
         rest = sum(rests) / len(rests)
-        if not self._moved:
+        if not self._wheels:
             self._first, self._began, self._direction = rest, time_s, math.copysign(1, rest)
-            self._moved = [(time_s, each) for each in rests]
+            self._wheels = [Standstill(self._stall_s) for _ in rests]
         self._now, self.rest, self.done = time_s, rest, abs(self._first - rest)
         notes = self._notes
         notes.append((time_s, rest))
@@ -59,9 +89,8 @@ class Progress:
         then, before = notes[0]
         if time_s > then:
             self.speed = (before - rest) / (time_s - then) * self._direction
-        for i, each in enumerate(rests):
-            if abs(each - self._moved[i][1]) > STALL_DEG:
-                self._moved[i] = (time_s, each)
+        for wheel, each in zip(self._wheels, rests, strict=True):
+            wheel.note(time_s, each)
 
     def brake_at(self, delay_s: float) -> float:
         """When to send the brake, on the link's clock.
@@ -81,4 +110,4 @@ class Progress:
 
     def stalled(self) -> Stop | None:
         """STALLED if some wheel has not moved for `stall_s`."""
-        return Stop.STALLED if any(self._now - since > self._stall_s for since, _ in self._moved) else None
+        return Stop.STALLED if any(wheel.stalled for wheel in self._wheels) else None

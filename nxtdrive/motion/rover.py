@@ -11,6 +11,7 @@ from behaviors.ports import Motion, Pose, Stop
 from firmware_protocol.errors import ConfigError
 from nxtdrive.motion.moves import Move, Steps
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, Sample, sample
+from nxtdrive.motion.progress import SEEN_DEG_S, WATCH_S, Standstill
 from nxtdrive.motion.safety import Lookout, SafetyStop
 from nxtdrive.motion.throttle import LEASE_RANGE_S, LEASE_S, Throttle
 from nxtdrive.motion.travel import Pace, Travel, Wheel, unguarded
@@ -112,6 +113,7 @@ class Rover:
         self._counting = threading.Lock()
         self._pose = Pose()
         self._last: Sample | None = None
+        self._standstills = (Standstill(), Standstill())
 
     # --- motion ---
 
@@ -146,17 +148,25 @@ class Rover:
         What is faster than the motors is driven slower, on the same curve.
 
         Returns:
-            What the safety stop objects to, the motors then being braked already; or None.
+            None, or the motors being braked already: what the safety stop objects to; or STALLED when a wheel has stood
+            for 0.7 s though it was told to turn at 20 deg/s or more. The next call is another try.
         """
         self._brick.motions.claim(self._ports)
+        if speed_mm_s or turn_deg_s:
+            self._look_at_wheels()
         if speed_mm_s > 0 and (objection := self._lookout.watch(self._pose)) is not None:
             self.stop()
             return objection
         forward, sideways = self._wheel_deg(speed_mm_s), self._turn_deg(turn_deg_s)
         speeds = (forward + sideways, forward - sideways)
         excess = max(1.0, *(abs(speed) / FASTEST_DEG_S for speed in speeds))
-        for port, speed in zip(self._ports, speeds, strict=True):
-            self._throttle.run(port, self._forward * speed / excess)
+        for port, standstill, speed in zip(self._ports, self._standstills, speeds, strict=True):
+            turning = self._throttle.run(port, self._forward * speed / excess)
+            if not turning or abs(speed) / excess < SEEN_DEG_S:
+                standstill.begin(self._brick.now())
+        if any(standstill.stalled for standstill in self._standstills):
+            self.stop()
+            return Stop.STALLED
         return None
 
     @property
@@ -246,6 +256,8 @@ class Rover:
         if before is not None and reading.time_s < before.time_s:
             return  # another thread has asked later and was answered sooner
         self._last = reading
+        for standstill, angle_deg in zip(self._standstills, reading.angles_deg, strict=True):
+            standstill.note(reading.time_s, angle_deg)
         if before is None:
             return
         steps = [now - then for now, then in zip(reading.angles_deg, before.angles_deg, strict=True)]
@@ -255,6 +267,11 @@ class Rover:
         turned_deg = math.degrees((left - right) / self._track_mm)
         x_mm, y_mm = self._pose.ahead((left + right) / 2, turned_deg / 2)
         self._pose = Pose(x_mm, y_mm, self._pose.heading_deg + turned_deg)
+
+    def _look_at_wheels(self) -> None:
+        """Read them unless somebody just has: who drives by `drive` asks for the pose anyway, or is asked here."""
+        if self._last is None or self._brick.now() - self._last.time_s > WATCH_S:
+            self._note(sample(self._brick, *self._ports))
 
     def _guard(self, near: bool) -> Stop | None:
         """What objects to going on; while the program itself asks a sensor, what is known already must do."""

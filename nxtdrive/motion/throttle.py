@@ -35,18 +35,24 @@ class Throttle:
         self._lease_s = lease_s
         self._given: dict[OutputPort, tuple[int, float]] = {}
 
-    def run(self, port: OutputPort, speed_deg_s: float) -> None:
-        """Let a motor turn at a regulated speed for one more lease."""
+    def run(self, port: OutputPort, speed_deg_s: float) -> bool:
+        """Let a motor turn at a regulated speed for one more lease.
+
+        Returns:
+            Whether it should have been turning in this direction since the call before.
+        """
         power = max(-100, min(100, round(speed_deg_s / FULL_SPEED_DEG_S * 100)))
         now = self._brick.now()
-        given, until = self._given.get(port, (None, 0.0))
-        if power == given and now < until:
-            return
+        given, since = self._given.get(port, (None, 0.0))
+        turning = given is not None and power * given > 0 and now <= since + self._lease_s
+        if power == given and now < since + self._lease_s / 2:
+            return turning
         self._brick.moves(port)
         self._brick.forget(port.name)
         limit_deg = lease_deg(power / 100 * FULL_SPEED_DEG_S, self._lease_s)
         self._brick.send(driven(port, power, limit_deg, regulated=True))
-        self._given[port] = (power, now + self._lease_s / 2)
+        self._given[port] = (power, now)
+        return turning
 
     def brake_at(self, ports: Iterable[OutputPort], time_s: float) -> None:
         """Stop motors at that time on the link's clock, whatever else is being asked then."""

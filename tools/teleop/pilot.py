@@ -68,6 +68,7 @@ class Pilot:
         self.map = FloorMap()
         self._brick, self._rover, self._controls, self._spotter = brick, rover, controls, spotter
         self._moving = False
+        self._stuck: tuple[float, float] | None = None
         self._range_mm: float | None = None
         self._touching = False
         self._battery_mv = 0
@@ -108,8 +109,13 @@ class Pilot:
         self._rover.stop()
 
     def _drive(self, speed: float, turn: float) -> str:
+        if (speed, turn) == self._stuck:
+            return f"{_OBJECTIONS[Stop.STALLED]}, let go"
+        self._stuck = None
         if speed or turn:
             objection = self._rover.drive(speed, turn)
+            if objection is Stop.STALLED:
+                self._stuck = (speed, turn)
             self._moving = objection is None
             return "driving" if objection is None else _OBJECTIONS.get(objection, objection.value)
         if self._moving:

@@ -3,11 +3,14 @@
 import pytest
 
 from behaviors.ports import Pose, Sighting
+from firmware_protocol.direct import GetOutputState
+from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import CameraError
 from nxtdrive.tools.teleop.controls import DEAD_MAN_S, Controls, Direction
 from nxtdrive.tools.teleop.floor_map import FARTHEST_ECHO_MM, FloorMap
 from nxtdrive.tools.teleop.pilot import Pilot
 from nxtdrive.tools.teleop.spotter import ThreadSpotter, TurnSpotter
+from sim_backend.firmware.bench_motor import BenchMotor
 
 STOP = (0.0, 0.0)
 
@@ -156,6 +159,25 @@ def test_the_wall_ahead_stops_it_and_stands_on_the_map(room, controls):
     assert simulation.truth.pose.x_mm < 4000 - 115
     assert "#" in "".join(pilot.map.draw(view.pose, 60, 30))
     controls.press(Direction.BACK, brick.now())
+    assert pilot.step().state == "driving"
+
+
+def test_held_wheels_are_let_alone_until_the_key_is_let_go(room, controls):
+    simulation, brick = room()
+    wheel = BenchMotor(locked=True)
+    simulation.brick.attach_motor("B", wheel)
+    pilot, states = _pilot(brick, controls), []
+    for _ in range(40):
+        controls.press(Direction.FORWARD, brick.now())
+        states.append(pilot.step().state)
+    assert list(dict.fromkeys(states)) == ["driving", "wheels are stuck", "wheels are stuck, let go"]
+    assert brick.request(GetOutputState(OutputPort.B)).power == 0
+    wheel.locked = False
+    controls.press(Direction.BACK, brick.now())
+    assert pilot.step().state == "driving"
+    controls.let_go()
+    pilot.step()
+    controls.press(Direction.FORWARD, brick.now())
     assert pilot.step().state == "driving"
 
 
