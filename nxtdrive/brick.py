@@ -66,13 +66,16 @@ class BrickInfo:
     battery_mv: int
 
 
-def open_brick(address: str | Address | None = None, *, timeout_s: float = 1.0, reconnect: bool = False) -> Brick:
+def open_brick(
+    address: str | Address | None = None, *, timeout_s: float | None = None, reconnect: bool = False
+) -> Brick:
     """Open a brick and make sure that it answers.
 
     Args:
         address: ``usb://``, ``bt://00:16:53:0A:1B:2C``, ``serial://COM5``, ``tcp://host:port``, ``sim://``, ...
             Without one, ``$NXT`` counts, and without that the first brick on USB.
-        timeout_s: How long the brick may take for an answer, here and in every later request.
+        timeout_s: How long the brick may take for an answer, here and in every later request. Without it, 1 s over
+            USB and 2 s over whatever Bluetooth may be behind.
         reconnect: Whether a link that is lost later is opened again by itself; see `Link.request`.
 
     Raises:
@@ -80,7 +83,8 @@ def open_brick(address: str | Address | None = None, *, timeout_s: float = 1.0, 
         BrickNotFound: No brick there.
         LinkError: A brick, but no way to it: busy, not permitted, silent.
     """
-    brick = Brick(open_transport(address, timeout_s=timeout_s), timeout_s=timeout_s, reconnecting=reconnect)
+    transport = open_transport(address) if timeout_s is None else open_transport(address, timeout_s=timeout_s)
+    brick = Brick(transport, timeout_s=timeout_s, reconnecting=reconnect)
     try:
         brick.keep_alive()
     except BaseException:
@@ -103,7 +107,7 @@ class Brick(Link):
         now: The link's clock: seconds since an arbitrary start.
     """
 
-    def __init__(self, transport: Transport, *, timeout_s: float = 1.0, reconnecting: bool = False) -> None:
+    def __init__(self, transport: Transport, *, timeout_s: float | None = None, reconnecting: bool = False) -> None:
         super().__init__(transport, timeout_s=timeout_s, reconnecting=reconnecting)
         self._moved: set[OutputPort] = set()
         self._files: Files | None = None

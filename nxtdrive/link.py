@@ -26,6 +26,7 @@ from firmware_protocol.direct import (
     UpdateResetCount,
 )
 from firmware_protocol.errors import BrickNotFound, LinkError, LinkLost
+from firmware_protocol.framing import USB_TELEGRAM_LIMIT
 from firmware_protocol.system import GetBluetoothAddress, GetDeviceInfo, GetVersions, IOMapRead, IOMapWrite
 from firmware_protocol.telegram import Command, Reply
 from nxtdrive.heartbeat import Heartbeat
@@ -64,6 +65,11 @@ QUESTIONS = (
 )
 """Commands that may be asked again after a loss, as asking twice is like asking once."""
 
+CABLE_ANSWER_S = 1.0
+"""How long an answer may take over USB, where 2 ms are usual."""
+RADIO_ANSWER_S = 2.0
+"""Over Bluetooth, which loses nothing but falters. Source: the RWTH toolbox (docs/connecting.md)."""
+
 LATENCY_EVERY_S = 0.05
 """How often a round trip is measured; measuring each would cost every request."""
 LATENCIES = 15
@@ -87,8 +93,8 @@ class Link:
         now: The link's clock: seconds since an arbitrary start.
     """
 
-    def __init__(self, transport: Transport, *, timeout_s: float = 1.0, reconnecting: bool = False) -> None:
-        self.timeout_s = timeout_s
+    def __init__(self, transport: Transport, *, timeout_s: float | None = None, reconnecting: bool = False) -> None:
+        self.timeout_s = answer_s(transport) if timeout_s is None else timeout_s
         self.reconnecting = reconnecting
         self._turns = Turns()
         self._wire, self._queue, self._busy = self._turns.wire, self._turns.queue, self._turns.wire.locked
@@ -331,6 +337,11 @@ class Link:
                     self._beat(self.now())
             except LinkError:
                 return  # the program's next request meets the same error, and there somebody can act on it
+
+
+def answer_s(transport: Transport) -> float:
+    """How long an answer may take on such a link when nobody has said; Bluetooth is told by its longer telegrams."""
+    return CABLE_ANSWER_S if transport.max_telegram <= USB_TELEGRAM_LIMIT else RADIO_ANSWER_S
 
 
 def _not_repeated(command: Command[Any] | None = None) -> LinkLost:

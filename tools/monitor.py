@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -89,6 +89,21 @@ def look(brick: Brick, sensors: Mapping[int, Measuring[Any]]) -> Snapshot:
         motors=tuple(_motor(brick, port) for port in MOTOR_PORTS),
         sensors=tuple(_sensor(brick, port, sensors.get(port)) for port in SENSOR_PORTS),
     )
+
+
+def watch(brick: Brick, sensors: Mapping[int, Measuring[Any]], every_s: float) -> Iterator[Snapshot]:
+    """Look again and again; errors as for `look`.
+
+    Args:
+        brick: An open brick.
+        sensors: As for `look`.
+        every_s: From one look to the next; a look asks some ten times, and a slow link takes longer for that.
+    """
+    due = brick.now()
+    while True:
+        yield look(brick, sensors)
+        due = max(due + every_s, brick.now())
+        brick.sleep(due - brick.now())
 
 
 def _motor(brick: Brick, port: OutputPort) -> MotorState:

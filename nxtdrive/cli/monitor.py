@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Iterator
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -40,7 +41,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="what is plugged in, kinds as for `nxtdrive sensor`; may be given for each port",
     )
-    parser.add_argument("--every", metavar="S", type=_seconds, default=0.25, help="between two looks (default: 0.25)")
+    parser.add_argument(
+        "--every", metavar="S", type=_seconds, default=0.25, help="from one look to the next (default: 0.25)"
+    )
     parser.add_argument("--once", action="store_true", help="look once and leave")
     add_json_argument(parser)
 
@@ -58,7 +61,7 @@ _seconds.__name__ = "seconds"  # argparse says "invalid seconds value"
 def run(args: argparse.Namespace) -> int:
     """Look and show, until Ctrl-C unless once."""
     from nxtdrive.brick import open_brick
-    from nxtdrive.tools.monitor import look
+    from nxtdrive.tools.monitor import look, watch
 
     with open_brick(in_real_time(args.nxt)) as brick:
         sensors = _named(args.sensor, brick)
@@ -68,11 +71,10 @@ def run(args: argparse.Namespace) -> int:
             snapshot = look(brick, sensors)
             _print(snapshot, as_json=args.json)
         elif args.json:
-            while True:
-                print(json.dumps(asdict(look(brick, sensors))), flush=True)
-                brick.sleep(args.every)
+            for snapshot in watch(brick, sensors, args.every):
+                print(json.dumps(asdict(snapshot)), flush=True)
         else:
-            _show(brick, sensors, args.every)
+            _show(watch(brick, sensors, args.every))
     return DONE
 
 
@@ -97,15 +99,12 @@ def _print(snapshot: Snapshot, *, as_json: bool) -> None:
     Console().print(_table(snapshot))
 
 
-def _show(brick: Brick, sensors: dict[int, Measuring[Any]], every_s: float) -> None:
+def _show(snapshots: Iterator[Snapshot]) -> None:
     from rich.live import Live
 
-    from nxtdrive.tools.monitor import look
-
-    with Live(_table(look(brick, sensors)), refresh_per_second=REDRAWS_PER_S) as live:
-        while True:
-            brick.sleep(every_s)
-            live.update(_table(look(brick, sensors)))
+    with Live(_table(next(snapshots)), refresh_per_second=REDRAWS_PER_S) as live:
+        for snapshot in snapshots:
+            live.update(_table(snapshot))
 
 
 def _table(snapshot: Snapshot) -> Table:

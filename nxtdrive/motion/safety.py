@@ -15,7 +15,9 @@ FRESH_S = 0.3
 FAILURES = 3
 """So often in a row the sonar may fail before driving on would be driving blind."""
 FORGOTTEN_S = 1.0
-"""An echo older than this says nothing any more; a question older than this was lost."""
+"""An echo older than this says nothing any more; a question older than this was lost. On a link without latency."""
+TRIPS = 8
+"""Round trips from a question to the answer to the next one: wheels, bumper, wheels and sonar by turns, twice."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +82,8 @@ class Lookout:
         """Measure the distance ahead; None without an echo or without a sonar."""
         if self._sonar is None:
             return None
+        if not self._sonar.ready:
+            self._sonar.set_up()
         asked_s = self._now()
         self._echo, self._asked = Echo(self._sonar.distance_mm, asked_s, pose), None
         return self._echo.distance_mm
@@ -122,7 +126,7 @@ class Lookout:
         return self._judge(pose)
 
     def _judge(self, pose: Pose) -> Stop | None:
-        if self._echo is None or self._older_than(FORGOTTEN_S):
+        if self._echo is None or self._older_than(self._forgotten_s):
             return None
         return Stop.OBSTACLE if self._echo.distance_from(pose) <= self._settings.stop_distance_mm else None
 
@@ -135,7 +139,7 @@ class Lookout:
                 there, distance_mm = self._sonar.poll()
                 if there:
                     self._echo, self._failures = Echo(distance_mm, self._asked.time_s, self._asked.pose), 0
-                elif self._now() - self._asked.time_s < FORGOTTEN_S:
+                elif self._now() - self._asked.time_s < self._forgotten_s:
                     return
             self._sonar.start()
             self._asked = Echo(None, self._now(), pose)
@@ -143,6 +147,10 @@ class Lookout:
             self._asked, self._failures = None, self._failures + 1
             if self._failures >= FAILURES:
                 raise
+
+    @property
+    def _forgotten_s(self) -> float:
+        return FORGOTTEN_S + (TRIPS * self._sonar.brick.latency_s if self._sonar is not None else 0.0)
 
     def _older_than(self, age_s: float) -> bool:
         return self._echo is None or self._now() - self._echo.time_s > age_s

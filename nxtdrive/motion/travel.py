@@ -208,8 +208,9 @@ class Travel:
         brick, before = self._brick, None
         deadline = brick.now() + SETTLE_S
         while True:
+            began = brick.now()
             _, rests = self._look()
-            if rests == before or brick.now() >= deadline:
+            if rests == before or began >= deadline:
                 return sum(rests) / len(rests)
             before = rests
-            yield brick.now() + 2 * CYCLE_S
+            yield began + 2 * CYCLE_S

@@ -25,7 +25,9 @@ I2C_RECEIVE_LIMIT = 15
 I2C_ATTEMPTS = 3
 """Transactions are repeated here: the firmware's own retries send wrong bytes (docs/firmware.md section 1, fact 11)."""
 I2C_TIMEOUT_S = 0.15
-"""The longest transaction takes 32 ms, a hanging one is given up by the firmware after 100 ms. Source: section 7."""
+"""The longest transaction takes 32 ms, a hanging one is given up by the firmware after 100 ms. Source: section 7.
+
+Given up is what a question asked after this time has not brought: a slow link's first answer may come later still."""
 
 _START_MS, _SENT_BYTE_MS, _RESTART_MS, _RECEIVED_BYTE_MS = 3.1, 0.94, 1.1, 0.86
 """A straight line through the times of docs/firmware.md section 7."""
@@ -131,28 +133,32 @@ class I2CSensor(Sensor):
 
     def _collect(self, size: int) -> bytes:
         """Fetch what a transaction brings; a question that was lost on the link brings nothing."""
-        deadline = self.brick.now() + I2C_TIMEOUT_S
+        brick = self.brick
+        deadline = brick.now() + I2C_TIMEOUT_S
         received = b""
-        while len(received) < size:
-            if self.brick.now() >= deadline:
+        while True:
+            asked = brick.now()
+            received += brick.request(LSRead(self._input)).received
+            if len(received) >= size:
+                return received
+            if asked >= deadline:
                 raise _Unanswered(f"the sensor on port {self.port} does not answer.", remedy="Plug it in again.")
-            received += self.brick.request(LSRead(self._input)).received
-            if len(received) < size:
-                self.brick.sleep(STEP_S)
-        return received
+            brick.sleep(asked + STEP_S - brick.now())
 
     def _wait_for_rest(self) -> int:
         """Wait until the bus is idle; returns the number of bytes that wait to be read."""
-        deadline = self.brick.now() + I2C_TIMEOUT_S
+        brick = self.brick
+        deadline = brick.now() + I2C_TIMEOUT_S
         while True:
+            asked = brick.now()
             try:
-                return self.brick.request(LSGetStatus(self._input)).bytes_ready
+                return brick.request(LSGetStatus(self._input)).bytes_ready
             except CommunicationPending:
-                if self.brick.now() >= deadline:
+                if asked >= deadline:
                     raise LinkTimeout(
                         f"the I2C bus of port {self.port} hangs.", remedy="Plug the sensor in again."
                     ) from None
-                self.brick.sleep(STEP_S)
+                brick.sleep(asked + STEP_S - brick.now())
 
     def _drain(self) -> None:
         """Take what an earlier transaction left: unread bytes come first (docs/firmware.md section 1, fact 10)."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 SETTLING_S = 0.5
 """Longest a sensor's values stay invalid after its type was set: 400 ms. Source: docs/firmware.md section 6."""
 STEP_S = 0.005
-"""Between two looks at a value that is not there yet."""
+"""Shortest time between two looks at a value that is not there yet; a slow link takes longer by itself."""
 
 
 class Sensor:
@@ -37,6 +37,11 @@ class Sensor:
         self._input = input_port(port)
         self._ready = False
 
+    @property
+    def ready(self) -> bool:
+        """Whether the port was set up, and is still so for all we know."""
+        return self._ready
+
     def set_up(self) -> None:
         """Set the port's type and wait until its values are valid.
 
@@ -47,11 +52,13 @@ class Sensor:
         mode = SetInputMode(self._input, self.type, self.mode)
         brick.request(mode)
         brick.remember(mode)
-        deadline = brick.now() + SETTLING_S
+        asked = brick.now()
+        deadline = asked + SETTLING_S
         while not brick.request(GetInputValues(self._input)).valid:
-            if brick.now() >= deadline:
+            if asked >= deadline:
                 raise LinkTimeout(f"the sensor on port {self.port} gives no valid values.", remedy="Is it plugged in?")
-            brick.sleep(STEP_S)
+            brick.sleep(asked + STEP_S - brick.now())
+            asked = brick.now()
         self._ready = True
 
     def values(self) -> InputValues:

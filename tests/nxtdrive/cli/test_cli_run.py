@@ -128,7 +128,7 @@ def test_mistakes_in_a_mission_file_are_told_before_anything_moves(capsys, small
     assert not Path("runs").exists()
 
 
-def test_a_brick_that_says_nothing_is_told_after_a_second(capsys):
+def test_a_brick_that_says_nothing_is_told_after_two_seconds(capsys):
     master, slave = pty.openpty()
     try:
         code = main(["run", "--nxt", f"serial://{os.ttyname(slave)}", "--camera", "sim"])
@@ -136,7 +136,7 @@ def test_a_brick_that_says_nothing_is_told_after_a_second(capsys):
         os.close(master)
         os.close(slave)
     assert code == 4
-    assert "was not answered within 1 s" in capsys.readouterr().err
+    assert "was not answered within 2 s" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

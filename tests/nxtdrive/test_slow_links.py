@@ -1,0 +1,95 @@
+"""Radio links: what waits and what gives up goes by the link's own pace."""
+
+import pytest
+
+from firmware_protocol.direct import LSWrite, SetOutputState
+from firmware_protocol.telegram import NO_REPLY
+from nxtdrive.brick import Brick
+from nxtdrive.motion.rover import Rover
+from nxtdrive.tools.monitor import watch
+from nxtdrive.transports.sim import SimTransport
+from sim_backend.simulation import Simulation
+
+SLOW = pytest.mark.parametrize("latency_ms", [45, 150, 300])
+BOX = '[[boxes]]\nname = "crate"\nat_mm = [{x_mm}, 1500]\nsize_mm = [100, 400]\nheight_mm = 300\n'
+
+
+class Listening(SimTransport):
+    """A link that notes what is sent, and when."""
+
+    def __init__(self, *args, **kwargs):
+        super().__init__(*args, **kwargs)
+        self.sent = []
+
+    def send(self, telegram):
+        self.sent.append((self.now(), telegram))
+        super().send(telegram)
+
+    def times(self, command):
+        return [time_s for time_s, telegram in self.sent if telegram[1] == command.opcode]
+
+
+class Bunching(Listening):
+    """A radio that falters: what wants no answer travels together with the next question."""
+
+    held = b""
+
+    def send(self, telegram):
+        if telegram[0] & NO_REPLY:
+            self.held = telegram
+            return
+        if self.held:
+            super().send(self.held)
+            self.held = b""
+        super().send(telegram)
+
+
+@SLOW
+def test_a_sensor_is_asked_once_more_however_slow_the_link(latency_ms):
+    transport = Bunching(Simulation("open"), latency_ms=latency_ms)
+    with Brick(transport) as brick:
+        sonar = brick.ultrasonic(4)
+        sonar.set_up()
+        before = len(transport.times(LSWrite))
+        sonar.read(0x42, 1)
+        assert len(transport.times(LSWrite)) - before == 1, "the first question came too early, the second did not"
+
+
+@SLOW
+def test_a_crate_right_ahead_keeps_the_robot_from_starting(lab, latency_ms):
+    room = lab(BOX.format(x_mm=1330), latency_ms=latency_ms)
+    assert Rover(room.brick).straight(500).stop == "obstacle"
+    assert room.simulation.truth.pose.x_mm == pytest.approx(1000, abs=1)
+
+
+@SLOW
+def test_a_crate_on_the_way_ends_the_drive_by_sonar(lab, latency_ms):
+    room = lab(BOX.format(x_mm=3000), latency_ms=latency_ms)
+    assert Rover(room.brick).straight(2500).stop == "obstacle"
+
+
+@SLOW
+def test_a_move_ends_as_soon_as_two_looks_agree(latency_ms):
+    transport = Listening(Simulation("open"), latency_ms=latency_ms)
+    with Brick(transport) as brick:
+        brick.motor("A").run_angle(500, 200)
+        braked = transport.times(SetOutputState)[-2]  # the last one holds the motor when all is done
+        assert transport.times(SetOutputState)[-1] - braked <= 3 * latency_ms / 1000 + 0.01
+
+
+@pytest.mark.parametrize(("latency_ms", "period_s"), [(2, 0.25), (45, 8 * 0.045)])
+def test_the_monitor_looks_as_often_as_it_was_told_or_as_the_link_allows(lab, latency_ms, period_s):
+    brick = lab(latency_ms=latency_ms).brick
+    snapshots = watch(brick, {}, 0.25)
+    first, *_, last = [next(snapshots) for _ in range(5)]
+    assert (last.time_s - first.time_s) / 4 == pytest.approx(period_s, abs=0.005)
+
+
+@pytest.mark.parametrize(("max_telegram", "limit_s"), [(64, 1.0), (128, 2.0)])
+def test_radio_links_are_given_more_time_unless_somebody_says_how_much(max_telegram, limit_s):
+    transport = SimTransport(Simulation("open"))
+    transport.max_telegram = max_telegram
+    with Brick(transport) as brick:
+        assert brick.timeout_s == limit_s
+    with Brick(SimTransport(Simulation("open")), timeout_s=0.3) as brick:
+        assert brick.timeout_s == 0.3
