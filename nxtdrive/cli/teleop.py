@@ -16,16 +16,20 @@ from nxtdrive.cli.pace import in_real_time
 if TYPE_CHECKING:
     from behaviors.mission import Mission
     from nxtdrive.brick import Brick
+    from nxtdrive.tools.teleop.gamepad import Gamepad
     from nxtdrive.tools.teleop.spotter import Spotter
 
 DESCRIPTION = """\
 Drive by hand: arrow keys or WASD, Q and E for bends, + and - for the speed, space
 for an emergency stop, Esc to leave. No key for half a second stops the robot, and
 so does a lost link: the brick itself ends every motion that nobody renews. The
-map is drawn from odometry and sonar. Needs the extra nxtdrive[tui]."""
+map is drawn from odometry and sonar. A gamepad drives, too: left stick, right
+stick steers, B is the emergency stop, A ends it, the shoulder buttons change the
+speed. Needs the extra nxtdrive[tui], and for a gamepad nxtdrive[gamepad]."""
 EXAMPLES = """\
   nxtdrive teleop
   nxtdrive teleop --nxt usb:// --speed 150
+  nxtdrive teleop --gamepad
   nxtdrive teleop --target lena
   nxtdrive teleop --mission my-mission.toml --camera 0 --nxt serial:///dev/rfcomm0"""
 
@@ -45,6 +49,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--speed", metavar="MM_S", type=float, default=300.0, help="highest speed, 20 to 350 (default: 300)"
     )
+    parser.add_argument(
+        "--gamepad",
+        action=argparse.BooleanOptionalAction,
+        help="drive with a gamepad, too (default: if nxtdrive[gamepad] is installed)",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -59,11 +68,12 @@ def run(args: argparse.Namespace) -> int:
     mission = load(args.mission)
     target = _target(args, mission)
     with ExitStack() as stack:
+        gamepad = _gamepad(args.gamepad, stack)
         brick = stack.enter_context(open_brick(in_real_time(args.nxt)))
         rover = build_rover(brick, mission)
         controls = Controls(args.speed, rover.settings.turn_deg_s)
         spotter = stack.enter_context(closing(_spotter(args, brick, mission, target, stack))) if target else None
-        app = Teleop(Pilot(brick, rover, controls, spotter), controls, brick.now, brick.transport.address)
+        app = Teleop(Pilot(brick, rover, controls, spotter), controls, brick.now, brick.transport.address, gamepad)
         stack.callback(app.finish)
         app.run()
     if app.failure is not None:
@@ -81,6 +91,20 @@ def _check(args: argparse.Namespace) -> None:
         raise ConfigError(f"--speed must be from 20 to 350 mm/s, not {args.speed:g}.")
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise ConfigError("teleop needs a terminal to draw on and to read keys from.", remedy="Run it in one.")
+
+
+def _gamepad(wanted: bool | None, stack: ExitStack) -> Gamepad | None:
+    """A gamepad to be read, connected or not; None if there can be none and nobody has asked for it."""
+    from nxtdrive.tools.teleop.gamepad import Gamepad
+
+    if wanted is False:
+        return None
+    try:
+        return stack.enter_context(closing(Gamepad()))
+    except ConfigError:
+        if wanted:
+            raise
+        return None
 
 
 def _target(args: argparse.Namespace, mission: Mission) -> str | None:

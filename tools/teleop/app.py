@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from functools import partial
 from typing import ClassVar
 
 from textual.app import App, ComposeResult
@@ -16,6 +17,7 @@ from textual.widgets import Footer, Header, Static
 from firmware_protocol.errors import NXTError
 
 from .controls import STEP_PERCENT, Controls, Direction
+from .gamepad import Button, Gamepad
 from .pilot import Pilot, View
 
 DIRECTIONS = {
@@ -31,6 +33,8 @@ DIRECTIONS = {
     "e": Direction.FORWARD_RIGHT,
 }
 """Keys that drive."""
+GAMEPAD_EVERY_S = 0.02
+"""From one reading of the gamepad to the next; several within a step of the pilot."""
 
 
 class Teleop(App[None]):
@@ -41,6 +45,7 @@ class Teleop(App[None]):
         controls: What it listens to.
         now: The clock of the controls.
         name: Which brick, for the title.
+        gamepad: Read between the keys, if there shall be one.
 
     Attributes:
         failure: Why it ended by itself, or None.
@@ -72,11 +77,19 @@ class Teleop(App[None]):
     class Ended(Message):
         """The pilot drives no more."""
 
-    def __init__(self, pilot: Pilot, controls: Controls, now: Callable[[], float], name: str = "") -> None:
+    def __init__(
+        self,
+        pilot: Pilot,
+        controls: Controls,
+        now: Callable[[], float],
+        name: str = "",
+        gamepad: Gamepad | None = None,
+    ) -> None:
         super().__init__()
         self.sub_title = name
         self.failure: NXTError | None = None
         self._pilot, self._controls, self._now = pilot, controls, now
+        self._gamepad, self._gamepad_words = gamepad, ""
         self._leaving = threading.Event()
         self._driving = threading.Thread(target=self._drive, name="teleop pilot", daemon=True)
 
@@ -91,6 +104,8 @@ class Teleop(App[None]):
     def on_mount(self) -> None:
         """Begin to drive."""
         self._driving.start()
+        if self._gamepad is not None:
+            self.set_interval(GAMEPAD_EVERY_S, partial(self._listen, self._gamepad))
 
     def on_key(self, event: Key) -> None:
         """Drive where the key says."""
@@ -100,7 +115,7 @@ class Teleop(App[None]):
 
     def on_app_blur(self) -> None:
         """The terminal's window is left: nobody has a hand on the keys."""
-        self._controls.let_go()
+        self._controls.let_go_of_keys()
 
     def action_emergency_stop(self) -> None:
         """Stop, whatever happens."""
@@ -129,7 +144,7 @@ class Teleop(App[None]):
         floor.update("\n".join(self._pilot.map.draw(view.pose, size.width, size.height)))
         panel = self.query_one("#panel", Static)
         panel.set_class(self._controls.stopped, "alarm")
-        panel.update(describe(view))
+        panel.update(describe(view, self._gamepad_words))
 
     def on_teleop_ended(self) -> None:
         """Leave."""
@@ -140,6 +155,28 @@ class Teleop(App[None]):
         self._leaving.set()
         if self._driving.is_alive():
             self._driving.join()
+
+    def _listen(self, gamepad: Gamepad) -> None:
+        """Do what the gamepad says."""
+        reading = gamepad.read()
+        self._gamepad_words = reading.words
+        for button in reading.pressed:
+            self._obey(button)
+        if reading.lost:
+            self._controls.let_go()
+        if reading.sticks is not None:
+            self._controls.steer(reading.sticks.ahead, reading.sticks.aside, self._now())
+
+    def _obey(self, button: Button) -> None:
+        match button:
+            case Button.STOP:
+                self._controls.emergency_stop()
+            case Button.RELEASE:
+                self._controls.release()
+            case Button.FASTER:
+                self._controls.faster(STEP_PERCENT)
+            case Button.SLOWER:
+                self._controls.faster(-STEP_PERCENT)
 
     def _drive(self) -> None:
         """The driving thread: nobody else talks to the brick."""
@@ -152,8 +189,8 @@ class Teleop(App[None]):
         self.post_message(self.Ended())
 
 
-def describe(view: View) -> str:
-    """The panel's text."""
+def describe(view: View, gamepad: str = "") -> str:
+    """The panel's text; `gamepad` says which one there is, or why none."""
     ahead = "no echo" if view.range_mm is None else f"{view.range_mm:.0f} mm"
     rows = {
         "state": view.state,
@@ -166,6 +203,9 @@ def describe(view: View) -> str:
         "battery": f"{view.battery_mv / 1000:.2f} V",
         "link": f"{view.latency_ms:.0f} ms",
         "eyes": view.eyes or "no target (--target NAME)",
+        "gamepad": gamepad or "off (--gamepad)",
     }
     keys = "\narrows, WASD: drive  Q E: bend\nhold to go on, let go to stop"
+    if gamepad:
+        keys += "\nsticks: drive  B: STOP  A: release\nRB, LB: faster, slower"
     return "\n".join(f"{label:<8} {text}" for label, text in rows.items()) + "\n" + keys

@@ -1,11 +1,7 @@
 """The screen: textual's own pilot presses keys, and a real terminal shows the real thing."""
 
 import asyncio
-import shutil
-import subprocess
 import sys
-import threading
-import uuid
 
 import pytest
 
@@ -142,60 +138,15 @@ def test_without_textual_it_names_the_command(capsys, monkeypatch):
     assert "pip install 'nxtdrive[tui]'" in capsys.readouterr().err
 
 
-class Tmux:
-    """A real terminal that shows a program."""
-
-    def __init__(self, *command):
-        self._name = f"nxtdrive-{uuid.uuid4().hex}"
-        self._call("new-session", "-d", "-x", "110", "-y", "32", *command)
-
-    def _call(self, *words):
-        done = subprocess.run(
-            ["tmux", "-L", self._name, *words], capture_output=True, text=True, check=False, timeout=20
-        )
-        return done.stdout
-
-    def keys(self, *keys):
-        self._call("send-keys", *keys)
-
-    def screen(self):
-        return self._call("capture-pane", "-p")
-
-    def wait(self, text, *keys):
-        """Until the screen shows `text`; presses keys meanwhile."""
-        for _ in range(PATIENCE):
-            screen = self.screen()
-            if text in screen:
-                return screen
-            if keys:
-                self.keys(*keys)
-            threading.Event().wait(0.05)
-        raise AssertionError(f"{text!r} never came:\n{screen}")
-
-    def ended(self):
-        return not self._call("list-sessions")
-
-    def close(self):
-        self._call("kill-server")
-
-
-@pytest.mark.skipif(shutil.which("tmux") is None, reason="no tmux on this computer: no real terminal to try")
-def test_in_a_real_terminal():
-    terminal = Tmux(sys.executable, "-m", "nxtdrive.cli.main", "teleop", "--nxt", "sim://", "--target", "lena")
-    try:
-        terminal.wait("stopped")
-        terminal.wait("driving", "Up")
-        terminal.wait("stopped")
-        terminal.wait("driving", "a")
-        terminal.keys("Space")
-        screen = terminal.wait("EMERGENCY")
-        assert "lena" in screen
-        assert "mm" in screen
-        terminal.keys("Escape")
-        for _ in range(PATIENCE):
-            if terminal.ended():
-                break
-            threading.Event().wait(0.05)
-        assert terminal.ended()
-    finally:
-        terminal.close()
+def test_in_a_real_terminal(terminal):
+    screen = terminal(sys.executable, "-m", "nxtdrive.cli.main", "teleop", "--nxt", "sim://", "--target", "lena")
+    screen.wait("stopped")
+    screen.wait("driving", "Up")
+    screen.wait("stopped")
+    screen.wait("driving", "a")
+    screen.keys("Space")
+    shown = screen.wait("EMERGENCY")
+    assert "lena" in shown
+    assert "mm" in shown
+    screen.keys("Escape")
+    screen.wait_for_the_end()

@@ -1,0 +1,229 @@
+"""A gamepad made of SDL alone: plugged in, moved, pulled out; read as a real one is, and driving a robot."""
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import USAGE
+from nxtdrive.tools.teleop.controls import Controls
+from nxtdrive.tools.teleop.pilot import Pilot
+from nxtdrive.tools.teleop.sticks import Sticks
+
+PATIENCE = 400
+LEFT_X, LEFT_Y, RIGHT_X = range(3)
+A, B, LB, RB, UP, DOWN, LEFT, RIGHT = 0, 1, 9, 10, 11, 12, 13, 14
+"""Of the virtual gamepad."""
+STICK_ONLY = 0
+"""SDL's kind of joystick that has no layout."""
+
+
+def test_it_says_that_none_is_connected(pad):
+    gamepad, _ = pad
+    reading = gamepad.read()
+    assert reading.words == "none connected"
+    assert reading.sticks is None
+
+
+def test_sticks_and_cross_are_read(pad):
+    gamepad, virtual = pad
+    virtual.plug()
+    assert gamepad.read().sticks == Sticks()
+    virtual.move(LEFT_Y, -1.0)
+    virtual.move(RIGHT_X, 0.5)
+    virtual.press(LEFT)
+    virtual.press(DOWN)
+    reading = gamepad.read()
+    assert reading.sticks == Sticks(left_y=-1.0, right_x=pytest.approx(0.5, abs=1e-4), cross_x=-1, cross_y=1)
+    assert gamepad.read().sticks == reading.sticks
+
+
+def test_a_button_counts_once_however_short_it_was_pressed(pad):
+    from nxtdrive.tools.teleop.gamepad import Button
+
+    gamepad, virtual = pad
+    virtual.plug()
+    gamepad.read()
+    for button, meaning in ((B, Button.STOP), (A, Button.RELEASE), (RB, Button.FASTER), (LB, Button.SLOWER)):
+        virtual.press(button)
+        assert gamepad.read().pressed == (meaning,)
+        assert gamepad.read().pressed == ()
+        virtual.press(button, down=False)
+        assert gamepad.read().pressed == ()
+
+
+def test_unplugging_is_told_once_and_plugging_in_again_works(pad):
+    gamepad, virtual = pad
+    virtual.plug()
+    connected = gamepad.read().words
+    virtual.move(LEFT_Y, -1.0)
+    virtual.unplug()
+    reading = gamepad.read()
+    assert reading.lost
+    assert reading.sticks is None
+    assert "UNPLUGGED" in reading.words
+    assert not gamepad.read().lost
+    virtual.plug()
+    reading = gamepad.read()
+    assert reading.words == connected
+    assert reading.sticks == Sticks()
+    assert not reading.lost
+
+
+def test_what_has_no_layout_is_named_and_left_alone(pad):
+    gamepad, virtual = pad
+    virtual.plug(STICK_ONLY)
+    reading = gamepad.read()
+    assert "unknown layout" in reading.words
+    assert reading.sticks is None
+    virtual.unplug()
+    assert gamepad.read().words == "none connected"
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no signals as POSIX has them")
+def test_signals_stay_the_programs_own():
+    pytest.importorskip("pygame", reason="pygame-ce is not installed (pip install 'nxtdrive[gamepad]')")
+    program = (
+        "import os, signal; from nxtdrive.tools.teleop.gamepad import Gamepad;"
+        "gamepad = Gamepad(); os.kill(os.getpid(), signal.SIGTERM); gamepad.read()"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == -signal.SIGTERM
+    assert done.stdout + done.stderr == ""
+
+
+def test_without_pygame_it_names_the_command(monkeypatch):
+    from nxtdrive.tools.teleop.gamepad import Gamepad
+
+    monkeypatch.setitem(sys.modules, "pygame", None)
+    with pytest.raises(ConfigError) as refusal:
+        Gamepad()
+    assert "pip install 'nxtdrive[gamepad]'" in str(refusal.value)
+
+
+WITHOUT_PYGAME = "import sys; sys.modules['pygame'] = None; from nxtdrive.cli.main import main; sys.exit(main())"
+
+
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs pseudo-terminals")
+def test_asked_for_a_gamepad_without_pygame_teleop_says_what_to_install():
+    master, slave = os.openpty()
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", WITHOUT_PYGAME, "teleop", "--gamepad"],
+            stdin=slave,
+            stdout=slave,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+    finally:
+        os.close(master)
+        os.close(slave)
+    assert done.returncode == USAGE
+    assert "pip install 'nxtdrive[gamepad]'" in done.stderr
+
+
+def test_not_asked_for_one_teleop_does_without_pygame(terminal):
+    screen = terminal(sys.executable, "-c", WITHOUT_PYGAME, "teleop")
+    screen.wait("stopped")
+    assert "off (--gamepad)" in screen.wait("driving", "Up")
+    screen.keys("Escape")
+    screen.wait_for_the_end()
+
+
+@pytest.fixture
+def teleop(room, pad):
+    """(simulation, app, virtual gamepad) in real time."""
+    from nxtdrive.tools.teleop.app import Teleop
+
+    gamepad, virtual = pad
+    simulation, brick = room(realtime=True)
+    controls = Controls(300.0, 120.0)
+    return simulation, Teleop(Pilot(brick, brick.rover(), controls), controls, brick.now, "sim://", gamepad), virtual
+
+
+def _panel(app):
+    return str(app.query_one("#panel").render())
+
+
+async def _until(pilot, true):
+    for _ in range(PATIENCE):
+        if true():
+            return
+        await pilot.pause(0.02)
+    raise AssertionError("it never came")
+
+
+def _play(app, play):
+    async def go():
+        async with app.run_test(size=(100, 30)) as pilot:
+            await _until(pilot, lambda: "stopped" in _panel(app))
+            await play(pilot)
+
+    try:
+        asyncio.run(go())
+    finally:
+        app.finish()
+    assert app.failure is None
+
+
+def test_the_stick_drives_as_long_as_it_is_held_and_its_middle_stops(teleop):
+    simulation, app, virtual = teleop
+    start = simulation.truth.pose
+
+    async def play(pilot):
+        virtual.plug()
+        await _until(pilot, lambda: "Virtual" in _panel(app))
+        virtual.move(LEFT_Y, -1.0)
+        await _until(pilot, lambda: simulation.truth.pose.x_mm > start.x_mm + 250)
+        assert "driving" in _panel(app)
+        virtual.move(LEFT_Y, 0.0)
+        await _until(pilot, lambda: "stopped" in _panel(app))
+
+    _play(app, play)
+
+
+def test_unplugging_stops_with_the_stick_held_and_plugging_in_drives_again(teleop):
+    _, app, virtual = teleop
+
+    async def play(pilot):
+        for axis in (LEFT_X, RIGHT_X):
+            virtual.plug()
+            await _until(pilot, lambda: "Virtual" in _panel(app))
+            virtual.move(axis, 1.0)
+            await _until(pilot, lambda: "driving" in _panel(app))
+            virtual.unplug()
+            await _until(pilot, lambda: "stopped" in _panel(app) and "UNPLUGGED" in _panel(app))
+
+    _play(app, play)
+
+
+def test_b_is_an_emergency_stop_a_ends_it_and_shoulders_change_the_speed(teleop):
+    _, app, virtual = teleop
+
+    async def play(pilot):
+        virtual.plug()
+        await _until(pilot, lambda: "Virtual" in _panel(app))
+        virtual.press(RB)
+        await _until(pilot, lambda: "(70 %)" in _panel(app))
+        virtual.press(LB)
+        await _until(pilot, lambda: "(60 %)" in _panel(app))
+        virtual.move(RIGHT_X, 1.0)
+        await _until(pilot, lambda: "driving" in _panel(app))
+        virtual.press(B)
+        await _until(pilot, lambda: "EMERGENCY" in _panel(app))
+        virtual.press(A)
+        await _until(pilot, lambda: "stopped" in _panel(app))
+        await pilot.pause(0.3)
+        assert "stopped" in _panel(app), "the stick is still held, and has not been in the middle"
+        virtual.move(RIGHT_X, 0.0)
+        await pilot.pause(0.1)
+        virtual.move(RIGHT_X, 1.0)
+        await _until(pilot, lambda: "driving" in _panel(app))
+
+    _play(app, play)

@@ -1,0 +1,56 @@
+"""From sticks to a course: how far a thumb has moved what, and what that means. No gamepad library in here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+DEADZONE = 0.24
+"""Deflection that counts as none: a worn stick rests beside its middle.
+
+Source: 7849 of 32767, XINPUT_GAMEPAD_LEFT_THUMB_DEADZONE in XInput.h."""
+EXPO = 0.5
+"""Share of the cube in the response: half-way of the stick is less than half speed, so that a thumb can aim."""
+STEPS = 20
+"""Speeds between none and full. A thumb trembles; neither motors nor the rule for stuck wheels should see it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sticks:
+    """Deflections of a gamepad, -1..1, as SDL counts them: right and down are positive.
+
+    Attributes:
+        left_x: Left stick.
+        left_y: Left stick.
+        right_x: Right stick.
+        cross_x: Directional pad, -1, 0 or 1.
+        cross_y: Directional pad, -1, 0 or 1.
+    """
+
+    left_x: float = 0.0
+    left_y: float = 0.0
+    right_x: float = 0.0
+    cross_x: float = 0.0
+    cross_y: float = 0.0
+
+    @property
+    def ahead(self) -> float:
+        """Part of the highest speed, -1..1, forward positive."""
+        return response(-_strongest(self.left_y, self.cross_y))
+
+    @property
+    def aside(self) -> float:
+        """Part of the highest turn rate, -1..1, right positive; of both sticks the one that is moved farther counts."""
+        return response(_strongest(self.left_x, self.right_x, self.cross_x))
+
+
+def response(deflection: float) -> float:
+    """Deflection to part of the speed, both -1..1: nothing in the dead zone, then gently from zero, full at the end."""
+    beyond = (min(1.0, abs(deflection)) - DEADZONE) / (1.0 - DEADZONE)
+    if beyond <= 0.0:
+        return 0.0
+    part = round(((1.0 - EXPO) * beyond + EXPO * beyond**3) * STEPS) / STEPS
+    return part if deflection > 0 else -part
+
+
+def _strongest(*deflections: float) -> float:
+    return max(deflections, key=abs)
