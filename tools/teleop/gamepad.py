@@ -112,7 +112,7 @@ class Gamepad:
         self._pygame.display.quit()
 
     def _is_ours(self, event: Event, kind: int) -> bool:
-        return event.type == kind and event.instance_id == self._instance
+        return bool(event.type == kind and event.instance_id == self._instance)
 
     def _let_go(self) -> None:
         if self._open is not None:

@@ -68,7 +68,7 @@ class Pilot:
         self.map = FloorMap()
         self._brick, self._rover, self._controls, self._spotter = brick, rover, controls, spotter
         self._moving = False
-        self._stuck: tuple[float, float] | None = None
+        self._stuck: tuple[int, int] | None = None
         self._range_mm: float | None = None
         self._touching = False
         self._battery_mv = 0
@@ -109,13 +109,13 @@ class Pilot:
         self._rover.stop()
 
     def _drive(self, speed: float, turn: float) -> str:
-        if (speed, turn) == self._stuck:
+        if _way(speed, turn) == self._stuck:
             return f"{_OBJECTIONS[Stop.STALLED]}, let go"
         self._stuck = None
         if speed or turn:
             objection = self._rover.drive(speed, turn)
             if objection is Stop.STALLED:
-                self._stuck = (speed, turn)
+                self._stuck = _way(speed, turn)
             self._moving = objection is None
             return "driving" if objection is None else _OBJECTIONS.get(objection, objection.value)
         if self._moving:
@@ -144,3 +144,8 @@ class Pilot:
         self.map.see(pose, sighting.bearing_deg, sighting.distance_mm)
         side = "right" if sighting.bearing_deg >= 0 else "left"
         return f"{spotter.target}: {sighting.distance_mm / 1000:.2f} m, {abs(sighting.bearing_deg):.0f}° {side}"
+
+
+def _way(speed: float, turn: float) -> tuple[int, int]:
+    """Which way, however fast: a thumb on a stick trembles, and a change of speed frees no wheel."""
+    return (speed > 0) - (speed < 0), (turn > 0) - (turn < 0)

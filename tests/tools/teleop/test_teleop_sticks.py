@@ -5,7 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nxtdrive.tools.teleop.controls import DEAD_MAN_S, Controls, Direction
+from nxtdrive.tools.teleop.pilot import Pilot
 from nxtdrive.tools.teleop.sticks import DEADZONE, Sticks, response
+from sim_backend.firmware.bench_motor import BenchMotor
 
 STOP = (0.0, 0.0)
 DEFLECTIONS = st.floats(-1.1, 1.1)  # SDL's lowest is a little beyond -1
@@ -133,3 +135,18 @@ def test_a_stick_that_is_moved_already_when_it_is_plugged_in_does_not_drive():
     controls = Controls(300.0, 120.0)
     controls.steer(1.0, 0.0, 1.0)
     assert controls.wanted(1.0) == STOP
+
+
+def test_a_thumb_that_trembles_does_not_drive_held_wheels_again(room, controls):
+    simulation, brick = room()
+    simulation.brick.attach_motor("B", BenchMotor(locked=True))
+    pilot, states = Pilot(brick, brick.rover(), controls), []
+    for step in range(40):
+        controls.steer(0.8 + 0.05 * (step % 2), 0.0, brick.now())
+        states.append(pilot.step().state)
+    assert list(dict.fromkeys(states)) == ["driving", "wheels are stuck", "wheels are stuck, let go"]
+    assert states[-1] == "wheels are stuck, let go"
+    controls.steer(0.0, 0.0, brick.now())
+    assert pilot.step().state == "stopped"
+    controls.steer(-0.8, 0.0, brick.now())
+    assert pilot.step().state == "driving"
