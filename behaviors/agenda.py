@@ -24,12 +24,14 @@ class Errand:
         fate: What became of it so far.
         time_s: When that was decided, seconds of mission time; None while pending.
         attempts: Searches started for it, over all rounds.
+        tries: How often it was its turn.
     """
 
     target: str
     fate: Fate = Fate.PENDING
     time_s: float | None = None
     attempts: int = 0
+    tries: int = 1
 
 
 class Agenda:
@@ -43,7 +45,7 @@ class Agenda:
     def __init__(self, targets: Sequence[str], rounds: int = 1) -> None:
         self.errands = [Errand(target) for target in targets]
         self.round = 1
-        self._rounds = rounds
+        self.rounds = rounds
         self._current = 0
 
     @property
@@ -77,13 +79,15 @@ class Agenda:
             raise IndexError("no target is left on the agenda")
         if following <= self._current:
             self.round += 1
+        if self.errands[following].fate is Fate.GIVEN_UP:
+            self.errands[following].tries += 1
         self._current = following
 
     def _following(self) -> int | None:
         for i in range(self._current + 1, len(self.errands)):
             if self.errands[i].fate is not Fate.REACHED:
                 return i
-        if self.round < self._rounds:
+        if self.round < self.rounds:
             for i in range(self._current + 1):
                 if self.errands[i].fate is not Fate.REACHED:
                     return i

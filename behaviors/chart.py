@@ -56,12 +56,14 @@ class MissionChart(StateChart[Any]):
 
                     wait = State(initial=True)
                     move_to = State()
+                    detour = State()
+                    rescan = State()
 
                 reached = State()
                 gave_up = State()
                 resume_here = HistoryState(type="deep")
 
-                target_seen = search.to(arrive)
+                target_seen = search.to(arrive) | recover.to(arrive)
                 search_failed = search.to(select)
                 # not internal: 3.2.2 enters the initial states of all regions on an internal self-transition
                 continued = arrive.to(arrive)
@@ -70,8 +72,11 @@ class MissionChart(StateChart[Any]):
 
                 select.to(recover.wait, cond="chose_wait")
                 select.to(recover.move_to, cond="chose_move_to")
+                select.to(recover.detour, cond="chose_detour")
+                select.to(recover.rescan, cond="chose_rescan")
                 select.to(gave_up, cond="chose_change_target")
                 recovery_done = recover.to(search)
+                recovery_failed = recover.to(select)
 
                 reached.to(search, cond="more_targets", on="next_target")
                 gave_up.to(search, cond="more_targets", on="next_target")
@@ -145,6 +150,14 @@ class MissionChart(StateChart[Any]):
         """Guard: the policy chose to look from elsewhere."""
         return self._chose(Recovery.MOVE_TO)
 
+    def chose_detour(self) -> bool:
+        """Guard: the policy chose to go round what is in the way."""
+        return self._chose(Recovery.DETOUR)
+
+    def chose_rescan(self) -> bool:
+        """Guard: the policy chose to look again from here."""
+        return self._chose(Recovery.RESCAN)
+
     def chose_change_target(self) -> bool:
         """Guard: the policy chose to give this target up."""
         return self._chose(Recovery.CHANGE_TARGET)
@@ -188,6 +201,8 @@ MISSION_STATES = (
     "select",
     "wait",
     "move_to",
+    "detour",
+    "rescan",
     "reached",
     "gave_up",
     "suspended",

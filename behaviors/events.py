@@ -21,6 +21,7 @@ class Event(StrEnum):
     ARRIVED = "arrived"
     ARRIVE_FAILED = "arrive_failed"
     RECOVERY_DONE = "recovery_done"
+    RECOVERY_FAILED = "recovery_failed"
     OBSTACLE = "obstacle"
     OBSTACLE_GONE = "obstacle_gone"
     LINK_LOST = "link_lost"
@@ -46,9 +47,19 @@ class Reason(StrEnum):
     OBSTACLE_AHEAD = "obstacle_ahead"
     WAY_CLEAR = "way_clear"
     LINK_LOST = "link_lost"
+    LINK_BACK = "link_back"
     CAMERA_LOST = "camera_lost"
     OPERATOR_STOP = "operator_stop"
     TIME_UP = "time_up"
+    NEVER_SEEN = "never_seen"
+    LOST_BEHIND = "lost_behind"
+    BLOCKED_SHORT = "blocked_short"
+    BLOCKED_LONG = "blocked_long"
+    NO_PROGRESS = "no_progress"
+    SLIPPED = "slipped"
+    WRONG_TARGET = "wrong_target"
+    NO_WAY = "no_way"
+    THERE = "there"
 
 
 Evidence = Mapping[str, object]

@@ -17,13 +17,18 @@ from behaviors.agenda import Agenda, Errand
 from behaviors.chart import MISSION_STATES, MissionChart
 from behaviors.events import Event, Fact, Reason
 from behaviors.journal import Kind, Observer, Record, plain
+from behaviors.mind import MakeMind
 from behaviors.mission import Mission
 from behaviors.ports import Body, Clock, Eyes
-from behaviors.recovery import Choice, Evidence, RecoveryPolicy, ThesisPolicy
-from behaviors.skills import Arrive, Moving, Reply, Search, Senses, Service, TimeUp, Waiting
+from behaviors.profiles import PROFILES
+from behaviors.recovery import Choice, Evidence
+from behaviors.skills import Reply, Senses, Service, TimeUp
 
 LINK_FAILURES = (ConnectionError, TimeoutError)
 """What a body raises when the brick no longer answers."""
+
+LINK_RETRY_S = 0.5
+"""A silent link is asked again so often."""
 
 REPLIES = {
     Event.TARGET_SEEN: Reply.CONTINUE,
@@ -83,7 +88,7 @@ class Executive:
         eyes: The camera.
         clock: Mission time.
         observers: Hear every record, in order.
-        policy: Chooses what to do after a failure; the mission's profile when None.
+        make_mind: What is done in each state and chosen after a failure; the mission's profile when None.
     """
 
     def __init__(
@@ -93,9 +98,8 @@ class Executive:
         eyes: Eyes,
         clock: Clock,
         observers: Sequence[Observer] = (),
-        policy: RecoveryPolicy | None = None,
+        make_mind: MakeMind | None = None,
     ) -> None:
-        profile = mission.thesis
         self._mission = mission
         self._body = body
         self._clock = clock
@@ -103,12 +107,12 @@ class Executive:
         self._start_s = clock.now()
         limit_s = mission.mission.time_limit_s
         deadline_s = math.inf if limit_s is None else self._start_s + limit_s
-        self._senses = Senses(body, eyes, clock, profile, self.note, self._report, deadline_s)
-        self._policy = policy or ThesisPolicy(profile.wait_s, profile.turn_deg, profile.max_researches)
+        self._senses = Senses(body, eyes, clock, mission.thesis, self.note, self._report, deadline_s)
         self._agenda = Agenda(mission.mission.targets, mission.mission.rounds)
+        self._mind = (make_mind or PROFILES[mission.mission.profile])(self._senses, mission, self._agenda)
         self._chart = MissionChart(self._agenda, self._decide, [self])
         self._service: Service | None = None
-        self._failure = Reason.MISSION_STARTED
+        self._failure = Fact(Event.START, Reason.MISSION_STARTED)
         self._exist = False
         self._researches = 0
         self._decided_s = float("-inf")
@@ -154,7 +158,8 @@ class Executive:
         entered = "search" if target.id == "active" else target.id
         if entered in MISSION_STATES and event != Event.CONTINUED:
             self._path.append(entered)
-            self._service = None
+            if entered != "suspended" and event != Event.RESUME:
+                self._service = None  # what was suspended goes on where it was
         if entered in ("reached", "gave_up"):
             self._agenda.errand.time_s = self.now()
             self._researches = 0
@@ -166,7 +171,12 @@ class Executive:
             self._report(Fact(Event.START, Reason.MISSION_STARTED))
             while not self._chart.is_terminated:
                 self._senses.check_time()
-                self._report(self._serve())
+                try:
+                    fact = self._serve()
+                except LINK_FAILURES as error:
+                    self._outlast(error)
+                else:
+                    self._report(fact)
         except KeyboardInterrupt:
             self._stop_motors()
             self._report(Fact(Event.TRIP, Reason.OPERATOR_STOP))
@@ -177,10 +187,28 @@ class Executive:
             return Ending.TIME_UP
         except LINK_FAILURES as error:
             self._error = str(error)
-            self._report(Fact(Event.LINK_LOST, Reason.LINK_LOST, {"error": self._error}))
             self._report(Fact(Event.ABORT, Reason.LINK_LOST))
             return Ending.LINK_LOST
         return Ending.ACHIEVED if self._agenda.achieved else Ending.EXHAUSTED
+
+    def _outlast(self, error: Exception) -> None:
+        """Suspend the mission until the brick answers again; the leases have stopped the robot meanwhile.
+
+        Raises:
+            Exception: One of `LINK_FAILURES`: it stayed silent for too long.
+        """
+        lost_s = self._clock.now()
+        self._report(Fact(Event.LINK_LOST, Reason.LINK_LOST, {"error": str(error)}))
+        while True:
+            self._senses.check_time()
+            try:
+                self._body.stop()
+                break
+            except LINK_FAILURES:
+                if self._clock.now() - lost_s >= self._mission.mission.link_patience_s:
+                    raise error from None  # the first one says what happened
+                self._clock.sleep(LINK_RETRY_S)
+        self._report(Fact(Event.LINK_BACK, Reason.LINK_BACK, {"silent_s": self._clock.now() - lost_s}))
 
     def _report(self, fact: Fact) -> None:
         """Keep what the next choice will need, then tell the chart."""
@@ -188,15 +216,15 @@ class Executive:
             self._exist = True
         elif fact.event is Event.RECOVERY_DONE:
             self._researches += 1
-        elif fact.event in (Event.SEARCH_FAILED, Event.ARRIVE_FAILED):
-            self._failure = fact.reason
+        elif fact.event in (Event.SEARCH_FAILED, Event.ARRIVE_FAILED, Event.RECOVERY_FAILED):
+            self._failure = fact
         self._chart.report(fact)
 
     def _serve(self) -> Fact:
         """One call of the present state's service."""
         if self._service is None:
             self._service = self._new_service()
-        if not isinstance(self._service, Search | Arrive):
+        if self._chart.mission_state not in ("search", "arrive"):
             return self._service.call()
         self.note(Kind.CALL, verb="arrive", battery_mv=self._body.battery_mv())
         fact = self._service.call()
@@ -204,30 +232,23 @@ class Executive:
         return fact
 
     def _new_service(self) -> Service:
-        state, target, choice = self._chart.mission_state, self._agenda.target, self._chart.choice
+        state = self._chart.mission_state
         if state == "search":
             self._exist = False
             self._agenda.errand.attempts += 1
-            return Search(self._senses, target)
-        if state == "arrive":
-            return Arrive(self._senses, target)
-        if state == "wait" and choice:
-            return Waiting(self._senses, choice.wait_s)
-        if state == "move_to" and choice:
-            return Moving(self._senses, choice.turn_deg)
-        raise Livelock(f"there is nothing to do in state {state!r}")
+        return self._mind.service(state, self._chart.choice)
 
     def _decide(self) -> Choice:
         """Ask the policy; called by the chart on entry of `select`."""
         if self._clock.now() <= self._decided_s:
             raise Livelock(f"two decisions at {self.now():.3f} s; every service must let time pass")
         self._decided_s = self._clock.now()
-        evidence = Evidence(self._agenda.target, self._failure, self._exist, self._researches)
+        failure = Evidence(self._agenda.target, self._failure.reason, self._exist, self._researches)
         self.note(Kind.CALL, verb="select")
         self.note(Kind.REPLY, verb="select", value=int(self._exist))
-        choice = self._policy.select(evidence)
-        seen = {"reason": evidence.reason, "exist": evidence.exist, "researches": evidence.researches}
-        self.note(Kind.CHOICE, choice=choice.kind, why=choice.why, evidence=seen)
+        evidence = self._mind.evidence(failure, self._failure)
+        choice = self._mind.select(evidence)
+        self.note(Kind.CHOICE, choice=choice.kind, why=choice.why, **choice.numbers(), evidence=evidence.known())
         return choice
 
     def _stop_motors(self) -> None:

@@ -62,6 +62,38 @@ class ThesisProfile(_Table):
     cruise_mm_s: float = Field(default=150.0, ge=20, le=400)
 
 
+class AdaptiveProfile(_Table):
+    """The numbers of the adaptive profile; most were found by trying on tuning seeds, see docs/evaluation.md.
+
+    Attributes:
+        cruise_mm_s: Speed of an approach and of a way.
+        scan_deg_s: How fast it turns while looking round; faster blurs distant pictures.
+        lost_after_s: A target that should be seen and is not for so long is lost.
+        approach_limit_s: An approach that takes longer has failed.
+        arrive_mm: Apparent distance at which the target is reached.
+        search_budget_s: So long a target is searched for without a sighting before another one gets its turn.
+        rounds: How often the targets are gone through at most, unless the mission asks for more.
+        repeats: The same recovery is not chosen more often than that for one target at one place.
+        detours: Whether it goes round what is in the way.
+        chooses_viewpoints: Whether it chooses where to look next; otherwise it moves off as the thesis does.
+        remembers_others: Whether it keeps in mind where it saw the other targets.
+        fixed_wait_s: Wait so long, whatever is known; without it, as long as pays.
+    """
+
+    cruise_mm_s: float = Field(default=200.0, ge=20, le=400)
+    scan_deg_s: float = Field(default=36.0, ge=5, le=120)
+    lost_after_s: float = Field(default=1.2, ge=0.2, le=30)
+    approach_limit_s: float = Field(default=60.0, ge=1, le=600)
+    arrive_mm: float = Field(default=420.0, ge=100, le=2000)
+    search_budget_s: float = Field(default=50.0, ge=1, le=3600)
+    rounds: int = Field(default=5, ge=1, le=20)
+    repeats: int = Field(default=2, ge=1, le=10)
+    detours: bool = True
+    chooses_viewpoints: bool = True
+    remembers_others: bool = True
+    fixed_wait_s: float | None = Field(default=None, ge=0, le=600)
+
+
 class _Target(_Table):
     height_mm: float = Field(default=297.0, ge=10, le=3000, description="real height of what is detected")
 
@@ -164,13 +196,15 @@ class MissionTable(_Table):
         profile: How to behave.
         rounds: How often the list is gone through at most; later rounds try what was given up again.
         time_limit_s: When the mission ends, whatever has been reached; without it, it takes as long as it takes.
+        link_patience_s: A mission is suspended while the brick does not answer, and ends when that lasts longer.
     """
 
     name: str = "mission"
     targets: list[str] = Field(min_length=1)
-    profile: Literal["thesis"] = "thesis"
+    profile: Literal["thesis", "adaptive"] = "thesis"
     rounds: int = Field(default=1, ge=1, le=20)
     time_limit_s: float | None = Field(default=None, gt=0, le=86400)
+    link_patience_s: float = Field(default=30.0, ge=0, le=3600)
 
 
 class Mission(_Table):
@@ -179,6 +213,7 @@ class Mission(_Table):
     mission: MissionTable
     target: dict[str, Target]
     thesis: ThesisProfile = ThesisProfile()
+    adaptive: AdaptiveProfile = AdaptiveProfile()
     robot: RobotTable = RobotTable()
     camera: CameraTable = CameraTable()
 
@@ -281,6 +316,7 @@ def _known_keys(path: Sequence[int | str]) -> set[str]:
     tables: dict[str, type[BaseModel]] = {
         "mission": MissionTable,
         "thesis": ThesisProfile,
+        "adaptive": AdaptiveProfile,
         "robot": RobotTable,
         "camera": CameraTable,
     }

@@ -8,6 +8,7 @@ seconds.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
@@ -142,4 +143,8 @@ class Eyes(Protocol):
 
     def look(self, target: str) -> Sighting | None:
         """Take the next fresh frame and say whether `target` is confirmed in it; bounded by the camera's time limit."""
+        ...
+
+    def glance(self, targets: Sequence[str]) -> Mapping[str, Sighting]:
+        """Take the next fresh frame and say which of the targets are confirmed in it."""
         ...

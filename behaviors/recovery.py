@@ -6,11 +6,16 @@ journal can be replayed through another policy.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from enum import StrEnum
-from typing import Protocol
+from typing import Any, Protocol
 
 from behaviors.events import Reason
+
+Point = tuple[float, float]
+"""x_mm, y_mm in the frame of the robot's start."""
 
 
 class Recovery(StrEnum):
@@ -18,7 +23,76 @@ class Recovery(StrEnum):
 
     WAIT = "wait"
     MOVE_TO = "move_to"
+    DETOUR = "detour"
+    RESCAN = "rescan"
     CHANGE_TARGET = "change_target"
+
+
+@dataclass(frozen=True, slots=True)
+class Blocker:
+    """Something between the robot and where the target is believed to be.
+
+    Attributes:
+        range_mm: How far ahead it is.
+        age_s: How long it has been known.
+        moving: Whether its distance changed while the robot stood, or it was not there a moment ago.
+        hides: Whether the target cannot be seen past it. What can be looked over is furniture, not a person.
+    """
+
+    range_mm: float
+    age_s: float
+    moving: bool
+    hides: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Detour:
+    """A way round what blocks the straight one.
+
+    Attributes:
+        extra_s: How much longer it takes than the straight way would.
+        route: Points to drive through, without the present place.
+    """
+
+    extra_s: float
+    route: tuple[Point, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Viewpoint:
+    """A place from which the target may be seen.
+
+    Attributes:
+        travel_s: Time to get there.
+        scan_s: Time to look round there.
+        chance: Probability that the target is found by that, 0..1.
+        route: Points to drive through; the last one is the place. Empty for the present place.
+    """
+
+    travel_s: float
+    scan_s: float
+    chance: float
+    route: tuple[Point, ...] = ()
+
+    @property
+    def seconds(self) -> float:
+        """Time for all of it."""
+        return self.travel_s + self.scan_s
+
+
+@dataclass(frozen=True, slots=True)
+class Other:
+    """Another target that is not reached yet and was seen on the way.
+
+    Attributes:
+        target: Its name.
+        travel_s: Time to get to where it was seen.
+        age_s: How long ago that was.
+    """
+
+    target: str
+    travel_s: float
+    age_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,12 +104,73 @@ class Evidence:
         reason: Why the last try failed.
         exist: Whether the target was recognised since the last search began (the thesis's `exist`).
         researches: Searches for this target beyond the first, in this round.
+        round: How often the list of targets is being gone through, from 1.
+        targets_left: Targets that are not reached, this one included.
+        spent_s: Time spent on this target in this round without nearing it.
+        blocker: What is in the way, if something is.
+        detour: A way round it, if there is one.
+        here: What another look round from here promises, if anything.
+        viewpoints: Other places to look from, the most promising first.
+        others: Other targets that were seen.
+        repeats: How often each recovery was chosen here already, for this target.
     """
 
     target: str
     reason: Reason
     exist: bool
     researches: int
+    round: int = 1
+    targets_left: int = 1
+    spent_s: float = 0.0
+    blocker: Blocker | None = None
+    detour: Detour | None = None
+    here: Viewpoint | None = None
+    viewpoints: tuple[Viewpoint, ...] = ()
+    others: tuple[Other, ...] = ()
+    repeats: Mapping[Recovery, int] = field(default_factory=dict)
+
+    def known(self) -> dict[str, Any]:
+        """As plain values for the journal; what nobody looked into is left out, and the target stands there anyway."""
+        return {
+            name: value
+            for name, value in asdict(self).items()
+            if name in ("reason", "exist", "researches") or (name != "target" and value != _BLANK[name])
+        }
+
+
+_BLANK = asdict(Evidence("", Reason.MISSION_STARTED, exist=False, researches=0))
+
+
+def evidence_from(target: str, known: Mapping[str, Any]) -> Evidence:
+    """The evidence of a journal's choice; the inverse of `Evidence.known`.
+
+    Raises:
+        KeyError, TypeError, ValueError: It is not the evidence of a choice.
+    """
+    values = dict(known)
+    if values.get("blocker") is not None:
+        values["blocker"] = Blocker(**values["blocker"])
+    if values.get("detour") is not None:
+        values["detour"] = _detour(**values["detour"])
+    if values.get("here") is not None:
+        values["here"] = _viewpoint(**values["here"])
+    values["viewpoints"] = tuple(_viewpoint(**each) for each in values.get("viewpoints", ()))
+    values["others"] = tuple(Other(**each) for each in values.get("others", ()))
+    values["repeats"] = {Recovery(kind): count for kind, count in values.get("repeats", {}).items()}
+    values["reason"] = Reason(values["reason"])
+    return Evidence(target, **values)
+
+
+def _detour(extra_s: float, route: list[list[float]]) -> Detour:
+    return Detour(extra_s, _points(route))
+
+
+def _viewpoint(travel_s: float, scan_s: float, chance: float, route: list[list[float]]) -> Viewpoint:
+    return Viewpoint(travel_s, scan_s, chance, _points(route))
+
+
+def _points(route: list[list[float]]) -> tuple[Point, ...]:
+    return tuple((float(x_mm), float(y_mm)) for x_mm, y_mm in route)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,13 +181,20 @@ class Choice:
         kind: The recovery.
         why: One clause for the journal.
         wait_s: How long to wait, for `Recovery.WAIT`.
-        turn_deg: Which way to move off, positive right, for `Recovery.MOVE_TO`.
+        turn_deg: Which way to move off, positive right, for the thesis's `Recovery.MOVE_TO`.
+        route: Points to drive through, for `Recovery.DETOUR` and for `Recovery.MOVE_TO` to a place.
     """
 
     kind: Recovery
     why: str
     wait_s: float = 0.0
     turn_deg: float = 0.0
+    route: tuple[Point, ...] = ()
+
+    def numbers(self) -> dict[str, Any]:
+        """What was chosen beyond the kind, as plain values for the journal."""
+        values = {"wait_s": self.wait_s, "turn_deg": self.turn_deg, "route": self.route}
+        return {name: value for name, value in values.items() if value}
 
 
 class RecoveryPolicy(Protocol):
@@ -61,6 +203,26 @@ class RecoveryPolicy(Protocol):
     def select(self, evidence: Evidence) -> Choice:
         """Choose for this evidence; must not depend on anything else."""
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """A candidate for a choice.
+
+    Attributes:
+        choice: What would be done.
+        seconds: How long that is expected to take.
+        chance: Probability that it leads on, 0..1.
+    """
+
+    choice: Choice
+    seconds: float
+    chance: float
+
+    @property
+    def expected_s(self) -> float:
+        """Seconds a success costs, if one had as many tries as one likes; infinity without a chance."""
+        return self.seconds / self.chance if self.chance > 0 else math.inf
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,15 +58,24 @@ class CameraEyes:
         self._observers.append(observer)
 
     def look(self, target: str) -> Sighting | None:
-        """Take the next fresh frame and say whether `target` is confirmed in it.
+        """Take the next fresh frame and say whether `target` is confirmed in it; raises as `glance` does."""
+        return self.glance([target]).get(target)
+
+    def glance(self, targets: Sequence[str]) -> dict[str, Sighting]:
+        """Take the next fresh frame and say which of the targets are confirmed in it.
 
         Raises:
             CameraError: no frame came in time.
-            ConfigError: there is no target of this name.
+            ConfigError: there is no target of one of the names.
         """
-        if target not in self._targets:
-            raise ConfigError(f"The eyes know no target {target!r}.", remedy=f"They know: {_list(self._targets)}.")
+        for target in targets:
+            if target not in self._targets:
+                raise ConfigError(f"The eyes know no target {target!r}.", remedy=f"They know: {_list(self._targets)}.")
         frame = self._camera.read(self._timeout_s)
+        sightings = {target: self._look_at(frame, target) for target in targets}
+        return {target: sighting for target, sighting in sightings.items() if sighting is not None}
+
+    def _look_at(self, frame: Frame, target: str) -> Sighting | None:
         seen = self._see(frame, target)
         confirmed = self._confirmations[target].update(frame.time_s, seen)
         sighting = None if confirmed is None else _sighting(target, confirmed, frame.time_s)
@@ -117,7 +126,15 @@ class GeometricEyes:
 
     def look(self, target: str) -> Sighting | None:
         """Take the next fresh frame and say whether `target` is confirmed in it."""
+        return self.glance([target]).get(target)
+
+    def glance(self, targets: Sequence[str]) -> dict[str, Sighting]:
+        """Take the next fresh frame and say which of the targets are confirmed in it."""
         self._await_frame()
+        sightings = {target: self._look_at(target) for target in targets}
+        return {target: sighting for target, sighting in sightings.items() if sighting is not None}
+
+    def _look_at(self, target: str) -> Sighting | None:
         observed = self._sensor.observe(target)
         seen = []
         if observed is not None:

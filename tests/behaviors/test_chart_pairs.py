@@ -15,10 +15,15 @@ WAYS = {
     "arrive": ([Event.START, Event.TARGET_SEEN], Recovery.WAIT),
     "wait": ([Event.START, Event.SEARCH_FAILED], Recovery.WAIT),
     "move_to": ([Event.START, Event.SEARCH_FAILED], Recovery.MOVE_TO),
+    "detour": ([Event.START, Event.TARGET_SEEN, Event.ARRIVE_FAILED], Recovery.DETOUR),
+    "rescan": ([Event.START, Event.SEARCH_FAILED], Recovery.RESCAN),
     "suspended": ([Event.START, Event.LINK_LOST], Recovery.WAIT),
     "finished": ([Event.START, Event.ABORT], Recovery.WAIT),
 }
 """How to come into each state in which a mission can rest, and what the policy chooses from then on."""
+
+RECOVERIES = ("wait", "move_to", "detour", "rescan")
+ACTIVE = ("search", "arrive", *RECOVERIES)
 
 LEADS_TO = {
     ("idle", Event.START): "search",
@@ -27,10 +32,11 @@ LEADS_TO = {
     ("arrive", Event.CONTINUED): "arrive",
     ("arrive", Event.ARRIVED): "search",  # for the next target
     ("arrive", Event.ARRIVE_FAILED): "wait",
-    ("wait", Event.RECOVERY_DONE): "search",
-    ("move_to", Event.RECOVERY_DONE): "search",
-    **{(state, Event.SUSPEND): "suspended" for state in ("search", "arrive", "wait", "move_to")},
-    **{(state, Event.LINK_LOST): "suspended" for state in ("search", "arrive", "wait", "move_to")},
+    **{(state, Event.TARGET_SEEN): "arrive" for state in RECOVERIES},
+    **{(state, Event.RECOVERY_DONE): "search" for state in RECOVERIES},
+    **{(state, Event.RECOVERY_FAILED): state for state in RECOVERIES},  # through select, which chooses the same again
+    **{(state, Event.SUSPEND): "suspended" for state in ACTIVE},
+    **{(state, Event.LINK_LOST): "suspended" for state in ACTIVE},
     ("suspended", Event.LINK_BACK): "search",
     **{(state, Event.ABORT): "finished" for state in WAYS},
     **{(state, Event.TRIP): "finished" for state in WAYS},

@@ -210,6 +210,9 @@ class Blind:
     def look(self, target):
         return None
 
+    def glance(self, targets):
+        return {}
+
 
 def test_stop_breaks_off_a_motion_over_a_real_link(serving, mission_for):
     simulation = Simulation("open", seed=1)

@@ -7,10 +7,13 @@ takes a robot and returns the mission's report, and whatever journal it writes i
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
+from behaviors.adaptive.mind import AdaptiveMind
 from behaviors.executive import Executive, Report
+from behaviors.mind import MakeMind, ThesisMind
 from behaviors.mission import Mission
-from behaviors.recovery import RecoveryPolicy, ThesisPolicy
+from behaviors.recovery import ThesisPolicy
 from sim_backend.simulation import Simulation
 
 from .baselines import Nav2List, RandomWalk
@@ -22,14 +25,21 @@ NEVER = 10**9
 Policy = Callable[[Robot], Report]
 
 
-def _executive(recovery: RecoveryPolicy | None = None) -> Policy:
-    """The mission's executive with a rule for its recoveries; the mission's own profile when None."""
-    return lambda robot: Executive(robot.mission, robot.body, robot.eyes, robot.clock, robot.observers, recovery).run()
+def _executive(make_mind: MakeMind, **adaptive: object) -> Policy:
+    """The mission's executive with a profile; and with other numbers for the adaptive one."""
+
+    def run(robot: Robot) -> Report:
+        profile = robot.mission.adaptive.model_copy(update=adaptive)
+        mission = robot.mission.model_copy(update={"adaptive": profile})
+        return Executive(mission, robot.body, robot.eyes, robot.clock, robot.observers, make_mind).run()
+
+    return run
 
 
 POLICIES: dict[str, Policy] = {
-    "thesis": _executive(),
-    "thesis-unlimited": _executive(ThesisPolicy(max_researches=NEVER)),
+    "thesis": _executive(ThesisMind),
+    "thesis-unlimited": _executive(partial(ThesisMind, policy=ThesisPolicy(max_researches=NEVER))),
+    "adaptive": _executive(AdaptiveMind),
     "nav2-list": lambda robot: Nav2List(robot).run(),
     "random-walk": lambda robot: RandomWalk(robot).run(),
 }

@@ -5,7 +5,7 @@ A policy gets a `Robot` and nothing else; the simulation behind it stays out of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 from typing import TypeVar
@@ -178,10 +178,14 @@ class SteadyEyes:
 
     def look(self, target: str) -> Sighting | None:
         """Look; None also when no frame comes in time."""
+        return self.glance([target]).get(target)
+
+    def glance(self, targets: Sequence[str]) -> Mapping[str, Sighting]:
+        """Look for several; nothing also when no frame comes in time."""
         try:
-            return self._eyes.look(target)
+            return self._eyes.glance(targets)
         except CameraError:
-            return None
+            return {}
 
 
 class SpoiltSensor:

@@ -1,0 +1,60 @@
+"""Whether what looks like the target is it: Wald's sequential test on how steadily the detector finds it.
+
+A detector finds the real thing in most frames that show it from near enough, and takes something else for it only now
+and then. Each frame shifts the odds; the test stops as soon as they are clear enough.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+REAL_RATE, MISTAKE_RATE = 0.50, 0.25
+"""Share of the frames in which the real target, in poor light, and a look-alike are found."""
+ACCEPT, REJECT = math.log(50.0), -math.log(20.0)
+"""Odds at which the test stops: a wrong stop is worse than another look."""
+_HIT = math.log(REAL_RATE / MISTAKE_RATE)
+_MISS = math.log((1.0 - REAL_RATE) / (1.0 - MISTAKE_RATE))
+
+
+class Verdict(StrEnum):
+    """What the test says so far."""
+
+    REAL = "real"
+    MISTAKEN = "mistaken"
+    OPEN = "open"
+
+
+@dataclass(slots=True)
+class Doubt:
+    """The odds that what is approached is the target.
+
+    Attributes:
+        odds: Their logarithm.
+    """
+
+    odds: float = 0.0
+    _missed: int = 0
+
+    def frame(self, *, hit: bool) -> None:
+        """Take in a frame that shows the place of the target.
+
+        Frames without a detection count when the next one comes: until then the target may as well be hidden.
+        """
+        if hit:
+            self.odds = max(2 * REJECT, min(2 * ACCEPT, self.odds + _HIT + self._missed * _MISS))
+            self._missed = 0
+        else:
+            self._missed += 1
+
+    def forget_misses(self) -> None:
+        """What was missed was hidden or out of the frame."""
+        self._missed = 0
+
+    @property
+    def verdict(self) -> Verdict:
+        """What the odds say."""
+        if self.odds >= ACCEPT:
+            return Verdict.REAL
+        return Verdict.MISTAKEN if self.odds <= REJECT else Verdict.OPEN

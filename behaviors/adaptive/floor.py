@@ -1,0 +1,145 @@
+"""What sonar and bumper tell about the floor: a grid in the frame of odometry, where evidence fades in time.
+
+A sonar's beam is wide. An echo says that the whole beam is free up to it, and that something is *somewhere* on its arc.
+So an echo frees the cone and marks only the arc's middle; from far away it may be to one side and is held a hint, which
+a way may cross if it must, until nearer beams confirm or clear it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from behaviors.ports import Pose
+
+CELL_MM = 80.0
+CELLS = 180
+"""The grid reaches 7.2 m from the start to each side; what lies farther is not mapped."""
+
+SONAR_FORWARD_MM = 100.0
+"""The sonar in front of the axle; about right is enough."""
+BEAM_DEG = 15.0
+"""Half the beam's angle. Source: docs/sensors.md, ultrasonic."""
+ARC_DEG = 6.0
+"""So much of an echo's arc is marked to either side."""
+NEAR_MM, FAR_MM = 700.0, 1800.0
+"""An echo from nearer tells where something is; from farther than the second it tells nothing."""
+MARGIN_MM = 100.0
+"""The floor right before an echo is not called free."""
+
+HINT, SOLID, MOST = 0.3, 1.5, 3.0
+"""Evidence from which a cell may be and is occupied, and the most a cell can have; that of free cells is negative."""
+FADES_S = 90.0
+"""Evidence falls to a third in this time: things move, and so does odometry."""
+BLOCK_RADIUS_MM = 180.0
+"""What blocks the way is taken to be so large until it is seen better."""
+FOOTPRINT_MM = 130.0
+"""The robot's own radius."""
+
+Grid = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+
+
+class FloorMap:
+    """A grid of evidence for obstacles, (CELLS, CELLS), indexed [x, y]; the start lies in the middle."""
+
+    def __init__(self) -> None:
+        self.evidence: Grid = np.zeros((CELLS, CELLS), np.float32)
+        self._time_s = -math.inf
+        self._last: tuple[Pose, float] | None = None
+
+    def fade(self, now_s: float) -> None:
+        """Let old evidence fade."""
+        if now_s - self._time_s > 1.0:
+            if self._time_s > -math.inf:
+                self.evidence *= np.float32(math.exp((self._time_s - now_s) / FADES_S))
+            self._time_s = now_s
+
+    def echo(self, pose: Pose, range_mm: float) -> None:
+        """Take in an echo; one that repeats the last from the same place says nothing new."""
+        if self._last is not None and _same(self._last, (pose, range_mm)):
+            return
+        self._last = (pose, range_mm)
+        x_mm, y_mm = pose.ahead(SONAR_FORWARD_MM)
+        reach_mm = min(range_mm, FAR_MM)
+        window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, reach_mm + 2 * CELL_MM)
+        cells = self.evidence[window]
+        free = (along < reach_mm - MARGIN_MM) & (off_deg <= BEAM_DEG)
+        cells[free] = np.maximum(cells[free] - 0.35, -2.0)
+        if range_mm >= FAR_MM:
+            return
+        hit = (np.abs(along - range_mm) <= CELL_MM * 0.75) & (off_deg <= ARC_DEG)
+        gain, most = (1.0, MOST) if range_mm <= NEAR_MM else (0.5, SOLID - 0.1)
+        cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
+
+    def stands_on(self, pose: Pose) -> None:
+        """Where the robot is, nothing else is."""
+        window, along, _ = _polar(pose.x_mm, pose.y_mm, 0.0, FOOTPRINT_MM)
+        cells = self.evidence[window]
+        cells[along <= FOOTPRINT_MM] = -2.0
+
+    def block(self, pose: Pose, range_mm: float) -> None:
+        """Remember something in the way, of a size not known yet: what stopped the robot or touched it."""
+        x_mm, y_mm = pose.ahead(SONAR_FORWARD_MM + range_mm + BLOCK_RADIUS_MM * 0.6)
+        window, along, _ = _polar(x_mm, y_mm, 0.0, BLOCK_RADIUS_MM)
+        cells = self.evidence[window]
+        cells[along <= BLOCK_RADIUS_MM] = MOST
+
+    def reach_mm(self, x_mm: float, y_mm: float, limit_mm: float, level: float = HINT) -> NDArray[np.float64]:
+        """How far one can see along the floor in each of `DIRECTIONS` from a place, at most `limit_mm`."""
+        steps = np.arange(CELL_MM * 2, limit_mm, CELL_MM)
+        i = _index(x_mm + steps[None, :] * _ALONG[:, 0:1])
+        j = _index(y_mm + steps[None, :] * _ALONG[:, 1:2])
+        shut = self.evidence[i, j] > level
+        first = np.argmax(shut, axis=1)
+        return np.where(shut.any(axis=1), steps[first], limit_mm).astype(np.float64)
+
+    def clear_between(self, start: tuple[float, float], end: tuple[float, float], short_mm: float = 0.0) -> bool:
+        """Whether the robot could drive straight from `start` to `short_mm` before `end`, as far as is known."""
+        length = math.dist(start, end) - short_mm
+        if length <= 0:
+            return True
+        ux, uy = (end[0] - start[0]) / (length + short_mm), (end[1] - start[1]) / (length + short_mm)
+        along = np.arange(FOOTPRINT_MM, max(length, FOOTPRINT_MM + 1), CELL_MM * 0.75)
+        across = np.linspace(-FOOTPRINT_MM - 20, FOOTPRINT_MM + 20, 5)
+        i = _index(start[0] + along[:, None] * ux - across[None, :] * uy)
+        j = _index(start[1] + along[:, None] * uy + across[None, :] * ux)
+        return not bool((self.evidence[i, j] > SOLID).any())
+
+
+DIRECTIONS = 72
+_ANGLES = np.radians(np.arange(DIRECTIONS) * 360.0 / DIRECTIONS)
+_ALONG = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
+
+
+def centre_mm(index: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Middle of the cells with these indices along one axis."""
+    return np.asarray((index - CELLS // 2 + 0.5) * CELL_MM)
+
+
+def cell(x_mm: float, y_mm: float) -> tuple[int, int]:
+    """Indices of the cell at a place; of the nearest one outside of the grid."""
+    return int(_index(np.float64(x_mm))), int(_index(np.float64(y_mm)))
+
+
+def _index(value_mm: NDArray[np.float64] | np.float64) -> NDArray[np.int64]:
+    return np.clip(np.floor(value_mm / CELL_MM).astype(np.int64) + CELLS // 2, 0, CELLS - 1)
+
+
+def _polar(
+    x_mm: float, y_mm: float, heading_deg: float, radius_mm: float
+) -> tuple[tuple[slice, slice], NDArray[np.float64], NDArray[np.float64]]:
+    """The cells around a place: their window, distances, and angles off a heading."""
+    (i0, j0), (i1, j1) = cell(x_mm - radius_mm, y_mm - radius_mm), cell(x_mm + radius_mm, y_mm + radius_mm)
+    dx = (centre_mm(np.arange(i0, i1 + 1)) - x_mm)[:, None]
+    dy = (centre_mm(np.arange(j0, j1 + 1)) - y_mm)[None, :]
+    off_deg = np.abs((np.degrees(np.arctan2(dy, dx)) - heading_deg + 180.0) % 360.0 - 180.0)
+    return (slice(i0, i1 + 1), slice(j0, j1 + 1)), np.hypot(dx, dy), off_deg
+
+
+def _same(one: tuple[Pose, float], other: tuple[Pose, float]) -> bool:
+    (a, range_a), (b, range_b) = one, other
+    moved = math.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm)
+    return moved < 25.0 and abs(a.heading_deg - b.heading_deg) < 2.0 and abs(range_a - range_b) < 50.0

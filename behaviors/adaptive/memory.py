@@ -1,0 +1,202 @@
+"""What the adaptive mind remembers: where it was, what is on the floor, where targets were seen and may be."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from behaviors.adaptive.belief import Belief
+from behaviors.adaptive.floor import FloorMap
+from behaviors.mission import Mission
+from behaviors.ports import Pose, Sighting
+from behaviors.recovery import Point, Recovery
+
+RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "color": 17.0}
+FARTHEST_MM = 4500.0
+"""From how many times a target's height away its detector finds it, and from how far at most, at 320 x 240 pixels.
+Source: docs/vision.md, from the front."""
+HALF_VIEW_SHARE = 0.42
+"""A target nearer to the frame's edge than this share of the field of view is partly outside."""
+TRAIL_S = 3.0
+SETTLES = 0.4
+"""Weight of a new sighting in the estimate of a target's place."""
+JUMP_MM = 500.0
+"""A sighting this far from the last one is of something that moved, or of something else."""
+STEP_DEG, STEP_MM = 6.0, 120.0
+"""Looks from places and headings nearer together than this are taken in at once."""
+SAME_PLACE_MM = 250.0
+"""Choices no farther apart than this are made at one place."""
+
+
+@dataclass(slots=True)
+class Known:
+    """A target that was seen.
+
+    Attributes:
+        place: Where it is believed to be.
+        seen_from: From where it was seen last.
+        time_s: When that was.
+        distance_mm: How far it was then, by its apparent size.
+    """
+
+    place: Point
+    seen_from: Point
+    time_s: float
+    distance_mm: float
+
+
+class Trail:
+    """Where the robot was in the last seconds, to tell from where a frame was taken."""
+
+    def __init__(self) -> None:
+        self._poses: deque[tuple[float, Pose]] = deque()
+
+    def add(self, time_s: float, pose: Pose) -> None:
+        """Take in where it is now."""
+        self._poses.append((time_s, pose))
+        while self._poses[0][0] < time_s - TRAIL_S:
+            self._poses.popleft()
+
+    def at(self, time_s: float) -> Pose:
+        """Where it was then; the oldest or newest known place before and after what is known."""
+        i = bisect_left(self._poses, time_s, key=lambda each: each[0])
+        if i == 0:
+            return self._poses[0][1]
+        if i == len(self._poses):
+            return self._poses[-1][1]
+        (then_s, then), (now_s, now) = self._poses[i - 1], self._poses[i]
+        share = (time_s - then_s) / (now_s - then_s)
+        return Pose(
+            then.x_mm + share * (now.x_mm - then.x_mm),
+            then.y_mm + share * (now.y_mm - then.y_mm),
+            then.heading_deg + share * (now.heading_deg - then.heading_deg),
+        )
+
+
+@dataclass(slots=True)
+class _Unseen:
+    """Looks without a sighting that are not taken in yet."""
+
+    pose: Pose
+    frames: int
+
+
+class Memory:
+    """Everything remembered in one mission.
+
+    Args:
+        mission: Its targets.
+    """
+
+    def __init__(self, mission: Mission) -> None:
+        self.floor = FloorMap()
+        self.trail = Trail()
+        self.pose = Pose()
+        self.known: dict[str, Known] = {}
+        self.half_view_deg = mission.camera.hfov_deg * HALF_VIEW_SHARE
+        self.seen_from_mm = {
+            name: min(FARTHEST_MM, target.height_mm * RANGE_HEIGHTS[target.detector])
+            for name, target in mission.target.items()
+        }
+        self.beliefs = {name: Belief(self.seen_from_mm[name], self.half_view_deg) for name in mission.mission.targets}
+        self._unseen: dict[str, _Unseen] = {}
+        self._renewed_s: float | None = None
+        self._choices: list[tuple[str, Recovery, Point]] = []
+
+    @property
+    def here(self) -> Point:
+        """Where the robot is."""
+        return self.pose.x_mm, self.pose.y_mm
+
+    def perceive(
+        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], seen: Mapping[str, Sighting]
+    ) -> None:
+        """Take in a frame and an echo.
+
+        Args:
+            now_s: Present time on the mission's clock.
+            pose: Where the robot is.
+            range_mm: The sonar's echo, or None.
+            looked_for: Targets that were looked for in the frame.
+            seen: Those that were seen.
+        """
+        self.pose = pose
+        self.trail.add(now_s, pose)
+        self._renew(now_s)
+        self.floor.fade(now_s)
+        self.floor.stands_on(pose)
+        if range_mm is not None:
+            self.floor.echo(pose, range_mm)
+        for target in looked_for:
+            if target in seen:
+                self._see(target, seen[target])
+            else:
+                self._miss(target)
+
+    def settle(self) -> None:
+        """Take in all looks; before something is decided."""
+        for target, unseen in self._unseen.items():
+            self.beliefs[target].look(unseen.pose, self.floor, unseen.frames)
+        self._unseen.clear()
+
+    def forget(self, target: str) -> None:
+        """What was taken for the target is not it, or it is not there any more."""
+        known = self.known.pop(target, None)
+        if known is not None:
+            self.beliefs[target].refute(known.place)
+
+    def way_to(self, point: Point) -> tuple[float, float]:
+        """Bearing in degrees, positive right, and distance in millimetres of a point from here."""
+        dx, dy = point[0] - self.pose.x_mm, point[1] - self.pose.y_mm
+        bearing_deg = (math.degrees(math.atan2(dy, dx)) - self.pose.heading_deg + 180.0) % 360.0 - 180.0
+        return bearing_deg, math.hypot(dx, dy)
+
+    def chose(self, target: str, kind: Recovery) -> None:
+        """Keep that a recovery was chosen here."""
+        self._choices.append((target, kind, self.here))
+
+    def repeats(self, target: str) -> dict[Recovery, int]:
+        """How often each recovery was chosen at this place for this target."""
+        counts: dict[Recovery, int] = {}
+        for which, kind, place in self._choices:
+            if which == target and math.dist(place, self.here) <= SAME_PLACE_MM:
+                counts[kind] = counts.get(kind, 0) + 1
+        return counts
+
+    def _see(self, target: str, sighting: Sighting) -> None:
+        self._unseen.pop(target, None)
+        pose = self.trail.at(sighting.time_s)
+        place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), (pose.x_mm, pose.y_mm)
+        before = self.known.get(target)
+        if before is not None and math.dist(before.place, place) <= JUMP_MM:
+            place = (
+                before.place[0] + SETTLES * (place[0] - before.place[0]),
+                before.place[1] + SETTLES * (place[1] - before.place[1]),
+            )
+        if before is None or sighting.time_s - before.time_s > 1.0 or math.dist(before.place, place) > JUMP_MM:
+            self.beliefs[target].see(place, here)
+        self.known[target] = Known(place, here, sighting.time_s, sighting.distance_mm)
+
+    def _miss(self, target: str) -> None:
+        unseen = self._unseen.get(target)
+        if unseen is not None and (
+            abs(unseen.pose.heading_deg - self.pose.heading_deg) > STEP_DEG
+            or math.hypot(unseen.pose.x_mm - self.pose.x_mm, unseen.pose.y_mm - self.pose.y_mm) > STEP_MM
+        ):
+            self.beliefs[target].look(unseen.pose, self.floor, unseen.frames)
+            unseen = None
+        if unseen is None:
+            self._unseen[target] = _Unseen(self.pose, 1)
+        else:
+            unseen.frames += 1
+
+    def _renew(self, now_s: float) -> None:
+        if self._renewed_s is None:
+            self._renewed_s = now_s
+        elif now_s - self._renewed_s >= 5.0:
+            for belief in self.beliefs.values():
+                belief.renew(now_s - self._renewed_s)
+            self._renewed_s = now_s

@@ -1,0 +1,201 @@
+"""The adaptive profile at work: gathers what is known of a failure, has the policy choose, and carries it out."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from behaviors.adaptive.approach import Approach
+from behaviors.adaptive.memory import Known, Memory
+from behaviors.adaptive.pause import Rescan, Wait
+from behaviors.adaptive.policy import AdaptivePolicy
+from behaviors.adaptive.routes import Routes
+from behaviors.adaptive.scan import Scan
+from behaviors.adaptive.travel import Travel
+from behaviors.adaptive.watch import Watch
+from behaviors.agenda import Agenda, Fate
+from behaviors.events import Fact, Reason
+from behaviors.mission import Mission
+from behaviors.recovery import Blocker, Choice, Detour, Evidence, Other, Point, RecoveryPolicy, Viewpoint
+from behaviors.skills import Moving, Senses, Service
+
+IN_THE_WAY = (Reason.BLOCKED_SHORT, Reason.BLOCKED_LONG, Reason.LOST_BEHIND, Reason.NO_PROGRESS)
+"""Failures for which something between the robot and the target is to blame."""
+UNKNOWN_RANGE_MM = 150.0
+"""What stops the wheels unseen is about so far before the sonar."""
+SAME_BLOCKER_S = 40.0
+"""What was in the way so short a time ago is still the same."""
+
+SPACING_MM = 400.0
+"""Between places that are considered as viewpoints."""
+NEAREST_MM = 350.0
+"""Looking from places nearer than this is looking from here."""
+CANDIDATES, OFFERED = 60, 3
+TURN_S, SCAN_S, RESCAN_S = 1.5, 7.0, 8.0
+"""What it takes to turn to where one goes, to look round there, and to look again here; measured in the simulator."""
+
+BESIDE_MM = 160.0
+AROUND_MM = (330.0, 1000.0)
+"""Between these distances from the target a way round it ends."""
+SLANT_DEG = 60.0
+"""A picture that was seen from one direction is seen from others up to so far from that."""
+SLANT_S = 3.0
+"""What an oblique end of a way is reckoned to cost, in all."""
+
+
+class AdaptiveMind:
+    """The adaptive profile.
+
+    Args:
+        senses: What to work with.
+        mission: Its table ``adaptive`` has the numbers.
+        agenda: Whose present target is pursued; targets that are given up are tried again.
+        policy: Another rule for the recoveries.
+    """
+
+    def __init__(self, senses: Senses, mission: Mission, agenda: Agenda, policy: RecoveryPolicy | None = None) -> None:
+        profile = mission.adaptive
+        agenda.rounds = max(agenda.rounds, profile.rounds)
+        self._senses = senses
+        self._profile = profile
+        self._agenda = agenda
+        self._memory = Memory(mission)
+        self._watch = Watch(senses, profile, self._memory, agenda)
+        self._policy = policy or AdaptivePolicy(profile.search_budget_s, profile.repeats, profile.fixed_wait_s)
+        self._pursuit: tuple[str, int] | None = None
+        self._pursued_s = 0.0
+        self._blocked: tuple[Point, float, float] | None = None
+
+    def service(self, state: str, choice: Choice | None) -> Service:
+        """One of the adaptive services."""
+        if state == "search":
+            self._begin_pursuit()
+            return Scan(self._watch)
+        if state == "arrive":
+            return Approach(self._watch)
+        if choice is None:
+            raise KeyError(state)
+        if state == "wait":
+            return Wait(self._watch, choice.wait_s)
+        if state == "rescan":
+            return Rescan(self._watch)
+        if state == "move_to" and not choice.route:
+            return Moving(self._senses, choice.turn_deg)
+        if state in ("move_to", "detour"):
+            return Travel(self._watch, choice.route, ends_on_sight=state == "move_to")
+        raise KeyError(state)
+
+    def evidence(self, failure: Evidence, fact: Fact) -> Evidence:
+        """What is known of a failure: what is in the way, and what could be done, with its time and chance."""
+        memory, target = self._memory, failure.target
+        memory.settle()
+        blocker = self._blocker(fact)
+        routes = Routes(memory.floor, memory.here, self._profile.cruise_mm_s)
+        known = memory.known.get(target)
+        detour = self._detour(routes, known) if blocker and known and self._profile.detours else None
+        return Evidence(
+            target=target,
+            reason=failure.reason,
+            exist=failure.exist,
+            researches=failure.researches,
+            round=self._agenda.round,
+            targets_left=sum(errand.fate is not Fate.REACHED for errand in self._agenda.errands),
+            spent_s=self._spent_s(target),
+            blocker=blocker,
+            detour=detour,
+            here=self._here(target),
+            viewpoints=self._viewpoints(routes, target),
+            others=self._others(),
+            repeats=memory.repeats(target),
+        )
+
+    def select(self, evidence: Evidence) -> Choice:
+        """Choose by the policy, and remember where."""
+        choice = self._policy.select(evidence)
+        self._memory.chose(evidence.target, choice.kind)
+        return choice
+
+    def _begin_pursuit(self) -> None:
+        pursuit = self._agenda.target, self._agenda.errand.tries
+        if pursuit != self._pursuit:
+            self._pursuit, self._pursued_s = pursuit, self._watch.now()
+
+    def _spent_s(self, target: str) -> float:
+        known = self._memory.known.get(target)
+        since_s = self._pursued_s if known is None else max(self._pursued_s, known.time_s)
+        return self._watch.now() - since_s
+
+    def _blocker(self, fact: Fact) -> Blocker | None:
+        """What is in the way; it goes onto the floor map."""
+        if fact.reason not in IN_THE_WAY:
+            return None
+        memory, now_s = self._memory, self._watch.now()
+        measured = fact.evidence.get("range_mm")
+        range_mm = float(measured) if isinstance(measured, int | float) else UNKNOWN_RANGE_MM
+        memory.floor.block(memory.pose, range_mm)
+        place = memory.pose.ahead(range_mm)
+        since_s = now_s
+        if self._blocked is not None:
+            before, begun_s, last_s = self._blocked
+            if math.dist(before, place) < 400.0 and now_s - last_s < SAME_BLOCKER_S:
+                since_s = begun_s
+        self._blocked = (place, since_s, now_s)
+        hides = bool(fact.evidence.get("hides", fact.reason is not Reason.NO_PROGRESS))
+        return Blocker(range_mm, now_s - since_s, bool(fact.evidence.get("sudden", False)), hides)
+
+    def _detour(self, routes: Routes, known: Known) -> Detour | None:
+        """The quickest way to a place from which the straight way to the target is free."""
+        memory = self._memory
+        places = routes.places(BESIDE_MM)
+        dx, dy = places[:, 0] - known.place[0], places[:, 1] - known.place[1]
+        away_mm = np.hypot(dx, dy)
+        seen_deg = math.degrees(math.atan2(known.seen_from[1] - known.place[1], known.seen_from[0] - known.place[0]))
+        slant_deg = np.abs((np.degrees(np.arctan2(dy, dx)) - seen_deg + 180.0) % 360.0 - 180.0)
+        useful = (away_mm >= AROUND_MM[0]) & (away_mm <= AROUND_MM[1]) & (slant_deg <= SLANT_DEG)
+        places, away_mm, slant_deg = places[useful], away_mm[useful], slant_deg[useful]
+        if not len(places):
+            return None
+        seconds = routes.seconds_to(places) + away_mm / self._profile.cruise_mm_s + SLANT_S * slant_deg / SLANT_DEG
+        for i in np.argsort(seconds):
+            if not math.isfinite(seconds[i]):
+                return None
+            place = (float(places[i, 0]), float(places[i, 1]))
+            if memory.floor.clear_between(place, known.place, AROUND_MM[0]):
+                straight_s = math.dist(memory.here, known.place) / self._profile.cruise_mm_s
+                extra_s = max(0.5, float(seconds[i]) - straight_s) + 2 * TURN_S
+                return Detour(extra_s, routes.route_to(place))
+        return None
+
+    def _here(self, target: str) -> Viewpoint:
+        memory = self._memory
+        return Viewpoint(0.0, RESCAN_S, memory.beliefs[target].chance_from(*memory.here, memory.floor))
+
+    def _viewpoints(self, routes: Routes, target: str) -> tuple[Viewpoint, ...]:
+        """The places from which looking is most worth its time."""
+        if not self._profile.chooses_viewpoints:
+            return (Viewpoint(10.0, SCAN_S, 1.0),)
+        memory = self._memory
+        places = routes.places(SPACING_MM)
+        travel_s = routes.seconds_to(places) + TURN_S
+        far = np.hypot(places[:, 0] - memory.pose.x_mm, places[:, 1] - memory.pose.y_mm) >= NEAREST_MM
+        places, travel_s = places[far], travel_s[far]
+        order = np.argsort(travel_s)[:CANDIDATES]
+        belief = memory.beliefs[target]
+        found = [(belief.chance_from(places[i, 0], places[i, 1], memory.floor), float(travel_s[i]), i) for i in order]
+        found.sort(key=lambda each: -each[0] / (each[1] + SCAN_S))
+        return tuple(
+            Viewpoint(seconds, SCAN_S, chance, routes.route_to((float(places[i, 0]), float(places[i, 1]))))
+            for chance, seconds, i in found[:OFFERED]
+        )
+
+    def _others(self) -> tuple[Other, ...]:
+        """Other targets that were seen."""
+        now_s = self._watch.now()
+        waiting = [errand.target for errand in self._agenda.errands if errand.fate is not Fate.REACHED]
+        seen = {name: known for name, known in self._memory.known.items() if name in waiting}
+        seen.pop(self._agenda.target, None)
+        return tuple(
+            Other(name, math.dist(self._memory.here, known.place) / self._profile.cruise_mm_s, now_s - known.time_s)
+            for name, known in seen.items()
+        )

@@ -1,0 +1,100 @@
+"""Standing and watching; the states wait and rescan."""
+
+from __future__ import annotations
+
+from behaviors.adaptive.watch import Percept, Watch
+from behaviors.events import Event, Fact, Reason
+from behaviors.skills import sighting_values
+
+SHUT_MM = 650.0
+"""Something nearer than this straight ahead is still in the way."""
+CLEAR = 2
+"""So many echoes in a row must say that the way is free."""
+AIM_DEG = 4.0
+GLANCES_S = 1.5
+"""A second look is so long, at each of the bearings around where the target should be."""
+BESIDE_DEG = (0.0, 18.0, -36.0)
+
+
+class Wait:
+    """The state wait: until the way is free and the target in view, or until it has lasted long enough.
+
+    Args:
+        watch: What to work with.
+        wait_s: How long at most.
+    """
+
+    def __init__(self, watch: Watch, wait_s: float) -> None:
+        self._watch = watch
+        self._left_s = wait_s
+        self._clear = 0
+
+    def call(self) -> Fact:
+        """Wait; the robot is at rest."""
+        watch = self._watch
+        watch.senses.body.stop()
+        watch.senses.body.keep_alive()
+        begun_s = then_s = watch.now()
+        while self._left_s > 0:
+            percept = watch.step()
+            self._left_s -= percept.time_s - then_s
+            then_s = percept.time_s
+            self._clear = 0 if self._shut(percept) else self._clear + 1
+            if self._clear >= CLEAR:
+                if percept.sighting is not None:
+                    return Fact(Event.TARGET_SEEN, Reason.WAY_CLEAR, {"sighting": sighting_values(percept.sighting)})
+                if self._clear >= 5 * CLEAR:
+                    return Fact(Event.RECOVERY_DONE, Reason.WAY_CLEAR, {"waited_s": percept.time_s - begun_s})
+        evidence = {"waited_s": watch.now() - begun_s, "hides": watch.target not in self._visible()}
+        return Fact(Event.RECOVERY_FAILED, Reason.BLOCKED_LONG, evidence)
+
+    def _shut(self, percept: Percept) -> bool:
+        memory = self._watch.memory
+        known = memory.known.get(self._watch.target)
+        limit_mm = SHUT_MM if known is None else min(SHUT_MM, memory.way_to(known.place)[1] - 200.0)
+        return percept.range_mm is not None and percept.range_mm <= limit_mm
+
+    def _visible(self) -> set[str]:
+        """Targets seen within the last moments."""
+        now_s = self._watch.now()
+        return {name for name, known in self._watch.memory.known.items() if now_s - known.time_s < 1.0}
+
+
+class Rescan:
+    """The state rescan: a longer look at where the target was, or should be, for what was merely missed.
+
+    Args:
+        watch: What to work with.
+    """
+
+    def __init__(self, watch: Watch) -> None:
+        self._watch = watch
+
+    def call(self) -> Fact:
+        """Look again; the robot is at rest afterwards."""
+        watch = self._watch
+        body = watch.senses.body
+        body.stop()
+        begun_s = watch.now()
+        known = watch.memory.known.get(watch.target)
+        if known is None:
+            return Fact(Event.RECOVERY_DONE, Reason.THERE, {})
+        bearing_deg, _ = watch.memory.way_to(known.place)
+        if abs(bearing_deg) > AIM_DEG:
+            body.turn(bearing_deg)
+        for turn_deg in BESIDE_DEG:
+            if turn_deg:
+                body.turn(turn_deg)
+            if (fact := self._look()) is not None:
+                return fact
+        watch.memory.forget(watch.target)
+        return Fact(Event.RECOVERY_FAILED, Reason.NEVER_SEEN, {"rescan_s": watch.now() - begun_s})
+
+    def _look(self) -> Fact | None:
+        watch = self._watch
+        end_s = watch.now() + GLANCES_S
+        while watch.now() < end_s:
+            sighting = watch.step().sighting
+            if sighting is not None:
+                return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(sighting)})
+        return None

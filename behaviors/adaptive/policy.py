@@ -1,0 +1,75 @@
+"""The adaptive rule: of everything that can be done, what is expected to lead on in the fewest seconds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from behaviors.adaptive.stay import best_wait_s, kinds
+from behaviors.recovery import Choice, Evidence, Option, Recovery
+
+DETOUR_CHANCE, WAIT_CHANCE = 0.8, 0.9
+"""How often a way round leads round, and a way is free after waiting or going round."""
+SHORTEST_WAIT_S = 0.5
+POOR_S = 400.0
+"""When a success is expected to take longer than this, another target's turn is worth more."""
+
+
+@dataclass(frozen=True, slots=True)
+class AdaptivePolicy:
+    """Weighs the candidates by the seconds a success is expected to cost.
+
+    Attributes:
+        search_budget_s: So long a target is searched for in vain while another one waits.
+        repeats: The same recovery is not chosen more often for one target at one place.
+        fixed_wait_s: Wait so long, whatever is in the way; None to reckon it.
+    """
+
+    search_budget_s: float = 50.0
+    repeats: int = 2
+    fixed_wait_s: float | None = None
+
+    def select(self, evidence: Evidence) -> Choice:
+        """The best candidate, or another target."""
+        best = min(self.options(evidence), key=lambda option: option.expected_s, default=None)
+        if best is None:
+            return Choice(Recovery.CHANGE_TARGET, "everything was tried here")
+        if evidence.targets_left > 1 and evidence.blocker is None:
+            if evidence.spent_s >= self.search_budget_s:
+                return Choice(Recovery.CHANGE_TARGET, f"searched in vain for {evidence.spent_s:.0f} s")
+            if best.expected_s > POOR_S:
+                return Choice(Recovery.CHANGE_TARGET, f"a success is expected to take {best.expected_s:.0f} s")
+        return best.choice
+
+    def options(self, evidence: Evidence) -> list[Option]:
+        """All candidates that have not been tried too often at this place."""
+        candidates = [*self._past_the_blocker(evidence), *_looking(evidence)]
+        return [each for each in candidates if evidence.repeats.get(each.choice.kind, 0) < self.repeats]
+
+    def _past_the_blocker(self, evidence: Evidence) -> Iterator[Option]:
+        blocker, detour = evidence.blocker, evidence.detour
+        if blocker is None:
+            return
+        round_s = detour.extra_s if detour else math.inf
+        wait_s, cost_s = best_wait_s(kinds(blocker), round_s)
+        if self.fixed_wait_s is not None:
+            wait_s = self.fixed_wait_s
+        if wait_s >= SHORTEST_WAIT_S:
+            why = (
+                f"it may leave; going round takes {round_s:.0f} s" if detour else "it may leave; there is no way round"
+            )
+            yield Option(Choice(Recovery.WAIT, why, wait_s=wait_s), cost_s, WAIT_CHANCE)
+        if detour:
+            why = f"going round takes {round_s:.0f} s, and waiting is not expected to pay"
+            yield Option(Choice(Recovery.DETOUR, why, route=detour.route), round_s, DETOUR_CHANCE)
+
+
+def _looking(evidence: Evidence) -> Iterator[Option]:
+    here = evidence.here
+    if here is not None:
+        why = f"it may have been missed here: {here.chance:.0%}"
+        yield Option(Choice(Recovery.RESCAN, why), here.seconds, here.chance)
+    for each in evidence.viewpoints:
+        why = f"{each.travel_s:.0f} s from here the chance to see it is {each.chance:.0%}"
+        yield Option(Choice(Recovery.MOVE_TO, why, route=each.route), each.seconds, each.chance)

@@ -1,0 +1,165 @@
+"""Ways over the floor map: how long it takes from here to anywhere, and through which points."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from behaviors.adaptive.floor import CELL_MM, CELLS, FOOTPRINT_MM, HINT, SOLID, FloorMap, Mask, cell, centre_mm
+from behaviors.recovery import Point
+
+ELBOW_MM = 40.0
+"""Room beside the robot that a way must leave."""
+BERTH_MM = 320.0
+"""Room beside its middle that it had better leave: wheels slip and echoes lie a little."""
+BEYOND_CELLS = 8
+"""Ways go no farther than this beyond what is known."""
+TIGHT, DOUBTFUL, UNKNOWN = 2.0, 5.0, 1.4
+"""How many times longer a way through such a cell is reckoned."""
+ROUNDS = 400
+
+_NEIGHBOURS = [(i, j, math.hypot(i, j)) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
+
+
+class Routes:
+    """All ways from one place.
+
+    Args:
+        floor: What is known of the floor.
+        start: Where the robot is.
+        speed_mm_s: How fast it drives.
+    """
+
+    def __init__(self, floor: FloorMap, start: Point, speed_mm_s: float) -> None:
+        self._window, self._cost = _costs(floor, start)
+        i, j = cell(*start)
+        self._start = (i - self._window[0].start, j - self._window[1].start)
+        self._pace = CELL_MM / speed_mm_s
+        self._field = _spread(self._cost, self._start)
+
+    def seconds_to(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Driving time to each of the points (n, 2); infinity where no way leads."""
+        i = np.floor(points[:, 0] / CELL_MM).astype(np.int64) + CELLS // 2 - self._window[0].start
+        j = np.floor(points[:, 1] / CELL_MM).astype(np.int64) + CELLS // 2 - self._window[1].start
+        inside = (i >= 0) & (j >= 0) & (i < self._field.shape[0]) & (j < self._field.shape[1])
+        seconds = np.full(len(points), np.inf)
+        seconds[inside] = self._field[i[inside], j[inside]] * self._pace
+        return seconds
+
+    def reaches(self, point: Point) -> bool:
+        """Whether a way leads there."""
+        return bool(np.isfinite(self.seconds_to(np.array([point])))[0])
+
+    def places(self, spacing_mm: float) -> NDArray[np.float64]:
+        """Places that can be reached, (n, 2), about so far apart."""
+        every = max(1, round(spacing_mm / CELL_MM))
+        i, j = np.nonzero(np.isfinite(self._field[::every, ::every]))
+        return np.stack(
+            [centre_mm(i * every + self._window[0].start), centre_mm(j * every + self._window[1].start)], axis=1
+        )
+
+    def route_to(self, point: Point) -> tuple[Point, ...]:
+        """Points to drive through to reach `point`, which must be reachable; the start is left out."""
+        i, j = cell(*point)
+        at = (i - self._window[0].start, j - self._window[1].start)
+        steps = [at]
+        while at != self._start:
+            at = min(self._beside(at), key=lambda each: self._field[each])
+            if at in steps[-3:]:
+                break
+            steps.append(at)
+        steps.reverse()
+        return self._straightened(steps, point)
+
+    def _beside(self, at: tuple[int, int]) -> list[tuple[int, int]]:
+        rows, columns = self._field.shape
+        beside = [(at[0] + i, at[1] + j) for i, j, _ in _NEIGHBOURS]
+        return [(i, j) for i, j in beside if 0 <= i < rows and 0 <= j < columns]
+
+    def _straightened(self, steps: list[tuple[int, int]], end: Point) -> tuple[Point, ...]:
+        """The fewest of the steps between which straight lines cost no more than the way itself."""
+        corners, here = [], 0
+        while here < len(steps) - 1:
+            there = len(steps) - 1
+            while there > here + 1 and not self._straight(steps[here], steps[there]):
+                there -= max(1, (there - here) // 4)
+            here = there
+            corners.append(steps[here])
+        ij = np.array(corners[:-1], np.int64).reshape(-1, 2)
+        x_mm, y_mm = centre_mm(ij[:, 0] + self._window[0].start), centre_mm(ij[:, 1] + self._window[1].start)
+        places = zip(x_mm.tolist(), y_mm.tolist(), strict=True)
+        return (*places, end)
+
+    def _straight(self, one: tuple[int, int], other: tuple[int, int]) -> bool:
+        count = max(abs(other[0] - one[0]), abs(other[1] - one[1])) * 2 + 1
+        i = np.rint(np.linspace(one[0], other[0], count)).astype(np.int64)
+        j = np.rint(np.linspace(one[1], other[1], count)).astype(np.int64)
+        length = math.dist(one, other)
+        # on the grid a way has corners of 45 degrees and is up to 8 % longer
+        return float(np.mean(self._cost[i, j])) * length <= 1.02 * float(self._field[other] - self._field[one]) + 0.5
+
+
+def _costs(floor: FloorMap, start: Point) -> tuple[tuple[slice, slice], NDArray[np.float64]]:
+    """The known part of the floor, and how many times longer than on free floor it takes to cross each cell."""
+    evidence = floor.evidence
+    known = np.abs(evidence) > 0.05
+    i, j = cell(*start)
+    known[i, j] = True
+    window = (_span(np.any(known, axis=1)), _span(np.any(known, axis=0)))
+    part = evidence[window]
+    solid = part > SOLID
+    shut = _grown(solid, FOOTPRINT_MM + ELBOW_MM)
+    cost = np.ones(part.shape)
+    cost[np.abs(part) <= 0.05] = UNKNOWN
+    cost[_grown(solid, BERTH_MM)] = TIGHT
+    cost[_grown((part > HINT) & ~solid, FOOTPRINT_MM)] = DOUBTFUL
+    cost[shut] = np.inf
+    si, sj = i - window[0].start, j - window[1].start
+    # where the robot stands it can leave
+    around = cost[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
+    near = solid[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
+    around[np.isinf(around) & ~near] = DOUBTFUL
+    cost[si, sj] = 1.0
+    return window, cost
+
+
+def _span(used: NDArray[np.bool_]) -> slice:
+    places = np.nonzero(used)[0]
+    return slice(max(0, int(places[0]) - BEYOND_CELLS), min(len(used), int(places[-1]) + BEYOND_CELLS + 1))
+
+
+def _grown(mask: Mask, radius_mm: float) -> Mask:
+    """The mask and everything within a radius of it."""
+    cells = int(radius_mm / CELL_MM)
+    grown = mask.copy()
+    for i in range(-cells, cells + 1):
+        for j in range(-cells, cells + 1):
+            if 0 < math.hypot(i, j) * CELL_MM <= radius_mm:
+                target, source = _shifted(i, mask.shape[0]), _shifted(-i, mask.shape[0])
+                target_j, source_j = _shifted(j, mask.shape[1]), _shifted(-j, mask.shape[1])
+                grown[target, target_j] |= mask[source, source_j]
+    return grown
+
+
+def _shifted(step: int, size: int) -> slice:
+    return slice(max(0, step), size + min(0, step))
+
+
+def _spread(cost: NDArray[np.float64], start: tuple[int, int]) -> NDArray[np.float64]:
+    """Shortest ways from the start to every cell, in cells of free floor: relaxed all at once until nothing changes."""
+    padded = np.full((cost.shape[0] + 2, cost.shape[1] + 2), np.inf)
+    inner = padded[1:-1, 1:-1]
+    inner[start] = 0.0
+    views = [
+        (padded[1 + i : padded.shape[0] - 1 + i, 1 + j : padded.shape[1] - 1 + j], cost * step)
+        for i, j, step in _NEIGHBOURS
+    ]
+    for _ in range(ROUNDS):
+        before = inner.copy()
+        for view, price in views:
+            np.minimum(inner, view + price, out=inner)
+        if np.array_equal(before, inner):
+            break
+    return inner.copy()

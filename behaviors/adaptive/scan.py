@@ -1,0 +1,114 @@
+"""Looking round: turning on the spot past every bearing where the target may be, with camera and sonar awake."""
+
+from __future__ import annotations
+
+from behaviors.adaptive.watch import Watch
+from behaviors.events import Event, Fact, Reason
+from behaviors.skills import sighting_values
+
+STEP_DEG = 6.0
+"""The camera must see the same thing in neighbouring frames: no more than this is turned between two."""
+SLOWEST_DEG_S = 8.0
+ARC_SHARE = 0.93
+"""Bearings that hold so much of what can be found from here are looked at; the rest is not worth the turn."""
+FULL_DEG = 330.0
+"""An arc this wide is a whole turn; frames are as wide as what it lacks."""
+KNOWN_DEG = 25.0
+"""Where a target is remembered it is looked for first, so far to either side."""
+REMEMBERED_SHARE = 0.9
+"""A remembered target that is nearer than this share of its detector's range is looked for from here."""
+AIM_DEG = 8.0
+FRAMES_AT_REST = 3
+
+
+class Scan:
+    """The state search: one look round from here.
+
+    Args:
+        watch: What to work with.
+    """
+
+    def __init__(self, watch: Watch) -> None:
+        self._watch = watch
+        self._rate_deg_s = watch.profile.scan_deg_s
+
+    def call(self) -> Fact:
+        """Look round until the target is seen or there is nothing more to see; the robot is at rest afterwards."""
+        watch = self._watch
+        begun_s = watch.now()
+        watch.senses.body.stop()
+        seen = self._rest() or self._look_where_known() or self._look_round()
+        watch.senses.body.stop()
+        if seen is not None:
+            return seen
+        return Fact(Event.SEARCH_FAILED, Reason.NEVER_SEEN, {"scan_s": watch.now() - begun_s})
+
+    def _look_where_known(self) -> Fact | None:
+        watch = self._watch
+        known = watch.memory.known.get(watch.target)
+        if known is None:
+            return None
+        bearing_deg, distance_mm = watch.memory.way_to(known.place)
+        if distance_mm > REMEMBERED_SHARE * watch.memory.seen_from_mm[watch.target]:
+            return None
+        watch.senses.body.turn(bearing_deg)
+        fact = self._rest() or self._sweep(KNOWN_DEG) or self._sweep(-2 * KNOWN_DEG)
+        if fact is None:
+            watch.memory.forget(watch.target)
+        return fact
+
+    def _look_round(self) -> Fact | None:
+        watch = self._watch
+        memory = watch.memory
+        memory.settle()
+        belief = memory.beliefs[watch.target]
+        begin_deg, end_deg = belief.arc_from(*memory.here, memory.floor, ARC_SHARE)
+        margin_deg = memory.half_view_deg / 2
+        begin_deg, end_deg = begin_deg + margin_deg, end_deg - margin_deg
+        if end_deg - begin_deg >= FULL_DEG - 2 * margin_deg:
+            return self._sweep(FULL_DEG)
+        if end_deg <= begin_deg:
+            begin_deg = end_deg = (begin_deg + end_deg) / 2
+        # to the nearer end first
+        to_begin, to_end = (_wrapped(each - memory.pose.heading_deg) for each in (begin_deg, end_deg))
+        width_deg = end_deg - begin_deg
+        if abs(to_begin) <= abs(to_end):
+            first_deg, sweep_deg = to_begin, width_deg
+        else:
+            first_deg, sweep_deg = to_end, -width_deg
+        if abs(first_deg) > AIM_DEG:
+            watch.senses.body.turn(first_deg)
+        return self._rest() or self._sweep(sweep_deg)
+
+    def _rest(self) -> Fact | None:
+        """A few frames at rest, for what is in view already."""
+        for _ in range(FRAMES_AT_REST):
+            if (fact := self._see()) is not None:
+                return fact
+        return None
+
+    def _sweep(self, angle_deg: float) -> Fact | None:
+        """Turn by an angle, slowly enough for the camera."""
+        watch = self._watch
+        start_deg = heading_deg = watch.memory.pose.heading_deg
+        sign = 1 if angle_deg > 0 else -1
+        then_s = watch.now()
+        while sign * (heading_deg - start_deg) < abs(angle_deg):
+            watch.senses.body.drive(0.0, sign * self._rate_deg_s)
+            if (fact := self._see()) is not None:
+                return fact
+            heading_deg, now_s = watch.memory.pose.heading_deg, watch.now()
+            # on a slow link steps take longer: turn slower
+            self._rate_deg_s = max(SLOWEST_DEG_S, min(watch.profile.scan_deg_s, STEP_DEG / max(0.01, now_s - then_s)))
+            then_s = now_s
+        return None
+
+    def _see(self) -> Fact | None:
+        sighting = self._watch.step().sighting
+        if sighting is None:
+            return None
+        return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(sighting)})
+
+
+def _wrapped(angle_deg: float) -> float:
+    return (angle_deg + 180.0) % 360.0 - 180.0

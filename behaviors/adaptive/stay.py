@@ -1,0 +1,97 @@
+"""How long to wait for something in the way, when there is a way round: a ski rental problem.
+
+Who waits as long as the way round would take, and then takes it, never needs more than twice what somebody needs who
+knows when the thing will leave. What is known of the thing allows to do better on average; the bound is kept for every
+kind of thing it may be.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from behaviors.recovery import Blocker
+
+NEGLIGIBLE = 0.05
+"""Less likely kinds of things do not count."""
+BOUND = 2.0
+LONGEST_S = 30.0
+"""No single wait is longer; afterwards more is known."""
+WAITS = tuple(0.125 * i for i in range(25))
+"""Waits that are considered, as shares of what going round costs; 1 is among them, which keeps the bound."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of thing that gets in the way.
+
+    Attributes:
+        stays_s: Mean time it stays; infinite for furniture.
+        weight: How likely it is, 0..1.
+    """
+
+    stays_s: float
+    weight: float
+
+    def survival(self, time_s: float) -> float:
+        """Probability that it is still there after so long."""
+        return 1.0 if math.isinf(self.stays_s) else math.exp(-time_s / self.stays_s)
+
+    def clairvoyant_s(self, round_s: float) -> float:
+        """Mean cost for somebody who knows when it leaves."""
+        return self._mean_until(round_s)
+
+    def cost_s(self, wait_s: float, round_s: float) -> float:
+        """Mean cost of waiting up to `wait_s` and then going round."""
+        return self._mean_until(wait_s) + self.survival(wait_s) * round_s
+
+    def _mean_until(self, time_s: float) -> float:
+        """Mean of the time it stays, cut off at `time_s`."""
+        return time_s if math.isinf(self.stays_s) else self.stays_s * (1.0 - math.exp(-time_s / self.stays_s))
+
+
+PASSING_S, LINGERING_S = 4.0, 20.0
+"""Somebody who walks through, somebody who stops."""
+
+
+def kinds(blocker: Blocker) -> tuple[Kind, ...]:
+    """What it may be: what moves is somebody; what can be looked over, or has not moved for long, is furniture."""
+    if not blocker.hides:
+        weights = (0.02, 0.02, 0.96)
+    elif blocker.moving:
+        weights = (0.45, 0.45, 0.10)
+    else:
+        weights = (0.25, 0.30, 0.45)
+    prior = [Kind(PASSING_S, weights[0]), Kind(LINGERING_S, weights[1]), Kind(math.inf, weights[2])]
+    left = [kind.weight * kind.survival(blocker.age_s) for kind in prior]
+    return tuple(Kind(kind.stays_s, weight / sum(left)) for kind, weight in zip(prior, left, strict=True))
+
+
+def best_wait_s(things: Sequence[Kind], round_s: float) -> tuple[float, float]:
+    """How long to wait before going round.
+
+    Args:
+        things: What it may be.
+        round_s: What going round costs; infinite when there is no way.
+
+    Returns:
+        The wait, and what waiting and perhaps going round costs on average; both in seconds. For each kind that is not
+        negligible the mean cost is at most twice that of somebody who knows when the thing leaves.
+    """
+    if math.isinf(round_s):
+        return LONGEST_S, sum(kind.weight * kind.cost_s(LONGEST_S, LONGEST_S) for kind in things)
+    waits = [share * round_s for share in WAITS]
+    sound = [wait_s for wait_s in waits if all(_bounded(kind, wait_s, round_s) for kind in things)]
+
+    def cost_s(wait_s: float) -> float:
+        return sum(kind.weight * kind.cost_s(wait_s, round_s) for kind in things)
+
+    best = min(sound, key=cost_s)
+    return min(best, LONGEST_S), cost_s(best)
+
+
+def _bounded(kind: Kind, wait_s: float, round_s: float) -> bool:
+    if kind.weight < NEGLIGIBLE:
+        return True
+    return kind.cost_s(wait_s, round_s) <= BOUND * kind.clairvoyant_s(round_s) + 1e-9

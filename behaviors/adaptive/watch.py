@@ -1,0 +1,83 @@
+"""Perceiving: one frame, one echo and the wheels at a time, all of it taken into memory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from behaviors.adaptive.memory import Memory
+from behaviors.agenda import Agenda, Fate
+from behaviors.journal import Kind
+from behaviors.mission import AdaptiveProfile
+from behaviors.ports import Sighting
+from behaviors.skills import Senses, sighting_values
+
+
+@dataclass(frozen=True, slots=True)
+class Percept:
+    """What was perceived in one step.
+
+    Attributes:
+        time_s: When.
+        sighting: Of the present target, or None.
+        range_mm: The sonar's echo, or None.
+    """
+
+    time_s: float
+    sighting: Sighting | None
+    range_mm: float | None
+
+
+class Watch:
+    """What every service of the adaptive mind works with.
+
+    Args:
+        senses: The ports.
+        profile: The numbers.
+        memory: Takes in what is perceived.
+        agenda: Which target is looked for.
+    """
+
+    def __init__(self, senses: Senses, profile: AdaptiveProfile, memory: Memory, agenda: Agenda) -> None:
+        self.senses = senses
+        self.profile = profile
+        self.memory = memory
+        self._agenda = agenda
+
+    @property
+    def target(self) -> str:
+        """The target being pursued."""
+        return self._agenda.target
+
+    def now(self) -> float:
+        """Present time on the mission's clock."""
+        return self.senses.clock.now()
+
+    def step(self) -> Percept:
+        """Look at the next frame and listen for an echo.
+
+        Raises:
+            TimeUp: The mission's time is over.
+        """
+        senses = self.senses
+        senses.check_time()
+        looked_for = [self.target, *self._others()]
+        seen = senses.eyes.glance(looked_for)
+        range_mm = senses.body.range_mm()
+        pose = senses.body.pose()
+        now_s = self.now()
+        self.memory.perceive(now_s, pose, range_mm, looked_for, seen)
+        sighting = seen.get(self.target)
+        senses.note(
+            Kind.LOOK,
+            pose=[round(pose.x_mm, 1), round(pose.y_mm, 1), round(pose.heading_deg, 1)],
+            range_mm=range_mm,
+            sighting=None if sighting is None else sighting_values(sighting),
+        )
+        return Percept(now_s, sighting, range_mm)
+
+    def _others(self) -> list[str]:
+        """Further targets that are not reached yet."""
+        if not self.profile.remembers_others:
+            return []
+        pending = [errand.target for errand in self._agenda.errands if errand.fate is not Fate.REACHED]
+        return [target for target in dict.fromkeys(pending) if target != self.target]
