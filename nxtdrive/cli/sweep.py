@@ -13,7 +13,9 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.options import add_json_argument
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
+    from concurrent.futures import Executor
+    from contextlib import AbstractContextManager
 
     from nxtdrive.tools.sweep.performance import Line, Task
     from nxtdrive.tools.sweep.runner import Swept
@@ -26,6 +28,7 @@ says what the classes and figures mean."""
 EXAMPLES = """\
   nxtdrive sweep
   nxtdrive sweep --suite full --workers 2 --out full.jsonl --resume
+  nxtdrive sweep --suite full --dask tcp://host:8786 --out full.jsonl
   nxtdrive sweep --classes open,clutter --seeds 100-119 --policies thesis,oracle
   nxtdrive sweep --map clutter:100:thesis --out clutter.png
   nxtdrive sweep --suite full --out full.jsonl --resume --plot full.svg"""
@@ -48,7 +51,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--eyes", choices=("geometric", "camera"), default="geometric", help="skip drawing and detecting, or do both"
     )
-    parser.add_argument("--workers", metavar="N", type=_count, default=1, help="processes (default: 1)")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--workers", metavar="N", type=_count, default=1, help="processes (default: 1)")
+    where.add_argument(
+        "--dask",
+        metavar="ADDRESS",
+        help='a running Dask cluster, tcp://host:8786; needs pip install "nxtdrive[cluster]"',
+    )
     parser.add_argument("--out", metavar="FILE", type=Path, help=f"where the lines go (default: {DEFAULT_OUT})")
     parser.add_argument("--resume", action="store_true", help="keep what is in the file and do only what is missing")
     parser.add_argument("--map", metavar="CLASS:SEED:POLICY", help="draw the map of this one run instead")
@@ -79,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
     out = args.out or DEFAULT_OUT
     if out.exists() and not args.resume:
         raise ConfigError(f"{out} exists already.", remedy="Go on with it (--resume), or name another file (--out).")
-    swept = _sweep(tasks, out, args.workers, quiet=args.json)
+    swept = _sweep(tasks, out, args)
     if args.plot:
         from nxtdrive.tools.sweep.plots import write_plot
 
@@ -88,27 +97,40 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _sweep(tasks: Sequence[Task], out: Path, number: int, *, quiet: bool) -> Swept:
+def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
     """Do what is missing, with a bar that shows how far it has come."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from nxtdrive.tools.sweep.runner import key_of, read_lines, sweep, workers
+    from nxtdrive.tools.sweep.runner import key_of, read_lines, sweep
 
     known = {key_of(line) for line in read_lines(out)}
     done = sum(task.key in known for task in tasks)
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}", markup=False))
     screen = Console(stderr=True, emoji=False)
-    with workers(number) as executor, Progress(*columns, console=screen, disable=quiet) as progress:
+    executor, number, watch = _crew(args)
+    with executor as performs, Progress(*columns, console=screen, disable=args.json) as progress:
         bar = progress.add_task("missions", total=len(tasks), completed=done)
 
         def show(line: Line) -> None:
             progress.update(bar, advance=1, description=f"{line['class']}:{line['seed']}:{line['policy']}")
 
         try:
-            return sweep(tasks, out, executor, number=number, progress=show)
+            return sweep(tasks, out, performs, number=number, progress=show, watch=watch)
         except BrokenExecutor as error:
             raise ConfigError(f"a worker died ({error}).", remedy="Go on with --resume, and fewer --workers.") from None
+
+
+def _crew(args: argparse.Namespace) -> tuple[AbstractContextManager[Executor], int, Callable[[], None]]:
+    """Who does the work, how many they are, and what looks after them."""
+    if args.dask:
+        from nxtdrive.tools.sweep.cluster import Cluster
+
+        cluster = Cluster(args.dask)
+        return cluster, cluster.number, cluster.watch
+    from nxtdrive.tools.sweep.runner import workers
+
+    return workers(args.workers), args.workers, lambda: None
 
 
 def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:

@@ -95,7 +95,21 @@ def evaluate(task: Task) -> Line:
         play, _ = perform(draw_scenario(task.kind, task.seed), task.policy, task.eyes)
         return {**_head(task), **judge(play)}
     except Exception as error:  # noqa: BLE001 - one mission must not end a sweep; its line says what happened
-        return {**_head(task), **broken(error)}
+        return failed(task, error)
+
+
+def failed(task: Task, error: Exception) -> Line:
+    """The line of a task that broke: nothing was reached, and why."""
+    return {
+        **_head(task),
+        "success": False,
+        "sum_reward": 0.0,
+        "max_reward": 0.0,
+        "done": False,
+        "ending": FAILED,
+        "error": f"{type(error).__name__}: {error}",
+        "targets": [],
+    }
 
 
 def evaluate_batch(tasks: list[Task]) -> list[Line]:
@@ -123,19 +137,6 @@ def judge(play: Play) -> Line:
         "longest_run": longest_run(play),
     }
     return {key: rounded(value) for key, value in line.items()}
-
-
-def broken(error: Exception) -> Line:
-    """What is known of a mission that broke: nothing was reached, and why."""
-    return {
-        "success": False,
-        "sum_reward": 0.0,
-        "max_reward": 0.0,
-        "done": False,
-        "ending": FAILED,
-        "error": f"{type(error).__name__}: {error}",
-        "targets": [],
-    }
 
 
 def rounded(value: Any) -> Any:  # noqa: ANN401 - any plain value

@@ -10,7 +10,7 @@ import signal
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from itertools import islice, product
@@ -20,15 +20,21 @@ from typing import Any, TypeVar
 
 from firmware_protocol.errors import ConfigError
 
-from .performance import Line, Task, evaluate_batch
+from .performance import Line, Task, evaluate_batch, failed
 
 BATCH = 2
 """Missions handed to a worker at once: some seconds of work, so that handing over costs nothing."""
 AHEAD = 3
 """Batches per worker that wait in the queue; an interrupted sweep loses no more than these."""
+LOOK_S = 1.0
+"""How often somebody who waits for a worker looks whether there still is one."""
 
 Key = tuple[str, int, str, str]
 T = TypeVar("T")
+
+
+class WorkersDied(Exception):
+    """Whoever took these tasks died over them; the executor has others."""
 
 
 class InProcess(Executor):
@@ -76,7 +82,14 @@ def _leave_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def run_tasks(tasks: Sequence[Task], executor: Executor, *, number: int = 1, batch: int = BATCH) -> Iterator[Line]:
+def run_tasks(
+    tasks: Sequence[Task],
+    executor: Executor,
+    *,
+    number: int = 1,
+    batch: int = BATCH,
+    watch: Callable[[], None] = lambda: None,
+) -> Iterator[Line]:
     """Perform tasks; their lines in the order of the tasks, as they come.
 
     Args:
@@ -84,20 +97,35 @@ def run_tasks(tasks: Sequence[Task], executor: Executor, *, number: int = 1, bat
         executor: Any `concurrent.futures.Executor`; a cluster's, too.
         number: How many workers it has, for how much is queued ahead.
         batch: How many tasks are handed over at once.
+        watch: Called every second of waiting; raises when it is in vain.
     """
     queue = iter(tasks)
     batches = iter(lambda: list(islice(queue, batch)), [])
-    running: deque[Future[list[Line]]] = deque()
+    running: deque[tuple[list[Task], Future[list[Line]]]] = deque()
     try:
         for each in islice(batches, number * AHEAD):
-            running.append(executor.submit(evaluate_batch, each))
+            running.append((each, executor.submit(evaluate_batch, each)))
         while running:
-            lines = running.popleft().result()
-            running.extend(executor.submit(evaluate_batch, each) for each in islice(batches, 1))
+            lines = _lines(*running[0], executor, watch)
+            running.popleft()
+            running.extend((each, executor.submit(evaluate_batch, each)) for each in islice(batches, 1))
             yield from lines
     finally:
-        for future in running:
+        for _, future in running:
             future.cancel()
+
+
+def _lines(tasks: list[Task], future: Future[list[Line]], executor: Executor, watch: Callable[[], None]) -> list[Line]:
+    """Wait for a batch; of one that killed its workers the tasks are tried one by one, and the culprit has failed."""
+    while not wait([future], LOOK_S).done:
+        watch()
+    try:
+        return future.result()
+    except WorkersDied as error:
+        if len(tasks) == 1:
+            return [failed(tasks[0], error)]
+        alone = ([task] for task in tasks)
+        return [line for each in alone for line in _lines(each, executor.submit(evaluate_batch, each), executor, watch)]
 
 
 def read_lines(path: Path) -> list[Line]:
@@ -134,6 +162,7 @@ def sweep(
     *,
     number: int = 1,
     progress: Callable[[Line], None] = lambda _: None,
+    watch: Callable[[], None] = lambda: None,
 ) -> Swept:
     """Perform the tasks that a file has no lines of yet, and append theirs.
 
@@ -143,6 +172,7 @@ def sweep(
         executor: Does the work.
         number: How many workers it has.
         progress: Called with each new line, once it is in the file.
+        watch: Called every second of waiting; raises when it is in vain.
 
     Raises:
         ConfigError: The file cannot be read or written, or is not a sweep's.
@@ -151,7 +181,7 @@ def sweep(
     known = {key_of(line): line for line in read_lines(out)}
     missing = [task for task in tasks if task.key not in known]
     with _appending(out) as file:
-        for line in run_tasks(missing, executor, number=number):
+        for line in run_tasks(missing, executor, number=number, watch=watch):
             file.write(json.dumps(line, ensure_ascii=False) + "\n")
             file.flush()
             known[key_of(line)] = line

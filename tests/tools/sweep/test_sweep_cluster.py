@@ -1,0 +1,227 @@
+"""A sweep on a real Dask cluster: the same lines, whatever becomes of its workers, and an end when nobody is left."""
+
+import contextlib
+import importlib.util
+import json
+import os
+import socket
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from firmware_protocol.errors import AddressError, ConfigError
+from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.tools.sweep import cluster as cluster_module
+from nxtdrive.tools.sweep.cluster import Cluster
+from nxtdrive.tools.sweep.performance import FAILED, evaluate
+from nxtdrive.tools.sweep.runner import plan, read_lines, sweep
+
+pytestmark = pytest.mark.skipif(
+    importlib.util.find_spec("distributed") is None, reason="needs Dask: pip install 'nxtdrive[cluster]'"
+)
+
+TASKS = plan(["open", "absent"], [100], ["thesis", "oracle"], "geometric")
+STARTS_S = 30.0
+KILLER = """
+import os
+from nxtdrive.tools.sweep import policies
+policies.POLICIES["thesis"] = lambda robot: os._exit(1)
+"""
+
+
+class DaskCluster:
+    """A scheduler and its workers, each a process of its own."""
+
+    def __init__(self, stack, folder, **environment):
+        self.stack, self.folder = stack, folder
+        file = folder / "scheduler.json"
+        ports = ("--port", "0", "--dashboard-address", "127.0.0.1:0")
+        self.scheduler = self._start(environment, "scheduler", *ports, "--scheduler-file", str(file))
+        self.address = json.loads(_eventually(lambda: file.exists() and file.read_text()))["address"]
+
+    def add_workers(self, number, *words, **environment):
+        alone = ("--nthreads", "1", "--no-nanny", "--local-directory", str(self.folder))
+        return [self._start(environment, "worker", self.address, *alone, *words) for _ in range(number)]
+
+    def join(self, number, patience_s=STARTS_S):
+        """The cluster as a sweep sees it, once it has so many workers."""
+        self.wait_for(number)
+        return Cluster(self.address, patience_s=patience_s)
+
+    def wait_for(self, number):
+        with self.look() as client:
+            client.wait_for_workers(number, timeout=STARTS_S)
+
+    def look(self):
+        from distributed import Client
+
+        return Client(self.address, set_as_default=False)
+
+    def _start(self, environment, *words):
+        process = subprocess.Popen(
+            [sys.executable, "-m", "dask", *words, "--host", "127.0.0.1", "--no-dashboard"],
+            cwd=self.folder,
+            env=os.environ | environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        self.stack.callback(process.wait)
+        self.stack.callback(process.kill)
+        return process
+
+
+def _eventually(condition):
+    deadline_s = time.monotonic() + STARTS_S
+    while not (found := condition()):
+        assert time.monotonic() < deadline_s
+    return found
+
+
+def _older(folder):
+    """A folder whose nxtdrive, on paper, is an older one."""
+    metadata = folder / "older" / "nxtdrive-0.0.9.dist-info" / "METADATA"
+    metadata.parent.mkdir(parents=True)
+    metadata.write_text("Metadata-Version: 2.1\nName: nxtdrive\nVersion: 0.0.9\n", encoding="utf-8")
+    return str(metadata.parents[1])
+
+
+@pytest.fixture(scope="module", name="lines")
+def _lines():
+    return [evaluate(task) for task in TASKS]
+
+
+@pytest.fixture
+def dask(tmp_path):
+    with contextlib.ExitStack() as stack:
+        yield DaskCluster(stack, tmp_path)
+
+
+@pytest.fixture
+def impatient_dask(tmp_path):
+    """Who kills one worker is not given to three more."""
+    with contextlib.ExitStack() as stack:
+        yield DaskCluster(stack, tmp_path, DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0")
+
+
+def test_the_file_is_that_of_one_process_also_after_an_interruption(dask, lines, tmp_path, capsys):
+    out = tmp_path / "out.jsonl"
+    out.write_text(json.dumps(lines[0]) + "\n", encoding="utf-8")
+    dask.add_workers(2)
+    dask.wait_for(2)
+    words = ["--classes", "open,absent", "--seeds", "100", "--policies", "thesis,oracle", "--out", str(out)]
+    assert main(["sweep", *words, "--resume", "--dask", dask.address]) == DONE
+    assert out.read_text(encoding="utf-8") == "".join(json.dumps(line) + "\n" for line in lines)
+    assert "4/4" in capsys.readouterr().err
+
+
+def test_the_missions_of_a_worker_that_dies_are_done_by_another(dask, lines, tmp_path):
+    first, _ = dask.add_workers(2)
+    dead = []
+
+    def kill(_):
+        if not dead:
+            dead.append(first.kill())
+
+    with dask.join(2) as cluster:
+        assert sweep(TASKS, tmp_path / "x", cluster, number=2, progress=kill, watch=cluster.watch).lines == lines
+
+
+def test_a_mission_that_kills_its_workers_is_a_line_and_the_others_are_done(impatient_dask, lines, tmp_path):
+    (tmp_path / "killer.py").write_text(KILLER, encoding="utf-8")
+    impatient_dask.add_workers(3, "--preload", "killer.py")
+    with impatient_dask.join(3) as cluster:
+        found = sweep(TASKS[:2], tmp_path / "out.jsonl", cluster, watch=cluster.watch).lines
+    assert found[1] == lines[1]
+    assert found[0]["ending"] == FAILED
+    assert found[0]["error"] == "WorkersDied: 1 workers died over it, one after the other"
+
+
+def test_without_a_worker_the_sweep_ends(dask, tmp_path):
+    with pytest.raises(ConfigError, match=r"has had no worker for 0 s\. Start some: dask worker tcp://"):
+        Cluster(dask.address, patience_s=0.1)
+    (worker,) = dask.add_workers(1)
+    with dask.join(1, patience_s=0.1) as cluster, pytest.raises(ConfigError, match="has had no worker"):
+        sweep(TASKS * 2, tmp_path / "x", cluster, progress=lambda _: worker.kill(), watch=cluster.watch)
+    assert 0 < len(read_lines(tmp_path / "x")) < len(TASKS)
+
+
+def test_a_scheduler_that_goes_away_ends_the_sweep(dask, tmp_path):
+    dask.add_workers(1)
+    with dask.join(1) as cluster, pytest.raises(ConfigError, match=r"failed \(.*--resume"):
+        sweep(TASKS * 2, tmp_path / "x", cluster, progress=lambda _: dask.scheduler.kill(), watch=cluster.watch)
+
+
+def test_ctrl_c_cancels_what_is_outstanding(dask, tmp_path):
+    dask.add_workers(1)
+
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    with dask.join(1) as cluster, dask.look() as client:
+        with pytest.raises(KeyboardInterrupt):
+            sweep(TASKS * 2, tmp_path / "x", cluster, number=2, progress=interrupt, watch=cluster.watch)
+        assert _eventually(lambda: not any(client.processing().values()))
+    assert len(read_lines(tmp_path / "x")) == 1
+
+
+def test_workers_with_another_version_are_named(dask, tmp_path, capsys):
+    another = tmp_path / "another" / "nxtdrive.py"
+    another.parent.mkdir()
+    another.write_text("", encoding="utf-8")
+    dask.add_workers(1)
+    dask.add_workers(1, PYTHONPATH=_older(tmp_path))
+    dask.add_workers(1, PYTHONPATH=str(another.parent))
+    dask.wait_for(3)
+    assert main(["sweep", "--out", str(tmp_path / "x"), "--dask", dask.address]) == USAGE
+    said = capsys.readouterr().err
+    assert "not every worker has the nxtdrive of this computer" in said
+    assert "has 0.0.9" in said
+    assert "has none of this kind (ModuleNotFoundError" in said
+    assert said.count("tcp://127.0.0.1:") == 2
+
+
+def test_a_worker_with_another_version_that_joins_later_ends_the_sweep(dask, tmp_path):
+    (worker,) = dask.add_workers(1)
+    with dask.join(1) as cluster:
+        dask.add_workers(1, PYTHONPATH=_older(tmp_path))
+        dask.wait_for(2)
+        worker.kill()
+        with dask.look() as client:
+            _eventually(lambda: len(client.nthreads()) == 1)
+        with pytest.raises(ConfigError, match=r"not every worker .* has 0\.0\.9\. Install the same there"):
+            sweep(TASKS[:1], tmp_path / "x", cluster, watch=cluster.watch)
+    assert read_lines(tmp_path / "x") == []
+
+
+@pytest.mark.parametrize("address", ["tcp://host", "here", "usb://1:2", "tcp://127.0.0.1:70000"])
+def test_an_address_that_is_none_is_refused(address):
+    with pytest.raises(AddressError, match="tcp://host:8786"):
+        Cluster(address)
+
+
+def test_nobody_and_a_program_that_says_nothing_are_not_waited_for(monkeypatch):
+    monkeypatch.setattr(cluster_module, "CONNECT_S", 0.3)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        with pytest.raises(ConfigError, match="no Dask scheduler answers"):
+            Cluster(address)
+    with pytest.raises(ConfigError, match="Start one there"):
+        Cluster(address)
+
+
+@pytest.mark.parametrize("greeting", [b"", b"ok", b"SSH-2.0-OpenSSH_9.6\r\n"])
+def test_another_program_is_not_taken_for_a_scheduler(greeting):
+    with socket.create_server(("127.0.0.1", 0)) as server, ThreadPoolExecutor(1) as pool:
+
+        def greet():
+            with server.accept()[0] as connection:
+                connection.sendall(greeting)
+
+        greeted = pool.submit(greet)
+        with pytest.raises(ConfigError, match="another program does"):
+            Cluster(f"tcp://127.0.0.1:{server.getsockname()[1]}")
+        greeted.result()

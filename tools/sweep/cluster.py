@@ -1,0 +1,214 @@
+"""A sweep on a Dask cluster that somebody has started: ``nxtdrive sweep --dask tcp://host:8786``.
+
+A batch travels as names and numbers; the code that performs it is the worker's own. Every worker must therefore have
+the nxtdrive that is here: all are asked before anything begins, and one that joins later refuses its first batch.
+"""
+
+from __future__ import annotations
+
+import logging
+import socket
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from functools import cache, partial
+from hashlib import sha256
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+from firmware_protocol.errors import AddressError, ConfigError
+
+from .runner import WorkersDied
+
+CONNECT_S = 5.0
+"""How long the scheduler may take to answer."""
+WITHOUT_WORKERS_S = 30.0
+"""How long a cluster may have no worker at all before the sweep ends."""
+GREETING_SIZE, LONGEST_GREETING = 8, 1 << 20
+"""A scheduler speaks first, and says in so many bytes how long its greeting is: far less than that."""
+
+ROOMS = ("firmware_protocol", "behaviors", "sim_backend", "nxtdrive", "nxtdrive.tools")
+INGREDIENTS = (".py", ".toml", ".png")
+GO_ON = "What is done is in the file: go on with --resume."
+
+T = TypeVar("T")
+
+
+class Installed(NamedTuple):
+    """What nxtdrive a process has.
+
+    Attributes:
+        version: Its version.
+        sources: A digest of everything that results depend on; a checkout changes more often than its version.
+    """
+
+    version: str
+    sources: str
+
+
+class Cluster(Executor):
+    """The workers of a running cluster, as an executor."""
+
+    def __init__(self, address: str, *, patience_s: float = WITHOUT_WORKERS_S) -> None:
+        """Connect, and compare what the workers have with what is here.
+
+        Args:
+            address: Of the scheduler, as in ``tcp://host:8786``.
+            patience_s: How long the cluster may have no worker, now or later.
+
+        Raises:
+            AddressError: This is no address.
+            ConfigError: Dask is not installed, no scheduler answers, it has no worker, or one with another nxtdrive.
+        """
+        self._address, self._patience_s, self._seen_s = address, patience_s, time.monotonic()
+        self._client = _connect(address)
+        try:
+            try:
+                self._client.wait_for_workers(1, timeout=patience_s)
+            except TimeoutError:
+                raise self._without_workers() from None
+            _compare(self._client.run(installed, on_error="return"))
+            self.number = sum(self._client.nthreads().values())
+        except BaseException:
+            self._client.close()
+            raise
+        self._remote: Executor = self._client.get_executor(pure=False)
+
+    def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:  # noqa: ANN401 - as its base declares
+        """Hand it to a worker; when that dies the scheduler gives it to others.
+
+        The future raises `WorkersDied` when those died as well, and ConfigError when the cluster itself fails.
+        """
+        future: Future[T] = Future()
+        remote = self._remote.submit(as_there, installed(), fn, *args, **kwargs)
+        remote.add_done_callback(partial(self._settle, future))
+        future.add_done_callback(lambda ours: ours.cancelled() and remote.cancel())
+        return future
+
+    def watch(self) -> None:
+        """Look whether anybody is left to wait for.
+
+        Raises:
+            ConfigError: The scheduler is gone, or has had no worker for too long.
+        """
+        try:
+            alive = bool(self._client.nthreads())
+        except (OSError, RuntimeError) as error:
+            raise self._failed(error) from error
+        now_s = time.monotonic()
+        if alive:
+            self._seen_s = now_s
+        elif now_s - self._seen_s > self._patience_s:
+            raise self._without_workers()
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: ARG002 - as its base declares
+        """Leave the cluster; it forgets what it still had to do for us."""
+        self._client.close()
+
+    def _settle(self, ours: Future[T], remote: Future[T]) -> None:
+        """Pass the outcome on, in our terms."""
+        from distributed.scheduler import KilledWorker
+
+        if not ours.set_running_or_notify_cancel():
+            return
+        error = ConnectionError("the link broke") if remote.cancelled() else remote.exception()
+        if error is None:
+            ours.set_result(remote.result())
+        elif isinstance(error, KilledWorker):
+            ours.set_exception(WorkersDied(f"{error.allowed_failures + 1} workers died over it, one after the other"))
+        else:
+            ours.set_exception(error if isinstance(error, ConfigError) else self._failed(error))
+
+    def _failed(self, error: BaseException) -> ConfigError:
+        return ConfigError(f"the cluster at {self._address} failed ({error}).", remedy=GO_ON)
+
+    def _without_workers(self) -> ConfigError:
+        return ConfigError(
+            f"the cluster at {self._address} has had no worker for {self._patience_s:.0f} s.",
+            remedy=f"Start some: dask worker {self._address} --nworkers auto --nthreads 1. {GO_ON}",
+        )
+
+
+@cache
+def installed() -> Installed:
+    """What nxtdrive this process has; read once, since what it has loaded stays when the files change."""
+    files: dict[str, Path] = {}
+    for room in ROOMS:
+        spec = find_spec(room)
+        if spec is not None and spec.origin is not None:
+            root = Path(spec.origin).parent
+            paths = (path for path in root.rglob("*") if path.suffix in INGREDIENTS)
+            # tools/ lies inside the package or, in a checkout, beside it; its names are the same
+            files |= {f"{room.replace('.', '/')}/{path.relative_to(root).as_posix()}": path for path in paths}
+    digest = sha256()
+    for name, path in sorted(files.items()):
+        digest.update(f"{name} {sha256(path.read_bytes()).hexdigest()}\n".encode())
+    return Installed(version("nxtdrive"), digest.hexdigest())
+
+
+def as_there(there: Installed, fn: Callable[..., T], *args: Any, **kwargs: Any) -> T:  # noqa: ANN401 - whatever fn takes
+    """Call `fn`, on a worker, if it is the same there.
+
+    Raises:
+        ConfigError: It need not be.
+    """
+    if installed() != there:
+        from distributed import get_worker
+
+        raise _unlike({get_worker().address: installed()}, there)
+    return fn(*args, **kwargs)
+
+
+def _compare(found: dict[str, Any]) -> None:
+    unlike = {worker: what for worker, what in found.items() if what != installed()}
+    if unlike:
+        raise _unlike(unlike, installed())
+
+
+def _unlike(workers: dict[str, Any], expected: Installed) -> ConfigError:
+    told = "; ".join(f"{worker} {_difference(what, expected)}" for worker, what in sorted(workers.items()))
+    return ConfigError(
+        f"not every worker has the nxtdrive of this computer, {expected.version}: {told}.",
+        remedy="Install the same there and start these workers again.",
+    )
+
+
+def _difference(what: object, expected: Installed) -> str:
+    if not isinstance(what, tuple):  # its class need not be the same, either
+        return f"has none of this kind ({what})"
+    return "has the same version with other sources" if what[0] == expected.version else f"has {what[0]}"
+
+
+def _connect(address: str) -> Any:  # noqa: ANN401 - a distributed.Client
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise ConfigError("a cluster needs Dask.", remedy='Install it: pip install "nxtdrive[cluster]".') from error
+    if not logging.getLogger().isEnabledFor(logging.DEBUG):
+        for name in ("distributed", "distributed.client"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)  # what goes wrong is said by us, once
+    try:
+        _expect_greeting(address)
+        return Client(address, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, ImportError) as error:
+        raise ConfigError(
+            f"no Dask scheduler answers at {address} ({error}).",
+            remedy="Start one there with: dask scheduler. It prints the address to give to --dask.",
+        ) from error
+
+
+def _expect_greeting(address: str) -> None:
+    """Make sure of a scheduler; Dask's client waits for ever for the greeting of another program."""
+    scheme, _, place = address.rpartition("://")
+    host, _, port = place.rpartition(":")
+    if scheme not in ("", "tcp", "tls") or not host or not port.isdecimal() or int(port) > 0xFFFF:
+        raise AddressError(f"{address!r} is no address of a Dask scheduler.", remedy="Write tcp://host:8786.")
+    with socket.create_connection((host.strip("[]"), int(port)), CONNECT_S) as connection:
+        if scheme == "tls":
+            return  # there the client speaks first
+        with connection.makefile("rb") as stream:
+            size = stream.read(GREETING_SIZE)
+        if len(size) < GREETING_SIZE or int.from_bytes(size, "little") > LONGEST_GREETING:
+            raise ConnectionError("another program does")
