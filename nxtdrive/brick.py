@@ -20,7 +20,7 @@ from firmware_protocol.direct import (
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
 from firmware_protocol.system import GetDeviceInfo, GetVersions
-from nxtdrive.link import Link
+from nxtdrive.link import CLOSING_S, Link
 from nxtdrive.motion.moves import MoveBoard
 from nxtdrive.motion.outputs import braked, coasting
 from nxtdrive.ports import MotorPort, SensorPort, in_range
@@ -76,7 +76,7 @@ def open_brick(
             Without one, ``$NXT`` counts, and without that the first brick on USB.
         timeout_s: How long the brick may take for an answer, here and in every later request. Without it, 1 s over
             USB and 2 s over whatever Bluetooth may be behind.
-        reconnect: Whether a link that is lost later is opened again by itself; see `Link.request`.
+        reconnect: Whether a link that is lost later is opened again by itself; see `Link.reconnecting`.
 
     Raises:
         AddressError: Nobody can open this address; the message lists what can be opened.
@@ -289,14 +289,16 @@ class Brick(Link):
         """Stop what moves and close the link; may be called again, and does not fail when the link is gone."""
         if self._gone.is_set():
             return
+        self._reconnecting = False
         try:
             with contextlib.suppress(LinkError):
                 self.stop_motors()
         finally:
             self._gone.set()
             if self._pulse is not None:
-                self._pulse.join()
-            self.transport.close()
+                self._pulse.join(CLOSING_S)
+            with self._turns.aside():
+                self.transport.close()
 
     def __enter__(self) -> Self:
         self._termination.begin()
@@ -309,6 +311,10 @@ class Brick(Link):
             self.close()
         finally:
             self._termination.end()
+
+    def _unheard(self) -> bool:
+        """See `Link._unheard`: the steps of motions have their own way of telling, `Move.join`."""
+        return self.motions.stepping
 
     def _attend(self, now: float) -> float:
         """See `Link._attend`; in the simulator, motions that are due go on first."""

@@ -9,29 +9,19 @@ from __future__ import annotations
 import math
 import threading
 from collections import deque
+from collections.abc import Callable
 from statistics import median
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from firmware_protocol.dialogue import Dialogue
-from firmware_protocol.direct import (
-    GetBatteryLevel,
-    GetCurrentProgramName,
-    GetInputValues,
-    GetOutputState,
-    GetProperty,
-    KeepAlive,
-    ResetMotorPosition,
-    SetInputMode,
-    SetOutputState,
-    UpdateResetCount,
-)
-from firmware_protocol.errors import BrickNotFound, LinkError, LinkLost
+from firmware_protocol.direct import GetInputValues, KeepAlive, SetInputMode
+from firmware_protocol.errors import LinkError, LinkLost
 from firmware_protocol.framing import USB_TELEGRAM_LIMIT
-from firmware_protocol.system import GetBluetoothAddress, GetDeviceInfo, GetVersions, IOMapRead, IOMapWrite
 from firmware_protocol.telegram import Command, Reply
+from nxtdrive.comeback import PATIENCE_S, PROBE_S, QUESTIONS, Comeback, Interrupted, interrupted
 from nxtdrive.heartbeat import Heartbeat
 from nxtdrive.transports import reopen_transport
-from nxtdrive.turns import Turns
+from nxtdrive.turns import URGENT, Turns
 
 if TYPE_CHECKING:
     from firmware_protocol.enums import InputPort
@@ -39,31 +29,15 @@ if TYPE_CHECKING:
 
 R = TypeVar("R", bound=Reply)
 
-AWAKE = "awake"
+AWAKE, PROBE = "awake", "probe"
 LONGEST_SILENCE_S = 60.0
 """A brick that is set never to sleep, or late, is told to stay awake this often."""
 PULSE_S = 0.1
 """How often the background thread looks whether something is due."""
+CLOSING_S = 2.0
+"""So long closing waits for the background thread, which may be at an attempt to open a lost link again."""
 RESOLUTION_S = 0.0005
 """Sleeping is exact to half a step of the simulator; sums of binary fractions are not exact either."""
-
-URGENT = (SetOutputState, IOMapWrite, ResetMotorPosition, UpdateResetCount)
-"""Commands that drive motors; they overtake others that wait for the wire."""
-
-QUESTIONS = (
-    GetOutputState,
-    GetInputValues,
-    GetBatteryLevel,
-    GetCurrentProgramName,
-    GetProperty,
-    GetVersions,
-    GetDeviceInfo,
-    GetBluetoothAddress,
-    IOMapRead,
-    KeepAlive,
-    SetInputMode,
-)
-"""Commands that may be asked again after a loss, as asking twice is like asking once."""
 
 CABLE_ANSWER_S = 1.0
 """How long an answer may take over USB, where 2 ms are usual."""
@@ -75,12 +49,6 @@ LATENCY_EVERY_S = 0.05
 LATENCIES = 15
 """Round trips of which the median is taken."""
 
-FIRST_PAUSE_S = 0.1
-LONGEST_PAUSE_S = 2.0
-"""Between attempts to open a lost link again the pause doubles, from the first to the longest."""
-PATIENCE_S = 30.0
-"""After so long a lost link is given up; a brick that was switched off and on answers over USB within 10 s."""
-
 
 class Link:
     """A conversation over a transport. May be used from several threads.
@@ -88,14 +56,14 @@ class Link:
     Attributes:
         transport: The way to the brick.
         timeout_s: How long an answer may take when the request does not say.
-        reconnecting: Whether a lost link is opened again by itself; see `request`.
         max_telegram: Longest telegram of this link, bytes.
         now: The link's clock: seconds since an arbitrary start.
     """
 
+    _send: Callable[[bytes], None]
+
     def __init__(self, transport: Transport, *, timeout_s: float | None = None, reconnecting: bool = False) -> None:
         self.timeout_s = answer_s(transport) if timeout_s is None else timeout_s
-        self.reconnecting = reconnecting
         self._turns = Turns()
         self._wire, self._queue, self._busy = self._turns.wire, self._turns.queue, self._turns.wire.locked
         self._dialogue = Dialogue()
@@ -104,18 +72,19 @@ class Link:
         self._attention = -math.inf
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
         self._modes: dict[InputPort, SetInputMode] = {}
-        self._driven = self._returning = self._measuring = False
-        self._comeback = threading.RLock()
+        self._driven = self._measuring = False
+        self._comeback = Comeback(self.now, self.reconnect)
         self._gone = threading.Event()
         self._pulse: threading.Thread | None = None
-        self._live()
+        self.reconnecting = reconnecting
 
     def request(self, command: Command[R], timeout_s: float | None = None) -> R:
         """Ask, and wait for the answer.
 
         Ends within `timeout_s`, or twice that after a request that was not answered. If the link is lost while
-        `reconnecting`, it is opened again first. Then a mere question is asked again, unless motors were driven since
-        the last loss: those have stopped meanwhile, and only the caller can decide whether to go on.
+        `reconnecting`, this waits until it is open again, 30 s at most. Then a mere question is asked again, unless
+        motors were driven since the last loss: those have stopped meanwhile, and only the caller can decide whether to
+        go on.
 
         Raises:
             LocalProtocolError: The command does not fit its fields; nothing was sent.
@@ -146,19 +115,21 @@ class Link:
         finally:
             if self._queue:
                 self._turns.leave()
-        driven, mere_question = self._come_back(lost), isinstance(command, QUESTIONS)
+        driven, mere_question = self._come_back(lost, PATIENCE_S), isinstance(command, QUESTIONS)
         if driven or not mere_question:
-            raise _not_repeated(command) from lost
+            raise interrupted(command) from lost
         return self.request(command, timeout_s)
 
     def send(self, command: Command[Any]) -> None:
         """Tell, without asking for an answer; whether the brick obeys is not known.
 
+        If the link is lost meanwhile, this waits as `request` does; if that is known already, it fails at once.
+
         Raises:
             LocalProtocolError: The command does not fit its fields; nothing was sent.
             LinkError: Lost or closed.
         """
-        telegram = command.encode(want_reply=False)
+        telegram, known = command.encode(want_reply=False), self.lost
         try:
             if self._queue or self._busy():
                 self._turns.wait(isinstance(command, URGENT), self.timeout_s)
@@ -173,26 +144,54 @@ class Link:
         finally:
             if self._queue:
                 self._turns.leave()
-        self._come_back(lost)
-        raise _not_repeated(command) from lost
+        self._come_back(lost, 0.0 if known else PATIENCE_S)
+        raise interrupted(command) from lost
 
     def sleep(self, duration_s: float) -> None:
-        """Let time pass on the link's clock, and keep brick and motors going meanwhile."""
+        """Let time pass on the link's clock, and keep brick and motors going meanwhile.
+
+        A lost link is opened again meanwhile, if it comes back and that is wished; how long this lasts does not depend
+        on it.
+
+        Raises:
+            LinkLost: The link was lost and is not to be opened again; or it is back, but motors were driven before.
+        """
         end = self.now() + duration_s
         while (left := end - self.now()) > RESOLUTION_S:
-            self.transport.sleep(min(left, max(RESOLUTION_S, self._heartbeat.due - self.now())))
-            try:
+            self.transport.sleep(min(left, self._pause_s()))
+            self._tend()
+            if self._send == self._interrupt:
                 with self._turns.aside():
-                    self._beat(self.now())
-            except LinkLost as error:
-                if self._come_back(error):
-                    raise _not_repeated() from error
+                    self._interrupt()
 
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off, now and, as long as it is open, from now on."""
         sleep_ms = self.request(KeepAlive()).sleep_ms
         interval_s = min(LONGEST_SILENCE_S, sleep_ms / 3000) if sleep_ms else LONGEST_SILENCE_S
         self.repeat(AWAKE, KeepAlive(), interval_s)
+
+    @property
+    def reconnecting(self) -> bool:
+        """Whether a lost link is opened again by itself: by the next request, and also while the program is idle.
+
+        A loss is noticed within some 2 s: that often something is said. In the simulator, idle is who sleeps on the
+        link's clock.
+        """
+        return self._reconnecting
+
+    @reconnecting.setter
+    def reconnecting(self, wished: bool) -> None:
+        self._reconnecting = wished
+        if wished:
+            self.repeat(PROBE, KeepAlive(), PROBE_S)
+        else:
+            self.forget(PROBE)
+        self._live()
+
+    @property
+    def lost(self) -> bool:
+        """Whether the link is known to be lost, and to be opened again when the brick is back."""
+        return self._comeback.lost is not None
 
     def repeat(self, name: str, command: Command[Any], interval_s: float) -> None:
         """Send `command`, without asking for an answer, every `interval_s` from now on; see `forget`."""
@@ -219,6 +218,12 @@ class Link:
         """Set no input port again after a reconnection: a program on the brick does with them what it wants."""
         self._modes.clear()
 
+    def acknowledge(self) -> None:
+        """The program knows that the link was lost and its motors have stopped; it need not be told again."""
+        with self._turns.aside():
+            if self.lost or self._send == self._interrupt:
+                self._send, self._driven = self.transport.send, False
+
     @property
     def latency_s(self) -> float:
         """How long an answer takes: the median of the last round trips that were measured."""
@@ -236,15 +241,25 @@ class Link:
             LinkError: It is back, but does not let us in.
         """
         with self._turns.aside():
-            self._use(reopen_transport(self.transport, timeout_s=self.timeout_s))
+            self.transport.close()  # not amid a request; opening it takes long, and needs nobody's turn
+        transport = reopen_transport(self.transport, timeout_s=self.timeout_s)
+        with self._turns.aside():
+            if self._gone.is_set():
+                transport.close()
+                raise LinkLost(f"{transport.address} is closed.", remedy="Open the brick again.")
+            self._use(transport)
             self._dialogue.reset()
             self._heartbeat.clear()
-        self._live()
+            self._driven = self._driven and self._comeback.mine
+            if self._driven:
+                self._send = self._interrupt
+        self.reconnecting = self._reconnecting  # begins to say something again
         self.keep_alive()
         for port, mode in self._modes.items():
             values = self.request(GetInputValues(port))
             if (values.type, values.mode) != (mode.type, mode.mode):
                 self.request(mode)
+        self._comeback.end(transport.address)
 
     def attend_by(self, due: float) -> None:
         """Call `_attend` before the first request from that time on, if not earlier."""
@@ -279,49 +294,85 @@ class Link:
             if telegram is not None and (reply := dialogue.feed(telegram)) is not None:
                 return reply
 
-    def _come_back(self, lost: LinkLost) -> bool:
-        """Open the lost link again, as often as it takes.
+    def _come_back(self, lost: LinkLost, patience_s: float) -> bool:
+        """Wait until the lost link is open again, and take part in that.
 
         Returns:
             Whether motors were driven since the last loss.
 
         Raises:
-            LinkLost: This is not wished, or has been given up.
+            LinkLost: This is not wished, or lasts too long.
         """
-        transport = self.transport
-        with self._comeback:
-            if not self.reconnecting or self._returning or self._gone.is_set():
-                raise lost
-            if self.transport is transport:
-                self._returning = True
-                try:
-                    self._try_to_return(lost)
-                finally:
-                    self._returning = False
+        if isinstance(lost, Interrupted):
+            raise lost
+        self._lose(lost)
+        if self._unheard():
+            raise lost
+        deadline = self.now() + patience_s
+        while self._comeback.lost is not None:
+            if self.now() >= deadline or self._gone.is_set():
+                self._driven = False
+                waited = f"did not come back within {patience_s:g} s" if patience_s else "is not back yet"
+                raise LinkLost(f"the link is lost, and the brick {waited}.", remedy="Is it on?") from lost
+            self.transport.sleep(min(PULSE_S, self._comeback.due - self.now()))
+            self._comeback.attempt()
+        with self._turns.aside():
+            self._send = self.transport.send
             driven, self._driven = self._driven, False
-            return driven
+        return driven
 
-    def _try_to_return(self, lost: LinkLost) -> None:
-        pause_s, deadline = FIRST_PAUSE_S, self.now() + PATIENCE_S
-        while self.now() < deadline and not self._gone.is_set():
-            self.transport.sleep(pause_s)
-            pause_s = min(2 * pause_s, LONGEST_PAUSE_S)
-            try:
-                return self.reconnect()
-            except (BrickNotFound, LinkError):
-                continue
-        raise LinkLost(f"the brick did not come back within {PATIENCE_S:g} s.", remedy="Is it on?") from lost
+    def _lose(self, lost: LinkLost) -> None:
+        """Note that the link is lost; what is to be opened again raises nothing."""
+        transport = self.transport
+        if not self._reconnecting or self._comeback.mine or self._gone.is_set():
+            raise lost
+        self._comeback.begin(lost, lambda: self.transport is transport)
+
+    def _interrupt(self, telegram: bytes = b"") -> None:
+        """In the place of sending after the link came back: the program is told, once, that motion is over."""
+        if self._comeback.mine:
+            self.transport.send(telegram)
+            return
+        self._dialogue.reset()
+        if not self._unheard():
+            self._send, self._driven = self.transport.send, False
+        raise interrupted()
+
+    def _unheard(self) -> bool:
+        """Whether what is raised now reaches a motion, not the program."""
+        return False
 
     def _use(self, transport: Transport) -> None:
         self.transport = transport
         self.max_telegram = transport.max_telegram
         # Looked up once: `request` is called hundreds of times a second.
-        self.now, self._send, self._receive = transport.now, transport.send, transport.receive
+        self.now, self._receive = transport.now, transport.receive
+        self._send = transport.send
 
     def _beat(self, now: float) -> None:
         """Send what is due; the caller holds the wire."""
         for telegram in self._heartbeat.take(now):
-            self._send(telegram)
+            self.transport.send(telegram)
+
+    def _pause_s(self) -> float:
+        """How long there is nothing to do for who sleeps."""
+        if self._comeback.lost is None:
+            return max(RESOLUTION_S, self._heartbeat.due - self.now())
+        return max(RESOLUTION_S, self._comeback.due - self.now()) if self.transport.simulated else PULSE_S
+
+    def _tend(self) -> None:
+        """Send what is due; once the link is known to be lost, open it again when it is time.
+
+        On real links that is left to the background thread, so that nobody else's time is taken.
+        """
+        if self._comeback.lost is None:
+            try:
+                with self._turns.aside():
+                    self._beat(self.now())
+            except LinkLost as error:
+                self._lose(error)
+        elif self.transport.simulated or threading.current_thread() is self._pulse:
+            self._comeback.attempt()
 
     def _live(self) -> None:
         """See to the background thread, where time passes by itself."""
@@ -333,17 +384,13 @@ class Link:
         """What the background thread does: a program that waits for its user still owns a living brick."""
         while not self._gone.wait(PULSE_S):
             try:
-                with self._turns.aside():
-                    self._beat(self.now())
-            except LinkError:
+                self._tend()
+            except LinkLost:
                 return  # the program's next request meets the same error, and there somebody can act on it
+            except LinkError:
+                continue  # the link does not take this telegram; it may take the next
 
 
 def answer_s(transport: Transport) -> float:
     """How long an answer may take on such a link when nobody has said; Bluetooth is told by its longer telegrams."""
     return CABLE_ANSWER_S if transport.max_telegram <= USB_TELEGRAM_LIMIT else RADIO_ANSWER_S
-
-
-def _not_repeated(command: Command[Any] | None = None) -> LinkLost:
-    what = "a motion was under way" if command is None else f"{type(command).__name__} was not repeated"
-    return LinkLost(f"the link was lost and is back, but {what}.", remedy="Motors have stopped; start them again.")

@@ -28,7 +28,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import count
 
+from firmware_protocol.direct import ResetMotorPosition, SetOutputState, UpdateResetCount
 from firmware_protocol.errors import LinkTimeout
+from firmware_protocol.system import IOMapWrite
+
+URGENT = (SetOutputState, IOMapWrite, ResetMotorPosition, UpdateResetCount)
+"""Commands that drive motors; they overtake others that wait for the wire."""
 
 
 @dataclass(slots=True, order=True)

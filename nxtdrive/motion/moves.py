@@ -82,6 +82,8 @@ class Move(Generic[R]):
             self.cancel()
             raise
         if self._error is not None:
+            if isinstance(self._error, LinkLost):
+                self._board.told()
             raise self._error
         return self._outcome  # type: ignore[return-value]  # without an error there is an outcome
 
@@ -129,6 +131,7 @@ class MoveBoard:
         self._lock = threading.RLock()
         self._moves: list[Move[Any]] = []
         self._current: Move[Any] | None = None
+        self._stepper = 0
         self._thread: threading.Thread | None = None
         self._nudged = threading.Event()
 
@@ -157,15 +160,25 @@ class MoveBoard:
             for move in [move for move in self._moves if wanted & move.ports]:
                 self.end(move, Cancelled(replaced=True))
 
+    @property
+    def stepping(self) -> bool:
+        """Whether the calling thread is running steps that are due, for which the program does not wait."""
+        return self._stepper == threading.get_ident()
+
+    def told(self) -> None:
+        """The program has heard that a motion ended with its link."""
+        self._brick.acknowledge()
+
     def run_due(self) -> None:
         """Run one step of each motion that is due, the longest due first."""
         with self._lock:
             if self._current is not None:
                 return  # a step asks the brick something, and time passes meanwhile; the others are run afterwards
-            now = self._brick.now() + RESOLUTION_S
-            for move in sorted((move for move in self._moves if move.due <= now), key=lambda move: move.due):
-                if not move.done:
-                    self._advance(move, None if move.transport is self._brick.transport else _lost())
+            self._stepper = threading.get_ident()
+            try:
+                self._run_until(self._brick.now() + RESOLUTION_S)
+            finally:
+                self._stepper = 0
 
     def end(self, move: Move[Any], reason: Cancelled) -> None:
         """Cancel a motion.
@@ -198,6 +211,12 @@ class MoveBoard:
             self._brick.sleep(left_s)
         else:
             self.run_due()
+
+    def _run_until(self, now: float) -> None:
+        for move in sorted((move for move in self._moves if move.due <= now), key=lambda move: move.due):
+            if not move.done:
+                alive = move.transport is self._brick.transport and not self._brick.lost
+                self._advance(move, None if alive else _lost())
 
     def _advance(self, move: Move[Any], reason: BaseException | None = None) -> None:
         outer, self._current = self._current, move
