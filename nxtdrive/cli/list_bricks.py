@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     from serial.tools.list_ports_common import ListPortInfo
 
 DESCRIPTION = """\
-List the bricks on USB, the serial ports a paired brick may be behind, and the
-simulated brick, as addresses for --nxt. Nothing is opened: a port in the list
-says nothing about the brick behind it; `nxtdrive info --nxt ADDRESS` does."""
+List the bricks on USB, those paired over Bluetooth (Linux), the serial ports a
+paired brick may be behind, and the simulated brick, as addresses for --nxt.
+Nothing is opened: a paired brick may be off, and a port says nothing about the
+brick behind it; `nxtdrive info --nxt ADDRESS` does."""
 EXAMPLES = """\
   nxtdrive list
   nxtdrive list --json"""
@@ -64,10 +65,11 @@ def find_places() -> tuple[list[Place], list[str]]:
     """Every place, the surest first, and notes about what could not be searched."""
     places: list[Place] = []
     notes: list[str] = []
-    try:
-        places += _on_usb()
-    except NXTError as error:
-        notes.append(str(error))
+    for search in (_on_usb, _paired):
+        try:
+            places += search()
+        except NXTError as error:
+            notes.append(str(error))
     places += _behind_serial_ports()
     places.append(Place(DEFAULT_ADDRESS, "the simulated brick"))
     return places, notes
@@ -79,6 +81,13 @@ def _on_usb() -> Iterator[Place]:
     for address in UsbTransport.discover():
         readable = address != "usb://"
         yield Place(address, "brick on USB" if readable else "brick on USB that this user may not open")
+
+
+def _paired() -> Iterator[Place]:
+    from nxtdrive.transports.pairing import paired_bricks
+
+    for mac, name in sorted(paired_bricks().items()):
+        yield Place(f"bt://{mac}", f"paired LEGO brick {name}".strip())
 
 
 def _behind_serial_ports() -> Iterator[Place]:

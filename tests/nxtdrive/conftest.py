@@ -1,6 +1,7 @@
 """A brick in the simulator: an empty room with a wall far ahead, unless a test says otherwise."""
 
 import contextlib
+import os
 import tomllib
 from collections import deque
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from nxtdrive.brick import Brick
+from nxtdrive.transports import pairing
 from nxtdrive.transports.base import WallClock
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.firmware.brick import SimBrick
@@ -89,6 +91,23 @@ class DirectTransport(WallClock):
 
     def close(self):
         pass
+
+
+@pytest.fixture
+def bluetoothctl(tmp_path, monkeypatch):
+    """Puts a shell script into the place of BlueZ's command, on a computer with a Bluetooth adapter."""
+    adapters, programs = tmp_path / "adapters", tmp_path / "programs"
+    (adapters / "hci0").mkdir(parents=True)
+    programs.mkdir()
+    monkeypatch.setattr(pairing, "ADAPTERS", adapters)
+    monkeypatch.setenv("PATH", str(programs), prepend=os.pathsep)
+
+    def make(script):
+        command = programs / "bluetoothctl"
+        command.write_text(f"#!/bin/sh\n{script}\n")
+        command.chmod(0o755)
+
+    return make
 
 
 @pytest.fixture

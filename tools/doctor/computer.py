@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from firmware_protocol.errors import CameraError, NXTError
+from firmware_protocol.errors import CameraError, LinkError, NXTError
 from nxtdrive.transports.base import WallClock
+from nxtdrive.transports.pairing import paired_bricks
 from nxtdrive.transports.usb_port import UDEV_FILE, UDEV_RULE, UsbTransport
 
 from .finding import Finding, ok, problem, trouble, warning
 
 RULE_FOLDERS = ("/etc/udev/rules.d", "/run/udev/rules.d", "/lib/udev/rules.d", "/usr/lib/udev/rules.d")
-LEGO = re.compile(r"00:16:53(:[0-9A-F]{2}){3}", re.IGNORECASE)
-"""Bluetooth addresses of bricks; 00:16:53 is LEGO's."""
 COMMAND_TIMEOUT_S = 5.0
 FRAME_TIMEOUT_S = 5.0
 
@@ -35,7 +33,7 @@ def examine(scheme: str, camera: str | None) -> Iterator[Finding]:
     yield from usb(needed=scheme == "usb")
     if sys.platform.startswith("linux"):
         yield udev(RULE_FOLDERS, needed=scheme == "usb" and os.geteuid() != 0)
-        yield bluetooth(Path("/sys/class/bluetooth"), ("bluetoothctl", "devices"), needed=scheme == "bt")
+        yield bluetooth(needed=scheme == "bt")
     yield from serial_ports(needed=scheme == "serial")
     if camera is not None:
         yield webcam(camera)
@@ -68,30 +66,16 @@ def udev(folders: Sequence[str], *, needed: bool) -> Finding:
     return trouble("udev", "no rule lets you open the brick without being root.", _not_allowed(), needed=needed)
 
 
-def bluetooth(adapters: Path, paired: Sequence[str], *, needed: bool) -> Finding:
-    """An adapter, and a brick that was paired.
-
-    Args:
-        adapters: The folder in which the system lists adapters.
-        paired: The command that lists paired devices.
-        needed: Whether the brick's address is one of Bluetooth.
-    """
+def bluetooth(*, needed: bool) -> Finding:
+    """An adapter, and a brick that was paired."""
     topic = "pairing"
-    if not adapters.is_dir() or not any(adapters.iterdir()):
-        return trouble(topic, "this computer has no Bluetooth adapter.", "Plug one in, or use USB.", needed=needed)
-    if shutil.which(paired[0]) is None:
-        return trouble(topic, f"{paired[0]} is not installed.", "Debian: sudo apt install bluez.", needed=needed)
     try:
-        listed = subprocess.run(  # noqa: S603 - a command of ours without anybody's words in it
-            paired, capture_output=True, text=True, check=False, timeout=COMMAND_TIMEOUT_S, stdin=subprocess.DEVNULL
-        ).stdout
-    except subprocess.TimeoutExpired:
-        remedy = "Start the service: sudo systemctl start bluetooth."
-        return trouble(topic, "the Bluetooth service does not answer.", remedy, needed=needed)
-    bricks = sorted({match.group().upper() for match in LEGO.finditer(listed)})
+        bricks = paired_bricks()
+    except LinkError as error:
+        return trouble(topic, error.args[0], error.remedy, needed=needed)
     if not bricks:
-        return trouble(topic, "no brick is known to Bluetooth.", _PAIR, needed=needed)
-    return ok(topic, ", ".join(f"bt://{brick}" for brick in bricks))
+        return trouble(topic, "no brick is paired with this computer.", _PAIR, needed=needed)
+    return ok(topic, ", ".join(f"bt://{mac} {name}".strip() for mac, name in sorted(bricks.items())))
 
 
 def serial_ports(*, needed: bool) -> Iterator[Finding]:

@@ -1,6 +1,7 @@
 """``nxtdrive list``: addresses to copy, whatever is missing on this computer."""
 
 import json
+import sys
 from types import SimpleNamespace
 
 import pytest
@@ -12,6 +13,8 @@ from serial.tools.list_ports_common import ListPortInfo
 from nxtdrive.cli.main import DONE, main
 from nxtdrive.transports.address import Address
 
+LINUX = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="bluetoothctl is Linux's")
+
 
 def _port(device, description="n/a", hwid="n/a"):
     port = ListPortInfo(device, skip_link_detection=True)
@@ -20,7 +23,8 @@ def _port(device, description="n/a", hwid="n/a"):
 
 
 @pytest.fixture(autouse=True)
-def no_ports(monkeypatch):
+def no_ports(monkeypatch, bluetoothctl):
+    bluetoothctl("")
     monkeypatch.setattr(serial.tools.list_ports, "comports", list)
 
 
@@ -77,6 +81,23 @@ def test_bluetooth_ports_come_before_others_and_say_so(no_libusb, monkeypatch, c
     assert sorted(marked) == ["serial:///dev/rfcomm0", "serial:///dev/tty.NXT-DevB", "serial://COM5"]
     assert [place["address"] for place in places[3:]] == ["serial:///dev/ttyUSB0", "sim://"]
     assert "FT232R" in places[3]["what"]
+
+
+@LINUX
+def test_paired_bricks_are_addresses_to_copy(no_libusb, bluetoothctl, capsys):
+    bluetoothctl(
+        "echo Device 00:16:53:0A:1B:2D; echo Device 11:22:33:44:55:66 NXT; echo Device 00:16:53:0A:1B:2C my NXT"
+    )
+    assert _listed(capsys)["bricks"][:-1] == [
+        {"address": "bt://00:16:53:0A:1B:2C", "what": "paired LEGO brick my NXT"},
+        {"address": "bt://00:16:53:0A:1B:2D", "what": "paired LEGO brick"},
+    ]
+
+
+@LINUX
+def test_bluetooth_that_cannot_be_asked_is_a_note(no_libusb, bluetoothctl, capsys):
+    bluetoothctl("exit 1")
+    assert "systemctl start bluetooth" in _listed(capsys)["notes"][1]
 
 
 def test_every_address_can_be_parsed(no_libusb, monkeypatch, capsys):
