@@ -77,7 +77,8 @@ def best_wait_s(things: Sequence[Kind], round_s: float) -> tuple[float, float]:
 
     Returns:
         The wait, and what waiting and perhaps going round costs on average; both in seconds. For each kind that is not
-        negligible the mean cost is at most twice that of somebody who knows when the thing leaves.
+        negligible the mean cost is at most twice that of somebody who knows when the thing leaves; where going round
+        takes longer than the longest wait, at most 1 + `round_s` / `LONGEST_S` times.
     """
     if math.isinf(round_s):
         return LONGEST_S, sum(kind.weight * kind.cost_s(LONGEST_S, LONGEST_S) for kind in things)
@@ -87,8 +88,8 @@ def best_wait_s(things: Sequence[Kind], round_s: float) -> tuple[float, float]:
     def cost_s(wait_s: float) -> float:
         return sum(kind.weight * kind.cost_s(wait_s, round_s) for kind in things)
 
-    best = min(sound, key=cost_s)
-    return min(best, LONGEST_S), cost_s(best)
+    wait_s = min(LONGEST_S, min(sound, key=cost_s))
+    return wait_s, cost_s(wait_s)
 
 
 def _bounded(kind: Kind, wait_s: float, round_s: float) -> bool:
