@@ -1,0 +1,99 @@
+"""The sequential test: what is found steadily is the target, what is found now and then is not."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from random import Random
+from statistics import median
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from behaviors.adaptive.doubt import Doubt, Verdict
+
+DOCUMENT = Path(__file__).parents[3] / "docs" / "adaptive.md"
+SEQUENCES = 2000
+FRAMES = 300
+"""20 s of video."""
+
+
+def _judge(rate: float, seed: int) -> tuple[Verdict, int]:
+    """The verdict on something that is found in that share of the frames, and after how many frames it is given."""
+    random, doubt = Random(f"{rate}/{seed}"), Doubt()
+    for frame in range(1, FRAMES + 1):
+        doubt.frame(hit=random.random() < rate)
+        if doubt.verdict is not Verdict.OPEN:
+            return doubt.verdict, frame
+    return Verdict.OPEN, FRAMES
+
+
+def _row(rate: float) -> str:
+    """A line of the document's table."""
+    judged = [_judge(rate, seed) for seed in range(SEQUENCES)]
+    counts = Counter(verdict for verdict, _ in judged)
+    shares = " | ".join(f"{100 * counts[verdict] / SEQUENCES:.1f} %" for verdict in Verdict)
+    frames = sorted(frames for _, frames in judged)
+    return f"| {rate:.2f} | {shares} | {median(frames):.0f} | {frames[round(0.99 * SEQUENCES)]} |"
+
+
+@pytest.mark.parametrize("rate", [0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 0.95])
+def test_the_document_has_the_error_rates_as_they_are(rate):
+    assert _row(rate) in DOCUMENT.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("rate", "verdict", "limit"), [(0.9, Verdict.REAL, 30), (0.2, Verdict.MISTAKEN, 150)])
+def test_the_target_is_accepted_and_a_look_alike_rejected_in_a_bounded_number_of_frames(rate, verdict, limit):
+    judged = [_judge(rate, seed) for seed in range(1000)]
+    right = sum(each is verdict and frames <= limit for each, frames in judged)
+    assert right >= 0.99 * len(judged)
+
+
+def test_nothing_is_decided_by_one_frame():
+    for hit in (True, False):
+        doubt = Doubt()
+        doubt.frame(hit=hit)
+        assert doubt.verdict is Verdict.OPEN
+
+
+@given(misses=st.integers(1, 1000))
+def test_a_hidden_target_is_not_doubted_until_it_is_found_again(misses):
+    doubt = Doubt()
+    for _ in range(misses):
+        doubt.frame(hit=False)
+    assert doubt.odds == 0.0
+    assert doubt.verdict is Verdict.OPEN
+
+
+@given(misses=st.integers(0, 100), hits=st.integers(1, 30))
+def test_misses_that_are_forgotten_never_count(misses, hits):
+    plain, hidden = Doubt(), Doubt()
+    for _ in range(misses):
+        hidden.frame(hit=False)
+    hidden.forget_misses()
+    for doubt in (plain, hidden):
+        for _ in range(hits):
+            doubt.frame(hit=True)
+    assert hidden == plain
+
+
+@given(misses=st.integers(1, 100))
+def test_misses_between_two_hits_do_count(misses):
+    steady, patchy = Doubt(), Doubt()
+    for hit in (True, *[False] * misses, True):
+        patchy.frame(hit=hit)
+    for _ in range(2):
+        steady.frame(hit=True)
+    assert patchy.odds < steady.odds
+
+
+@given(hits=st.lists(st.booleans(), max_size=500))
+def test_the_odds_can_always_be_turned_again(hits):
+    """However long something looked like the target, a hundred frames of the other kind turn the verdict."""
+    doubt = Doubt()
+    for hit in hits:
+        doubt.frame(hit=hit)
+    for frame in range(100):
+        doubt.frame(hit=frame % 10 == 9)
+    assert doubt.verdict is Verdict.MISTAKEN
