@@ -8,33 +8,31 @@ reply to the one before has come, and every telegram asks for a reply; those the
 from __future__ import annotations
 
 import contextlib
-import socket
 from collections import deque
 from typing import Self
 
 from firmware_protocol.catalog import command_of
-from firmware_protocol.errors import LinkLost, LinkTimeout, RemoteProtocolError
+from firmware_protocol.errors import LinkError, LinkLost, LinkTimeout, RemoteProtocolError
 from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT, USB_TELEGRAM_LIMIT
 from firmware_protocol.telegram import NO_REPLY, REPLY_HEADER, Kind
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.base import WallClock
+from nxtdrive.transports.sockets import Connection
+from nxtdrive.transports.stream import SEND_TIMEOUT_S
 from nxtdrive.transports.tcp import connect
 
 GET_LINK_TYPE, CLOSE = b"\x98", b"\x99"
 """Telegrams for the server itself: which link the brick is on, and good bye."""
 LINK_LIMITS = {b"usb": USB_TELEGRAM_LIMIT, b"bluetooth": BLUETOOTH_TELEGRAM_LIMIT}
 
-CHUNK = 4096
-SEND_TIMEOUT_S = 1.0
-
 
 class NxtServerTransport(WallClock):
     """``nxt-server://host:port``."""
 
-    def __init__(self, address: str, connection: socket.socket, max_telegram: int) -> None:
+    def __init__(self, address: str, connection: Connection, max_telegram: int) -> None:
         self.address = address
         self.max_telegram = max_telegram
-        self._socket = connection
+        self._connection = connection
         self._due = False
         self._unwanted = b""
         self._arrived: deque[bytes] = deque()
@@ -49,23 +47,22 @@ class NxtServerTransport(WallClock):
             BrickNotFound: Nobody serves there.
             RemoteProtocolError: Somebody does, but it is no nxt-server.
             LinkTimeout: It does not answer; perhaps it serves another program.
+            LinkLost: It hangs up.
         """
-        connection = connect(address, timeout_s)
+        connection = Connection(str(address), connect(address, timeout_s), "Is the server still running?")
         try:
-            connection.settimeout(max(timeout_s, 0.001))
-            connection.sendall(GET_LINK_TYPE)
-            kind = connection.recv(CHUNK)
-        except TimeoutError:
+            connection.write(GET_LINK_TYPE)
+            kind = connection.read(timeout_s)
+            if not kind:
+                raise LinkTimeout(
+                    f"the server at {address.target} does not answer.", remedy="It serves one program at a time."
+                )
+            if kind not in LINK_LIMITS:
+                remedy = "A brick with lengths is tcp://host:port."
+                raise RemoteProtocolError("this is no nxt-server", kind, remedy=remedy)
+        except BaseException:
             connection.close()
-            raise LinkTimeout(
-                f"the server at {address.target} does not answer.", remedy="It serves one program at a time."
-            ) from None
-        except OSError as error:
-            connection.close()
-            raise LinkLost(f"the server at {address.target} hung up: {error}.", remedy="Start it again.") from error
-        if kind not in LINK_LIMITS:
-            connection.close()
-            raise RemoteProtocolError("this is no nxt-server", kind, remedy="A brick with lengths is tcp://host:port.")
+            raise
         return cls(str(address), connection, LINK_LIMITS[kind])
 
     def send(self, telegram: bytes) -> None:
@@ -73,13 +70,7 @@ class NxtServerTransport(WallClock):
         self._check_open()
         if self._due:
             self._await(SEND_TIMEOUT_S)
-        try:
-            self._socket.settimeout(SEND_TIMEOUT_S)
-            self._socket.sendall(bytes((telegram[0] & ~NO_REPLY,)) + telegram[1:])
-        except TimeoutError:
-            raise LinkTimeout(f"{self.address} takes no more telegrams.", remedy="Is the brick still on?") from None
-        except OSError as error:
-            raise self._lost(error) from error
+        self._connection.write(bytes((telegram[0] & ~NO_REPLY,)) + telegram[1:])
         self._due = True
         self._unwanted = bytes((Kind.REPLY, telegram[1])) if telegram[0] & NO_REPLY else b""
 
@@ -97,17 +88,16 @@ class NxtServerTransport(WallClock):
         """Say good bye; the server then waits for the next program."""
         if self._open:
             self._open = False
-            with contextlib.suppress(OSError):
-                self._socket.sendall(CLOSE)
-                self._socket.shutdown(socket.SHUT_WR)
-            self._socket.close()
+            with contextlib.suppress(LinkError):
+                self._connection.write(CLOSE)
+            self._connection.close()
 
     def _await(self, timeout_s: float) -> None:
         """Wait until a reply has come that the program wants, or the one that it does not."""
         deadline = self.now() + timeout_s
         waiting = True
         while waiting:
-            data = self._read(deadline - self.now())
+            data = self._connection.read(deadline - self.now())
             waiting = self.now() < deadline
             for telegram in split_replies(data):
                 waiting = self._due = False
@@ -116,25 +106,9 @@ class NxtServerTransport(WallClock):
                 else:
                     self._arrived.append(telegram)
 
-    def _read(self, timeout_s: float) -> bytes:
-        # settimeout(0) would mean non-blocking; a millisecond serves "whatever is there" as well.
-        try:
-            self._socket.settimeout(max(timeout_s, 0.001))
-            data = self._socket.recv(CHUNK)
-        except TimeoutError:
-            return b""
-        except OSError as error:
-            raise self._lost(error) from error
-        if not data:
-            raise self._lost("the server closed the connection")
-        return data
-
     def _check_open(self) -> None:
         if not self._open:
             raise LinkLost(f"{self.address} is closed.", remedy="Open the brick again.")
-
-    def _lost(self, reason: object) -> LinkLost:
-        return LinkLost(f"the link to {self.address} is gone: {reason}.", remedy="Is the server still running?")
 
 
 def split_replies(data: bytes) -> list[bytes]:

@@ -2,14 +2,26 @@
 
 import errno
 import os
+import re
+import socket
 import subprocess
 import sys
 import tty
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 import serial
 
-from firmware_protocol.errors import AddressError, BrickNotFound, LinkBusy, LinkError, PermissionDenied
+from firmware_protocol.errors import (
+    AddressError,
+    BrickNotFound,
+    LinkBusy,
+    LinkError,
+    LinkLost,
+    LinkTimeout,
+    PermissionDenied,
+    RemoteProtocolError,
+)
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.bluetooth import BluetoothTransport
 
@@ -115,3 +127,29 @@ def test_a_bluetooth_brick_is_asked_for_by_its_bytes_in_reverse(mocker):
     assert isinstance(transport, BluetoothTransport)
     target = library.connect.call_args.args[1]._obj
     assert bytes(target) == bytes.fromhex("1f00 2c1b0a531600 01 00")
+
+
+@pytest.mark.parametrize(
+    ("answer", "error", "said"),
+    [
+        (b"", LinkLost, "the other end closed the connection. Is the server still running?"),
+        (b"\x02\x00", RemoteProtocolError, "this is no nxt-server"),
+    ],
+)
+def test_another_server_is_not_taken_for_an_nxt_server(answer, error, said):
+    with socket.create_server(("127.0.0.1", 0)) as server, ThreadPoolExecutor(1) as other:
+
+        def serve():
+            with server.accept()[0] as connection:
+                connection.recv(1)
+                connection.sendall(answer)
+
+        served = other.submit(serve)
+        with pytest.raises(error, match=re.escape(said)):
+            open_transport(f"nxt-server://127.0.0.1:{server.getsockname()[1]}", timeout_s=10.0)
+        served.result()
+
+
+def test_a_server_that_serves_somebody_else_does_not_answer():
+    with socket.create_server(("127.0.0.1", 0)) as server, pytest.raises(LinkTimeout, match="one program at a time"):
+        open_transport(f"nxt-server://127.0.0.1:{server.getsockname()[1]}", timeout_s=0.1)
