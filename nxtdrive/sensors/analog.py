@@ -34,11 +34,28 @@ class Touch(Sensor, Measuring[bool]):
         return self.pressed
 
 
-class Light(Sensor, Measuring[float]):
-    """The light sensor, with its red lamp on to look at a surface or off to look at the room."""
+class Percentage(Sensor, Measuring[float]):
+    """A sensor of something between nothing and as much as it can tell."""
+
+    unit = "%"
+
+    @property
+    def percent(self) -> float:
+        """Of the most that it can tell, 0..100."""
+        # the firmware's own percent have no decimals; the value it makes them of is ten times as fine
+        return self.values().normalized * 100 / FULL_SCALE
+
+    @property
+    def value(self) -> float:
+        """The same as `percent`."""
+        return self.percent
+
+
+class Light(Percentage):
+    """The light sensor, with its red lamp on to look at a surface or off to look at the room; more is brighter."""
 
     type = SensorType.LIGHT_ACTIVE
-    quantity, unit = "brightness", "%"
+    quantity = "brightness"
 
     def __init__(self, brick: Brick, port: SensorPort, *, lamp: bool = True) -> None:
         super().__init__(brick, port)
@@ -53,22 +70,15 @@ class Light(Sensor, Measuring[float]):
     def lamp(self, on: bool) -> None:
         self._become(SensorType.LIGHT_ACTIVE if on else SensorType.LIGHT_INACTIVE)
 
-    @property
-    def percent(self) -> float:
-        """Brightness, 0..100; more is brighter."""
-        return _percent(self.values().normalized)
 
-    @property
-    def value(self) -> float:
-        """The same as `percent`."""
-        return self.percent
+class Sound(Percentage):
+    """The sound sensor: loudness as it is (dB), or as the ear weighs it (dBA).
 
-
-class Sound(Sensor, Measuring[float]):
-    """The sound sensor: loudness as it is (dB), or as the ear weighs it (dBA)."""
+    100 percent are some 90 dB. Source: LEGO's user guide of the NXT set.
+    """
 
     type = SensorType.SOUND_DB
-    quantity, unit = "loudness", "%"
+    quantity = "loudness"
 
     def __init__(self, brick: Brick, port: SensorPort, *, dba: bool = False) -> None:
         super().__init__(brick, port)
@@ -82,16 +92,6 @@ class Sound(Sensor, Measuring[float]):
     @dba.setter
     def dba(self, on: bool) -> None:
         self._become(SensorType.SOUND_DBA if on else SensorType.SOUND_DB)
-
-    @property
-    def percent(self) -> float:
-        """Loudness, 0..100; 100 is some 90 dB. Source: LEGO's user guide of the NXT set."""
-        return _percent(self.values().normalized)
-
-    @property
-    def value(self) -> float:
-        """The same as `percent`."""
-        return self.percent
 
 
 class RcxTemperature(Sensor, Measuring[float]):
@@ -110,8 +110,3 @@ class RcxTemperature(Sensor, Measuring[float]):
     def value(self) -> float:
         """The same as `celsius`."""
         return self.celsius
-
-
-def _percent(normalized: int) -> float:
-    """The firmware's own percent have no decimals; the value it makes them of is ten times as fine."""
-    return normalized * 100 / FULL_SCALE
