@@ -15,10 +15,8 @@ import tty
 from concurrent.futures import ThreadPoolExecutor
 from enum import Enum, auto
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
-import usb.backend
 import usb.core
 
 from firmware_protocol.framing import FrameReader, frame
@@ -30,6 +28,7 @@ from nxtdrive.transports.sim import SimTransport
 from nxtdrive.transports.tcp import TcpTransport
 from nxtdrive.transports.trace_file import Trace, TraceWriter
 from nxtdrive.transports.usb_port import UsbTransport
+from sim_backend.doors.usb_backend import ENDPOINT_IN, ENDPOINT_OUT, UsbBackend
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.simulation import LinkFaults, Simulation
 
@@ -253,8 +252,8 @@ class RecordRig(SimRig):
         return RecordTransport(inner, TraceWriter(path, header), path, inner.now())
 
 
-class SimulatedUsb(usb.backend.IBackend):
-    """A USB bus with one brick on it. Descriptors: docs/firmware.md section 2 and LEGO's d_usb.c.
+class SimulatedUsb(UsbBackend):
+    """A USB bus with one brick on it that misbehaves; it describes itself as the one for other programs does.
 
     Attributes:
         failures: Error numbers that operations fail with, by the operation's name.
@@ -262,8 +261,8 @@ class SimulatedUsb(usb.backend.IBackend):
     """
 
     def __init__(self, faults=(), serial_number="001653010203"):
+        super().__init__(None, serial_number)
         self.peer = Peer(faults)
-        self.serial_number = serial_number
         self.failures = {}
         self.waiting = []
         self.claimed = False
@@ -276,74 +275,7 @@ class SimulatedUsb(usb.backend.IBackend):
             raise usb.core.USBError(os.strerror(number), None, number)
 
     def enumerate_devices(self):
-        return iter([self] if self.plugged else [])
-
-    def get_device_descriptor(self, dev):
-        return SimpleNamespace(
-            bLength=18,
-            bDescriptorType=1,
-            bcdUSB=0x0200,
-            bDeviceClass=0,
-            bDeviceSubClass=0,
-            bDeviceProtocol=0,
-            bMaxPacketSize0=8,
-            idVendor=0x0694,
-            idProduct=0x0002,
-            bcdDevice=0,
-            iManufacturer=0,
-            iProduct=0,
-            iSerialNumber=1,
-            bNumConfigurations=1,
-            address=1,
-            bus=1,
-            port_number=1,
-            port_numbers=(1,),
-            speed=2,
-        )
-
-    def get_configuration_descriptor(self, dev, config):
-        if config:
-            raise IndexError(config)
-        return SimpleNamespace(
-            bLength=9,
-            bDescriptorType=2,
-            wTotalLength=32,
-            bNumInterfaces=1,
-            bConfigurationValue=1,
-            iConfiguration=0,
-            bmAttributes=0xC0,
-            bMaxPower=0,
-            extra_descriptors=[],
-        )
-
-    def get_interface_descriptor(self, dev, intf, alt, config):
-        if intf or alt or config:
-            raise IndexError(intf)
-        return SimpleNamespace(
-            bLength=9,
-            bDescriptorType=4,
-            bInterfaceNumber=0,
-            bAlternateSetting=0,
-            bNumEndpoints=2,
-            bInterfaceClass=0xFF,
-            bInterfaceSubClass=0xFF,
-            bInterfaceProtocol=0xFF,
-            iInterface=0,
-            extra_descriptors=[],
-        )
-
-    def get_endpoint_descriptor(self, dev, ep, intf, alt, config):
-        return SimpleNamespace(
-            bLength=7,
-            bDescriptorType=5,
-            bEndpointAddress=(0x01, 0x82)[ep],
-            bmAttributes=2,
-            wMaxPacketSize=64,
-            bInterval=0,
-            bRefresh=0,
-            bSynchAddress=0,
-            extra_descriptors=[],
-        )
+        return super().enumerate_devices() if self.plugged else iter([])
 
     def open_device(self, dev):
         self.fail("open_device")
@@ -356,9 +288,6 @@ class SimulatedUsb(usb.backend.IBackend):
     def set_configuration(self, dev_handle, config_value):
         self.fail("set_configuration")
 
-    def get_configuration(self, dev_handle):
-        return 1
-
     def claim_interface(self, dev_handle, intf):
         self.fail("claim_interface")
         self.claimed = True
@@ -369,15 +298,8 @@ class SimulatedUsb(usb.backend.IBackend):
     def clear_halt(self, dev_handle, ep):
         self.failures.pop("bulk_read", None)
 
-    def ctrl_transfer(self, dev_handle, bmRequestType, bRequest, wValue, wIndex, data, timeout):
-        string = b"\x09\x04" if wValue & 0xFF == 0 else self.serial_number.encode("utf-16-le")
-        descriptor = bytes((len(string) + 2, 3)) + string
-        size = min(len(data), len(descriptor))
-        data[:size] = type(data)("B", descriptor[:size])
-        return size
-
     def bulk_write(self, dev_handle, ep, intf, data, timeout):
-        assert ep == 0x01
+        assert ep == ENDPOINT_OUT
         self.fail("bulk_write")
         replies, fault = self.peer.answer(bytes(data))
         self.plugged = fault is not Fault.UNPLUG
@@ -385,7 +307,7 @@ class SimulatedUsb(usb.backend.IBackend):
         return len(data)
 
     def bulk_read(self, dev_handle, ep, intf, buff, timeout):
-        assert ep == 0x82
+        assert ep == ENDPOINT_IN
         assert timeout > 0, "0 would wait for ever"
         self.fail("bulk_read")
         if not self.waiting:
