@@ -5,7 +5,11 @@ Nothing here ever blocks: a door and its clients are looked at in turns, and wai
 
 from __future__ import annotations
 
+import contextlib
 from typing import Protocol
+
+from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.framing import FrameReader
 
 PARTIAL_LIMIT_S = 0.5
 """A telegram whose rest has not come by then belongs to a program that died; the next one's must not complete it."""
@@ -66,3 +70,13 @@ class Door(Protocol):
     def close(self) -> None:
         """Send everybody away and take the address back; may be called again."""
         ...
+
+
+def completed(frames: FrameReader, data: bytes) -> list[bytes]:
+    """The telegrams that `data` completes; what is no telegram is dropped, as a brick does."""
+    frames.feed(data)
+    telegrams = []
+    with contextlib.suppress(RemoteProtocolError):  # the reader has dropped it
+        while (telegram := frames.next()) is not None:
+            telegrams.append(telegram)
+    return telegrams

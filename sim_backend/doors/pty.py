@@ -17,9 +17,9 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from firmware_protocol.errors import ConfigError, RemoteProtocolError
+from firmware_protocol.errors import ConfigError
 from firmware_protocol.framing import LENGTH_LIMIT, FrameReader
-from sim_backend.doors.door import CHUNK, PARTIAL_LIMIT_S, Client
+from sim_backend.doors.door import CHUNK, PARTIAL_LIMIT_S, Client, completed
 
 UNREAD_LIMIT = 3072
 """Bytes of replies nobody has read; the terminal holds 4096, and one that is full would cut a frame in two."""
@@ -116,12 +116,7 @@ class Terminal:
         if not data:
             return []
         self._heard_s = self._now()
-        self._frames.feed(data)
-        telegrams = []
-        with contextlib.suppress(RemoteProtocolError):  # no telegram; the reader has dropped it
-            while (telegram := self._frames.next()) is not None:
-                telegrams.append(telegram)
-        return telegrams
+        return completed(self._frames, data)
 
     def send(self, data: bytes) -> None:
         """Write a frame in one piece: many a program reads just once per frame. Nobody need be there to read it."""

@@ -7,15 +7,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import socket
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from ipaddress import ip_address
 
-from firmware_protocol.errors import ConfigError, RemoteProtocolError
+from firmware_protocol.errors import ConfigError
 from firmware_protocol.framing import LENGTH_LIMIT, USB_TELEGRAM_LIMIT, FrameReader, frame
-from sim_backend.doors.door import CHUNK, PARTIAL_LIMIT_S, Client
+from sim_backend.doors.door import CHUNK, PARTIAL_LIMIT_S, Client, completed
 from sim_backend.doors.splitter import CLOSE, GET_LINK_TYPE, TelegramSplitter
 
 LOOPBACK = "127.0.0.1"
@@ -113,12 +112,7 @@ class StreamClient(SocketClient):
     def _split(self, data: bytes, silent_s: float) -> list[bytes]:
         if silent_s > PARTIAL_LIMIT_S:
             self._frames.reset()
-        self._frames.feed(data)
-        telegrams = []
-        with contextlib.suppress(RemoteProtocolError):  # no telegram; the reader has dropped it
-            while (telegram := self._frames.next()) is not None:
-                telegrams.append(telegram)
-        return telegrams
+        return completed(self._frames, data)
 
 
 class PacketClient(StreamClient):
