@@ -1,3 +1,35 @@
-"""The suite uses the plugin that other people's suites use, also where its entry point is not installed."""
+"""What several rooms of the suite need.
+
+The suite uses the plugin that other people's suites use, also where its entry point is not installed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from behaviors.mission import Mission
 
 pytest_plugins = ["nxtdrive.pytest_plugin", "pytester"]
+
+
+@pytest.fixture
+def mission_for() -> Callable[..., Mission]:
+    """Makes missions for some of the built-in pictures."""
+    from behaviors.mission import Mission
+    from nxtdrive.mission_run import load
+
+    def make(*targets: str, **thesis: object) -> Mission:
+        described = load(None).target
+        return Mission.model_validate(
+            {
+                "mission": {"name": "test", "targets": list(targets)},
+                "target": {name: described[name].model_dump() for name in targets},
+                "thesis": thesis,
+            }
+        )
+
+    return make

@@ -100,23 +100,6 @@ def _interrupt() -> None:
     raise KeyboardInterrupt
 
 
-def mission_for(*targets: str, **thesis: object) -> Mission:
-    """A mission for some of the built-in pictures."""
-    described = mission_run.load(None).target
-    return Mission.model_validate(
-        {
-            "mission": {"name": "test", "targets": list(targets)},
-            "target": {name: described[name].model_dump() for name in targets},
-            "thesis": thesis,
-        }
-    )
-
-
 @pytest.fixture(name="perform")
 def _perform() -> Callable[..., Performance]:
     return perform
-
-
-@pytest.fixture(name="mission_for")
-def _mission_for() -> Callable[..., Mission]:
-    return mission_for

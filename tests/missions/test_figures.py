@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
@@ -12,19 +13,10 @@ from behaviors.journal import Kind
 SAMPLE_MS = 50
 """As in conftest."""
 
-FIGURE_1 = """\
-[client2] Connecting to NXT
-[client2] Arriving at lena
-[client2] Continue...
-[client2] Arriving at lena
-[client2] Failed""".splitlines()
-
-FIGURE_7 = """\
-[client2] Arriving at lena
-[client2] Failed
-[client2] change target!
-[client2] Arriving at rilakkuma
-[client2] Continue...""".splitlines()
+CONSOLE = Path(__file__).parents[1] / "golden" / "console"
+FIGURE_1, FIGURE_7 = (
+    (CONSOLE / name).read_text(encoding="utf-8").splitlines() for name in ("figure1.txt", "figure7.txt")
+)
 
 
 def test_figure_1_an_arrival_fails(perform, mission_for):

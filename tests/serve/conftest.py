@@ -89,18 +89,6 @@ class Served:
         ]
 
 
-def mission_for(*targets: str, **thesis: object) -> Mission:
-    """A mission for some of the built-in pictures."""
-    described = mission_run.load(None).target
-    return Mission.model_validate(
-        {
-            "mission": {"name": "test", "targets": list(targets)},
-            "target": {name: described[name].model_dump() for name in targets},
-            "thesis": thesis,
-        }
-    )
-
-
 @contextlib.contextmanager
 def serving(
     brick: PreemptibleBrick,
@@ -134,7 +122,7 @@ def serving(
 
 
 @pytest.fixture
-def serve() -> Iterator[Callable[..., Served]]:
+def serve(mission_for: Callable[..., Mission]) -> Iterator[Callable[..., Served]]:
     """Serves simulated bricks in bundled worlds."""
     with contextlib.ExitStack() as stack:
 
@@ -159,8 +147,3 @@ def serve() -> Iterator[Callable[..., Served]]:
 @pytest.fixture(name="serving")
 def _serving() -> Callable[..., contextlib.AbstractContextManager[Served]]:
     return serving
-
-
-@pytest.fixture(name="mission_for")
-def _mission_for() -> Callable[..., Mission]:
-    return mission_for

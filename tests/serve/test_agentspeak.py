@@ -14,8 +14,10 @@ ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples" / "agentspeak"
 GOLDEN = ROOT / "tests" / "golden" / "line_protocol"
 
-FIGURE_1 = ["Connecting to NXT", "Arriving at lena", "Continue...", "Arriving at lena", "Failed"]
-FIGURE_7 = ["Arriving at lena", "Failed", "change target!", "Arriving at rilakkuma", "Continue..."]
+FIGURE_1, FIGURE_7 = (
+    (GOLDEN.parent / "console" / name).read_text(encoding="utf-8").replace("[client2] ", "").splitlines()
+    for name in ("figure1.txt", "figure7.txt")
+)
 
 pytestmark = pytest.mark.skipif(
     importlib.util.find_spec("agentspeak") is None,

@@ -8,19 +8,10 @@ import pytest
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "line_protocol"
 
-FIGURE_1 = """\
-[client2] Connecting to NXT
-[client2] Arriving at lena
-[client2] Continue...
-[client2] Arriving at lena
-[client2] Failed""".splitlines()
-
-FIGURE_7 = """\
-[client2] Arriving at lena
-[client2] Failed
-[client2] change target!
-[client2] Arriving at rilakkuma
-[client2] Continue...""".splitlines()
+FIGURE_1, FIGURE_7 = (
+    (GOLDEN.parent / "console" / name).read_text(encoding="utf-8").splitlines()
+    for name in ("figure1.txt", "figure7.txt")
+)
 
 
 def replay(ask, path):

@@ -7,14 +7,7 @@ from hypothesis import strategies as st
 from sim_backend.world.motor import WheelMotor
 
 MM_PER_DEG = math.pi * 56.0 / 360.0
-EXACT = """
-[floor]
-size_mm = [4000, 3000]
-[robot]
-start_mm = [1000, 1500]
-motor_mismatch_percent = 0
-slip = { jitter_percent = 0 }
-"""
+ROOM = "[floor]\nsize_mm = [4000, 3000]\n[robot]\nstart_mm = [1000, 1500]"
 WALL_AHEAD = "[[walls]]\nfrom_mm = [1500, 500]\nto_mm = [1500, 2500]\n"
 ROBOT_AT_THE_WALL_MM = 1500 - 10 - 115
 
@@ -80,7 +73,7 @@ def test_driving_straight_goes_as_far_as_the_wheels_count(world, drive):
 
 
 def test_a_stronger_right_motor_veers_to_the_left(world, drive):
-    room = world(base="[floor]\nsize_mm = [4000, 3000]\n[robot]\nstart_mm = [1000, 1500]\nmotor_mismatch_percent = 2")
+    room = world(base=f"{ROOM}\nmotor_mismatch_percent = 2")
     drive(room, 2000, 60, 60)
     assert room.robot.heading_deg < -2
 
@@ -96,8 +89,8 @@ def test_turning_on_the_spot_turns_as_far_as_the_wheels_count(world, drive):
 
 
 def test_lost_distance_and_turn_are_not_counted_by_the_wheels(world, drive):
-    slip = EXACT.replace("jitter_percent = 0", "jitter_percent = 0, distance_percent = 10, veer_deg_per_m = 20")
-    room = world(base=slip)
+    slip = "slip = { jitter_percent = 0, distance_percent = 10, veer_deg_per_m = 20 }"
+    room = world(base=f"{ROOM}\nmotor_mismatch_percent = 0\n{slip}")
     drive(room, 2000, 60, 60)
     driven_mm = room.robot.left.angle * MM_PER_DEG
     way_mm = math.dist((1000, 1500), (room.robot.x_mm, room.robot.y_mm))
