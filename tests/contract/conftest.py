@@ -178,16 +178,16 @@ class SerialRig(Rig):
         return transport
 
 
-class TcpRig(Rig):
+class SocketRig(Rig):
     """A server on the loopback interface."""
 
-    streams = True
+    def listen(self):
+        return self.stack.enter_context(socket.create_server(("127.0.0.1", 0)))
 
-    def connect(self, faults):
-        listener = self.stack.enter_context(socket.create_server(("127.0.0.1", 0)))
-        transport = TcpTransport.open(Address.parse(f"tcp://127.0.0.1:{listener.getsockname()[1]}"))
+    def serve(self, kind, listener, faults):
+        """Serve the next program that connects."""
         connection = self.stack.enter_context(listener.accept()[0])
-        server = StreamServer(Peer(faults), lambda: connection.recv(4096), connection.sendall, connection.close)
+        server = kind(Peer(faults), lambda: connection.recv(4096), connection.sendall, connection.close)
         server.start()
 
         def end():
@@ -196,6 +196,17 @@ class TcpRig(Rig):
             server.join()
 
         self.stack.callback(end)
+
+
+class TcpRig(SocketRig):
+    """Telegrams with their length in front."""
+
+    streams = True
+
+    def connect(self, faults):
+        listener = self.listen()
+        transport = TcpTransport.open(Address.parse(f"tcp://127.0.0.1:{listener.getsockname()[1]}"))
+        self.serve(StreamServer, listener, faults)
         return transport
 
 
@@ -220,26 +231,16 @@ class DatagramServer(StreamServer):
         return True
 
 
-class NxtServerRig(Rig):
-    """nxt-python's server protocol on the loopback interface."""
+class NxtServerRig(SocketRig):
+    """nxt-python's server protocol."""
 
     def connect(self, faults):
-        listener = self.stack.enter_context(socket.create_server(("127.0.0.1", 0)))
+        listener = self.listen()
         address = Address.parse(f"nxt-server://127.0.0.1:{listener.getsockname()[1]}")
         with ThreadPoolExecutor(1) as other:
             opening = other.submit(NxtServerTransport.open, address)
-            connection = self.stack.enter_context(listener.accept()[0])
-            server = DatagramServer(Peer(faults), lambda: connection.recv(64), connection.sendall, connection.close)
-            server.start()
-            transport = opening.result()
-
-        def end():
-            with contextlib.suppress(OSError):
-                connection.shutdown(socket.SHUT_RDWR)
-            server.join()
-
-        self.stack.callback(end)
-        return transport
+            self.serve(DatagramServer, listener, faults)
+            return opening.result()
 
 
 class RecordRig(SimRig):
