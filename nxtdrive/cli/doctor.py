@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import subprocess
+import shlex
+import shutil
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -161,14 +162,20 @@ def _fix_udev(*, install: bool) -> int:
     if not sys.platform.startswith("linux"):
         raise ConfigError("only Linux has udev.", remedy="Other systems need no rule.")
     if os.geteuid() != 0:
-        raise ConfigError("writing the rule needs root.", remedy="Run: sudo nxtdrive doctor --fix-udev --install")
+        raise ConfigError("writing the rule needs root.", remedy=f"Run: sudo {_myself()} doctor --fix-udev --install")
     try:
         print(computer.install_udev_rule(Path(UDEV_FILE), computer.UDEV_COMMANDS))
-    except (OSError, subprocess.SubprocessError) as error:
+    except OSError as error:
         raise ConfigError(
             f"the rule could not be installed: {error}.", remedy="See `nxtdrive doctor --fix-udev`."
         ) from None
     return DONE
+
+
+def _myself() -> str:
+    """This program in words that root's shell understands: its PATH knows nothing of virtual environments."""
+    program = shutil.which("nxtdrive")
+    return shlex.join([program] if program else [sys.executable, "-m", "nxtdrive.cli.main"])
 
 
 def _print(finding: Finding) -> None:

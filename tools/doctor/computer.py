@@ -128,19 +128,27 @@ def install_udev_rule(file: Path, commands: Sequence[Sequence[str]]) -> str:
         commands: What to run afterwards; those that are not installed are left out.
 
     Returns:
-        What was done.
+        What was done, and what was not: a udev that does not run reads the rule when it starts.
 
     Raises:
         OSError: The file cannot be written; root can.
-        subprocess.SubprocessError: A command failed or hangs.
     """
     file.write_text(UDEV_RULE + "\n", encoding="utf-8")
     done = [f"wrote {file}"]
-    for command in commands:
-        if shutil.which(command[0]):
-            subprocess.run(command, check=True, timeout=COMMAND_TIMEOUT_S, capture_output=True)  # noqa: S603 - ours
-            done.append(f"ran {' '.join(command)}")
+    done += [_ran(command) for command in commands if shutil.which(command[0])]
     return "\n".join([*done, "unplug the brick and plug it in again"])
+
+
+def _ran(command: Sequence[str]) -> str:
+    words = " ".join(command)
+    try:
+        ran = subprocess.run(command, check=False, timeout=COMMAND_TIMEOUT_S, capture_output=True, text=True)  # noqa: S603 - ours
+    except subprocess.TimeoutExpired:
+        return f"{words} does not end; the rule counts from the next start of this computer"
+    if ran.returncode:
+        reason = ran.stderr.strip() or f"exit code {ran.returncode}"
+        return f"{words} failed ({reason}); the rule counts from the next start of udev"
+    return f"ran {words}"
 
 
 UDEV_COMMANDS = (("udevadm", "control", "--reload"), ("udevadm", "trigger", "--subsystem-match=usb"))

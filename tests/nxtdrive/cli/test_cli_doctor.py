@@ -118,11 +118,40 @@ def test_the_udev_instructions_hold_rule_and_commands(capsys):
     assert "udevadm control --reload" in out
 
 
-def test_installing_needs_root(capsys, monkeypatch):
+@pytest.mark.parametrize("installed", [True, False])
+def test_installing_needs_root_and_says_how_from_any_environment(capsys, monkeypatch, tmp_path, installed):
+    program = tmp_path / "my env" / "nxtdrive"
+    program.parent.mkdir()
+    if installed:
+        program.write_text("#!/bin/sh\n")
+        program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(program.parent))
     monkeypatch.setattr("os.geteuid", lambda: 1000)
     assert main(["doctor", "--fix-udev", "--install"]) == USAGE
-    assert "sudo nxtdrive doctor" in capsys.readouterr().err
+    words = f"'{program}'" if installed else f"{sys.executable} -m nxtdrive.cli.main"
+    assert f"Run: sudo {words} doctor --fix-udev --install\n" in capsys.readouterr().err
+
+
+def test_install_belongs_to_fix_udev(capsys):
     assert main(["doctor", "--install"]) == USAGE
+
+
+def test_a_rule_that_root_cannot_write_is_an_error_with_a_way_out(capsys, monkeypatch, tmp_path):
+    monkeypatch.setattr("os.geteuid", lambda: 0)
+    monkeypatch.setattr("nxtdrive.transports.usb_port.UDEV_FILE", str(tmp_path / "nowhere" / "60-nxtdrive.rules"))
+    assert main(["doctor", "--fix-udev", "--install"]) == USAGE
+    assert "could not be installed" in (err := capsys.readouterr().err)
+    assert "doctor --fix-udev" in err
+
+
+def test_a_udev_that_does_not_listen_does_not_undo_the_rule(tmp_path, monkeypatch):
+    monkeypatch.setattr(computer, "COMMAND_TIMEOUT_S", 0.05)
+    file = tmp_path / "60-nxtdrive.rules"
+    said = computer.install_udev_rule(file, [("sh", "-c", "echo deaf >&2; exit 3"), ("cat", "/dev/zero"), ("true",)])
+    assert file.exists()
+    assert "failed (deaf)" in said
+    assert "cat /dev/zero does not end" in said
+    assert "ran true" in said
 
 
 @pytest.fixture(autouse=True)
