@@ -1,0 +1,183 @@
+"""The floor map: what echoes and bumps mark, what they clear, and that it fades."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from behaviors.adaptive.floor import CELL_MM, CELLS, FADES_S, HINT, MOST, NEAR_MM, SOLID, FloorMap, cell
+from behaviors.ports import Pose
+
+ORIGIN = Pose()
+OUTSIDE_MM = CELLS * CELL_MM
+FARTHEST_ECHO_MM = 2550.0
+POSES = st.builds(Pose, *[st.floats(-1.5 * OUTSIDE_MM, 1.5 * OUTSIDE_MM)] * 2, st.floats(-1000.0, 1000.0))
+
+
+def _evidence_at(floor: FloorMap, x_mm: float, y_mm: float) -> float:
+    return float(floor.evidence[cell(x_mm, y_mm)])
+
+
+def _listen(floor: FloorMap, range_mm: float, times: int = 6, at: Pose = ORIGIN) -> tuple[float, float]:
+    """Hear the same thing several times while moving to and fro a little.
+
+    Returns:
+        Where it is.
+    """
+    for i in range(times):
+        back_mm = 40.0 * (i % 2)
+        here = at.ahead(-back_mm)
+        floor.echo(Pose(*here, at.heading_deg), range_mm + back_mm)
+    return at.ahead(100.0 + range_mm)
+
+
+def test_echoes_from_near_mark_what_they_hit():
+    floor = FloorMap()
+    assert _evidence_at(floor, *_listen(floor, 0.7 * NEAR_MM)) > SOLID
+
+
+def test_one_echo_is_not_yet_believed_and_its_repetition_says_nothing_new():
+    floor = FloorMap()
+    for _ in range(10):
+        floor.echo(ORIGIN, 500.0)
+    assert HINT < _evidence_at(floor, 600.0, 0.0) <= SOLID
+
+
+def test_echoes_from_afar_only_hint():
+    floor = FloorMap()
+    place = _listen(floor, NEAR_MM + 500.0, times=50)
+    assert HINT < _evidence_at(floor, *place) < SOLID
+
+
+def test_an_echo_frees_the_beam_before_it_and_nothing_behind_it():
+    floor = FloorMap()
+    _listen(floor, 600.0)
+    assert _evidence_at(floor, 400.0, 0.0) < 0.0
+    assert _evidence_at(floor, 400.0, 50.0) < 0.0
+    assert _evidence_at(floor, 1000.0, 0.0) == 0.0
+    assert _evidence_at(floor, 400.0, 400.0) == 0.0, "beside the beam"
+
+
+def test_a_free_beam_clears_what_has_left():
+    floor = FloorMap()
+    floor.block(ORIGIN, 300.0)
+    assert floor.evidence.max() == MOST
+    for heading_deg in range(-60, 61, 2):
+        for back_mm in (0.0, 40.0, 80.0):
+            floor.echo(Pose(-back_mm, 0.0, heading_deg), FARTHEST_ECHO_MM)
+    assert floor.evidence.max() < HINT
+
+
+def test_an_echo_from_too_far_marks_nothing():
+    floor = FloorMap()
+    _listen(floor, FARTHEST_ECHO_MM)
+    assert floor.evidence.max() == 0.0
+
+
+def test_beside_the_beam_nothing_is_marked():
+    floor = FloorMap()
+    place = _listen(floor, 600.0)
+    assert _evidence_at(floor, *place) > SOLID
+    for off_deg in (-25.0, 25.0):
+        assert _evidence_at(floor, *Pose(100.0).ahead(600.0, off_deg)) == 0.0
+
+
+@pytest.mark.parametrize("heading_deg", [0.0, 37.0, 90.0, 180.0, -135.0, 720.0 + 45.0])
+def test_positive_is_right_in_the_map_too(heading_deg):
+    floor = FloorMap()
+    _listen(floor, 500.0, at=Pose(300.0, -700.0, heading_deg))
+    place = Pose(300.0, -700.0, heading_deg).ahead(600.0)
+    marked = np.argwhere(floor.evidence > SOLID)
+    centre = (marked.mean(axis=0) - CELLS / 2 + 0.5) * CELL_MM
+    assert math.dist(centre, place) < 1.5 * CELL_MM
+
+
+def test_evidence_fades_to_about_a_third():
+    floor = FloorMap()
+    place = _listen(floor, 500.0)
+    floor.fade(0.0)
+    before = floor.evidence.copy()
+    for now_s in np.arange(0.0, FADES_S + 0.1, 0.5):
+        floor.fade(float(now_s))
+    assert _evidence_at(floor, *place) > 0.0
+    np.testing.assert_allclose(floor.evidence, before / math.e, rtol=0.02, atol=1e-3)
+
+
+def test_the_first_look_at_the_clock_fades_nothing():
+    floor = FloorMap()
+    place = _listen(floor, 500.0)
+    before = _evidence_at(floor, *place)
+    floor.fade(1e6)
+    assert _evidence_at(floor, *place) == before
+
+
+def test_where_the_robot_stands_nothing_else_is():
+    floor = FloorMap()
+    floor.block(ORIGIN, 0.0)
+    floor.stands_on(ORIGIN)
+    assert _evidence_at(floor, 0.0, 0.0) < 0.0
+    assert _evidence_at(floor, 90.0, 0.0) < 0.0
+    assert _evidence_at(floor, 250.0, 0.0) == MOST
+
+
+def test_what_blocks_the_way_is_in_the_way():
+    floor = FloorMap()
+    assert floor.clear_between((0.0, 0.0), (1500.0, 0.0))
+    floor.block(ORIGIN, 500.0)
+    assert not floor.clear_between((0.0, 0.0), (1500.0, 0.0))
+    assert not floor.clear_between((1500.0, 0.0), (0.0, 0.0))
+    assert not floor.clear_between((0.0, -150.0), (1500.0, 150.0))
+    assert floor.clear_between((0.0, 0.0), (0.0, 1500.0))
+    assert floor.clear_between((0.0, 600.0), (1500.0, 600.0))
+
+
+def test_a_way_that_ends_before_the_obstacle_is_clear():
+    floor = FloorMap()
+    floor.block(ORIGIN, 1000.0)
+    assert floor.clear_between((0.0, 0.0), (1500.0, 0.0), short_mm=900.0)
+    assert not floor.clear_between((0.0, 0.0), (1500.0, 0.0), short_mm=100.0)
+
+
+@pytest.mark.parametrize("short_mm", [0.0, 300.0])
+def test_no_way_at_all_is_clear(short_mm):
+    floor = FloorMap()
+    floor.block(ORIGIN, 0.0)
+    assert floor.clear_between((50.0, 50.0), (50.0, 50.0), short_mm)
+
+
+@given(heading_deg=st.floats(0.0, 360.0), range_mm=st.floats(0.0, FARTHEST_ECHO_MM))
+def test_what_is_out_of_the_grid_is_not_mapped(heading_deg, range_mm):
+    floor, far_away = FloorMap(), Pose(2 * OUTSIDE_MM, -2 * OUTSIDE_MM, heading_deg)
+    floor.echo(far_away, range_mm)
+    floor.block(far_away, range_mm)
+    floor.stands_on(far_away)
+    assert not floor.evidence.any()
+    assert floor.clear_between((2 * OUTSIDE_MM, 0.0), (0.0, 2 * OUTSIDE_MM))
+
+
+ACTIONS = st.tuples(
+    st.sampled_from(["echo", "echo", "echo", "block", "stand", "fade"]), POSES, st.floats(0.0, FARTHEST_ECHO_MM)
+)
+
+
+@given(actions=st.lists(ACTIONS, max_size=30))
+def test_evidence_stays_within_its_bounds(actions):
+    floor, now_s = FloorMap(), 0.0
+    for action, pose, range_mm in actions:
+        match action:
+            case "echo":
+                floor.echo(pose, range_mm)
+            case "block":
+                floor.block(pose, range_mm)
+            case "stand":
+                floor.stands_on(pose)
+            case _:
+                now_s += range_mm / 100.0
+                floor.fade(now_s)
+    assert np.isfinite(floor.evidence).all()
+    assert floor.evidence.max() <= MOST
+    assert floor.evidence.min() >= -MOST
