@@ -8,6 +8,7 @@ from __future__ import annotations
 import difflib
 import tomllib
 from collections.abc import Iterable, Sequence
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, get_args
 
@@ -155,6 +156,7 @@ class RobotTable(_Table):
         right: Output port of the right wheel.
         ultrasonic: Input port of the ultrasonic sensor; 0 for none.
         touch: Input port of the bumper; 0 for none.
+        compass: Input port of a compass that keeps the heading; 0 for none.
         wheel_diameter_mm: Diameter of the wheels; 56 is the NXT set's.
         axle_track_mm: Distance between the wheels' middles.
         stop_distance_mm: The safety stop's distance ahead.
@@ -164,6 +166,7 @@ class RobotTable(_Table):
     right: OutputPort = "C"
     ultrasonic: InputPort | Literal[0] = 4
     touch: InputPort | Literal[0] = 1
+    compass: InputPort | Literal[0] = 0
     wheel_diameter_mm: float = Field(default=56.0, ge=10, le=300)
     axle_track_mm: float = Field(default=112.0, ge=30, le=600)
     stop_distance_mm: float = Field(default=200.0, ge=30, le=1000)
@@ -172,8 +175,10 @@ class RobotTable(_Table):
     def _ports_differ(self) -> Self:
         if self.left == self.right:
             raise ValueError(f"left and right both use port {self.left}; give each motor a port of its own")
-        if self.ultrasonic and self.ultrasonic == self.touch:
-            raise ValueError(f"ultrasonic and touch both use port {self.touch}; give each sensor a port of its own")
+        for one, other in combinations(("ultrasonic", "touch", "compass"), 2):
+            port = getattr(self, one)
+            if port and port == getattr(self, other):
+                raise ValueError(f"{one} and {other} both use port {port}; give each sensor a port of its own")
         return self
 
 
@@ -193,7 +198,7 @@ class MissionTable(_Table):
     Attributes:
         name: For people.
         targets: Names of targets, in order.
-        profile: How to behave.
+        profile: How to behave: adaptive, or exactly as the thesis does.
         rounds: How often the list is gone through at most; later rounds try what was given up again.
         time_limit_s: When the mission ends, whatever has been reached; without it, it takes as long as it takes.
         link_patience_s: A mission is suspended while the brick does not answer, and ends when that lasts longer.
@@ -201,7 +206,7 @@ class MissionTable(_Table):
 
     name: str = "mission"
     targets: list[str] = Field(min_length=1)
-    profile: Literal["thesis", "adaptive"] = "thesis"
+    profile: Literal["thesis", "adaptive"] = "adaptive"
     rounds: int = Field(default=1, ge=1, le=20)
     time_limit_s: float | None = Field(default=None, gt=0, le=86400)
     link_patience_s: float = Field(default=30.0, ge=0, le=3600)

@@ -55,6 +55,7 @@ def build_rover(brick: Brick, mission: Mission) -> Rover:
         axle_track_mm=robot.axle_track_mm,
         ultrasonic=robot.ultrasonic or None,
         touch=robot.touch or None,
+        compass=robot.compass or None,
         safety=SafetyStop(stop_distance_mm=robot.stop_distance_mm),
     )
 

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import math
 import threading
+from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import combinations
 from typing import TYPE_CHECKING, Literal, overload
 
 from behaviors.ports import Motion, Pose, Stop
 from firmware_protocol.errors import ConfigError
+from nxtdrive.motion.alignment import Alignment
 from nxtdrive.motion.moves import Move, Steps
-from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, Sample, sample
-from nxtdrive.motion.progress import SEEN_DEG_S, WATCH_S, Standstill
+from nxtdrive.motion.odometry import Odometry
+from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, sample
+from nxtdrive.motion.progress import SEEN_DEG_S, WATCH_S
 from nxtdrive.motion.safety import Lookout, SafetyStop
 from nxtdrive.motion.throttle import LEASE_RANGE_S, LEASE_S, Throttle
 from nxtdrive.motion.travel import Pace, Travel, Wheel, unguarded
 from nxtdrive.ports import MotorPort, SensorPort, output_port
-from nxtdrive.sensors import Touch, Ultrasonic
+from nxtdrive.sensors import Compass, Touch, Ultrasonic
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -25,8 +29,8 @@ __all__ = ["DriveSettings", "Rover", "SafetyStop"]
 
 FASTEST_DEG_S = 0.75 * FULL_SPEED_DEG_S
 """A wheel's highest speed: regulation needs a reserve, and a battery of 7.2 V turns the motor at no more than 770."""
-JUMP_DEG, JUMP_DEG_S = 180.0, 1200.0
-"""Counts beyond these, and faster than any motor, were not turned: the counter was reset."""
+REST_S = 0.03
+"""Wheels whose counts are the same for so long stand."""
 TURN_RANGE_DEG = 3600.0
 STRAIGHT_RANGE_MM = 10_000.0
 """Longer motions than these are mistakes in a unit."""
@@ -72,6 +76,8 @@ class Rover:
         axle_track_mm: Between the points where the wheels touch the floor.
         ultrasonic: Port of the sonar, or None.
         touch: Port of the bumper, or None.
+        compass: Port of a compass that corrects the heading whenever the robot has come to rest, or None; see
+            `nxtdrive.motion.alignment`.
         safety: When driving forward ends by itself.
         settings: How fast it moves.
         reversed: Whether positive power drives the robot backwards.
@@ -90,11 +96,13 @@ class Rover:
         *,
         ultrasonic: SensorPort | None = 4,
         touch: SensorPort | None = 1,
+        compass: SensorPort | None = None,
         safety: SafetyStop = SAFETY,
         settings: DriveSettings = SETTINGS,
         reversed: bool = False,
     ) -> None:
-        _check(left, right, ultrasonic, touch, wheel_diameter_mm, axle_track_mm, settings)
+        sensors = {"sonar": ultrasonic, "bumper": touch, "compass": compass}
+        _check(left, right, sensors, wheel_diameter_mm, axle_track_mm, settings)
         self.settings = settings
         self._brick = brick
         self._ports = (output_port(left), output_port(right))
@@ -109,11 +117,12 @@ class Rover:
         )
         self._throttle = Throttle(brick, settings.lease_s)
         self._move: Move[Motion] | None = None
+        self._driving = False
         self._asking = threading.Lock()
-        self._counting = threading.Lock()
-        self._pose = Pose()
-        self._last: Sample | None = None
-        self._standstills = (Standstill(), Standstill())
+        self._odometry = Odometry(self._forward * self._mm_per_deg, axle_track_mm)
+        self._alignment = (
+            Alignment(Compass(brick, compass), self._odometry, self._read_wheels) if compass is not None else None
+        )
 
     # --- motion ---
 
@@ -152,19 +161,22 @@ class Rover:
             for 0.7 s though it was told to turn at 20 deg/s or more. The next call is another try.
         """
         self._brick.motions.claim(self._ports)
-        if speed_mm_s or turn_deg_s:
-            self._look_at_wheels()
-        if speed_mm_s > 0 and (objection := self._lookout.watch(self._pose)) is not None:
+        if self._alignment is not None and not self._driving:
+            self.pose()
+        elif (speed_mm_s or turn_deg_s) and self._unread_for_s > WATCH_S:
+            self._read_wheels()
+        if speed_mm_s > 0 and (objection := self._lookout.watch(self._odometry.pose)) is not None:
             self.stop()
             return objection
         forward, sideways = self._wheel_deg(speed_mm_s), self._turn_deg(turn_deg_s)
         speeds = (forward + sideways, forward - sideways)
         excess = max(1.0, *(abs(speed) / FASTEST_DEG_S for speed in speeds))
-        for port, standstill, speed in zip(self._ports, self._standstills, speeds, strict=True):
+        self._driving = True
+        for port, wheel, speed in zip(self._ports, self._odometry.wheels, speeds, strict=True):
             turning = self._throttle.run(port, self._forward * speed / excess)
             if not turning or abs(speed) / excess < SEEN_DEG_S:
-                standstill.begin(self._brick.now())
-        if any(standstill.stalled for standstill in self._standstills):
+                wheel.begin(self._brick.now())
+        if any(wheel.stalled for wheel in self._odometry.wheels):
             self.stop()
             return Stop.STALLED
         return None
@@ -176,25 +188,35 @@ class Rover:
 
     def stop(self) -> None:
         """Motors off, brakes on, now."""
+        self._driving = False
         self._brick.motions.claim(self._ports)
         self._throttle.brake(self._ports)
 
     # --- senses ---
 
     def pose(self) -> Pose:
-        """Where the robot is by odometry, from the wheels' rotation."""
-        self._note(sample(self._brick, *self._ports))
-        return self._pose
+        """Where the robot is by odometry, from the wheels' rotation.
+
+        With a compass the heading is corrected once the robot has come to rest, which takes two round trips more.
+
+        Raises:
+            BrickError: The compass does not answer, and never has.
+        """
+        self._read_wheels()
+        self._align()
+        return self._odometry.pose
 
     def reset_pose(self, pose: Pose = START) -> None:
         """Call the present place `pose`."""
-        self.pose()
-        self._pose = pose
+        before = self.pose()
+        self._odometry.put(pose)
+        if self._alignment is not None:
+            self._alignment.rename(pose.heading_deg - before.heading_deg)
 
     def range_mm(self) -> float | None:
         """Distance ahead by ultrasound, or None without an echo or without a sensor."""
         with self._asking:
-            return self._lookout.range_mm(self._pose)
+            return self._lookout.range_mm(self._odometry.pose)
 
     def touching(self) -> bool:
         """Whether the bumper is pressed; False without a sensor."""
@@ -220,18 +242,20 @@ class Rover:
 
     def _steps(self, signs: tuple[int, int], angle_deg: float, pace: Pace, guarded: bool) -> Steps[Motion]:
         begin = self.pose()
-        if guarded and (objection := self._lookout.clear_to_go(self._pose)) is not None:
+        if guarded and (objection := self._lookout.clear_to_go(begin)) is not None:
             self._throttle.brake(self._ports)
             return Motion(objection, 0.0, 0.0)
         wheels = [Wheel(port, self._forward * sign) for port, sign in zip(self._ports, signs, strict=True)]
         self._throttle = Throttle(self._brick, self.settings.lease_s)
         guard = self._guard if guarded else unguarded
-        travel = Travel(self._brick, wheels, pace, guard=guard, note=self._note, lease_s=self.settings.lease_s)
+        self._driving, note = False, self._odometry.note
+        travel = Travel(self._brick, wheels, pace, guard=guard, note=note, lease_s=self.settings.lease_s)
         stop = yield from travel.steps(angle_deg)
+        self._align()
         return self._motion_since(begin, stop)
 
     def _motion_since(self, begin: Pose, stop: Stop) -> Motion:
-        end, heading = self._pose, math.radians(begin.heading_deg)
+        end, heading = self._odometry.pose, math.radians(begin.heading_deg)
         along = (end.x_mm - begin.x_mm) * math.cos(heading) + (end.y_mm - begin.y_mm) * math.sin(heading)
         return Motion(stop, along, end.heading_deg - begin.heading_deg)
 
@@ -242,42 +266,25 @@ class Rover:
         """How far the wheels go, in opposite directions, to turn the robot."""
         return self._wheel_deg(math.radians(angle_deg) * self._track_mm / 2)
 
-    def _note(self, reading: Sample) -> None:
-        """Integrate what the wheels did since the last reading, as one arc.
+    def _read_wheels(self) -> None:
+        self._odometry.note(sample(self._brick, *self._ports))
 
-        Starting and stopping a program zeroes the counters (docs/firmware.md section 1, fact 4), and so does switching
-        the brick off; such a jump is no motion.
-        """
-        with self._counting:
-            self._integrate(reading)
+    @property
+    def _unread_for_s(self) -> float:
+        """How old the latest reading of the wheels is; seldom old, as who drives asks for the pose."""
+        last = self._odometry.last
+        return math.inf if last is None else self._brick.now() - last.time_s
 
-    def _integrate(self, reading: Sample) -> None:
-        before = self._last
-        if before is not None and reading.time_s < before.time_s:
-            return  # another thread has asked later and was answered sooner
-        self._last = reading
-        for standstill, angle_deg in zip(self._standstills, reading.angles_deg, strict=True):
-            standstill.note(reading.time_s, angle_deg)
-        if before is None:
-            return
-        steps = [now - then for now, then in zip(reading.angles_deg, before.angles_deg, strict=True)]
-        if max(map(abs, steps)) > JUMP_DEG + JUMP_DEG_S * (reading.time_s - before.time_s):
-            return
-        left, right = (self._forward * step * self._mm_per_deg for step in steps)
-        turned_deg = math.degrees((left - right) / self._track_mm)
-        x_mm, y_mm = self._pose.ahead((left + right) / 2, turned_deg / 2)
-        self._pose = Pose(x_mm, y_mm, self._pose.heading_deg + turned_deg)
-
-    def _look_at_wheels(self) -> None:
-        """Read them unless somebody just has: who drives by `drive` asks for the pose anyway, or is asked here."""
-        if self._last is None or self._brick.now() - self._last.time_s > WATCH_S:
-            self._note(sample(self._brick, *self._ports))
+    def _align(self) -> None:
+        """Let the compass, if there is one, correct the heading of a robot at rest."""
+        if self._alignment is not None and ((self.done and not self._driving) or self._odometry.rest_s >= REST_S):
+            self._alignment.update()
 
     def _guard(self, near: bool) -> Stop | None:
         """What objects to going on; while the program itself asks a sensor, what is known already must do."""
         mine = self._asking.acquire(blocking=False)
         try:
-            return self._lookout.watch(self._pose, ask=mine and not near)
+            return self._lookout.watch(self._odometry.pose, ask=mine and not near)
         finally:
             if mine:
                 self._asking.release()
@@ -286,18 +293,18 @@ class Rover:
 def _check(
     left: str,
     right: str,
-    ultrasonic: int | None,
-    touch: int | None,
+    sensors: Mapping[str, int | None],
     wheel_diameter_mm: float,
     axle_track_mm: float,
     settings: DriveSettings,
 ) -> None:
     if left == right:
         raise ConfigError(f"both wheels are said to be on port {left}.", remedy="Each motor has a port of its own.")
-    if ultrasonic is not None and ultrasonic == touch:
-        raise ConfigError(
-            f"sonar and bumper are both said to be on port {touch}.", remedy="Each sensor has its own port."
-        )
+    for (one, port), (other, its_port) in combinations(sensors.items(), 2):
+        if port is not None and port == its_port:
+            raise ConfigError(
+                f"{one} and {other} are both said to be on port {port}.", remedy="Each sensor has its own port."
+            )
     for name, value in (("wheel_diameter_mm", wheel_diameter_mm), ("axle_track_mm", axle_track_mm)):
         if not value > 0:
             raise ConfigError(f"{name} must be positive, not {value!r}.")

@@ -85,6 +85,7 @@ def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
         ('[mission]\ntargets = ["lena"]\n[target]', "target 'lena' has no table [target.lena]"),
         ("mission = [", "not a TOML file"),
         (GOOD + "[robot]\ntouch = 4\n", "ultrasonic and touch both use port 4"),
+        (GOOD + "[robot]\ncompass = 1\n", "touch and compass both use port 1"),
         (GOOD + "[robot]\nleft = 'D'\n", "robot.left: Input should be 'A', 'B' or 'C', not 'D'"),
         (GOOD.replace('"red"', '"pink"'), "target.box.color: Input should be 'red'"),
         (GOOD.replace("color = ", "colour = "), "target.box.colour: unknown key; did you mean 'color'?"),
