@@ -10,10 +10,11 @@ Source of the classes and their ranges: docs/evaluation.md.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from random import Random
+from typing import Any, Final
 
 from behaviors.mission import Mission
 from nxtdrive.mission_run import PICTURES
@@ -25,6 +26,7 @@ from .draft import PRINT_MM, ROBOT_RADIUS_MM, Draft
 TIME_LIMIT_S = 300.0
 USB_MS, BLUETOOTH_MS = 2.0, (30.0, 65.0)
 """Round trips of the two links; see `nxtdrive.transports.sim`."""
+COMPASS_PORT: Final = 2
 TRIES = 500
 """So many rooms are drawn until one is sound: start free, targets within reach."""
 
@@ -88,11 +90,12 @@ class Scenario:
 
 @dataclass(frozen=True, slots=True)
 class Extras:
-    """What a class adds that stands in no world file."""
+    """What a class adds that stands in no world file; `robot` is the mission's table of what the driver is told."""
 
     faults: LinkFaults = NO_FAULTS
     latency_ms: float = USB_MS
     sight: Sight = field(default_factory=Sight)
+    robot: Mapping[str, Any] = field(default_factory=dict)
 
 
 NO_EXTRAS = Extras()
@@ -111,13 +114,12 @@ def draw_scenario(kind: str, seed: int) -> Scenario:
         draft, extras = CLASSES[kind](random)
         if draft.sound():
             title = f"{kind}-{seed}"
-            return Scenario(
-                kind, seed, draft.world(title), _mission(title, draft), extras.faults, extras.latency_ms, extras.sight
-            )
+            mission = _mission(title, draft, extras.robot)
+            return Scenario(kind, seed, draft.world(title), mission, extras.faults, extras.latency_ms, extras.sight)
     raise RuntimeError(f"no sound room for {kind}-{seed} in {TRIES} tries")
 
 
-def _mission(title: str, draft: Draft) -> Mission:
+def _mission(title: str, draft: Draft, robot: Mapping[str, Any]) -> Mission:
     targets = [draft.first, draft.second]
     return Mission.model_validate(
         {
@@ -126,6 +128,7 @@ def _mission(title: str, draft: Draft) -> Mission:
                 name: {"detector": "picture", "pictures": [str(PICTURES / f"{name}.png")], "height_mm": PRINT_MM[1]}
                 for name in targets
             },
+            "robot": robot,
         }
     )
 
@@ -293,6 +296,21 @@ def _slip(random: Random) -> tuple[Draft, Extras]:
     return draft, NO_EXTRAS
 
 
+def _compass_distortion(random: Random) -> tuple[Draft, Extras]:
+    draft, _ = _slip(random)
+    draft.tables["surroundings"] = {"north_deg": draft.between(0, 360)}
+    draft.tables["sensors"] = [{"kind": "compass", "port": COMPASS_PORT}]
+    draft.tables["magnets"] = [
+        {
+            "at_mm": draft.place(0.0),
+            "radius_mm": draft.between(400, 1200),
+            "deflection_deg": random.choice((-1, 1)) * draft.between(10, 60),
+        }
+        for _ in range(random.randint(1, 3))
+    ]
+    return draft, Extras(robot={"compass": COMPASS_PORT})
+
+
 def _link(random: Random) -> tuple[Draft, Extras]:
     draft = _furnished(random)
     draft.robot["battery_mv"] = random.randint(5500, 7200)
@@ -369,6 +387,7 @@ CLASSES: dict[str, Callable[[Random], tuple[Draft, Extras]]] = {
     "moved": _moved,
     "dim": _dim,
     "slip": _slip,
+    "compass_distortion": _compass_distortion,
     "link": _link,
     "distractor": _distractor,
     "camera_loss": _camera_loss,

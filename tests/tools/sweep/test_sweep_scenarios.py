@@ -33,6 +33,15 @@ def test_class_and_seed_decide_everything(kind):
     assert drawn[0] != draw_scenario(kind, 8)
 
 
+def test_only_the_class_for_it_has_a_compass():
+    for seed in range(10):
+        scenario, plain = draw_scenario("compass_distortion", seed), draw_scenario("slip", seed)
+        assert [(sensor.kind, sensor.port) for sensor in scenario.world.sensors] == [("compass", 2)]
+        assert scenario.mission.robot.compass == 2
+        assert 1 <= len(scenario.world.magnets) <= 3
+        assert (plain.world.sensors, plain.world.magnets, plain.mission.robot.compass) == ((), (), 0)
+
+
 def test_far_targets_are_out_of_sight_at_the_start():
     for seed in range(20):
         scenario = draw_scenario("far", seed)
