@@ -75,8 +75,9 @@ class Belief:
         back_deg = math.degrees(math.atan2(seen_from[1] - place[1], seen_from[0] - place[0]))
         facing = np.abs((_FACING_DEG - back_deg + 180.0) % 360.0 - 180.0) <= HALF_SLANT_DEG
         spike = near[:, None] & facing[None, :]
-        self._mass *= 1.0 - TRUST
-        self._mass[spike] += TRUST / max(1, int(spike.sum()))
+        if spike.any():  # odometry may have gone astray beyond the places that are considered
+            self._mass *= 1.0 - TRUST
+            self._mass[spike] += TRUST / int(spike.sum())
 
     def refute(self, place: Point) -> None:
         """Take in that it is not there, whatever it looked like."""
