@@ -6,6 +6,8 @@ fast and slow machines alike. CPU time is the process's own.
 
 from __future__ import annotations
 
+import os
+import platform
 import statistics
 import struct
 import subprocess
@@ -13,8 +15,11 @@ import sys
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from functools import partial
 from importlib import import_module
+from importlib.metadata import version
+from importlib.util import find_spec
 from typing import cast
 
 from behaviors.executive import Executive, Report
@@ -33,6 +38,8 @@ from nxtdrive.mission_run import (
     open_mission_camera,
 )
 
+from .bench_peer import run_nxt_python
+
 REPEATS = 7
 """Repeats of each measurement; the median is reported."""
 
@@ -47,6 +54,7 @@ class Figure:
         unit: Its unit.
         goal: What it should be, as text, or an empty string.
         met: Whether it is; None without a goal.
+        peer: The same of nxt-python, measured in the same run; None without a counterpart, or when it is not installed.
     """
 
     name: str
@@ -54,6 +62,7 @@ class Figure:
     unit: str
     goal: str = ""
     met: bool | None = None
+    peer: float | None = None
 
 
 AREAS: dict[str, tuple[str, str]] = {
@@ -67,6 +76,10 @@ AREAS: dict[str, tuple[str, str]] = {
     "sensors": ("bench_sensors", "measure_sensors"),
 }
 """Area to (module beside this one, function that yields figures); a module is imported when its area is measured."""
+
+DRIVER = "driver"
+DRIVER_AREAS = ("protocol", "doors", "motion", "nxt-python", "sensors")
+"""The areas of the driver, and one word for all of them: next to nxt-python's, where that has a counterpart."""
 
 REAL_AREAS = ("motion", "nxt-python")
 """Areas that can be measured on a real brick; their functions take its address."""
@@ -82,6 +95,20 @@ def measure(area: str, address: str | None = None) -> Iterable[Figure]:
     module, function = AREAS[area]
     measure_area = getattr(import_module(f".{module}", __package__), function)
     return cast("Iterable[Figure]", measure_area() if address is None else measure_area(address))
+
+
+def circumstances() -> dict[str, object]:
+    """What figures depend on: when, where, with what, and how busy the machine was."""
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
+    return {
+        "time": datetime.now(UTC).isoformat(timespec="seconds"),
+        "system": platform.platform(),
+        "python": platform.python_version(),
+        "cores": os.cpu_count(),
+        "load": load,
+        "nxtdrive": version("nxtdrive"),
+        "nxt-python": version("nxt-python") if find_spec("nxt") else None,
+    }
 
 
 class NullTransport:
@@ -129,25 +156,18 @@ def measure_protocol() -> Iterable[Figure]:
     brick = Brick(NullTransport(answer))
     floor_us = _microseconds(lambda: (pack(0, 6, 0), unpack(answer)))
     request_us = _microseconds(lambda: brick.request(GetOutputState(OutputPort.A)))
+    printed = run_nxt_python(NXT_PYTHON, answer.hex(), str(REPEATS))
+    peer_us = None if printed is None else float(printed)
     yield Figure("bare struct: pack 3 bytes, unpack 25", floor_us, "µs")
     yield Figure("encode GetOutputState", _microseconds(command.encode), "µs")
     yield Figure("decode its reply", _microseconds(lambda: GetOutputState.decode_reply(answer)), "µs")
-    yield Figure("request over a null transport", request_us, "µs")
+    yield Figure("request of a motor's state over a null transport", request_us, "µs", peer=peer_us)
     yield _at_most("request / bare struct", request_us / floor_us, "x", 8.0)
-    peer_us = _nxt_python_us(answer)
-    if peer_us is None:
-        yield Figure("nxt-python is not installed; pip install nxt-python to compare", float("nan"), "")
-    else:
-        yield Figure("nxt-python get_output_state, own process", peer_us, "µs")
+    if peer_us is not None:
         yield _at_most("request / nxt-python", request_us / peer_us, "x", 0.5)
 
 
 NXT_PYTHON = """
-import statistics, sys, time
-try:
-    import nxt.brick, nxt.motor
-except ImportError:
-    sys.exit(3)
 answer = bytes.fromhex(sys.argv[1])
 class Socket:
     type = "null"
@@ -163,18 +183,6 @@ for _ in range(int(sys.argv[2])):
     rounds.append((time.perf_counter() - begun) / 20000 * 1e6)
 print(statistics.median(rounds))
 """
-"""An outside client in its own process; nothing of nxt-python (GPL) is imported here."""
-
-
-def _nxt_python_us(answer: bytes) -> float | None:
-    done = subprocess.run(  # noqa: S603 - our own interpreter on the text above
-        [sys.executable, "-c", NXT_PYTHON, answer.hex(), str(REPEATS)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
-    return float(done.stdout) if done.returncode == 0 else None
 
 
 def measure_import() -> Iterable[Figure]:

@@ -6,15 +6,12 @@ round trips a second; how far below it is, is what the door costs. In process no
 
 from __future__ import annotations
 
-import contextlib
-import json
-import socket
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from firmware_protocol.direct import GetBatteryLevel, SetOutputState
@@ -24,6 +21,7 @@ from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
 
 from .bench import Figure
+from .bench_peer import run_nxt_python, serving, where
 
 ROUND_TRIPS = 500
 """In each repeat over a door."""
@@ -31,7 +29,8 @@ ROUND_TRIPS = 500
 REPEATS = 5
 PASSES = 20_000
 GET_BATTERY = GetBatteryLevel().encode()
-REPLY_SIZE = 5
+SIM_EXEC = (sys.executable, "-m", "nxtdrive.cli.main", "sim", "exec", "--")
+"""Runs a program with the simulated brick on its USB."""
 
 USB_CLIENT = """
 import statistics, sys, time, usb.core
@@ -47,6 +46,23 @@ for _ in range(repeats):
 print(statistics.median(rates))
 """
 """A program that knows only pyusb."""
+
+DRIVER_CLIENT = """
+import sys
+from nxtdrive.tools.bench_doors import over
+print(over(sys.argv[1], *map(int, sys.argv[2:])))
+"""
+NXT_PYTHON = """
+number, repeats = map(int, sys.argv[2:])
+with nxt.locator.find(**json.loads(sys.argv[1])) as brick:
+    rates = []
+    for _ in range(repeats):
+        begun = time.perf_counter()
+        for _ in range(number):
+            brick.get_battery_level()
+        rates.append(number / (time.perf_counter() - begun))
+print(statistics.median(rates))
+"""
 
 STATUS = Path("/proc/self/status")
 """Where Linux tells a process its memory; what `resource` tells includes that of the parent."""
@@ -66,10 +82,19 @@ def measure_doors(*, round_trips: int = ROUND_TRIPS, repeats: int = REPEATS, pas
         passes: Of the firmware, in each repeat.
     """
     yield Figure("telegrams to the simulated brick, in process", _in_process(round_trips * 20, repeats), "1/s")
-    with _served() as doors:
-        for name, ask in doors.items():
-            yield Figure(f"telegrams over {name}", _rate(ask, round_trips, repeats), "1/s")
-    yield Figure("telegrams over USB (sim exec, pyusb)", _over_usb(round_trips, repeats), "1/s")
+    with tempfile.TemporaryDirectory() as folder:
+        pty = ["--pty", str(Path(folder) / "nxt")] if sys.platform != "win32" else []
+        with serving(*pty, "--tcp", "0", "--nxt-server", "0", "--world", "open") as addresses:
+            for address in addresses:
+                scheme = address.partition("://")[0]
+                peer = None if scheme == "tcp" else _nxt_python_over(address, round_trips, repeats)
+                yield Figure(f"requests over {scheme}", over(address, round_trips, repeats), "1/s", peer=peer)
+    numbers = (str(round_trips), str(repeats))
+    bare = float(_output(["-c", USB_CLIENT, *numbers], SIM_EXEC))
+    ours = float(_output(["-c", DRIVER_CLIENT, "usb://", *numbers], SIM_EXEC))
+    peer = _nxt_python_over("usb://", round_trips, repeats, SIM_EXEC)
+    yield Figure("telegrams over USB (sim exec, bare pyusb)", bare, "1/s")
+    yield Figure("requests over USB (sim exec)", ours, "1/s", peer=peer)
     yield Figure("firmware passes of 1 ms, three regulated motors", _passes(passes, repeats), "ms/ms")
     if STATUS.exists():
         yield Figure("memory of one brick, over the interpreter", _memory_mb(repeats), "MB")
@@ -96,46 +121,15 @@ def _in_process(number: int, repeats: int) -> float:
     return _rate(ask, number, repeats)
 
 
-@contextlib.contextmanager
-def _served() -> Iterator[dict[str, Callable[[], object]]]:
-    """Ways to ask a brick that another process serves, by the name of their door."""
-    with contextlib.ExitStack() as closing:
-        folder = closing.enter_context(tempfile.TemporaryDirectory())
-        pty = ["--pty", str(Path(folder) / "nxt")] if sys.platform != "win32" else []
-        command = ["sim", "serve", *pty, "--tcp", "0", "--nxt-server", "0", "--world", "open", "--json"]
-        server = closing.enter_context(
-            subprocess.Popen(  # noqa: S603 - our own interpreter
-                [sys.executable, "-m", "nxtdrive.cli.main", *command], stdout=subprocess.PIPE, text=True
-            )
-        )
-        closing.callback(server.terminate)
-        if server.stdout is None:
-            raise RuntimeError("the server has no output")
-        addresses = json.loads(server.stdout.readline())["doors"]
-        yield {address.partition("://")[0]: _asking(address, closing) for address in addresses}
+def over(address: str, number: int, repeats: int) -> float:
+    """Requests a second of the driver at an address, the median of the repeats."""
+    with open_brick(address) as brick:
+        return _rate(lambda: brick.request(GetBatteryLevel()), number, repeats)
 
 
-def _asking(address: str, closing: contextlib.ExitStack) -> Callable[[], object]:
-    """One question and its answer at that door."""
-    scheme, _, target = address.partition("://")
-    if scheme != "nxt-server":
-        brick = closing.enter_context(open_brick(address))
-        return lambda: brick.request(GetBatteryLevel())
-    host, _, port = target.rpartition(":")
-    line = closing.enter_context(socket.create_connection((host, int(port)), timeout=10))
-    line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-
-    def ask() -> None:
-        line.sendall(GET_BATTERY)
-        if len(line.recv(REPLY_SIZE)) != REPLY_SIZE:
-            raise RuntimeError(f"{address} gave no whole answer")
-
-    return ask
-
-
-def _over_usb(number: int, repeats: int) -> float:
-    words = ["sim", "exec", "--", sys.executable, "-c", USB_CLIENT, str(number), str(repeats)]
-    return float(_output(["-m", "nxtdrive.cli.main", *words]))
+def _nxt_python_over(address: str, number: int, repeats: int, through: Sequence[str] = ()) -> float | None:
+    printed = run_nxt_python(NXT_PYTHON, where(address), str(number), str(repeats), through=through)
+    return None if printed is None else float(printed)
 
 
 def _passes(number: int, repeats: int) -> float:
@@ -154,9 +148,9 @@ def _memory_mb(repeats: int) -> float:
     return (median_kb(BRICK) - median_kb("pass")) / 1024
 
 
-def _output(words: list[str]) -> str:
+def _output(words: Sequence[str], through: Sequence[str] = ()) -> str:
     """What our own interpreter prints."""
     done = subprocess.run(  # noqa: S603 - our own interpreter
-        [sys.executable, *words], capture_output=True, text=True, check=True, timeout=120
+        [*through, sys.executable, *words], capture_output=True, text=True, check=True, timeout=120
     )
     return done.stdout

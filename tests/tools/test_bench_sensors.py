@@ -14,4 +14,5 @@ def test_both_programs_read_distances_on_the_same_link(monkeypatch):
     assert [figure.unit for figure in figures][:2] == ["1/s", "ms"]
     assert all(figure.value > 0 for figure in figures if figure.unit)
     if importlib.util.find_spec("nxt"):
+        assert figures[0].peer > 0
         assert figures[-1].met is not None

@@ -1,0 +1,101 @@
+"""nxt-python as an outside client of the measurements, and a simulated brick for both programs to talk to.
+
+nxt-python (GPL) runs in processes of its own; nothing of it is imported here.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from firmware_protocol.errors import ConfigError
+
+NOT_INSTALLED = 3
+PATIENCE_S = 120.0
+PROLOGUE = f"""
+import json, statistics, sys, time
+try:
+    import nxt.brick, nxt.locator, nxt.motor, nxt.sensor, nxt.sensor.generic
+except ImportError:
+    sys.exit({NOT_INSTALLED})
+"""
+
+
+def run_nxt_python(program: str, *words: str, through: Sequence[str] = ()) -> str | None:
+    """Run a program with nxt-python's modules at hand.
+
+    Args:
+        program: Its text.
+        words: Its arguments.
+        through: A command that runs the one that follows it.
+
+    Returns:
+        What it prints, or None when nxt-python is not installed.
+
+    Raises:
+        RuntimeError: It fails.
+    """
+    done = subprocess.run(  # noqa: S603 - our own interpreter on a text of ours
+        [*through, sys.executable, "-c", PROLOGUE + program, *words],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=PATIENCE_S,
+    )
+    if done.returncode == NOT_INSTALLED:
+        return None
+    if done.returncode:
+        raise RuntimeError(f"nxt-python failed: {done.stderr}")
+    return done.stdout
+
+
+def where(address: str) -> str:
+    """What ``nxt.locator.find`` wants for one of our addresses, as JSON.
+
+    Raises:
+        ConfigError: It has nothing of the kind.
+    """
+    scheme, _, target = address.partition("://")
+    host, _, port = target.rpartition(":")
+    known: dict[str, dict[str, object]] = {
+        "serial": {"backends": ["devfile"], "filename": target},
+        "usb": {"backends": ["usb"]},
+        "nxt-server": {"backends": ["socket"], "server_host": host, "server_port": port},
+    }
+    if scheme not in known:
+        raise ConfigError(f"nxt-python cannot be compared at {address}.", remedy="Use usb:// or serial://.")
+    return json.dumps(known[scheme])
+
+
+@contextlib.contextmanager
+def served(latency_ms: float) -> Iterator[str]:
+    """The address of a simulated brick in a process of its own, in real time, at a serial port."""
+    with tempfile.TemporaryDirectory() as folder:
+        port = Path(folder) / "nxt"
+        with serving("--pty", str(port), "--latency-ms", str(latency_ms)):
+            yield f"serial://{port}"
+
+
+@contextlib.contextmanager
+def serving(*words: str) -> Iterator[list[str]]:
+    """The addresses of a simulated brick that ``nxtdrive sim serve`` serves with these arguments."""
+    server = subprocess.Popen(  # noqa: S603 - our own command
+        [sys.executable, "-m", "nxtdrive.cli.main", "sim", "serve", *words, "--json"],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        line = server.stdout.readline() if server.stdout else ""
+        if not line:
+            raise RuntimeError("the simulated brick could not be served")
+        yield json.loads(line)["doors"]
+    finally:
+        server.terminate()
+        server.communicate(timeout=PATIENCE_S)
