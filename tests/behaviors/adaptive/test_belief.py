@@ -1,0 +1,226 @@
+"""Belief: what looks without a sighting, sightings and time make of it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from behaviors.adaptive.belief import Belief
+from behaviors.adaptive.floor import CELLS, MOST, FloorMap, centre_mm
+from behaviors.ports import Pose
+from behaviors.recovery import Point
+
+RANGE_MM, HALF_VIEW_DEG = 3000.0, 25.0
+SHARE = 0.93
+"""Of what can be found; what a scan asks for."""
+POSES = st.builds(Pose, *[st.floats(-8000.0, 8000.0)] * 2, st.floats(-1000.0, 1000.0))
+POINTS = st.tuples(*[st.floats(-9000.0, 9000.0)] * 2)
+
+
+def _belief() -> Belief:
+    return Belief(RANGE_MM, HALF_VIEW_DEG)
+
+
+def _room() -> FloorMap:
+    """Free floor, 4 m square."""
+    floor = FloorMap()
+    middle = np.abs(centre_mm(np.arange(CELLS))) < 2000.0
+    floor.evidence[np.ix_(middle, middle)] = -1.0
+    return floor
+
+
+def _within(belief: Belief, place: Point, radius_mm: float) -> float:
+    """Probability that it is so near to a place."""
+    return float(belief._mass[np.hypot(belief._x - place[0], belief._y - place[1]) <= radius_mm].sum())
+
+
+def _ahead(belief: Belief, distance_mm: float = 1200.0) -> float:
+    return _within(belief, (distance_mm, 0.0), 400.0)
+
+
+def _behind(belief: Belief) -> float:
+    return _within(belief, (-1200.0, 0.0), 400.0)
+
+
+def _width_deg(arc: tuple[float, float]) -> float:
+    return arc[1] - arc[0]
+
+
+def _covers(arc: tuple[float, float], bearing_deg: float) -> bool:
+    return (bearing_deg - arc[0]) % 360.0 <= _width_deg(arc)
+
+
+def test_a_look_lowers_what_it_shows_and_raises_the_rest():
+    belief = _belief()
+    ahead, behind = _ahead(belief), _behind(belief)
+    belief.look(Pose(), _room(), 3)
+    assert _ahead(belief) < ahead
+    assert _behind(belief) > behind
+
+
+def test_what_lies_beyond_the_detectors_range_loses_nothing():
+    belief = _belief()
+    before = _ahead(belief, 4400.0)
+    belief.look(Pose(), _room(), 10)
+    assert _ahead(belief, 4400.0) > before
+
+
+def test_near_places_lose_more_than_far_ones():
+    belief = _belief()
+    near, far = _ahead(belief, 800.0), _ahead(belief, 2700.0)
+    belief.look(Pose(), _room(), 1)
+    assert _ahead(belief, 800.0) / near < _ahead(belief, 2700.0) / far
+
+
+def test_more_frames_speak_more_strongly_but_never_rule_a_place_out():
+    shares = []
+    for frames in (1, 3, 100):
+        belief = _belief()
+        belief.look(Pose(), _room(), frames)
+        shares.append(_ahead(belief, 2600.0))
+    assert shares[0] > shares[1] > shares[2] > 0.0
+
+
+def test_what_is_hidden_behind_something_loses_less():
+    wall = _room()
+    wall.evidence[(centre_mm(np.arange(CELLS)) > 550.0) & (centre_mm(np.arange(CELLS)) < 750.0), :] = MOST
+    free, hidden = _belief(), _belief()
+    free.look(Pose(), _room(), 3)
+    hidden.look(Pose(), wall, 3)
+    assert _ahead(hidden, 1800.0) > _ahead(free, 1800.0)
+
+
+def test_a_wall_that_is_found_while_turning_on_the_spot_hides_what_is_behind_it():
+    floor = _room()
+    belief, informed = _belief(), _belief()
+    belief.look(Pose(heading_deg=180.0), floor, 3)
+    informed.look(Pose(heading_deg=180.0), floor, 3)
+    floor.evidence[(centre_mm(np.arange(CELLS)) > 550.0) & (centre_mm(np.arange(CELLS)) < 750.0), :] = MOST
+    belief.look(Pose(), floor, 3)
+    informed.chance_from(3000.0, 3000.0, floor)  # having been asked about somewhere else makes no difference
+    informed.look(Pose(), floor, 3)
+    assert _ahead(belief, 1800.0) == pytest.approx(_ahead(informed, 1800.0))
+
+
+def test_a_sighting_concentrates_belief_where_it_was():
+    belief, place = _belief(), (1300.0, -700.0)
+    belief.see(place, (0.0, 0.0))
+    assert _within(belief, place, 400.0) > 0.8
+    assert belief.chance_from(300.0, 0.0, _room()) > belief.chance_from(-1700.0, 1500.0, _room())
+
+
+def test_a_sighting_tells_from_which_side_it_can_be_seen():
+    belief, place = _belief(), (1000.0, 0.0)
+    belief.see(place, (0.0, 0.0))
+    floor = _room()
+    assert belief.chance_from(100.0, 0.0, floor) > 2 * belief.chance_from(1900.0, 0.0, floor)
+
+
+def test_looks_from_several_places_refute_a_sighting():
+    belief, place = _belief(), (1200.0, 0.0)
+    belief.see(place, (0.0, 0.0))
+    for y_mm in (0.0, 500.0, -500.0, 250.0, -250.0):
+        belief.look(Pose(0.0, y_mm, -math.degrees(math.atan2(y_mm, place[0]))), _room(), 10)
+    assert _within(belief, place, 300.0) < 0.1
+
+
+def test_looks_before_a_sighting_do_not_weaken_those_after_it():
+    """It was overlooked, then seen, and now it is gone: each change shows, although the robot never moved."""
+    belief, floor, place = _belief(), _room(), (1200.0, 0.0)
+    belief.look(Pose(), floor, 50)
+    belief.see(place, (0.0, 0.0))
+    seen = _within(belief, place, 300.0)
+    belief.look(Pose(), floor, 50)
+    assert _within(belief, place, 300.0) < 0.8 * seen
+
+
+def test_what_was_looked_at_long_ago_is_worth_another_look():
+    belief, floor = _belief(), _room()
+    belief.look(Pose(), floor, 50)
+    belief.renew(1000.0)
+    renewed = _ahead(belief)
+    belief.look(Pose(), floor, 50)
+    assert _ahead(belief) < 0.8 * renewed
+
+
+def test_refuting_a_place_clears_it():
+    belief, place = _belief(), (1300.0, -700.0)
+    belief.see(place, (0.0, 0.0))
+    belief.refute(place)
+    assert _within(belief, place, 300.0) < 0.3
+    assert 0.0 < belief.chance_from(300.0, 0.0, _room()) < 0.5
+
+
+@pytest.mark.parametrize("bearing_deg", [0.0, 50.0, 135.0, 180.0, 260.0, 355.0])
+def test_the_arc_covers_where_the_target_was_seen(bearing_deg):
+    belief, floor = _belief(), _room()
+    belief.see(Pose().ahead(1300.0, bearing_deg), (0.0, 0.0))
+    # nearly all that can be found, but for what belief keeps elsewhere
+    arc = belief.arc_from(0.0, 0.0, floor, 0.8)
+    assert _covers(arc, bearing_deg)
+    assert _width_deg(arc) <= 120.0
+
+
+def test_the_arc_is_nearly_the_whole_turn_for_who_knows_nothing():
+    assert _width_deg(_belief().arc_from(0.0, 0.0, FloorMap(), SHARE)) >= 300.0
+
+
+def test_the_arc_leaves_out_what_was_looked_at():
+    belief, floor = _belief(), _room()
+    for heading_deg in range(-60, 61, 10):
+        belief.look(Pose(heading_deg=heading_deg), floor, 5)
+    arc = belief.arc_from(0.0, 0.0, floor, SHARE)
+    assert _covers(arc, 180.0)
+    assert not _covers(arc, 0.0)
+
+
+def test_a_viewpoint_nearer_to_the_mass_has_the_greater_chance():
+    belief, floor = _belief(), FloorMap()
+    belief.see((3200.0, 0.0), (0.0, 0.0))
+    chances = [belief.chance_from(x_mm, 0.0, floor) for x_mm in (-800.0, 300.0, 1200.0, 2000.0)]
+    assert chances == sorted(chances)
+    assert chances[0] < chances[-1] <= 1.0
+
+
+def test_time_brings_belief_back_to_where_it_began():
+    belief, fresh = _belief(), _belief()
+    belief.see((1300.0, -700.0), (0.0, 0.0))
+    belief.look(Pose(heading_deg=90.0), _room(), 5)
+    distances = []
+    for passed_s in (0.0, 100.0, 1e4):
+        belief.renew(passed_s)
+        distances.append(float(np.abs(belief._mass - fresh._mass).sum()))
+    assert distances[0] > distances[1] > distances[2]
+    assert distances[2] < 1e-9
+
+
+ACTIONS = st.one_of(
+    st.tuples(st.just("look"), POSES, st.integers(1, 200)),
+    st.tuples(st.just("see"), POINTS, POINTS),
+    st.tuples(st.just("refute"), POINTS),
+    st.tuples(st.just("renew"), st.floats(0.0, 1000.0)),
+    st.tuples(st.just("block"), POSES, st.floats(0.0, 2500.0)),
+)
+
+
+@given(actions=st.lists(ACTIONS, max_size=12), here=POINTS)
+def test_belief_stays_a_probability(actions, here):
+    belief, floor = _belief(), _room()
+    for action, *values in actions:
+        match action:
+            case "look":
+                belief.look(values[0], floor, values[1])
+            case "block":
+                floor.block(*values)
+            case _:
+                getattr(belief, action)(*values)
+    assert belief._mass.min() >= 0.0
+    assert belief._mass.sum() == pytest.approx(1.0)
+    assert -1e-9 <= belief.chance_from(*here, floor) <= 1.0 + 1e-9
+    begin_deg, end_deg = belief.arc_from(*here, floor, SHARE)
+    assert 0.0 < end_deg - begin_deg <= 360.0
+    assert math.isfinite(begin_deg)
