@@ -43,6 +43,7 @@ class Approach:
         self._watch = watch
         self._begun_s = self._seen_s = watch.now()
         self._doubt = Doubt()
+        self._oblique = False
         self._shut = 0
         self._open_s = watch.now()
         self._stood_s: float | None = None
@@ -78,8 +79,9 @@ class Approach:
 
     def _weigh(self, percept: Percept, bearing_deg: float, distance_mm: float) -> None:
         """Shift the odds that it is the target."""
-        hit = percept.sighting is not None
-        if hit:
+        sighting = percept.sighting
+        if sighting is not None:
+            self._oblique = self._watch.memory.oblique(self._watch.target, sighting)
             self._seen_s = percept.time_s
             if percept.time_s - self._begun_s > 0:
                 self._doubt.frame(hit=True)
@@ -109,6 +111,9 @@ class Approach:
         return None
 
     def _mistaken(self, percept: Percept) -> Fact:
+        if self._oblique:
+            # so far aside the real one flickers, too; it has to be seen from elsewhere first
+            return _failed(Reason.TARGET_LOST, percept, odds=self._doubt.odds, oblique=True)
         self._watch.memory.forget(self._watch.target)
         return _failed(Reason.WRONG_TARGET, percept, odds=self._doubt.odds)
 

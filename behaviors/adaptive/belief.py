@@ -8,11 +8,12 @@ keeps its probability where it is, and one that is elsewhere gains it there.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.floor import CELL_MM, CELLS, DIRECTIONS, HINT, FloorMap
+from behaviors.adaptive.floor import CELL_MM, CELLS, DIRECTIONS, HINT, KNOWN, FloorMap
 from behaviors.ports import Pose
 from behaviors.recovery import Point
 
@@ -24,15 +25,21 @@ HALF_SLANT_DEG, SLANT_WIDTH_DEG = 52.0, 5.0
 facings is coarse, hence the width."""
 SURE = 0.95
 """No number of frames from one place speaks more strongly than this: what a detector misses, it misses again."""
+STAND_MM = 350.0
+"""Looks from places no farther apart than this are looks from one place."""
+ROUND_FRAMES = 6
+"""Frames that show each place when the robot looks round."""
 SURE_SHARE, POOR_SHARE, POOR = 0.45, 0.95, 0.55
 """Up to the first share of its range the detector is sure; from there on it gets worse, since nobody knows the light,
 and at the second it finds this much."""
-BEHIND = 0.3
-"""What is behind something on the floor map may still be seen, over it or because the map is wrong."""
 EMPTY = 0.1
 """Where the sonar found nothing there is hardly a picture on a stand."""
+UNKNOWN = 0.5
+"""Where nothing is known there may be no floor at all; pictures are at what echoes, mostly."""
 LIKELY_MM = 2500.0
 """Standard deviation of a target's place around the start: rooms end."""
+OBLIQUE_DEG = 35.0
+"""What looks narrow is seen at least so obliquely, give or take the grid of facings."""
 SPIKE_MM = 350.0
 TRUST = 0.85
 """How much a sighting is believed to tell where the target is."""
@@ -40,6 +47,38 @@ RENEWS_S = 250.0
 """Things move: belief returns to where it began in this time."""
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class _View:
+    """What a place shows.
+
+    Attributes:
+        at: The place.
+        possible: How likely a target can be found from here at all, (places, FACINGS): not too oblique, nothing before.
+        each: Probability that one frame finds it, if it can be found, (places,).
+        bearing_deg: Where it would be, (places,).
+    """
+
+    at: Point
+    possible: Array
+    each: Array
+    bearing_deg: Array
+
+
+@dataclass(slots=True)
+class _Stand:
+    """What was looked at from one place. What hides a target hides it in every frame, so frames are no new evidence.
+
+    Attributes:
+        at: The place.
+        missed: Probability to have missed it in all frames so far although it can be found, (places,).
+        left: By what the belief was lowered from here, (places, FACINGS).
+    """
+
+    at: Point
+    missed: Array
+    left: Array
 
 
 class Belief:
@@ -58,22 +97,29 @@ class Belief:
         prior = np.repeat(np.exp(-(self._x**2 + self._y**2) / (2 * LIKELY_MM**2))[:, None], FACINGS, axis=1)
         self._prior = prior / prior.sum()
         self._mass = self._prior.copy()
-        self._seen_from: tuple[tuple[float, float], Array, Array] | None = None
+        self._stand: _Stand | None = None
         self._empty_at: tuple[int, Array] | None = None
 
     def look(self, pose: Pose, floor: FloorMap, frames: int) -> None:
         """Take in that it was not seen in so many frames from here."""
-        detect, bearing_deg = self._detected_from(pose.x_mm, pose.y_mm, floor)
-        off_deg = np.abs((bearing_deg - pose.heading_deg + 180.0) % 360.0 - 180.0)
+        view = self._view(pose.x_mm, pose.y_mm, floor)
+        if self._stand is None or math.dist(self._stand.at, view.at) > STAND_MM:
+            self._stand = _Stand(view.at, np.ones(len(self._x)), np.ones_like(self._mass))
+        stand = self._stand
+        off_deg = np.abs((view.bearing_deg - pose.heading_deg + 180.0) % 360.0 - 180.0)
         inside = off_deg <= self._half_view_deg
-        self._mass[inside] *= 1.0 - np.minimum(SURE, 1.0 - (1.0 - detect[inside]) ** frames)
+        stand.missed[inside] *= (1.0 - view.each[inside]) ** frames
+        left = 1.0 - view.possible * np.minimum(SURE, 1.0 - stand.missed)[:, None]
+        self._mass *= left / stand.left
+        stand.left = left
         self._mass /= self._mass.sum()
 
-    def see(self, place: Point, seen_from: Point) -> None:
+    def see(self, place: Point, seen_from: Point, *, oblique: bool = False) -> None:
         """Take in that it was seen there, from here."""
         near = np.hypot(self._x - place[0], self._y - place[1]) <= SPIKE_MM
         back_deg = math.degrees(math.atan2(seen_from[1] - place[1], seen_from[0] - place[0]))
-        facing = np.abs((_FACING_DEG - back_deg + 180.0) % 360.0 - 180.0) <= HALF_SLANT_DEG
+        slant_deg = np.abs((_FACING_DEG - back_deg + 180.0) % 360.0 - 180.0)
+        facing = (slant_deg <= HALF_SLANT_DEG + 8.0) & ((slant_deg >= OBLIQUE_DEG) | (not oblique))
         spike = near[:, None] & facing[None, :]
         if spike.any():  # odometry may have gone astray beyond the places that are considered
             self._mass *= 1.0 - TRUST
@@ -84,6 +130,11 @@ class Belief:
         near = np.hypot(self._x - place[0], self._y - place[1]) <= SPIKE_MM
         self._mass[near] *= 0.02
         self._mass /= self._mass.sum()
+
+    def held_at(self, place: Point) -> float:
+        """Probability that it is near there."""
+        near = np.hypot(self._x - place[0], self._y - place[1]) <= SPIKE_MM
+        return float(self._mass[near].sum())
 
     def renew(self, passed_s: float) -> None:
         """Let time pass."""
@@ -110,28 +161,30 @@ class Belief:
         return 0.0, 360.0
 
     def _gain(self, x_mm: float, y_mm: float, floor: FloorMap) -> Array:
-        """Probability of finding it at each place by looking round from here."""
-        detect, _ = self._detected_from(x_mm, y_mm, floor)
+        """Probability of finding it at each place by looking round from here, (places,)."""
+        view = self._view(x_mm, y_mm, floor)
+        missed, left = np.ones(len(self._x)), np.ones_like(self._mass)
+        if self._stand is not None and math.dist(self._stand.at, view.at) <= STAND_MM:
+            missed, left = self._stand.missed, self._stand.left
+        missed = missed * (1.0 - view.each) ** ROUND_FRAMES
+        found = 1.0 - (1.0 - view.possible * np.minimum(SURE, 1.0 - missed)[:, None]) / left
         plausible = self._mass * self._plausible(floor)[:, None]
-        return np.asarray((plausible * np.minimum(SURE, 1.0 - (1.0 - detect) ** 4)).sum(axis=1) / plausible.sum())
+        return np.asarray((plausible * np.maximum(0.0, found)).sum(axis=1) / plausible.sum())
 
-    def _detected_from(self, x_mm: float, y_mm: float, floor: FloorMap) -> tuple[Array, Array]:
-        """Probability of a detection in one frame that shows the place, (places, FACINGS); and bearings, degrees."""
-        if self._seen_from is not None and math.dist(self._seen_from[0], (x_mm, y_mm)) < 30.0:
-            return self._seen_from[1], self._seen_from[2]
+    def _view(self, x_mm: float, y_mm: float, floor: FloorMap) -> _View:
+        """What can be seen from a place, turning round."""
         dx, dy = self._x - x_mm, self._y - y_mm
         distance = np.hypot(dx, dy)
         bearing_deg = np.degrees(np.arctan2(dy, dx))
         slant_deg = np.abs((_FACING_DEG[None, :] - (bearing_deg + 180.0)[:, None] + 180.0) % 360.0 - 180.0)
         by_slant = 1.0 / (1.0 + np.exp((slant_deg - HALF_SLANT_DEG) / SLANT_WIDTH_DEG))
         share = distance / self._range_mm
-        by_range = np.interp(share, [0.0, SURE_SHARE, POOR_SHARE, 1.05], [1.0, 1.0, POOR, 0.0])
-        reach_mm = floor.reach_mm(x_mm, y_mm, self._range_mm)
-        free_mm = reach_mm[np.rint(bearing_deg * DIRECTIONS / 360.0).astype(np.int64) % DIRECTIONS]
-        by_sight = np.where(distance <= free_mm + SPACING_MM, 1.0, BEHIND)
-        detect = by_slant * (by_range * by_sight)[:, None]
-        self._seen_from = ((x_mm, y_mm), detect, bearing_deg)
-        return detect, bearing_deg
+        each = np.interp(share, [0.0, SURE_SHARE, POOR_SHARE, 1.05], [1.0, 1.0, POOR, 0.0])
+        sight = floor.sight(x_mm, y_mm, self._range_mm)
+        direction = np.rint(bearing_deg * DIRECTIONS / 360.0).astype(np.int64) % DIRECTIONS
+        # the place itself is as large as the grid's spacing, and the picture echoes
+        step = np.clip((distance - SPACING_MM) / CELL_MM, 0, sight.shape[1] - 1).astype(np.int64)
+        return _View((x_mm, y_mm), by_slant * sight[direction, step][:, None], each, bearing_deg)
 
     def _plausible(self, floor: FloorMap) -> Array:
         """Which places may hold a picture at all."""
@@ -144,7 +197,8 @@ class Belief:
             patches = np.stack([floor.evidence[i + a, j + b] for a, b in around])
             free = (patches < -HINT).mean(axis=0) > 0.8
             marked = (patches > HINT).any(axis=0)
-            self._empty_at = (stamp, np.where(free & ~marked, EMPTY, 1.0))
+            unknown = (np.abs(patches) < KNOWN).mean(axis=0) > 0.9
+            self._empty_at = (stamp, np.where(free & ~marked, EMPTY, np.where(unknown, UNKNOWN, 1.0)))
         return self._empty_at[1]
 
 

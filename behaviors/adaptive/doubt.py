@@ -10,9 +10,9 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
-REAL_RATE, MISTAKE_RATE = 0.50, 0.25
+REAL_RATE, MISTAKE_RATE = 0.60, 0.30
 """Share of the frames in which the real target, in poor light, and a look-alike are found."""
-ACCEPT, REJECT = math.log(50.0), -math.log(20.0)
+ACCEPT, REJECT = math.log(300.0), -math.log(500.0)
 """Odds at which the test stops: a wrong stop is worse than another look."""
 _HIT = math.log(REAL_RATE / MISTAKE_RATE)
 _MISS = math.log((1.0 - REAL_RATE) / (1.0 - MISTAKE_RATE))

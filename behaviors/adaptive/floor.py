@@ -22,18 +22,26 @@ SONAR_FORWARD_MM = 100.0
 """The sonar in front of the axle; about right is enough."""
 BEAM_DEG = 15.0
 """Half the beam's angle. Source: docs/sensors.md, ultrasonic."""
-ARC_DEG = 6.0
+ARC_DEG = 11.0
 """So much of an echo's arc is marked to either side."""
 NEAR_MM, FAR_MM = 700.0, 1800.0
 """An echo from nearer tells where something is; from farther than the second it tells nothing."""
+SILENT_MM = 1200.0
+"""Without an echo the floor is taken to be free so far."""
 MARGIN_MM = 100.0
 """The floor right before an echo is not called free."""
 
 HINT, SOLID, MOST = 0.3, 1.5, 3.0
 """Evidence from which a cell may be and is occupied, and the most a cell can have; that of free cells is negative."""
+KNOWN = 0.1
+"""Less evidence is none."""
+BEHIND = 0.3
+"""What is behind something on the map may still be seen, over it or because the map is wrong."""
+UNKNOWN_HIDES_MM = 2500.0
+"""On so much unknown floor there is nothing that hides in one case out of e."""
 FADES_S = 90.0
 """Evidence falls to a third in this time: things move, and so does odometry."""
-BLOCK_RADIUS_MM = 180.0
+BLOCK_RADIUS_MM = 130.0
 """What blocks the way is taken to be so large until it is seen better."""
 FOOTPRINT_MM = 130.0
 """The robot's own radius."""
@@ -74,6 +82,14 @@ class FloorMap:
         gain, most = (1.0, MOST) if range_mm <= NEAR_MM else (0.5, SOLID - 0.1)
         cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
 
+    def no_echo(self, pose: Pose) -> None:
+        """Take in that nothing answered: most likely nothing is near, but smooth things throw echoes away."""
+        x_mm, y_mm = pose.ahead(SONAR_FORWARD_MM)
+        window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, SILENT_MM)
+        cells = self.evidence[window]
+        free = (along < SILENT_MM) & (off_deg <= BEAM_DEG)
+        cells[free] = np.maximum(cells[free] - 0.1, np.minimum(cells[free], -0.5))
+
     def stands_on(self, pose: Pose) -> None:
         """Where the robot is, nothing else is."""
         window, along, _ = _polar(pose.x_mm, pose.y_mm, 0.0, FOOTPRINT_MM)
@@ -87,14 +103,19 @@ class FloorMap:
         cells = self.evidence[window]
         cells[along <= BLOCK_RADIUS_MM] = MOST
 
-    def reach_mm(self, x_mm: float, y_mm: float, limit_mm: float, level: float = HINT) -> NDArray[np.float64]:
-        """How far one can see along the floor in each of `DIRECTIONS` from a place, at most `limit_mm`."""
-        steps = np.arange(CELL_MM * 2, limit_mm, CELL_MM)
+    def sight(self, x_mm: float, y_mm: float, limit_mm: float) -> NDArray[np.float64]:
+        """How likely one sees past the floor, (DIRECTIONS, steps of CELL_MM), up to `limit_mm` from a place.
+
+        What is known to be free hides nothing; of what is unknown, the more there is, the likelier something hides.
+        """
+        steps = np.arange(CELL_MM, limit_mm + CELL_MM, CELL_MM)
         i = _index(x_mm + steps[None, :] * _ALONG[:, 0:1])
         j = _index(y_mm + steps[None, :] * _ALONG[:, 1:2])
-        shut = self.evidence[i, j] > level
-        first = np.argmax(shut, axis=1)
-        return np.where(shut.any(axis=1), steps[first], limit_mm).astype(np.float64)
+        evidence = self.evidence[i, j]
+        evidence[:, :2] = -1.0  # the robot itself stands there
+        behind = np.logical_or.accumulate(evidence > HINT, axis=1)
+        unknown_mm = np.cumsum(np.abs(evidence) < KNOWN, axis=1) * CELL_MM
+        return np.asarray(np.where(behind, BEHIND, np.exp(-unknown_mm / UNKNOWN_HIDES_MM)), np.float64)
 
     def clear_between(self, start: tuple[float, float], end: tuple[float, float], short_mm: float = 0.0) -> bool:
         """Whether the robot could drive straight from `start` to `short_mm` before `end`, as far as is known."""
@@ -103,7 +124,7 @@ class FloorMap:
             return True
         ux, uy = (end[0] - start[0]) / (length + short_mm), (end[1] - start[1]) / (length + short_mm)
         along = np.arange(FOOTPRINT_MM, max(length, FOOTPRINT_MM + 1), CELL_MM * 0.75)
-        across = np.linspace(-FOOTPRINT_MM - 20, FOOTPRINT_MM + 20, 5)
+        across = np.linspace(-FOOTPRINT_MM + 20, FOOTPRINT_MM - 20, 5)
         i = _index(start[0] + along[:, None] * ux - across[None, :] * uy)
         j = _index(start[1] + along[:, None] * uy + across[None, :] * ux)
         return not bool((self.evidence[i, j] > SOLID).any())

@@ -23,10 +23,18 @@ HALF_VIEW_SHARE = 0.42
 TRAIL_S = 3.0
 SETTLES = 0.4
 """Weight of a new sighting in the estimate of a target's place."""
+TURNS = 0.03
+"""Weight of a new direction among those from which it was seen."""
+HELD = 0.25
+"""A remembered place is kept as long as belief in it is stronger."""
 JUMP_MM = 500.0
 """A sighting this far from the last one is of something that moved, or of something else."""
 STEP_DEG, STEP_MM = 6.0, 120.0
 """Looks from places and headings nearer together than this are taken in at once."""
+UPRIGHT, NARROW = 0.7, 0.72
+"""Width over height of an upright print; and the share of it below which it is seen from far aside, 44 degrees."""
+NEW_MM = 500.0
+"""What hides a target from a place hides it, in one case out of e, also from so far beside it."""
 SAME_PLACE_MM = 250.0
 """Choices no farther apart than this are made at one place."""
 
@@ -38,12 +46,14 @@ class Known:
     Attributes:
         place: Where it is believed to be.
         seen_from: From where it was seen last.
+        seen_deg: The middle of the directions, from the target, from which it was seen so far.
         time_s: When that was.
         distance_mm: How far it was then, by its apparent size.
     """
 
     place: Point
     seen_from: Point
+    seen_deg: float
     time_s: float
     distance_mm: float
 
@@ -104,7 +114,10 @@ class Memory:
         self.beliefs = {name: Belief(self.seen_from_mm[name], self.half_view_deg) for name in mission.mission.targets}
         self._unseen: dict[str, _Unseen] = {}
         self._renewed_s: float | None = None
+        self._aspect: dict[str, float] = {}
         self._choices: list[tuple[str, Recovery, Point]] = []
+        self._looked_from: list[tuple[str, Point]] = []
+        self._destinations: list[tuple[str, Point, Point]] = []
 
     @property
     def here(self) -> Point:
@@ -130,6 +143,8 @@ class Memory:
         self.floor.stands_on(pose)
         if range_mm is not None:
             self.floor.echo(pose, range_mm)
+        else:
+            self.floor.no_echo(pose)
         for target in looked_for:
             if target in seen:
                 self._see(target, seen[target])
@@ -141,6 +156,13 @@ class Memory:
         for target, unseen in self._unseen.items():
             self.beliefs[target].look(unseen.pose, self.floor, unseen.frames)
         self._unseen.clear()
+
+    def reconsider(self, target: str) -> None:
+        """It was looked for where it is remembered, and not seen; forget it unless there is a reason for that."""
+        self.settle()
+        known = self.known.get(target)
+        if known is not None and self.beliefs[target].held_at(known.place) < HELD:
+            del self.known[target]
 
     def forget(self, target: str) -> None:
         """What was taken for the target is not it, or it is not there any more."""
@@ -154,9 +176,31 @@ class Memory:
         bearing_deg = (math.degrees(math.atan2(dy, dx)) - self.pose.heading_deg + 180.0) % 360.0 - 180.0
         return bearing_deg, math.hypot(dx, dy)
 
-    def chose(self, target: str, kind: Recovery) -> None:
-        """Keep that a recovery was chosen here."""
+    def chose(self, target: str, kind: Recovery, destination: Point | None = None) -> None:
+        """Keep that a recovery was chosen here, and where it leads."""
         self._choices.append((target, kind, self.here))
+        if destination is not None:
+            self._destinations.append((target, self.here, destination))
+
+    def looked_round(self, target: str) -> None:
+        """Keep that the robot has looked round for a target here."""
+        self._looked_from.append((target, self.here))
+
+    def novelty(self, target: str, place: Point) -> float:
+        """How much of a look from there is not a repetition of one from near there, 0..1."""
+        nearest_mm = min(
+            (math.dist(here, place) for which, here in self._looked_from if which == target), default=math.inf
+        )
+        return 1.0 - math.exp(-nearest_mm / NEW_MM)
+
+    def tried(self, target: str, destination: Point) -> bool:
+        """Whether the robot set off for that destination from here before."""
+        return any(
+            which == target
+            and math.dist(here, self.here) <= SAME_PLACE_MM
+            and math.dist(there, destination) <= SAME_PLACE_MM
+            for which, here, there in self._destinations
+        )
 
     def repeats(self, target: str) -> dict[Recovery, int]:
         """How often each recovery was chosen at this place for this target."""
@@ -177,8 +221,18 @@ class Memory:
                 before.place[1] + SETTLES * (place[1] - before.place[1]),
             )
         if before is None or sighting.time_s - before.time_s > 1.0 or math.dist(before.place, place) > JUMP_MM:
-            self.beliefs[target].see(place, here)
-        self.known[target] = Known(place, here, sighting.time_s, sighting.distance_mm)
+            self.beliefs[target].see(place, here, oblique=self.oblique(target, sighting))
+        towards_deg = math.degrees(math.atan2(here[1] - place[1], here[0] - place[0]))
+        if before is not None and math.dist(before.place, place) <= JUMP_MM:
+            towards_deg = before.seen_deg + TURNS * ((towards_deg - before.seen_deg + 180.0) % 360.0 - 180.0)
+        self.known[target] = Known(place, here, towards_deg, sighting.time_s, sighting.distance_mm)
+
+    def oblique(self, target: str, sighting: Sighting) -> bool:
+        """Whether it is seen from far aside: it looks narrower than it has before."""
+        _, _, width, height = sighting.box
+        aspect = width / max(1, height)
+        self._aspect[target] = max(self._aspect.get(target, UPRIGHT), aspect)
+        return aspect < NARROW * self._aspect[target]
 
     def _miss(self, target: str) -> None:
         unseen = self._unseen.get(target)

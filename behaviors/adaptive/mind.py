@@ -38,10 +38,8 @@ TURN_S, SCAN_S, RESCAN_S = 1.5, 7.0, 8.0
 BESIDE_MM = 160.0
 AROUND_MM = (330.0, 1000.0)
 """Between these distances from the target a way round it ends."""
-SLANT_DEG = 60.0
-"""A picture that was seen from one direction is seen from others up to so far from that."""
-SLANT_S = 3.0
-"""What an oblique end of a way is reckoned to cost, in all."""
+SLANT_DEG = 57.0
+"""A picture is seen up to so far from its normal. Source: docs/vision.md, slant."""
 
 
 class AdaptiveMind:
@@ -83,7 +81,7 @@ class AdaptiveMind:
         if state == "move_to" and not choice.route:
             return Moving(self._senses, choice.turn_deg)
         if state in ("move_to", "detour"):
-            return Travel(self._watch, choice.route, ends_on_sight=state == "move_to")
+            return Travel(self._watch, choice.route)
         raise KeyError(state)
 
     def evidence(self, failure: Evidence, fact: Fact) -> Evidence:
@@ -113,7 +111,7 @@ class AdaptiveMind:
     def select(self, evidence: Evidence) -> Choice:
         """Choose by the policy, and remember where."""
         choice = self._policy.select(evidence)
-        self._memory.chose(evidence.target, choice.kind)
+        self._memory.chose(evidence.target, choice.kind, choice.route[-1] if choice.route else None)
         return choice
 
     def _begin_pursuit(self) -> None:
@@ -147,17 +145,18 @@ class AdaptiveMind:
     def _detour(self, routes: Routes, known: Known) -> Detour | None:
         """The quickest way to a place from which the straight way to the target is free."""
         memory = self._memory
-        places = routes.places(BESIDE_MM)
+        places = routes.places(BESIDE_MM, known=False)
         dx, dy = places[:, 0] - known.place[0], places[:, 1] - known.place[1]
         away_mm = np.hypot(dx, dy)
-        seen_deg = math.degrees(math.atan2(known.seen_from[1] - known.place[1], known.seen_from[0] - known.place[0]))
-        slant_deg = np.abs((np.degrees(np.arctan2(dy, dx)) - seen_deg + 180.0) % 360.0 - 180.0)
+        slant_deg = np.abs((np.degrees(np.arctan2(dy, dx)) - known.seen_deg + 180.0) % 360.0 - 180.0)
         useful = (away_mm >= AROUND_MM[0]) & (away_mm <= AROUND_MM[1]) & (slant_deg <= SLANT_DEG)
         places, away_mm, slant_deg = places[useful], away_mm[useful], slant_deg[useful]
         if not len(places):
             return None
-        seconds = routes.seconds_to(places) + away_mm / self._profile.cruise_mm_s + SLANT_S * slant_deg / SLANT_DEG
-        for i in np.argsort(seconds):
+        seconds = routes.seconds_to(places) + away_mm / self._profile.cruise_mm_s
+        # it may face any way from which it could be seen so far
+        visible = 1.0 - slant_deg / (2 * SLANT_DEG)
+        for i in np.argsort((seconds + TURN_S) / visible):
             if not math.isfinite(seconds[i]):
                 return None
             place = (float(places[i, 0]), float(places[i, 1]))
@@ -176,17 +175,20 @@ class AdaptiveMind:
         if not self._profile.chooses_viewpoints:
             return (Viewpoint(10.0, SCAN_S, 1.0),)
         memory = self._memory
-        places = routes.places(SPACING_MM)
+        places = routes.places(SPACING_MM, known=True)
         travel_s = routes.seconds_to(places) + TURN_S
         far = np.hypot(places[:, 0] - memory.pose.x_mm, places[:, 1] - memory.pose.y_mm) >= NEAREST_MM
         places, travel_s = places[far], travel_s[far]
-        order = np.argsort(travel_s)[:CANDIDATES]
+        order = [i for i in np.argsort(travel_s)[:CANDIDATES] if not memory.tried(target, (places[i, 0], places[i, 1]))]
         belief = memory.beliefs[target]
-        found = [(belief.chance_from(places[i, 0], places[i, 1], memory.floor), float(travel_s[i]), i) for i in order]
+        found = []
+        for i in order:
+            place = float(places[i, 0]), float(places[i, 1])
+            chance = belief.chance_from(*place, memory.floor) * memory.novelty(target, place)
+            found.append((chance, float(travel_s[i]), place))
         found.sort(key=lambda each: -each[0] / (each[1] + SCAN_S))
         return tuple(
-            Viewpoint(seconds, SCAN_S, chance, routes.route_to((float(places[i, 0]), float(places[i, 1]))))
-            for chance, seconds, i in found[:OFFERED]
+            Viewpoint(seconds, SCAN_S, chance, routes.route_to(place)) for chance, seconds, place in found[:OFFERED]
         )
 
     def _others(self) -> tuple[Other, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from behaviors.adaptive.stay import best_wait_s, kinds
@@ -12,8 +12,8 @@ from behaviors.recovery import Choice, Evidence, Option, Recovery
 DETOUR_CHANCE, WAIT_CHANCE = 0.8, 0.9
 """How often a way round leads round, and a way is free after waiting or going round."""
 SHORTEST_WAIT_S = 0.5
-POOR_S = 400.0
-"""When a success is expected to take longer than this, another target's turn is worth more."""
+WORTH_A_LOOK = 0.02
+"""With less of a chance it is not looked for again from here, as long as there is anywhere else to look from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,17 +35,24 @@ class AdaptivePolicy:
         best = min(self.options(evidence), key=lambda option: option.expected_s, default=None)
         if best is None:
             return Choice(Recovery.CHANGE_TARGET, "everything was tried here")
-        if evidence.targets_left > 1 and evidence.blocker is None:
-            if evidence.spent_s >= self.search_budget_s:
-                return Choice(Recovery.CHANGE_TARGET, f"searched in vain for {evidence.spent_s:.0f} s")
-            if best.expected_s > POOR_S:
-                return Choice(Recovery.CHANGE_TARGET, f"a success is expected to take {best.expected_s:.0f} s")
+        if evidence.targets_left > 1 and evidence.blocker is None and evidence.spent_s >= self.search_budget_s:
+            return Choice(Recovery.CHANGE_TARGET, f"searched in vain for {evidence.spent_s:.0f} s")
         return best.choice
 
     def options(self, evidence: Evidence) -> list[Option]:
         """All candidates that have not been tried too often at this place."""
-        candidates = [*self._past_the_blocker(evidence), *_looking(evidence)]
-        return [each for each in candidates if evidence.repeats.get(each.choice.kind, 0) < self.repeats]
+        past = self._untried(self._past_the_blocker(evidence), evidence)
+        # what is in the way is dealt with first; looking elsewhere would only lead back to it
+        return past or self._untried(_looking(evidence), evidence)
+
+    def _untried(self, candidates: Iterable[Option], evidence: Evidence) -> list[Option]:
+        # a place that was tried from here is not offered again, so moving off is never the same twice
+        return [
+            each
+            for each in candidates
+            if (each.choice.kind is Recovery.MOVE_TO and each.choice.route)
+            or evidence.repeats.get(each.choice.kind, 0) < self.repeats
+        ]
 
     def _past_the_blocker(self, evidence: Evidence) -> Iterator[Option]:
         blocker, detour = evidence.blocker, evidence.detour
@@ -67,7 +74,7 @@ class AdaptivePolicy:
 
 def _looking(evidence: Evidence) -> Iterator[Option]:
     here = evidence.here
-    if here is not None:
+    if here is not None and (here.chance >= WORTH_A_LOOK or not evidence.viewpoints):
         why = f"it may have been missed here: {here.chance:.0%}"
         yield Option(Choice(Recovery.RESCAN, why), here.seconds, here.chance)
     for each in evidence.viewpoints:

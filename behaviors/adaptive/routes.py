@@ -18,6 +18,8 @@ BEYOND_CELLS = 8
 """Ways go no farther than this beyond what is known."""
 TIGHT, DOUBTFUL, UNKNOWN = 2.0, 5.0, 1.4
 """How many times longer a way through such a cell is reckoned."""
+FREE = 0.2
+"""Evidence for a cell to be known as free."""
 ROUNDS = 400
 
 _NEIGHBOURS = [(i, j, math.hypot(i, j)) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
@@ -38,6 +40,7 @@ class Routes:
         self._start = (i - self._window[0].start, j - self._window[1].start)
         self._pace = CELL_MM / speed_mm_s
         self._field = _spread(self._cost, self._start)
+        self._free = floor.evidence[self._window] < -FREE
 
     def seconds_to(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Driving time to each of the points (n, 2); infinity where no way leads."""
@@ -52,10 +55,11 @@ class Routes:
         """Whether a way leads there."""
         return bool(np.isfinite(self.seconds_to(np.array([point])))[0])
 
-    def places(self, spacing_mm: float) -> NDArray[np.float64]:
-        """Places that can be reached, (n, 2), about so far apart."""
+    def places(self, spacing_mm: float, *, known: bool) -> NDArray[np.float64]:
+        """Places that can be reached, (n, 2), about so far apart; with `known` only on floor known to be free."""
         every = max(1, round(spacing_mm / CELL_MM))
-        i, j = np.nonzero(np.isfinite(self._field[::every, ::every]))
+        within = np.isfinite(self._field) & (self._free | (not known))
+        i, j = np.nonzero(within[::every, ::every])
         return np.stack(
             [centre_mm(i * every + self._window[0].start), centre_mm(j * every + self._window[1].start)], axis=1
         )

@@ -18,6 +18,8 @@ KNOWN_DEG = 25.0
 REMEMBERED_SHARE = 0.9
 """A remembered target that is nearer than this share of its detector's range is looked for from here."""
 AIM_DEG = 8.0
+WORTH_A_TURN = 0.015
+"""With less of a chance it is not worth looking round: that has been done here."""
 FRAMES_AT_REST = 3
 
 
@@ -41,6 +43,7 @@ class Scan:
         watch.senses.body.stop()
         if seen is not None:
             return seen
+        watch.memory.looked_round(watch.target)
         return Fact(Event.SEARCH_FAILED, Reason.NEVER_SEEN, {"scan_s": watch.now() - begun_s})
 
     def _look_where_known(self) -> Fact | None:
@@ -54,7 +57,7 @@ class Scan:
         watch.senses.body.turn(bearing_deg)
         fact = self._rest() or self._sweep(KNOWN_DEG) or self._sweep(-2 * KNOWN_DEG)
         if fact is None:
-            watch.memory.forget(watch.target)
+            watch.memory.reconsider(watch.target)
         return fact
 
     def _look_round(self) -> Fact | None:
@@ -62,6 +65,8 @@ class Scan:
         memory = watch.memory
         memory.settle()
         belief = memory.beliefs[watch.target]
+        if belief.chance_from(*memory.here, memory.floor) < WORTH_A_TURN:
+            return None
         begin_deg, end_deg = belief.arc_from(*memory.here, memory.floor, ARC_SHARE)
         margin_deg = memory.half_view_deg / 2
         begin_deg, end_deg = begin_deg + margin_deg, end_deg - margin_deg

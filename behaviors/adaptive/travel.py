@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from itertools import pairwise
+
 from behaviors.adaptive.routes import Routes
 from behaviors.adaptive.watch import Percept, Watch
 from behaviors.events import Event, Fact, Reason
@@ -14,12 +17,15 @@ NEAR_MM = 90.0
 PIVOT_DEG = 30.0
 """At a sharper bearing it turns on the spot."""
 STEER_PER_S, STEER_LIMIT_DEG_S = 2.0, 90.0
-PLANS = 4
-"""So often a way is planned anew before there is said to be none."""
+RENEW_S = 1.5
+"""The way is planned anew so often: on the way more is seen of it."""
+STOPS = 3
+"""When the robot was stopped more often than this, there is no way."""
+LEEWAY, LEEWAY_S = 2.0, 8.0
+"""A way that takes so many times longer than its length would, and so much more, is none."""
 RETREAT_MM = 90.0
 SLOW_MM = 450.0
 """An echo from nearer than this slows it down: beside the beam there may be more."""
-LEG_LIMIT_S = 30.0
 
 
 class Travel:
@@ -27,21 +33,22 @@ class Travel:
 
     Args:
         watch: What to work with.
-        route: Points to drive through.
-        ends_on_sight: Whether a sighting ends it at once; otherwise only when the straight way to the target is free.
+        route: Points to drive through. It ends early when the target is seen and the straight way to it free.
     """
 
-    def __init__(self, watch: Watch, route: tuple[Point, ...], *, ends_on_sight: bool) -> None:
+    def __init__(self, watch: Watch, route: tuple[Point, ...]) -> None:
         self._watch = watch
         self._route = list(route)
         self._goal = route[-1]
-        self._ends_on_sight = ends_on_sight
-        self._plans = 0
+        self._stops = 0
+        self._end_s = math.inf
 
     def call(self) -> Fact:
         """Drive there; the robot is at rest afterwards."""
         watch = self._watch
         begun_s = watch.now()
+        length_mm = sum(math.dist(one, other) for one, other in pairwise([watch.memory.here, *self._route]))
+        self._end_s = begun_s + LEEWAY_S + LEEWAY * length_mm / watch.profile.cruise_mm_s
         try:
             while self._route:
                 fact = self._leg(self._route[0])
@@ -54,8 +61,8 @@ class Travel:
     def _leg(self, point: Point) -> Fact | None:
         """Drive to the next corner of the way; None when it was reached or the way was planned anew."""
         watch = self._watch
-        end_s = watch.now() + LEG_LIMIT_S
-        while watch.now() < end_s:
+        renew_s = watch.now() + RENEW_S
+        while True:
             percept = watch.step()
             if (fact := self._seen(percept)) is not None:
                 return fact
@@ -63,12 +70,13 @@ class Travel:
             if distance_mm <= NEAR_MM:
                 self._route.pop(0)
                 return None
-            if not watch.memory.floor.clear_between(watch.memory.here, point):
+            if percept.time_s > self._end_s or self._stops > STOPS:
+                return self._no_way(percept)
+            if percept.time_s >= renew_s:
                 return self._plan_anew(percept)
             stop = watch.senses.body.drive(*self._speeds(bearing_deg, percept))
             if stop is not None:
                 return self._stopped(stop, percept)
-        return self._plan_anew(percept)
 
     def _speeds(self, bearing_deg: float, percept: Percept) -> tuple[float, float]:
         """How fast to drive and to turn."""
@@ -84,28 +92,29 @@ class Travel:
         known = memory.known.get(self._watch.target)
         if percept.sighting is None or known is None:
             return None
-        if not self._ends_on_sight and not memory.floor.clear_between(memory.here, known.place, 300.0):
+        if not memory.floor.clear_between(memory.here, known.place, 300.0):
             return None
         return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(percept.sighting)})
 
     def _stopped(self, stop: Stop, percept: Percept) -> Fact | None:
         """Remember what was in the way, and look for another one."""
         watch = self._watch
-        memory = watch.memory
+        self._stops += 1
         near_mm = 0.0 if stop is Stop.CONTACT else percept.range_mm
         if near_mm is not None:
-            memory.floor.block(memory.pose, near_mm)
-        watch.senses.body.straight(-RETREAT_MM)
-        return self._plan_anew(percept)
+            watch.memory.floor.block(watch.memory.pose, near_mm)
+        if stop is not Stop.OBSTACLE:
+            watch.senses.body.straight(-RETREAT_MM)
+        return self._plan_anew(watch.step())
 
     def _plan_anew(self, percept: Percept) -> Fact | None:
-        watch = self._watch
-        memory = watch.memory
-        self._plans += 1
-        watch.senses.body.stop()
-        watch.step()  # backing up took time; and a plan is made from where the robot is now
-        routes = Routes(memory.floor, memory.here, watch.profile.cruise_mm_s)
-        if self._plans > PLANS or not routes.reaches(self._goal):
-            return Fact(Event.RECOVERY_FAILED, Reason.NO_WAY, {"range_mm": percept.range_mm, "plans": self._plans})
+        """Take the best way from here, by what is known by now."""
+        memory = self._watch.memory
+        routes = Routes(memory.floor, memory.here, self._watch.profile.cruise_mm_s)
+        if not routes.reaches(self._goal):
+            return self._no_way(percept)
         self._route = list(routes.route_to(self._goal))
         return None
+
+    def _no_way(self, percept: Percept) -> Fact:
+        return Fact(Event.RECOVERY_FAILED, Reason.NO_WAY, {"range_mm": percept.range_mm, "stops": self._stops})
