@@ -1,0 +1,177 @@
+"""Ways over the floor map: how long they take, that they lead round what is solid, and where none leads."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from behaviors.adaptive.floor import CELL_MM, CELLS, FOOTPRINT_MM, MOST, SOLID, FloorMap, cell, centre_mm
+from behaviors.adaptive.routes import Routes
+from behaviors.ports import Pose
+from behaviors.recovery import Point
+
+SPEED_MM_S = 200.0
+HALF_ROOM_MM = 2000.0
+START = (0.0, 0.0)
+X_MM = centre_mm(np.arange(CELLS))[:, None]
+Y_MM = centre_mm(np.arange(CELLS))[None, :]
+Disc = tuple[float, float, float]
+
+
+def _room() -> FloorMap:
+    """A square room that is known to be free, with solid walls around it."""
+    floor = FloorMap()
+    distance_mm = np.maximum(np.abs(X_MM), np.abs(Y_MM))
+    floor.evidence[distance_mm < HALF_ROOM_MM] = -1.0
+    floor.evidence[(distance_mm >= HALF_ROOM_MM) & (distance_mm < HALF_ROOM_MM + 3 * CELL_MM)] = MOST
+    return floor
+
+
+def _with_discs(discs: list[Disc]) -> FloorMap:
+    floor = _room()
+    for x_mm, y_mm, radius_mm in discs:
+        floor.evidence[np.hypot(X_MM - x_mm, Y_MM - y_mm) <= radius_mm] = MOST
+    return floor
+
+
+def _route_mm(route: tuple[Point, ...], start: Point = START) -> float:
+    return sum(math.dist(one, other) for one, other in pairwise([start, *route]))
+
+
+def _solid_on(floor: FloorMap, route: tuple[Point, ...], start: Point = START) -> list[Point]:
+    """Places on the straight legs of a way that are solid."""
+    solid = []
+    for one, other in pairwise([start, *route]):
+        for share in np.linspace(0.0, 1.0, max(2, round(math.dist(one, other) / 10.0))):
+            place = one[0] + share * (other[0] - one[0]), one[1] + share * (other[1] - one[1])
+            if floor.evidence[cell(*place)] > SOLID:
+                solid.append(place)
+    return solid
+
+
+@pytest.mark.parametrize("goal", [(1200.0, 0.0), (0.0, -1200.0), (900.0, 900.0), (1200.0, -500.0), (-700.0, 1300.0)])
+def test_on_free_floor_the_way_is_straight_and_takes_its_time(goal):
+    routes = Routes(_room(), START, SPEED_MM_S)
+    straight_s = math.dist(START, goal) / SPEED_MM_S
+    cell_s = CELL_MM / SPEED_MM_S
+    (seconds,) = routes.seconds_to(np.array([goal]))
+    assert straight_s - cell_s <= seconds <= 1.09 * straight_s + cell_s  # a grid's ways are up to 8 % longer
+    assert routes.route_to(goal) == (goal,)
+
+
+def test_a_wall_is_gone_round():
+    floor = _room()
+    floor.evidence[(X_MM > 800.0) & (X_MM < 1000.0) & (np.abs(Y_MM) <= 1000.0)] = MOST
+    goal = (1500.0, 0.0)
+    routes = Routes(floor, START, SPEED_MM_S)
+    route = routes.route_to(goal)
+    around_mm = 2 * math.hypot(900.0, 1000.0)
+    assert routes.seconds_to(np.array([goal]))[0] >= around_mm * 0.9 / SPEED_MM_S
+    assert max(abs(y_mm) for _, y_mm in route) >= 1000.0 + FOOTPRINT_MM
+    assert not _solid_on(floor, route)
+    assert _route_mm(route) < 1.5 * around_mm
+
+
+@pytest.mark.parametrize("shift_mm", [0.0, 30.0, 55.0])
+@pytest.mark.parametrize("along_x", [True, False])
+def test_a_door_of_480_mm_is_passed(shift_mm, along_x):
+    floor = _room()
+    across, along = (X_MM, Y_MM) if along_x else (Y_MM, X_MM)
+    door = np.abs(along - shift_mm) < 240.0
+    floor.evidence[(np.abs(across - 1000.0) < 100.0) & ~door] = MOST
+    goal = (1500.0, 0.0) if along_x else (0.0, 1500.0)
+    routes = Routes(floor, START, SPEED_MM_S)
+    assert routes.reaches(goal)
+    assert not _solid_on(floor, routes.route_to(goal))
+    assert routes.seconds_to(np.array([goal]))[0] < 3 * 1500.0 / SPEED_MM_S
+
+
+def test_a_gap_narrower_than_the_robot_is_no_door():
+    floor = _room()
+    floor.evidence[(np.abs(X_MM - 1000.0) < 100.0) & (np.abs(Y_MM) > 100.0)] = MOST
+    assert not Routes(floor, START, SPEED_MM_S).reaches((1500.0, 0.0))
+
+
+def test_where_no_way_leads_it_takes_for_ever():
+    floor = _room()
+    floor.evidence[np.abs(X_MM[:, 0] - 1000.0) < 100.0] = MOST
+    routes = Routes(floor, START, SPEED_MM_S)
+    behind, here = (1500.0, 0.0), (500.0, 0.0)
+    seconds = routes.seconds_to(np.array([behind, here]))
+    assert math.isinf(seconds[0])
+    assert math.isfinite(seconds[1])
+    assert not routes.reaches(behind)
+    assert routes.reaches(here)
+
+
+def test_far_beyond_what_is_known_no_way_leads():
+    routes = Routes(_room(), START, SPEED_MM_S)
+    assert not routes.reaches((6500.0, 6500.0))
+    assert not routes.reaches((1e6, -1e6))
+
+
+def test_unknown_floor_may_be_crossed_but_takes_longer_than_free_floor():
+    known, unknown = (Routes(floor, START, SPEED_MM_S) for floor in (_room(), FloorMap()))
+    goal = np.array([(480.0, 0.0)])
+    assert known.seconds_to(goal)[0] < unknown.seconds_to(goal)[0] < math.inf
+
+
+def test_the_robot_can_leave_a_place_that_is_too_near_to_something():
+    """As after a contact: what blocks the way has just been marked right before the robot."""
+    floor = _room()
+    floor.block(Pose(), 0.0)
+    routes = Routes(floor, START, SPEED_MM_S)
+    behind, beyond = (-800.0, 0.0), (1500.0, 0.0)
+    assert routes.reaches(behind)
+    assert routes.reaches(beyond)
+    floor.stands_on(Pose())
+    assert not _solid_on(floor, routes.route_to(behind))
+    assert not _solid_on(floor, routes.route_to(beyond))
+
+
+def test_a_place_in_the_present_cell_is_reached_at_once():
+    routes = Routes(_room(), (10.0, 10.0), SPEED_MM_S)
+    assert routes.route_to((30.0, 40.0)) == ((30.0, 40.0),)
+    assert routes.seconds_to(np.array([(30.0, 40.0)]))[0] == 0.0
+
+
+DISCS = st.lists(
+    st.tuples(st.floats(-1900.0, 1900.0), st.floats(-1900.0, 1900.0), st.floats(60.0, 500.0)), max_size=8
+).map(lambda discs: [(x, y, radius) for x, y, radius in discs if math.hypot(x, y) > radius + 250.0])
+GOALS = st.tuples(st.floats(-1900.0, 1900.0), st.floats(-1900.0, 1900.0))
+
+
+@given(discs=DISCS, goal=GOALS)
+def test_the_straight_legs_of_a_way_cross_nothing_solid(discs, goal):
+    floor = _with_discs(discs)
+    routes = Routes(floor, START, SPEED_MM_S)
+    assume(routes.reaches(goal))
+    route = routes.route_to(goal)
+    assert route[-1] == goal
+    assert not _solid_on(floor, route)
+
+
+@given(discs=DISCS, goal=GOALS)
+def test_a_way_is_never_quicker_than_the_straight_line_nor_much_longer_than_its_time_says(discs, goal):
+    routes = Routes(_with_discs(discs), START, SPEED_MM_S)
+    assume(routes.reaches(goal))
+    (seconds,) = routes.seconds_to(np.array([goal]))
+    assert seconds * SPEED_MM_S >= math.dist(START, goal) - 2 * CELL_MM
+    assert _route_mm(routes.route_to(goal)) <= 1.05 * seconds * SPEED_MM_S + 3 * CELL_MM
+
+
+@given(discs=DISCS, known=st.booleans())
+def test_places_can_be_reached(discs, known):
+    floor = _with_discs(discs)
+    routes = Routes(floor, START, SPEED_MM_S)
+    places = routes.places(400.0, known=known)
+    assert len(places) >= 1
+    assert np.isfinite(routes.seconds_to(places)).all()
+    assert all(floor.evidence[cell(x_mm, y_mm)] <= SOLID for x_mm, y_mm in places)
+    if known:
+        assert all(floor.evidence[cell(x_mm, y_mm)] < 0.0 for x_mm, y_mm in places)
