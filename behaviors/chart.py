@@ -166,7 +166,8 @@ class MissionChart(StateChart[Any]):
         return self.choice is not None and self.choice.kind is kind
 
     def on_enter_select(self) -> None:
-        """Ask the policy, once for every failure."""
+        """Ask the policy, once for every failure; a decision that is broken off leaves no choice behind."""
+        self.choice = None
         self.choice = self._decide()
 
     def on_enter_reached(self) -> None:

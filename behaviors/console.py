@@ -1,13 +1,16 @@
 """The thesis's console: the lines its agent `client2` printed, word for word.
 
+A profile that weighs its choices may say them, too; the thesis's did not.
+
 Source: docs/thesis.md, console; figures 1 and 7.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from behaviors.journal import Kind, Record
+from behaviors.recovery import Recovery
 from behaviors.skills import Reply
 
 PREFIX = "[client2] "
@@ -15,15 +18,26 @@ PREFIX = "[client2] "
 _ANSWERS: dict[object, str] = {Reply.CONTINUE.value: "Continue...", Reply.FAILED.value: "Failed"}
 
 
+_CHOICES: dict[object, str] = {
+    Recovery.WAIT: "Waiting",
+    Recovery.MOVE_TO: "Looking from elsewhere",
+    Recovery.DETOUR: "Going round",
+    Recovery.RESCAN: "Looking again",
+    Recovery.CHANGE_TARGET: "Leaving it for now",
+}
+
+
 class Console:
     """Turns records into the agent's lines.
 
     Args:
         write: Takes one line, without its end.
+        choices: Whether it says what is chosen after a failure, and why.
     """
 
-    def __init__(self, write: Callable[[str], None]) -> None:
+    def __init__(self, write: Callable[[str], None], *, choices: bool = False) -> None:
         self._write = write
+        self._choices = choices
 
     def say(self, text: str) -> None:
         """Print one line as the agent does."""
@@ -34,6 +48,14 @@ class Console:
         line = _line(record)
         if line:
             self.say(line)
+        if self._choices and record.kind is Kind.CHOICE:
+            self.say(_choice(record.data))
+
+
+def _choice(data: Mapping[str, object]) -> str:
+    done = _CHOICES[data["choice"]]
+    limit = f" up to {data['wait_s']:.1f} s" if "wait_s" in data else ""
+    return f"{done}{limit}: {data['why']}"
 
 
 def _line(record: Record) -> str | None:

@@ -209,6 +209,8 @@ class Executive:
                     raise error from None  # the first one says what happened
                 self._clock.sleep(LINK_RETRY_S)
         self._report(Fact(Event.LINK_BACK, Reason.LINK_BACK, {"silent_s": self._clock.now() - lost_s}))
+        if self._chart.mission_state == "arrive":
+            self._service = None  # an approach begins anew: by its clocks the target would have been lost long ago
 
     def _report(self, fact: Fact) -> None:
         """Keep what the next choice will need, then tell the chart."""

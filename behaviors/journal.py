@@ -10,7 +10,7 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Protocol
+from typing import Protocol, Self
 
 Value = str | int | float | bool | None | list["Value"] | dict[str, "Value"]
 
@@ -50,6 +50,20 @@ class Record:
         """One line of ``journal.jsonl``, keys in a fixed order, without the line's end."""
         head = {"t": self.time_s, "kind": self.kind.value, "state": self.state, "target": self.target}
         return json.dumps({**head, **self.data}, ensure_ascii=False)
+
+    @classmethod
+    def from_json(cls, line: str) -> Self:
+        """The record of a line as `to_json` writes it.
+
+        Raises:
+            ValueError: It is not a record.
+        """
+        try:
+            data = json.loads(line)
+            head = float(data.pop("t")), Kind(data.pop("kind")), str(data.pop("state")), str(data.pop("target"))
+        except (KeyError, TypeError, AttributeError, RecursionError) as error:
+            raise ValueError(f"not a record of a journal: {error}") from None
+        return cls(*head, data)
 
 
 Observer = Callable[[Record], None]

@@ -2,7 +2,29 @@
 
 from __future__ import annotations
 
-from behaviors.adaptive.mind import AdaptiveMind
-from behaviors.mind import MakeMind, ThesisMind
+from functools import partial
 
-PROFILES: dict[str, MakeMind] = {"thesis": ThesisMind, "adaptive": AdaptiveMind}
+from behaviors.adaptive.mind import AdaptiveMind
+from behaviors.adaptive.policy import AdaptivePolicy
+from behaviors.mind import MakeMind, ThesisMind
+from behaviors.mission import Mission
+from behaviors.operator import Ask, ConfirmedPolicy
+from behaviors.recovery import RecoveryPolicy, ThesisPolicy
+
+PROFILES: dict[str, type[ThesisMind] | type[AdaptiveMind]] = {"thesis": ThesisMind, "adaptive": AdaptiveMind}
+"""What is done in each state, and chosen after a failure."""
+
+
+def make_policy(profile: str, mission: Mission) -> RecoveryPolicy:
+    """The rule by which a profile chooses, with the mission's numbers, as its mind makes it for itself."""
+    if profile == "thesis":
+        thesis = mission.thesis
+        return ThesisPolicy(thesis.wait_s, thesis.turn_deg, thesis.max_researches)
+    adaptive = mission.adaptive
+    return AdaptivePolicy(adaptive.search_budget_s, adaptive.repeats, adaptive.fixed_wait_s)
+
+
+def supervised(mission: Mission, ask: Ask) -> MakeMind:
+    """The mission's profile with a person who has the last word on every recovery."""
+    profile = mission.mission.profile
+    return partial(PROFILES[profile], policy=ConfirmedPolicy(make_policy(profile, mission), ask))

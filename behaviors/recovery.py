@@ -12,6 +12,8 @@ from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any, Protocol
 
+from pydantic import TypeAdapter
+
 from behaviors.events import Reason
 
 Point = tuple[float, float]
@@ -145,28 +147,9 @@ def evidence_from(target: str, known: Mapping[str, Any]) -> Evidence:
     """The evidence of a journal's choice; the inverse of `Evidence.known`.
 
     Raises:
-        KeyError, TypeError, ValueError: It is not the evidence of a choice.
+        ValueError: It is not the evidence of a choice.
     """
-    values = dict(known)
-    if values.get("blocker") is not None:
-        values["blocker"] = Blocker(**values["blocker"])
-    if values.get("detour") is not None:
-        values["detour"] = _detour(**values["detour"])
-    if values.get("here") is not None:
-        values["here"] = _viewpoint(**values["here"])
-    values["viewpoints"] = tuple(_viewpoint(**each) for each in values.get("viewpoints", ()))
-    values["others"] = tuple(Other(**each) for each in values.get("others", ()))
-    values["repeats"] = {Recovery(kind): count for kind, count in values.get("repeats", {}).items()}
-    values["reason"] = Reason(values["reason"])
-    return Evidence(target, **values)
-
-
-def _detour(extra_s: float, route: list[list[float]]) -> Detour:
-    return Detour(extra_s, _points(route))
-
-
-def _viewpoint(travel_s: float, scan_s: float, chance: float, route: list[list[float]]) -> Viewpoint:
-    return Viewpoint(travel_s, scan_s, chance, _points(route))
+    return TypeAdapter(Evidence).validate_python({**known, "target": target})
 
 
 def _points(route: list[list[float]]) -> tuple[Point, ...]:
@@ -183,6 +166,8 @@ class Choice:
         wait_s: How long to wait, for `Recovery.WAIT`.
         turn_deg: Which way to move off, positive right, for the thesis's `Recovery.MOVE_TO`.
         route: Points to drive through, for `Recovery.DETOUR` and for `Recovery.MOVE_TO` to a place.
+        operator: Whether a person confirmed it or chose it.
+        proposed: What the policy would have done, when that person chose something else.
     """
 
     kind: Recovery
@@ -190,11 +175,33 @@ class Choice:
     wait_s: float = 0.0
     turn_deg: float = 0.0
     route: tuple[Point, ...] = ()
+    operator: bool = False
+    proposed: Choice | None = None
 
     def numbers(self) -> dict[str, Any]:
         """What was chosen beyond the kind, as plain values for the journal."""
-        values = {"wait_s": self.wait_s, "turn_deg": self.turn_deg, "route": self.route}
+        values: dict[str, Any] = {"wait_s": self.wait_s, "turn_deg": self.turn_deg, "route": self.route}
+        values["operator"] = self.operator
+        if self.proposed is not None:
+            values["proposed"] = {"choice": self.proposed.kind, "why": self.proposed.why, **self.proposed.numbers()}
         return {name: value for name, value in values.items() if value}
+
+
+def choice_from(data: Mapping[str, Any]) -> Choice:
+    """The choice of a journal's record.
+
+    Raises:
+        KeyError, TypeError, ValueError: It is not the record of a choice.
+    """
+    return Choice(
+        Recovery(data["choice"]),
+        str(data.get("why", "")),
+        wait_s=float(data.get("wait_s", 0.0)),
+        turn_deg=float(data.get("turn_deg", 0.0)),
+        route=_points(data.get("route", [])),
+        operator=bool(data.get("operator", False)),
+        proposed=choice_from(data["proposed"]) if "proposed" in data else None,
+    )
 
 
 class RecoveryPolicy(Protocol):
@@ -243,6 +250,12 @@ class ThesisPolicy:
         """Choose as the thesis's select plan does. Source: docs/thesis.md, plans."""
         if evidence.researches >= self.max_researches:
             return Choice(Recovery.CHANGE_TARGET, f"searched again {evidence.researches} times")
-        if evidence.exist:
-            return Choice(Recovery.WAIT, "the target was recognised but not reached", wait_s=self.wait_s)
-        return Choice(Recovery.MOVE_TO, "the target was not recognised", turn_deg=self.turn_deg)
+        wait, move_to = self.recoveries()
+        return wait if evidence.exist else move_to
+
+    def recoveries(self) -> tuple[Choice, Choice]:
+        """What it does for a target that was recognised, and for one that was not."""
+        return (
+            Choice(Recovery.WAIT, "the target was recognised but not reached", wait_s=self.wait_s),
+            Choice(Recovery.MOVE_TO, "the target was not recognised", turn_deg=self.turn_deg),
+        )

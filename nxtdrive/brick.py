@@ -105,6 +105,7 @@ class Brick(Link):
         timeout_s: How long an answer may take when the request does not say.
         max_telegram: Longest telegram of this link, bytes.
         now: The link's clock: seconds since an arbitrary start.
+        patience_s: How long a request waits for a lost link; see `Link`.
     """
 
     def __init__(self, transport: Transport, *, timeout_s: float | None = None, reconnecting: bool = False) -> None:

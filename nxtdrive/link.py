@@ -58,12 +58,15 @@ class Link:
         timeout_s: How long an answer may take when the request does not say.
         max_telegram: Longest telegram of this link, bytes.
         now: The link's clock: seconds since an arbitrary start.
+        patience_s: How long a request waits for a lost link that is being opened again; with 0 it fails at once, and
+            the program itself finds out when the brick is back.
     """
 
     _send: Callable[[bytes], None]
 
     def __init__(self, transport: Transport, *, timeout_s: float | None = None, reconnecting: bool = False) -> None:
         self.timeout_s = answer_s(transport) if timeout_s is None else timeout_s
+        self.patience_s = PATIENCE_S
         self._turns = Turns()
         self._wire, self._queue, self._busy = self._turns.wire, self._turns.queue, self._turns.wire.locked
         self._dialogue = Dialogue()
@@ -82,9 +85,9 @@ class Link:
         """Ask, and wait for the answer.
 
         Ends within `timeout_s`, or twice that after a request that was not answered. If the link is lost while
-        `reconnecting`, this waits until it is open again, 30 s at most. Then a mere question is asked again, unless
-        motors were driven since the last loss: those have stopped meanwhile, and only the caller can decide whether to
-        go on.
+        `reconnecting`, this waits until it is open again, `patience_s` at most. Then a mere question is asked again,
+        unless motors were driven since the last loss: those have stopped meanwhile, and only the caller can decide
+        whether to go on.
 
         Raises:
             LocalProtocolError: The command does not fit its fields; nothing was sent.
@@ -115,7 +118,7 @@ class Link:
         finally:
             if self._queue:
                 self._turns.leave()
-        driven, mere_question = self._come_back(lost, PATIENCE_S), isinstance(command, QUESTIONS)
+        driven, mere_question = self._come_back(lost, self.patience_s), isinstance(command, QUESTIONS)
         if driven or not mere_question:
             raise interrupted(command) from lost
         return self.request(command, timeout_s)
@@ -144,7 +147,7 @@ class Link:
         finally:
             if self._queue:
                 self._turns.leave()
-        self._come_back(lost, 0.0 if known else PATIENCE_S)
+        self._come_back(lost, 0.0 if known else self.patience_s)
         raise interrupted(command) from lost
 
     def sleep(self, duration_s: float) -> None:

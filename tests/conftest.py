@@ -18,17 +18,17 @@ pytest_plugins = ["nxtdrive.pytest_plugin", "pytester"]
 
 @pytest.fixture
 def mission_for() -> Callable[..., Mission]:
-    """Makes missions for some of the built-in pictures."""
+    """Makes missions for some of the built-in pictures; numbers go into the profile's table."""
     from behaviors.mission import Mission
     from nxtdrive.mission_run import load
 
-    def make(*targets: str, **thesis: object) -> Mission:
+    def make(*targets: str, profile: str = "thesis", **numbers: object) -> Mission:
         described = load(None).target
         return Mission.model_validate(
             {
-                "mission": {"name": "test", "targets": list(targets)},
+                "mission": {"name": "test", "targets": list(targets), "profile": profile},
                 "target": {name: described[name].model_dump() for name in targets},
-                "thesis": thesis,
+                profile: numbers,
             }
         )
 

@@ -33,6 +33,7 @@ INTERRUPTED = 130
 
 COMMANDS = {
     "run": ("run", "run a mission: search, drive there, recover (the default is the built-in one, simulated)"),
+    "explain-run": ("explain_run", "say why the robot did what it did in a run, decision by decision"),
     "serve": ("serve", "serve the robot to an agent of your own, over TCP"),
     "list": ("list_bricks", "find bricks and print their addresses"),
     "info": ("info", "name, firmware and battery of a brick"),

@@ -95,13 +95,15 @@ def _described(mission: Mission) -> str:
     tables = {
         "mission": mission.mission,
         **{f"target.{name}": target for name, target in mission.target.items()},
+        "adaptive": mission.adaptive,
         "thesis": mission.thesis,
         "robot": mission.robot,
         "camera": mission.camera,
     }
     lines = ["Parameters; * marks what the file sets, the rest are defaults"]
+    idle = {"adaptive", "thesis"} - {mission.mission.profile}
     for title, table in tables.items():
-        lines += ["", f"[{title}]"]
+        lines += ["", f"[{title}]" + "   of no effect: the profile is another" * (title in idle)]
         about = meanings(type(table))
         for name, value in table:
             star = "*" if name in table.model_fields_set else " "

@@ -21,6 +21,7 @@ _HEAD = """\
 [mission]
 name = "my mission"
 targets = ["box"]          # names of the [target.NAME] tables below, in order
+profile = "adaptive"       # weighs what to do after a failure; "thesis" follows the fixed rule of 2017
 rounds = 1                 # how often to go through the list for what was given up
 # time_limit_s = 300       # end then, whatever has been reached
 
@@ -51,10 +52,16 @@ height_mm = 100            # real height of the patch; distances are measured by
 
 def template() -> str:
     """The text of a mission file that loads as it is."""
-    from behaviors.mission import CameraTable, RobotTable, ThesisProfile
+    from behaviors.mission import AdaptiveProfile, CameraTable, RobotTable, ThesisProfile
 
     parts = [_HEAD]
-    for title, model in (("thesis", ThesisProfile), ("robot", RobotTable), ("camera", CameraTable)):
+    tables: dict[str, type[BaseModel]] = {
+        "adaptive": AdaptiveProfile,
+        "thesis": ThesisProfile,
+        "robot": RobotTable,
+        "camera": CameraTable,
+    }
+    for title, model in tables.items():
         parts.append("\n".join([f"[{title}]", *_defaults(model), ""]))
     return "\n".join(parts)
 
@@ -75,5 +82,6 @@ def meanings(model: type[BaseModel]) -> dict[str, str]:
 def _defaults(model: type[BaseModel]) -> Iterator[str]:
     about = meanings(model)
     for name, field in model.model_fields.items():
-        default = json.dumps(field.default)
-        yield f"# {name} = {default}".ljust(32) + f"# {about.get(name, '')}"
+        # what has no default stays a comment when the line's first mark is taken away
+        default = f"# {name} =" if field.default is None else f"{name} = {json.dumps(field.default)}"
+        yield f"# {default}".ljust(32) + f"# {about.get(name, '')}"

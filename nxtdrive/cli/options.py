@@ -6,6 +6,8 @@ import argparse
 import os
 
 DEFAULT_ADDRESS = "sim://"
+PROFILES = ("thesis", "adaptive")
+"""Names of profiles; those in `behaviors.profiles`, which is slow to import."""
 
 
 def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_ADDRESS) -> None:
@@ -23,3 +25,8 @@ def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_
 def add_json_argument(parser: argparse.ArgumentParser) -> None:
     """``--json``: output for machines."""
     parser.add_argument("--json", action="store_true", help="print JSON instead of text")
+
+
+def add_policy_argument(parser: argparse.ArgumentParser, meaning: str) -> None:
+    """``--policy NAME``: one of the profiles."""
+    parser.add_argument("--policy", choices=PROFILES, help=meaning)

@@ -6,31 +6,36 @@ import argparse
 import json
 import signal
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, LINK_LOST, NOT_ACHIEVED
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_policy_argument
 
 if TYPE_CHECKING:
     from types import FrameType
 
-    from behaviors.executive import Report
+    from behaviors.executive import Executive, Report
     from behaviors.journal import Observer, Record
+    from behaviors.mind import MakeMind
     from behaviors.mission import Mission
-    from behaviors.ports import Eyes
     from nxtdrive.brick import Brick
     from nxtdrive.recording.recording import Recording
+    from nxtdrive.recording.status_line import StatusLine
 
 DESCRIPTION = """\
 Run a mission: search for its targets, drive to them, recover from failures.
 Without a file, the built-in mission "lena, then rilakkuma". Ctrl-C stops the
-motors and leaves a complete run folder."""
+motors and leaves a complete run folder. A lost link suspends the mission until
+the brick is back, for link_patience_s at most. `nxtdrive explain-run` tells
+afterwards why the robot did what it did."""
 EXAMPLES = """\
   nxtdrive run
-  nxtdrive run --nxt "sim://?seed=7"
+  nxtdrive run --nxt "sim://?seed=7" --policy adaptive
+  nxtdrive run --confirm-recovery        # you have the last word after each failure
   nxtdrive run my-mission.toml --nxt usb:// --camera 0
   nxtdrive run --nxt serial:///tmp/nxt --camera http://127.0.0.1:8081/camera.mjpg
   nxtdrive run --json --no-video"""
@@ -49,6 +54,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where the run's folder goes (default: runs)"
     )
+    add_policy_argument(parser, "how the robot behaves (default: the mission's profile)")
+    parser.add_argument(
+        "--confirm-recovery",
+        action="store_true",
+        help="after each failure show what could be done and wait for you to confirm it or choose; in a terminal",
+    )
     parser.add_argument("--no-video", action="store_true", help="do not record camera.mp4")
     add_json_argument(parser)
 
@@ -56,6 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the mission; returns the exit code."""
     from behaviors.console import Console
+    from behaviors.executive import Executive
     from nxtdrive import mission_run
     from nxtdrive.brick import open_brick
     from nxtdrive.recording.recording import Recording
@@ -63,42 +75,69 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.recording.status_line import StatusLine
     from nxtdrive.recording.video import VIDEO_FPS
 
-    mission = mission_run.load(args.mission)
-    console = Console(lambda line: print(line, flush=True))
+    mission = _mission(args)
+    console = Console(lambda line: print(line, flush=True), choices=mission.mission.profile != "thesis")
     if not args.json:
         console.say("Connecting to NXT")
     with ExitStack() as stack:
         stack.enter_context(_terminating_gracefully())
         brick = stack.enter_context(open_brick(args.nxt))
+        _outlast_losses(brick)
         source = args.camera or mission_run.default_camera(brick)
         camera = stack.enter_context(closing(mission_run.open_mission_camera(source, brick)))
         eyes = mission_run.camera_eyes(camera, mission)
         recording = Recording(new_run_folder(args.out, mission.mission.name), video=not args.no_video)
+        recording.folder.write_mission(mission)
         eyes.on_look(recording.look)
         mission_run.watch(camera, brick, recording.frame, VIDEO_FPS)
         status = stack.enter_context(StatusLine())
-        observers: list[Observer] = [_print_json] if args.json else [console, status]
+        observers: list[Observer] = [recording, _print_json] if args.json else [recording, console, status]
+        make_mind = _supervised(mission, status) if args.confirm_recovery else None
+        rover = mission_run.build_rover(brick, mission)
+        executive = Executive(mission, rover, eyes, brick, observers, make_mind)
         details: dict[str, object] = {"mission": mission.mission.name, "nxt": args.nxt, "camera": source}
-        report = _pursue(mission, brick, eyes, recording, observers, details)
+        report = _pursue(executive, recording, details)
     _say_where(report, recording, details, as_json=args.json)
     return _exit_code(report)
 
 
-def _pursue(
-    mission: Mission,
-    brick: Brick,
-    eyes: Eyes,
-    recording: Recording,
-    observers: Sequence[Observer],
-    details: dict[str, object],
-) -> Report:
-    """Run the mission; the folder is complete afterwards, whatever happens."""
-    from behaviors.executive import Executive
-    from nxtdrive.mission_run import build_rover
+def _outlast_losses(brick: Brick) -> None:
+    """Have a lost link opened again; the mission is suspended meanwhile, and it is the mission that is patient.
 
+    Nobody pulls the simulated cable of an address, and looking after it would shift the simulation by milliseconds.
+    """
+    brick.patience_s = 0.0
+    brick.reconnecting = not brick.transport.simulated
+
+
+def _mission(args: argparse.Namespace) -> Mission:
+    """The mission as it shall run.
+
+    Raises:
+        ConfigError: The file has mistakes, or nobody can be asked.
+    """
+    from nxtdrive.mission_run import load
+
+    if args.confirm_recovery and not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise ConfigError("--confirm-recovery needs a terminal to ask you in.", remedy="Run it in one, or without it.")
+    mission = load(args.mission)
+    if args.policy is None:
+        return mission
+    table = mission.mission.model_copy(update={"profile": args.policy})
+    return mission.model_copy(update={"mission": table})
+
+
+def _supervised(mission: Mission, status: StatusLine) -> MakeMind:
+    from behaviors.profiles import supervised
+    from nxtdrive.cli.confirm import TerminalOperator
+
+    return supervised(mission, TerminalOperator(status))
+
+
+def _pursue(executive: Executive, recording: Recording, details: dict[str, object]) -> Report:
+    """Run the mission; the folder is complete afterwards, whatever happens."""
     report, error = None, ""
     try:
-        executive = Executive(mission, build_rover(brick, mission), eyes, brick, [recording, *observers])
         report = executive.run()
         return report
     except BaseException as reason:

@@ -38,6 +38,8 @@ STATE_COLORS: dict[str, Color] = {
     "arrive": (70, 160, 40),
     "wait": (40, 160, 230),
     "move_to": (180, 60, 150),
+    "detour": (30, 90, 150),
+    "rescan": (160, 160, 40),
 }
 """Colour of the path in each state, blue-green-red."""
 
@@ -141,6 +143,10 @@ def _mark_of(record: Record) -> tuple[str, str] | None:
             return "waited", "wait"
         case "move_to":
             return "moved", "move to"
+        case "detour":
+            return "went round", "go round"
+        case "rescan":
+            return "looked again", "look again"
         case "reached":
             return "reached", f"{record.target}: reached"
         case "gave_up":
@@ -203,6 +209,8 @@ MARK_SHAPES: dict[str, tuple[int, Color]] = {
     "failed": (cv2.MARKER_TILTED_CROSS, (40, 40, 200)),
     "waited": (cv2.MARKER_SQUARE, STATE_COLORS["wait"]),
     "moved": (cv2.MARKER_TRIANGLE_UP, STATE_COLORS["move_to"]),
+    "went round": (cv2.MARKER_DIAMOND, STATE_COLORS["detour"]),
+    "looked again": (cv2.MARKER_CROSS, STATE_COLORS["rescan"]),
     "reached": (cv2.MARKER_STAR, STATE_COLORS["arrive"]),
     "gave up": (cv2.MARKER_TRIANGLE_DOWN, (40, 40, 200)),
 }
@@ -224,7 +232,10 @@ def _draw_marks(sheet: _Sheet, marks: Sequence[Mark]) -> None:
 
 def _legend(sheet: _Sheet, known: Known, records: Sequence[Record]) -> None:
     left, row = sheet.width + 8, 34
+    been = {state for _, state in known.path}
     for state, color in STATE_COLORS.items():
+        if state not in been:
+            continue
         cv2.line(sheet.image, (left, row - 4), (left + 26, row - 4), color, 3, cv2.LINE_AA)
         write(sheet.image, state, (left + 36, row), INK, 0.42)
         row += 20

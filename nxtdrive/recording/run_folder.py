@@ -1,7 +1,7 @@
-"""The folder of one run: ``journal.jsonl``, ``summary.json``, ``map.png`` and ``camera.mp4``.
+"""The folder of one run: ``mission.json``, ``journal.jsonl``, ``summary.json``, ``map.png`` and ``camera.mp4``.
 
-The journal is written line by line as things happen, so a run that is killed leaves everything up to that moment. The
-rest is written when the run ends, however it ends.
+The mission is written when the run begins, and the journal line by line as things happen, so a run that is killed
+leaves everything up to that moment. The rest is written when the run ends, however it ends.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ from typing import TextIO
 
 from behaviors.executive import Report
 from behaviors.journal import Record
+from behaviors.mission import Mission
 from firmware_protocol.errors import ConfigError
 
-JOURNAL, SUMMARY, MAP, VIDEO = "journal.jsonl", "summary.json", "map.png", "camera.mp4"
+MISSION, JOURNAL, SUMMARY, MAP, VIDEO = "mission.json", "journal.jsonl", "summary.json", "map.png", "camera.mp4"
 
 
 class RunFolder:
@@ -36,6 +37,10 @@ class RunFolder:
         self.records.append(record)
         self._journal.write(record.to_json() + "\n")
         self._journal.flush()
+
+    def write_mission(self, mission: Mission) -> None:
+        """Write ``mission.json``: the mission with every number it runs with."""
+        (self.path / MISSION).write_text(mission.model_dump_json(indent=2) + "\n", encoding="utf-8")
 
     def close(self) -> None:
         """Close the journal; may be called again."""

@@ -1,8 +1,9 @@
-"""One live line on the terminal: state, target, sighting, mission time, battery."""
+"""One live line on the terminal: state, target, sighting, mission time, battery, and why it does that."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Self
 
@@ -11,8 +12,13 @@ from rich.live import Live
 from rich.text import Text
 
 from behaviors.journal import Kind, Record
+from behaviors.recovery import Recovery
 
 REDRAWS_PER_S = 8
+STATES = {"move_to": "look elsewhere", "detour": "go round", "rescan": "look again", "gave_up": "give up"}
+"""What people call a state whose name says too little."""
+RECOVERIES = frozenset(Recovery)
+LINK_LOST = "the link is lost; waiting for the brick"
 
 
 class StatusLine:
@@ -28,6 +34,7 @@ class StatusLine:
         console = console or Console(stderr=True)
         self._battery = ""
         self._sighting = "-"
+        self._why = ""
         self._live = Live(console=console, refresh_per_second=REDRAWS_PER_S, transient=True)
         self._shown = console.is_terminal
 
@@ -43,10 +50,22 @@ class StatusLine:
         """Clear the line."""
         self._live.stop()
 
+    @contextmanager
+    def paused(self) -> Iterator[None]:
+        """Leave the terminal to somebody else meanwhile."""
+        self._live.stop()
+        try:
+            yield
+        finally:
+            if self._shown:
+                self._live.start()
+
     def __call__(self, record: Record) -> None:
         """Hear of a record."""
         if not self._shown:
             return
+        if record.kind is Kind.CHOICE:
+            self._why = str(record.data["why"])
         if record.kind is Kind.LOOK:
             sighting = record.data.get("sighting")
             self._sighting = _sighting(sighting) if isinstance(sighting, dict) else "-"
@@ -55,13 +74,22 @@ class StatusLine:
             self._battery = f"  battery {battery_mv / 1000:.1f} V"
         self._live.update(
             Text.assemble(
-                (f" {record.state:<9}", "bold"),
+                (f" {STATES.get(record.state, record.state):<9}", "bold"),
                 f" {record.target}  ",
                 (f"sighting {self._sighting}", "green" if self._sighting != "-" else "dim"),
                 f"  {record.time_s:6.1f} s",
                 self._battery,
+                (self._note(record.state), "dim"),
+                no_wrap=True,
+                overflow="ellipsis",
             )
         )
+
+    def _note(self, state: str) -> str:
+        """Why it is in this state, where that is not plain."""
+        if state == "suspended":
+            return f"  {LINK_LOST}"
+        return f"  {self._why}" if state in RECOVERIES and self._why else ""
 
 
 def _sighting(values: Mapping[str, object]) -> str:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 USB_LATENCY_MS = 2.0
 """Round trip over USB as measured by the Player project (playerstage.sourceforge.net, driver nxt)."""
 
+LAG_S = 1.0
+"""A simulation in real time that lags more than this, since the program waited for its user, makes no haste."""
 
 SHARED_MARK = "@"
 _shared: dict[str, Callable[[], SimTransport]] = {}
@@ -175,8 +177,12 @@ class SimTransport:
             raise self._lost(error) from error
 
     def _keep_pace(self) -> None:
-        if self._started_s is not None:
-            time.sleep(max(0.0, self._started_s + self.now() - time.monotonic()))
+        if self._started_s is None:
+            return
+        ahead_s = self._started_s + self.now() - time.monotonic()
+        if ahead_s < -LAG_S:
+            self._started_s -= ahead_s
+        time.sleep(max(0.0, ahead_s))
 
     def _lost(self, error: ConnectionError) -> LinkLost:
         return LinkLost(f"{error}.", remedy="Open the brick again.")

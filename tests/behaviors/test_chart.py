@@ -63,6 +63,22 @@ def test_giving_up_changes_the_target_and_giving_up_the_last_ends_the_mission():
     assert chart.is_terminated
 
 
+def test_a_decision_that_is_broken_off_does_not_repeat_the_one_before():
+    decisions = iter([Choice(Recovery.CHANGE_TARGET, "test")])
+
+    def decide() -> Choice:
+        for choice in decisions:
+            return choice
+        raise KeyboardInterrupt
+
+    chart = MissionChart(Agenda(("lena", "rilakkuma"), rounds=2), decide)
+    _send(chart, Event.START, Event.SEARCH_FAILED)
+    with pytest.raises(KeyboardInterrupt):
+        _send(chart, Event.SEARCH_FAILED)
+    assert _send(chart, Event.TRIP) == ["finished"]
+    assert [errand.fate for errand in chart.agenda.errands] == [Fate.GIVEN_UP, Fate.PENDING]
+
+
 @pytest.mark.parametrize("state", ["search", "arrive", "wait"])
 def test_a_lost_link_suspends_any_state_and_its_return_resumes_it(state):
     chart = _chart(Recovery.WAIT)

@@ -11,6 +11,8 @@ from behaviors.console import Console
 from behaviors.executive import Executive, Report
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
+from behaviors.operator import Ask
+from behaviors.profiles import supervised
 from nxtdrive import mission_run
 from nxtdrive.brick import Brick
 from nxtdrive.transports.sim import SimTransport
@@ -66,21 +68,24 @@ def perform(
     geometric: bool = False,
     faults: LinkFaults | None = None,
     interrupt_at_s: float = 0.0,
+    reconnecting: bool = False,
+    ask: Ask | None = None,
 ) -> Performance:
-    """Run a mission in a bundled world."""
+    """Run a mission in a bundled world; `reconnecting` as `nxtdrive run` has it on real links."""
     simulation = Simulation(world, seed=1)
     done = Performance(simulation)
     transport = SimTransport(simulation, faults=faults)
     console = Console(done.lines.append)
     console.say("Connecting to NXT")
-    with Brick(transport) as brick:
+    with Brick(transport, reconnecting=reconnecting) as brick:
+        brick.patience_s = 0.0
         if geometric:
             eyes = mission_run.geometric_eyes(brick)
         else:
             eyes = mission_run.camera_eyes(mission_run.open_mission_camera("sim", brick), mission)
-        executive = Executive(
-            mission, mission_run.build_rover(brick, mission), eyes, brick, [done.records.append, console]
-        )
+        rover = mission_run.build_rover(brick, mission)
+        make_mind = supervised(mission, ask) if ask else None
+        executive = Executive(mission, rover, eyes, brick, [done.records.append, console], make_mind)
         start_ms = simulation.now_ms
 
         def sample() -> None:

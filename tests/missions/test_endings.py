@@ -33,6 +33,43 @@ def test_a_lost_link_ends_the_mission_and_the_robot_stops_by_itself(perform, mis
     assert [record.data["reason"] for record in done.of(Kind.TRANSITION, to="down")] == ["link_lost"]
 
 
+FOREVER_MS = 10**9
+
+
+@pytest.mark.parametrize("profile", ["thesis", "adaptive"])
+@pytest.mark.parametrize("moment_s", [2.0, 3.5, 7.0])
+def test_a_link_that_comes_back_resumes_the_mission_where_it_was(perform, mission_for, profile, moment_s):
+    lost_ms = round(moment_s * 1000)
+    faults = LinkFaults(unplugged_ms=((lost_ms, lost_ms + 12_000),))
+    done = perform("open", mission_for("lena", profile=profile), geometric=True, faults=faults, reconnecting=True)
+    assert done.report.achieved
+    (lost,) = done.of(Kind.TRANSITION, to="suspended")
+    assert lost.time_s == pytest.approx(moment_s, abs=0.5)
+    (back,) = done.of(Kind.TRANSITION, to="up")
+    assert back.data["reason"] == Reason.LINK_BACK
+    assert back.time_s == pytest.approx(moment_s + 12, abs=3)
+    assert not done.of(Kind.CHOICE), "it drives on to the target it was driving to"
+    stood = [pose[:2] for _, pose, _ in done.between(lost.time_s + 1.5, back.time_s)]
+    assert all(place == stood[0] for place in stood), "nothing moves while the brick is not heard"
+    assert done.simulation.truth.distance_mm("lena") < 600
+
+
+def test_a_link_that_stays_away_ends_the_mission_after_its_patience(perform, mission_for):
+    mission = mission_for("lena")
+    table = mission.mission.model_copy(update={"link_patience_s": 20.0})
+    done = perform(
+        "open",
+        mission.model_copy(update={"mission": table}),
+        geometric=True,
+        faults=LinkFaults(unplugged_ms=((8000, FOREVER_MS),)),
+        reconnecting=True,
+    )
+    assert done.report.ending is Ending.LINK_LOST
+    (lost,) = done.of(Kind.TRANSITION, to="suspended")
+    assert done.report.duration_s - lost.time_s == pytest.approx(20.0, abs=1.0)
+    assert _at_rest(done)
+
+
 def test_a_mission_without_its_target_is_exhausted_not_broken(perform, mission_for):
     done = perform("open", mission_for("rilakkuma", max_researches=0), geometric=True)
     assert done.report.ending is Ending.EXHAUSTED

@@ -1,0 +1,70 @@
+"""Asks the operator at the terminal before the robot recovers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.text import Text
+
+from nxtdrive.cli.decision_view import candidate_table, known_lines
+from nxtdrive.recording.wording import failure_words
+
+if TYPE_CHECKING:
+    from behaviors.operator import Question
+    from behaviors.recovery import Choice
+    from nxtdrive.recording.status_line import StatusLine
+
+STOP = "s"
+
+
+class TerminalOperator:
+    """A person at a terminal; see `behaviors.operator.Ask`.
+
+    The robot stands while the question is open. Real links are kept awake by the link's own thread; simulated time
+    stands still.
+
+    Args:
+        status: Gives the terminal free meanwhile.
+        console: The terminal; standard error by default.
+    """
+
+    def __init__(self, status: StatusLine, console: Console | None = None) -> None:
+        self._status = status
+        self._console = console or Console(stderr=True, highlight=False)
+
+    def __call__(self, question: Question) -> Choice:
+        """Ask until the answer is one.
+
+        Raises:
+            KeyboardInterrupt: The operator stops the mission.
+        """
+        with self._status.paused():
+            self._show(question)
+            return self._answer(question)
+
+    def _show(self, question: Question) -> None:
+        evidence, console = question.evidence, self._console
+        console.print()
+        console.print(Text(f"{evidence.target}: {failure_words(evidence.reason)}", style="bold"))
+        console.print(known_lines(evidence))
+        numbers = [str(i) for i in range(1, len(question.candidates) + 1)]
+        console.print(candidate_table(question.candidates, numbers, chosen=0))
+        console.print(Text(f"proposed is 1: {question.proposed.why}"))
+
+    def _answer(self, question: Question) -> Choice:
+        count = len(question.candidates)
+        others = "" if count == 1 else "number: do that instead, "
+        while True:
+            try:
+                answer = self._console.input(f"Enter: do 1, {others}{STOP}: stop the mission > ")
+            except EOFError:
+                raise KeyboardInterrupt from None
+            answer = answer.strip().lower()
+            if answer == STOP:
+                raise KeyboardInterrupt
+            if not answer:
+                return question.proposed
+            if answer.isdecimal() and 1 <= int(answer) <= count:
+                return question.candidates[int(answer) - 1].choice
+            self._console.print(f"There is no {answer!r}.", markup=False)

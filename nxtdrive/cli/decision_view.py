@@ -1,0 +1,51 @@
+"""A decision on the terminal: what was known, and what could be done at what price."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from rich.table import Table
+from rich.text import Text
+
+from behaviors.operator import Candidate
+from behaviors.recovery import Evidence
+from nxtdrive.recording.wording import choice_words, evidence_lines
+
+SECONDS_SHOWN = 10_000.0
+"""Beyond this a success is as good as never."""
+
+
+def known_lines(evidence: Evidence) -> Text:
+    """What was known, a line each."""
+    return Text("\n".join(evidence_lines(evidence)))
+
+
+def candidate_table(candidates: Sequence[Candidate], marks: Iterable[str], chosen: int | None = None) -> Table:
+    """The candidates with what the policy expects of them.
+
+    Args:
+        candidates: What could be done.
+        marks: Stand in front of them.
+        chosen: Which one is shown in bold.
+    """
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
+    table.add_column("")
+    table.add_column("candidate")
+    for title in ("takes", "chance", "per success"):
+        table.add_column(title, justify="right")
+    for number, (candidate, mark) in enumerate(zip(candidates, marks, strict=True)):
+        cells = [choice_words(candidate.choice), *_expected(candidate)]
+        table.add_row(mark, *cells, style="bold" if number == chosen else None)
+    return table
+
+
+def _expected(candidate: Candidate) -> tuple[str, str, str]:
+    option = candidate.option
+    if option is None:
+        return "-", "-", "-"
+    return f"{_seconds(option.seconds)}", f"{option.chance:.0%}", _seconds(option.expected_s)
+
+
+def _seconds(value: float) -> str:
+    return "never" if math.isinf(value) or value > SECONDS_SHOWN else f"{value:.0f} s"

@@ -1,0 +1,126 @@
+"""``nxtdrive explain-run``: why the robot did what it did."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nxtdrive.cli.main import DONE
+from nxtdrive.cli.options import add_json_argument, add_policy_argument
+
+if TYPE_CHECKING:
+    from behaviors.operator import Candidate
+    from behaviors.recovery import Choice
+    from nxtdrive.recording.decisions import Decision, Replay
+    from nxtdrive.recording.explanation import Explanation
+
+DESCRIPTION = """\
+Say why a robot did what it did: for each decision of a run what had failed, what
+was known, what could have been done at what price, what was chosen, why, and what
+came of it. With --policy, say also what that policy would have chosen there."""
+EXAMPLES = """\
+  nxtdrive explain-run runs/lena-then-rilakkuma-001
+  nxtdrive explain-run runs/lena-then-rilakkuma-001 --policy thesis
+  nxtdrive explain-run journal.jsonl --json"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("run_path", metavar="RUN", type=Path, help="a run's folder, or its journal.jsonl")
+    add_policy_argument(parser, "give each decision's evidence to this policy, too")
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Explain the run; returns the exit code."""
+    from nxtdrive.recording.explanation import explain
+    from nxtdrive.recording.run_reader import read_run
+
+    explanation = explain(read_run(args.run_path), args.policy)
+    if args.json:
+        print(json.dumps(_plain(explanation), indent=2, ensure_ascii=False))
+        return DONE
+    from nxtdrive.cli.explanation_view import show
+
+    show(explanation)
+    return DONE
+
+
+def _plain(explanation: Explanation) -> dict[str, Any]:
+    """All of it as plain values."""
+    run = explanation.run
+    return {
+        "journal": str(run.path),
+        "mission": run.name,
+        "profile": explanation.profile,
+        "numbers": "recorded" if run.mission else "defaults",
+        "policy": explanation.policy,
+        "complete": run.end is not None,
+        "ending": run.end.data.get("ending") if run.end else None,
+        "duration_s": run.records[-1].time_s,
+        "damaged_lines": list(run.damaged),
+        "decisions": [
+            {
+                **_plain_decision(each.decision),
+                "candidates": [_plain_candidate(candidate, each.decision) for candidate in each.candidates],
+                "replay": _plain_replay(each.replay),
+            }
+            for each in explanation.decisions
+        ],
+    }
+
+
+def _plain_decision(decision: Decision) -> dict[str, Any]:
+    outcome = decision.outcome
+    return {
+        "t": decision.time_s,
+        "target": decision.target,
+        "reason": decision.reason,
+        "measured": dict(decision.measured),
+        "evidence": dict(decision.known),
+        "chose": {
+            "choice": decision.chose,
+            "why": decision.why,
+            **(decision.choice.numbers() if decision.choice else {}),
+        },
+        "outcome": {
+            "result": outcome.result,
+            "target": outcome.target,
+            "detail": outcome.detail,
+            "seconds": round(outcome.seconds, 3),
+            "steps": [
+                {"state": step.state, "target": step.target, "seconds": round(step.seconds, 3), "reason": step.reason}
+                for step in outcome.steps
+            ],
+        },
+    }
+
+
+def _plain_candidate(candidate: Candidate, decision: Decision) -> dict[str, Any]:
+    from nxtdrive.recording.decisions import same
+
+    option, chosen = candidate.option, decision.choice
+    return {
+        **_plain_choice(candidate.choice),
+        "seconds": _finite(option.seconds) if option else None,
+        "chance": round(option.chance, 3) if option else None,
+        "expected_s": _finite(option.expected_s) if option else None,
+        "chosen": chosen is not None and same(candidate.choice, chosen),
+    }
+
+
+def _plain_replay(replay: Replay) -> dict[str, Any]:
+    choice = _plain_choice(replay.choice) if replay.choice else None
+    return {"choice": choice, "differs": replay.differs, "why_not": replay.why_not}
+
+
+def _plain_choice(choice: Choice) -> dict[str, Any]:
+    return {"choice": choice.kind, "why": choice.why, **choice.numbers()}
+
+
+def _finite(value: float) -> float | None:
+    """JSON knows no infinity."""
+    return round(value, 3) if math.isfinite(value) else None

@@ -1,0 +1,147 @@
+"""How ``nxtdrive explain-run`` shows a run to people."""
+
+from __future__ import annotations
+
+from rich.console import Console, RenderableType
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from nxtdrive.cli.decision_view import candidate_table, known_lines
+from nxtdrive.recording.decisions import Outcome, Result, Step, same
+from nxtdrive.recording.explanation import Explained, Explanation
+from nxtdrive.recording.wording import choice_words, failure_words, measured_words, spaced
+
+RULE = (
+    "the thesis's rule: recognised but not reached, wait; not recognised, move off; searched again too often, leave it"
+)
+
+
+def show(explanation: Explanation, console: Console | None = None) -> None:
+    """Print it.
+
+    Args:
+        explanation: What there is to say.
+        console: The terminal; standard output by default.
+    """
+    console = console or Console(highlight=False)
+    for line in _head(explanation):
+        console.print(line)
+    if not explanation.decisions:
+        console.print("No decision was needed.")
+    for number, each in enumerate(explanation.decisions, start=1):
+        decision = each.decision
+        title = Text(f"{number}  {decision.time_s:.1f} s  {decision.target}")
+        console.print(Panel(_body(each, explanation), title=title, title_align="left"))
+    if explanation.policy != explanation.profile and explanation.decisions:
+        console.print(_sum(explanation))
+
+
+def _head(explanation: Explanation) -> list[Text]:
+    run = explanation.run
+    ending = spaced(str(run.end.data.get("ending", "ended"))) if run.end else "unfinished, last heard of"
+    parts = [
+        run.name or run.path.name,
+        f"profile {explanation.profile}",
+        f"{ending} after {run.records[-1].time_s:.1f} s",
+    ]
+    notes = []
+    if run.end is None:
+        parts[-1] = f"unfinished: the journal ends at {run.records[-1].time_s:.1f} s"
+    if run.damaged:
+        notes.append(f"lines that cannot be read and are left out: {', '.join(map(str, run.damaged))}")
+    if run.mission is None:
+        notes.append("no mission.json beside the journal: policies reckon with their default numbers")
+    return [Text("  |  ".join(parts), style="bold"), *(Text(note, style="yellow") for note in notes)]
+
+
+def _body(each: Explained, explanation: Explanation) -> Table:
+    decision = each.decision
+    grid = Table.grid(padding=(0, 2))
+    grid.add_column(style="dim", no_wrap=True)
+    grid.add_column()
+    measured = measured_words(decision.measured)
+    grid.add_row("failed", f"{failure_words(decision.reason)} ({decision.reason}{measured and ': ' + measured})")
+    grid.add_row("known", known_lines(decision.evidence) if decision.evidence else _raw(each))
+    grid.add_row("could", _candidates(each, explanation.profile))
+    grid.add_row("chose", _chosen(each))
+    grid.add_row("then", Text(_outcome_words(decision.outcome)))
+    for label, text in _replayed(each, explanation):
+        grid.add_row(label, text)
+    return grid
+
+
+def _raw(each: Explained) -> Text:
+    return Text(", ".join(f"{name}: {value}" for name, value in each.decision.known.items()) or "nothing is recorded")
+
+
+def _candidates(each: Explained, profile: str) -> RenderableType:
+    choice = each.decision.choice
+    if not each.candidates:
+        return RULE if profile == "thesis" else "the journal tells of no candidates"
+    matching = (i for i, one in enumerate(each.candidates) if choice is not None and same(one.choice, choice))
+    chosen = next(matching, None)
+    marks = [">" if i == chosen else "" for i in range(len(each.candidates))]
+    return candidate_table(each.candidates, marks, chosen)
+
+
+def _chosen(each: Explained) -> Text:
+    decision = each.decision
+    choice = decision.choice
+    text = Text(choice_words(choice) if choice else spaced(decision.chose), style="bold")
+    text.append(f": {decision.why}" if decision.why else "", style="not bold")
+    if choice and choice.proposed:
+        proposed = f"\nthe policy had proposed: {choice_words(choice.proposed)}, since {choice.proposed.why}"
+        text.append(proposed, style="not bold")
+    elif choice and choice.operator:
+        text.append(" (confirmed by the operator)", style="not bold")
+    return text
+
+
+def _outcome_words(outcome: Outcome) -> str:
+    path = ", ".join(_step_words(step, outcome.target) for step in outcome.steps)
+    after = f"after {outcome.seconds:.1f} s"
+    match outcome.result:
+        case Result.FAILED:
+            end = f"{outcome.target} failed again {after}: {failure_words(outcome.detail)}"
+        case Result.REACHED:
+            end = f"{outcome.target} reached {after}"
+        case Result.FINISHED:
+            end = f"the mission ended {after}: {spaced(outcome.detail) or 'how is not recorded'}"
+        case Result.OPEN:
+            end = f"the journal ends {after}"
+    return f"{path}\n{end}" if path else end
+
+
+def _step_words(step: Step, target: str) -> str:
+    if step.state == "gave_up":
+        return f"{step.target} given up"
+    name = spaced(step.state) if step.target == target else f"{spaced(step.state)} {step.target}"
+    return f"{name} {step.seconds:.1f} s" + (f" ({spaced(step.reason)})" if step.reason else "")
+
+
+def _replayed(each: Explained, explanation: Explanation) -> list[tuple[str, Text]]:
+    """What the asked policy would have done; the run's own is mentioned only when it has changed its mind."""
+    replay, choice = each.replay, each.decision.choice
+    other = explanation.policy != explanation.profile
+    if replay.choice is None:
+        return [(explanation.policy, Text(f"cannot be told: {replay.why_not}", style="yellow"))] if other else []
+    if not replay.differs:
+        return [(explanation.policy, Text("would have chosen the same", style="green"))] if other else []
+    would = f"would have chosen otherwise: {choice_words(replay.choice)}, since {replay.choice.why}"
+    if other:
+        return [(explanation.policy, Text(would, style="yellow"))]
+    if choice is None or choice.proposed:
+        return []
+    return [("today", Text(f"this version and these numbers {would}", style="yellow"))]
+
+
+def _sum(explanation: Explanation) -> Text:
+    told = [each.replay for each in explanation.decisions if each.replay.choice is not None]
+    if not told:
+        return Text(f"What {explanation.policy} would have chosen cannot be told from this journal.")
+    differing = sum(replay.differs for replay in told)
+    text = f"{explanation.policy} would have chosen otherwise in {differing} of {len(told)} decisions"
+    left_out = len(explanation.decisions) - len(told)
+    text += f"; {left_out} cannot be told" if left_out else ""
+    return Text(f"{text}. After the first other choice the run itself would have gone another way.")

@@ -1,0 +1,244 @@
+"""The decisions of a run, from its journal: what had failed, what was known, what was chosen, and what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from behaviors.chart import MISSION_STATES
+from behaviors.events import Event
+from behaviors.journal import Kind, Record
+from behaviors.mission import Mission
+from behaviors.operator import Candidate, Weighing, candidates
+from behaviors.recovery import Choice, Evidence, RecoveryPolicy, choice_from, evidence_from
+
+WEIGHED = ("blocker", "here", "viewpoints")
+"""Only who weighs candidates knows any of these."""
+NEARLY_S = NEARLY_DEG = 0.05
+NEARLY_MM = 1.0
+"""Journals are rounded; numbers that differ less are the same."""
+
+
+class Result(StrEnum):
+    """What a decision led to."""
+
+    FAILED = "failed_again"
+    REACHED = "reached"
+    FINISHED = "mission_ended"
+    OPEN = "journal_ends"
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A state the mission was in after a decision.
+
+    Attributes:
+        state: Its name.
+        target: What was pursued.
+        seconds: How long.
+        reason: What ended it; empty when it followed by itself or the journal does not tell.
+    """
+
+    state: str
+    target: str
+    seconds: float
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of a decision, up to the next one.
+
+    Attributes:
+        result: In a word.
+        target: Which target that is about.
+        detail: The next failure's name, or how the mission ended.
+        seconds: How long it took.
+        steps: The states in between.
+    """
+
+    result: Result
+    target: str
+    detail: str
+    seconds: float
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """A choice of recovery that was made.
+
+    Attributes:
+        time_s: Mission time.
+        target: What was pursued.
+        reason: Name of the failure.
+        measured: What was measured then.
+        known: The evidence as the journal has it.
+        evidence: The same; None if this version does not understand it.
+        chose: The choice's name in the journal.
+        why: The reason given for it.
+        choice: The choice; None if this version does not know it.
+        outcome: What came of it.
+    """
+
+    time_s: float
+    target: str
+    reason: str
+    measured: Mapping[str, Any]
+    known: Mapping[str, Any]
+    evidence: Evidence | None
+    chose: str
+    why: str
+    choice: Choice | None
+    outcome: Outcome
+
+    @property
+    def weighed(self) -> bool:
+        """Whether the evidence tells what could have been done."""
+        return any(self.known.get(name) for name in WEIGHED)
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """What a policy would have chosen with a decision's evidence.
+
+    Attributes:
+        choice: That; None when it cannot be told.
+        differs: Whether that is something else than what was chosen.
+        why_not: Why it cannot be told, or an empty string.
+    """
+
+    choice: Choice | None
+    differs: bool = False
+    why_not: str = ""
+
+
+def decisions(records: Sequence[Record]) -> list[Decision]:
+    """Every decision of a journal, in order."""
+    chosen = [i for i, record in enumerate(records) if record.kind is Kind.CHOICE]
+    # a failure is written just behind the choice it led to, since the chart chooses on its way into `select`
+    failed = [_failure_at(records, i, end) for i, end in zip(chosen, [*chosen[1:], len(records)], strict=True)]
+    ends = [*(at + 1 for at in failed[1:]), len(records)]
+    return [
+        _decision(records[i], records[at] if at > i else None, records[at + 1 : end])
+        for i, at, end in zip(chosen, failed, ends, strict=True)
+    ]
+
+
+def profile_of(mission: Mission | None, made: Sequence[Decision]) -> str:
+    """The profile that made these decisions: as its mission says, else as the evidence shows."""
+    if mission is not None:
+        return mission.mission.profile
+    return "adaptive" if any(each.weighed for each in made) else "thesis"
+
+
+def weighed_by(policy: RecoveryPolicy, decision: Decision) -> tuple[Candidate, ...]:
+    """The candidates of a decision as a policy weighs them, and what was chosen, if that is none of them."""
+    chosen = decision.choice
+    if decision.evidence is None or not decision.weighed or not isinstance(policy, Weighing):
+        return ()
+    found = candidates(policy, decision.evidence)
+    if chosen is None or any(same(each.choice, chosen) for each in found):
+        return found
+    return (*found, Candidate(chosen))
+
+
+def replay(policy: RecoveryPolicy, decision: Decision) -> Replay:
+    """Give a decision's evidence to a policy."""
+    if decision.evidence is None:
+        return Replay(None, why_not="this version does not understand the journal's evidence")
+    if isinstance(policy, Weighing) and not decision.weighed:
+        return Replay(None, why_not="the journal tells neither what was in the way nor from where else one could look")
+    choice = policy.select(decision.evidence)
+    return Replay(choice, differs=decision.choice is None or not same(choice, decision.choice))
+
+
+def same(one: Choice, other: Choice) -> bool:
+    """Whether two choices make the robot do the same."""
+    return (
+        one.kind is other.kind
+        and abs(one.wait_s - other.wait_s) < NEARLY_S
+        and abs(one.turn_deg - other.turn_deg) < NEARLY_DEG
+        and len(one.route) == len(other.route)
+        and all(
+            abs(here[0] - there[0]) < NEARLY_MM and abs(here[1] - there[1]) < NEARLY_MM
+            for here, there in zip(one.route, other.route, strict=True)
+        )
+    )
+
+
+def _failure_at(records: Sequence[Record], choice: int, end: int) -> int:
+    """Where the transition into `select` of a choice stands; where the choice does, if there is none."""
+    return next((i for i in range(choice, end) if _enters(records[i], "select")), choice)
+
+
+def _enters(record: Record, state: str) -> bool:
+    return record.kind is Kind.TRANSITION and record.data.get("to") == state
+
+
+def _decision(record: Record, failure: Record | None, after: Sequence[Record]) -> Decision:
+    data = record.data
+    known = _mapping(data.get("evidence"))
+    try:
+        evidence = evidence_from(record.target, known)
+    except ValueError:
+        evidence = None
+    try:
+        choice = choice_from(data)
+    except (KeyError, TypeError, ValueError):
+        choice = None
+    return Decision(
+        time_s=record.time_s,
+        target=record.target,
+        reason=str(known.get("reason", "")),
+        measured=_mapping(failure.data.get("evidence")) if failure else {},
+        known=known,
+        evidence=evidence,
+        chose=str(data.get("choice", "")),
+        why=str(data.get("why", "")),
+        choice=choice,
+        outcome=_outcome(record, after),
+    )
+
+
+def _outcome(choice: Record, after: Sequence[Record]) -> Outcome:
+    steps: list[Step] = []
+    entered: Record | None = None
+
+    def outcome(result: Result, record: Record, detail: str = "") -> Outcome:
+        return Outcome(result, record.target, detail, record.time_s - choice.time_s, tuple(steps))
+
+    for record in after:
+        if not _leads_on(record):
+            continue
+        reason = str(record.data.get("reason", ""))
+        if entered is not None:
+            seconds = record.time_s - entered.time_s
+            steps.append(Step(str(entered.data["to"]), entered.target, seconds, reason))
+        if _enters(record, "select"):
+            return outcome(Result.FAILED, record, reason)
+        if _enters(record, "reached"):
+            return outcome(Result.REACHED, record)
+        if _enters(record, "finished"):
+            end = next((each for each in after if each.kind is Kind.END), None)
+            return outcome(Result.FINISHED, record, str(end.data.get("ending", "")) if end else "")
+        entered = record
+    last = after[-1] if after else choice
+    if entered is not None:
+        steps.append(Step(str(entered.data["to"]), entered.target, last.time_s - entered.time_s, ""))
+    return outcome(Result.OPEN, last)
+
+
+def _leads_on(record: Record) -> bool:
+    """Whether the mission was in another state from there on."""
+    return (
+        record.kind is Kind.TRANSITION
+        and record.data.get("to") in MISSION_STATES
+        and record.data.get("event") != Event.CONTINUED
+    )
+
+
+def _mapping(value: object) -> Mapping[str, Any]:
+    return value if isinstance(value, dict) else {}

@@ -1,0 +1,88 @@
+"""Reads what a run left behind, also one that was killed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from behaviors.journal import Kind, Record
+from behaviors.mission import Mission
+from firmware_protocol.errors import ConfigError
+from nxtdrive.recording.run_folder import JOURNAL, MISSION
+
+
+@dataclass(frozen=True, slots=True)
+class PastRun:
+    """A run that is over, or was.
+
+    Attributes:
+        path: Its journal.
+        records: What the journal has.
+        damaged: Numbers of lines that cannot be read, from 1.
+        mission: The mission with its numbers; None if the folder does not tell.
+    """
+
+    path: Path
+    records: tuple[Record, ...]
+    damaged: tuple[int, ...]
+    mission: Mission | None
+
+    @property
+    def name(self) -> str:
+        """The mission's name, or an empty string."""
+        begun = next((record for record in self.records if record.kind is Kind.START), None)
+        return str(begun.data.get("mission", "")) if begun else ""
+
+    @property
+    def end(self) -> Record | None:
+        """The journal's last record; None if the run was killed, or goes on."""
+        return next((record for record in reversed(self.records) if record.kind is Kind.END), None)
+
+
+def read_run(path: Path) -> PastRun:
+    """Read a run.
+
+    Args:
+        path: Its folder, or its journal.
+
+    Raises:
+        ConfigError: There is no journal, or nothing in it.
+    """
+    if path.is_dir():
+        folder, path = path, path / JOURNAL
+        if not path.exists():
+            raise ConfigError(
+                f"{folder} holds no {JOURNAL}.", remedy="Name the folder of one run, such as runs/my-mission-001."
+            )
+    try:
+        lines = path.read_bytes().splitlines()
+    except OSError as error:
+        raise ConfigError(
+            f"{path}: cannot be read ({error.strerror}).", remedy="Name a run's folder, or its journal."
+        ) from None
+    records, damaged = _records(lines)
+    if not records:
+        raise ConfigError(
+            f"{path} is not a journal: no line of it is a record.", remedy="docs/journal.md says what one looks like."
+        )
+    return PastRun(path, tuple(records), tuple(damaged), _mission(path.parent / MISSION))
+
+
+def _records(lines: list[bytes]) -> tuple[list[Record], list[int]]:
+    records, damaged = [], []
+    for number, line in enumerate(lines, start=1):
+        if not line.strip():
+            continue
+        try:
+            records.append(Record.from_json(line.decode()))
+        except ValueError:
+            damaged.append(number)
+    return records, damaged
+
+
+def _mission(path: Path) -> Mission | None:
+    """None also for a mission of a version with other keys: its numbers are not ours."""
+    try:
+        return Mission.model_validate_json(path.read_bytes())
+    except (OSError, ValueError):
+        return None

@@ -1,0 +1,117 @@
+"""Failures, evidence and choices in words, for people who ask why the robot did something."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from behaviors.events import Reason
+from behaviors.recovery import Blocker, Choice, Evidence, Point, Recovery
+
+FAILURES: dict[Reason, str] = {
+    Reason.FULL_TURN_WITHOUT_SIGHTING: "a full turn did not bring it into view",
+    Reason.NEVER_SEEN: "a look round did not bring it into view",
+    Reason.TARGET_LOST: "it went out of view on the way there",
+    Reason.LOST_BEHIND: "something came between the robot and it",
+    Reason.BLOCKED_SHORT: "something stopped the robot on the way there",
+    Reason.BLOCKED_LONG: "something is in the way and does not leave",
+    Reason.NO_PROGRESS: "the robot drives and does not come nearer",
+    Reason.SLIPPED: "the wheels turn and the robot does not move",
+    Reason.WRONG_TARGET: "from near it turned out to be something else",
+    Reason.NO_WAY: "there is no way to where the robot wanted to go",
+    Reason.APPROACH_TIMEOUT: "the approach took too long",
+}
+"""What the names of failures mean."""
+UNITS = {"mm": 0, "s": 1, "deg": 0}
+"""Units at the end of names in the journal, and decimals that tell something."""
+
+
+def failure_words(reason: str) -> str:
+    """What a failure's name means, or the name itself."""
+    return next((text for known, text in FAILURES.items() if known == reason), spaced(reason))
+
+
+def measured_words(measured: Mapping[str, object]) -> str:
+    """Measurements of the journal with their units: ``range_mm`` 620 is "range 620 mm"."""
+    return ", ".join(filter(None, (_measured(name, value) for name, value in measured.items())))
+
+
+def _measured(name: str, value: object) -> str:
+    if isinstance(value, bool):
+        return spaced(name) if value else f"not {spaced(name)}"
+    if not isinstance(value, int | float):
+        return ""
+    stem, _, unit = name.rpartition("_")
+    if unit not in UNITS:
+        return f"{spaced(name)} {value:g}"
+    return f"{spaced(stem)} {value:.{UNITS[unit]}f} {unit}"
+
+
+def spaced(name: str) -> str:
+    """A name from the journal as words."""
+    return name.replace("_", " ")
+
+
+def choice_words(choice: Choice) -> str:
+    """What a choice does."""
+    match choice.kind:
+        case Recovery.WAIT:
+            return f"wait up to {choice.wait_s:.1f} s"
+        case Recovery.MOVE_TO if choice.route:
+            return f"look from {place_words(choice.route[-1])}"
+        case Recovery.MOVE_TO:
+            return f"turn {choice.turn_deg:+.0f}° and move off"
+        case Recovery.DETOUR:
+            return f"go round, to {place_words(choice.route[-1])}" if choice.route else "go round"
+        case Recovery.RESCAN:
+            return "look again from here"
+        case Recovery.CHANGE_TARGET:
+            return "leave this target for now"
+
+
+def place_words(place: Point) -> str:
+    """A place in the frame of the start."""
+    x_m, y_m = round(place[0] / 1000, 1), round(place[1] / 1000, 1)
+    along = f"{abs(x_m):.1f} m {'behind' if x_m < 0 else 'ahead'}"
+    return f"{along}, {abs(y_m):.1f} m {'left' if y_m < 0 else 'right'} of the start"
+
+
+def evidence_lines(evidence: Evidence) -> Iterator[str]:
+    """What was known, a sentence a line, with its numbers."""
+    seen = "was recognised" if evidence.exist else "was not recognised"
+    yield f"{evidence.target} {seen} since the last search began; searched for again: {_times(evidence.researches)}"
+    if evidence.spent_s:
+        yield f"{evidence.spent_s:.0f} s since the last sighting, or since its turn began"
+    if evidence.round > 1 or evidence.targets_left > 1:
+        yield f"round {evidence.round}; targets not reached yet: {evidence.targets_left}"
+    if evidence.blocker:
+        yield _blocker_words(evidence.blocker)
+        yield _detour_words(evidence)
+    if evidence.here:
+        yield f"another look from here: {evidence.here.seconds:.0f} s, chance {evidence.here.chance:.0%}"
+    if evidence.viewpoints:
+        best = max(each.chance for each in evidence.viewpoints)
+        nearest = min(each.travel_s for each in evidence.viewpoints)
+        count = len(evidence.viewpoints)
+        places = "1 other place" if count == 1 else f"{count} other places"
+        yield f"{places} to look from: nearest in {nearest:.0f} s, best chance {best:.0%}"
+    for other in evidence.others:
+        yield f"{other.target} was seen {other.age_s:.0f} s ago, {other.travel_s:.0f} s from here"
+    if tried := {kind: count for kind, count in evidence.repeats.items() if count}:
+        yield "tried here already: " + ", ".join(f"{spaced(kind)} {_times(count)}" for kind, count in tried.items())
+
+
+def _blocker_words(blocker: Blocker) -> str:
+    seen = "hides the target" if blocker.hides else "the target can be seen past it"
+    moves = "moves" if blocker.moving else "does not move"
+    known = f"known for {blocker.age_s:.0f} s" if blocker.age_s else "new"
+    return f"in the way, {blocker.range_mm:.0f} mm ahead: {known}, {moves}, {seen}"
+
+
+def _detour_words(evidence: Evidence) -> str:
+    if evidence.detour is None:
+        return "no way round it is known"
+    return f"a way round it takes {evidence.detour.extra_s:.0f} s longer"
+
+
+def _times(count: int) -> str:
+    return {0: "never", 1: "once", 2: "twice"}.get(count, f"{count} times")
