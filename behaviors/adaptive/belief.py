@@ -124,6 +124,7 @@ class Belief:
         if spike.any():  # odometry may have gone astray beyond the places that are considered
             self._mass *= 1.0 - TRUST
             self._mass[spike] += TRUST / int(spike.sum())
+        self._stand = None  # what can be seen now is not hidden: to miss it from now on says something new
 
     def refute(self, place: Point) -> None:
         """Take in that it is not there, whatever it looked like."""
@@ -140,6 +141,9 @@ class Belief:
         """Let time pass."""
         share = 1.0 - math.exp(-passed_s / RENEWS_S)
         self._mass = (1.0 - share) * self._mass + share * self._prior
+        if self._stand is not None:  # and what has come back may be looked for again
+            self._stand.missed = (1.0 - share) * self._stand.missed + share
+            self._stand.left = (1.0 - share) * self._stand.left + share
 
     def chance_from(self, x_mm: float, y_mm: float, floor: FloorMap) -> float:
         """Probability that one look round from there finds it."""
