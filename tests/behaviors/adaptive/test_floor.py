@@ -65,7 +65,7 @@ def test_an_echo_frees_the_beam_before_it_and_nothing_behind_it():
 def test_a_free_beam_clears_what_has_left():
     floor = FloorMap()
     floor.block(ORIGIN, 300.0)
-    assert floor.evidence.max() == MOST
+    assert floor.evidence.max() > SOLID
     for heading_deg in range(-60, 61, 2):
         for back_mm in (0.0, 40.0, 80.0):
             floor.echo(Pose(-back_mm, 0.0, heading_deg), FARTHEST_ECHO_MM)
@@ -121,7 +121,7 @@ def test_where_the_robot_stands_nothing_else_is():
     floor.stands_on(ORIGIN)
     assert _evidence_at(floor, 0.0, 0.0) < 0.0
     assert _evidence_at(floor, 90.0, 0.0) < 0.0
-    assert _evidence_at(floor, 250.0, 0.0) == MOST
+    assert _evidence_at(floor, 250.0, 0.0) > SOLID
 
 
 def test_what_blocks_the_way_is_in_the_way():

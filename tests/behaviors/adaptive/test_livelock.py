@@ -1,0 +1,292 @@
+"""No livelock: whatever happens, time passes between decisions, nothing is done a third time, and missions end."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import takewhile
+from random import Random
+
+import pytest
+
+from behaviors.adaptive.memory import SAME_PLACE_MM, Memory
+from behaviors.adaptive.policy import AdaptivePolicy
+from behaviors.agenda import Agenda
+from behaviors.chart import MissionChart
+from behaviors.events import Event, Fact, Reason
+from behaviors.executive import Ending, Executive
+from behaviors.journal import Kind, Record
+from behaviors.mission import Mission
+from behaviors.ports import Motion, Pose, Sighting, Stop
+from behaviors.recovery import Blocker, Choice, Detour, Evidence, Point, Recovery, Viewpoint
+
+REPEATS = 2
+SEQUENCES = 10_000
+PLACES: tuple[Point, ...] = ((0.0, 0.0), (1000.0, 0.0), (0.0, 1000.0))
+"""Farther apart than what counts as one place."""
+RECOVERIES = ("wait", "move_to", "detour", "rescan")
+FACTS = {
+    "search": (Event.TARGET_SEEN, Event.SEARCH_FAILED, Event.SEARCH_FAILED),
+    "arrive": (Event.CONTINUED, Event.ARRIVE_FAILED, Event.ARRIVE_FAILED, Event.OBSTACLE, Event.OBSTACLE_GONE),
+    "suspended": (Event.LINK_BACK,),
+    **dict.fromkeys(RECOVERIES, (Event.RECOVERY_DONE, Event.RECOVERY_FAILED, Event.TARGET_SEEN, Event.LINK_LOST)),
+}
+"""What may happen in each state; nothing is ever reached."""
+
+
+def _mission(targets: Sequence[str] = ("a", "b"), **table: object) -> Mission:
+    return Mission.model_validate(
+        {
+            "mission": {"targets": list(targets), "profile": "adaptive", **table},
+            "target": {name: {"detector": "marker", "id": i} for i, name in enumerate(targets)},
+        }
+    )
+
+
+@dataclass
+class Decider:
+    """Decides as the adaptive mind does, on evidence that is drawn; checks what it chooses.
+
+    Attributes:
+        memory: Keeps where what was chosen.
+        random: Draws the evidence.
+        targets_left: As in the evidence.
+        places: Where the robot may be.
+        made: How often each choice was made, by target, kind, place and destination.
+    """
+
+    memory: Memory
+    random: Random
+    targets_left: int = 2
+    places: Sequence[Point] = PLACES
+    made: Counter[tuple[str, Recovery, Point, Point | None]] = field(default_factory=Counter)
+
+    def decide(self, target: str) -> Choice:
+        """Choose at a place that is drawn, and remember it."""
+        self.memory.pose = Pose(*self.random.choice(self.places))
+        evidence = self._evidence(target)
+        choice = AdaptivePolicy(repeats=REPEATS).select(evidence)
+        destination = choice.route[-1] if choice.route else None
+        self.memory.chose(target, choice.kind, destination)
+        if choice.kind is not Recovery.CHANGE_TARGET:
+            # a way is another one when it leads elsewhere; a detour always leads past the same thing
+            to = destination if choice.kind is Recovery.MOVE_TO else None
+            self.made[target, choice.kind, self.memory.here, to] += 1
+        return choice
+
+    def _evidence(self, target: str) -> Evidence:
+        random, memory = self.random, self.memory
+        blocker = Blocker(400.0, random.uniform(0.0, 60.0), random.random() < 0.5, random.random() < 0.7)
+        detour = Detour(random.uniform(1.0, 40.0), ((500.0, 500.0),))
+        viewpoints = [
+            Viewpoint(random.uniform(1.0, 20.0), 7.0, random.random(), (place,))
+            for place in PLACES
+            if place != memory.here and not memory.tried(target, place)
+        ]
+        return Evidence(
+            target,
+            random.choice(list(Reason)),
+            exist=random.random() < 0.5,
+            researches=random.randrange(5),
+            targets_left=self.targets_left,
+            spent_s=random.uniform(0.0, 60.0),
+            blocker=blocker if random.random() < 0.5 else None,
+            detour=detour if random.random() < 0.5 else None,
+            here=Viewpoint(0.0, 8.0, random.random()) if random.random() < 0.8 else None,
+            viewpoints=tuple(viewpoints),
+            repeats=memory.repeats(target),
+        )
+
+
+def test_no_sequence_of_failures_makes_it_do_the_same_a_third_time_at_one_place():
+    mission, decisions = _mission(["a"]), 0
+    for seed in range(SEQUENCES):
+        random = Random(seed)
+        decider = Decider(Memory(mission), random, random.randint(1, 2), PLACES[: random.randint(1, 3)])
+        for _ in range(random.randint(2, 9)):
+            decider.decide("a")
+            decisions += 1
+        assert not decider.made or max(decider.made.values()) <= REPEATS
+    assert decisions > 5 * SEQUENCES
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_any_sequence_of_facts_in_which_nothing_is_reached_ends_the_mission(seed):
+    """Everything at every place can be tried only so often, so the targets are given up in the end."""
+    random, rounds = Random(seed), 3
+    agenda = Agenda(["a", "b"], rounds)
+    decider = Decider(Memory(_mission()), random)
+    chart = MissionChart(agenda, lambda: decider.decide(agenda.target))
+    chart.report(Fact(Event.START, Reason.MISSION_STARTED))
+    at_most = len(agenda.errands) * (rounds + len(PLACES) * (3 * REPEATS + len(PLACES)))
+    decisions = 0
+    while not chart.is_terminated:
+        event = random.choice(FACTS[chart.mission_state])
+        decisions += event in (Event.SEARCH_FAILED, Event.ARRIVE_FAILED, Event.RECOVERY_FAILED)
+        assert decisions <= at_most
+        chart.report(Fact(event, Reason.NEVER_SEEN))
+    assert not agenda.achieved
+    assert max(decider.made.values()) <= REPEATS
+
+
+class Ports:
+    """A robot, its camera and a clock to which anything may happen; all that is certain is that a frame takes time.
+
+    Args:
+        seed: Seeds luck, and how bad it is.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._random = Random(seed)
+        luck = self._random.random
+        self._finds, self._hinders, self._breaks = 0.3 * luck(), 0.2 * luck(), 0.01 * luck()
+        self._moves = self._random.choice((0.0, 0.5, 1.0, 1.0))
+        self._silent_until_s = 0.0
+        self._now_s = 0.0
+        self._pose = Pose()
+        self._speeds = (0.0, 0.0)
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the motors are off."""
+        return self._speeds == (0.0, 0.0)
+
+    @property
+    def here(self) -> Point:
+        """Where the robot is."""
+        return self._pose.x_mm, self._pose.y_mm
+
+    def now(self) -> float:
+        return self._now_s
+
+    def sleep(self, duration_s: float) -> None:
+        speed_mm_s, turn_deg_s = self._speeds
+        x_mm, y_mm = self._pose.ahead(speed_mm_s * duration_s)
+        self._pose = Pose(x_mm, y_mm, self._pose.heading_deg + turn_deg_s * duration_s)
+        self._now_s += duration_s
+
+    def turn(self, angle_deg: float) -> Motion:
+        return self._go(0.0, angle_deg)
+
+    def straight(self, distance_mm: float) -> Motion:
+        return self._go(distance_mm, 0.0)
+
+    def drive(self, speed_mm_s: float, turn_deg_s: float) -> Stop | None:
+        self._answer()
+        stop = self._hindrance()
+        self._speeds = (0.0, 0.0) if stop else (self._moves * speed_mm_s, turn_deg_s)
+        return stop
+
+    def stop(self) -> None:
+        self._answer()
+        self._speeds = (0.0, 0.0)
+
+    def pose(self) -> Pose:
+        self._answer()
+        return self._pose
+
+    def range_mm(self) -> float | None:
+        self._answer()
+        return self._random.choice((None, self._random.uniform(0.0, 2550.0)))
+
+    def touching(self) -> bool:
+        return False
+
+    def keep_alive(self) -> None:
+        self._answer()
+
+    def battery_mv(self) -> int:
+        self._answer()
+        return 8000
+
+    def look(self, target: str) -> Sighting | None:
+        return self.glance([target]).get(target)
+
+    def glance(self, targets: Sequence[str]) -> Mapping[str, Sighting]:
+        self.sleep(self._random.choice((0.05, 0.3, 0.5)))
+        return {target: self._sighting(target) for target in targets if self._random.random() < self._finds}
+
+    def _sighting(self, target: str) -> Sighting:
+        bearing_deg, distance_mm = self._random.uniform(-25.0, 25.0), self._random.uniform(450.0, 2500.0)
+        return Sighting(target, bearing_deg, distance_mm, 1.0, self._now_s, (100, 80, 40, 56))
+
+    def _go(self, distance_mm: float, angle_deg: float) -> Motion:
+        self._answer()
+        stop = self._hindrance()
+        share = self._random.random() if stop else 1.0
+        self._pose = Pose(*self._pose.ahead(share * distance_mm), self._pose.heading_deg + share * angle_deg)
+        self._speeds = (0.0, 0.0)
+        self._now_s += self._random.choice((0.0, 0.3))
+        return Motion(stop or Stop.DONE, share * distance_mm, share * angle_deg)
+
+    def _hindrance(self) -> Stop | None:
+        hindered = self._random.random() < self._hinders
+        return self._random.choice((Stop.OBSTACLE, Stop.CONTACT, Stop.STALLED)) if hindered else None
+
+    def _answer(self) -> None:
+        """The link breaks now and then, for a while; the robot stops by itself."""
+        if self._random.random() < self._breaks * 0.1:
+            self._silent_until_s = self._now_s + self._random.uniform(0.5, 5.0)
+        if self._now_s < self._silent_until_s:
+            self._speeds = (0.0, 0.0)
+            raise TimeoutError("the brick does not answer")
+
+
+@dataclass(frozen=True)
+class Made:
+    """A choice, and where it was made."""
+
+    time_s: float
+    target: str
+    kind: str
+    here: Point
+    destination: Point | None
+
+    def repeats(self, other: Made) -> bool:
+        """Whether it is the same as another one, at the same place."""
+        same_way = self.destination == other.destination or (
+            self.destination is not None
+            and other.destination is not None
+            and math.dist(self.destination, other.destination) <= SAME_PLACE_MM
+        )
+        same_place = math.dist(self.here, other.here) <= SAME_PLACE_MM
+        return (self.target, self.kind) == (other.target, other.kind) and same_place and same_way
+
+
+@dataclass
+class Witness:
+    """Hears the journal and keeps the choices."""
+
+    ports: Ports
+    made: list[Made] = field(default_factory=list)
+
+    def __call__(self, record: Record) -> None:
+        if record.kind is Kind.CHOICE:
+            kind, route = record.data["choice"], record.data.get("route")
+            destination = tuple(route[-1]) if route and kind == Recovery.MOVE_TO else None
+            self.made.append(Made(record.time_s, record.target, kind, self.ports.here, destination))
+
+    @property
+    def longest_run(self) -> int:
+        """How often the same thing was chosen in a row, at one place for one target; to give up is no such thing."""
+        runs = [
+            1 + sum(1 for _ in takewhile(last.repeats, reversed(self.made[:i])))
+            for i, last in enumerate(self.made)
+            if last.kind != Recovery.CHANGE_TARGET
+        ]
+        return max(runs, default=0)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_whatever_happens_to_the_robot_its_mission_ends(seed):
+    ports = Ports(seed)
+    witness = Witness(ports)
+    report = Executive(_mission(time_limit_s=30.0), ports, ports, ports, [witness]).run()
+    assert report.ending in (Ending.ACHIEVED, Ending.EXHAUSTED, Ending.TIME_UP, Ending.LINK_LOST)
+    assert report.duration_s <= 40.0
+    assert ports.at_rest
+    times_s = [made.time_s for made in witness.made]
+    assert times_s == sorted(set(times_s)), "time passes between decisions"
+    assert witness.longest_run <= REPEATS
