@@ -29,6 +29,8 @@ PROGRESS_S, PROGRESS_MM = 4.0, 120.0
 """A robot that was told to drive should be so much further on after that time."""
 RECENT_S = 3.0
 """Somebody who steps in was not there so long ago."""
+NEAR_MM, STRETCH_MM = 750.0, 450.0
+"""Farther than the first from the target it minds what is remembered on the next stretch; nearer it trusts its eyes."""
 CLOSE_MM = 80.0
 
 
@@ -83,11 +85,9 @@ class Approach:
         if sighting is not None:
             self._oblique = self._watch.memory.oblique(self._watch.target, sighting)
             self._seen_s = percept.time_s
-            if percept.time_s - self._begun_s > 0:
-                self._doubt.frame(hit=True)
-        elif self._should_be_seen(bearing_deg, distance_mm):
-            self._doubt.frame(hit=False)
-        else:
+        if self._should_be_seen(bearing_deg, distance_mm):
+            self._doubt.frame(hit=sighting is not None)
+        elif sighting is None:
             self._seen_s = max(self._seen_s, percept.time_s - self._watch.profile.lost_after_s / 2)
             self._doubt.forget_misses()
 
@@ -114,7 +114,7 @@ class Approach:
         if self._oblique:
             # so far aside the real one flickers, too; it has to be seen from elsewhere first
             return _failed(Reason.TARGET_LOST, percept, odds=self._doubt.odds, oblique=True)
-        self._watch.memory.forget(self._watch.target)
+        self._watch.memory.unmask(self._watch.target)
         return _failed(Reason.WRONG_TARGET, percept, odds=self._doubt.odds)
 
     def _hindered(self, percept: Percept, known: Known, bearing_deg: float, distance_mm: float) -> Fact | None:
@@ -131,6 +131,8 @@ class Approach:
             self._open_s = now_s
         if self._shut >= ECHOES and distance_mm > watch.profile.arrive_mm:
             return self._blocked(percept, hides=unseen_s > watch.profile.lost_after_s / 2)
+        if distance_mm > NEAR_MM and abs(bearing_deg) <= AHEAD_DEG and not self._clear(known, distance_mm):
+            return _failed(Reason.BLOCKED_LONG, percept, hides=False, remembered=True)
         if unseen_s >= watch.profile.lost_after_s:
             behind = percept.range_mm is not None and percept.range_mm <= distance_mm - BEFORE_MM
             reason = Reason.LOST_BEHIND if behind and abs(bearing_deg) <= AHEAD_DEG else Reason.TARGET_LOST
@@ -138,6 +140,14 @@ class Approach:
         if now_s - self._begun_s >= watch.profile.approach_limit_s:
             return _failed(Reason.APPROACH_TIMEOUT, percept)
         return self._stuck(percept, known)
+
+    def _clear(self, known: Known, distance_mm: float) -> bool:
+        """Whether the next stretch is free as far as is remembered; beside the beam there may be more."""
+        memory = self._watch.memory
+        share = min(1.0, STRETCH_MM / distance_mm)
+        x_mm, y_mm = memory.here
+        end = x_mm + share * (known.place[0] - x_mm), y_mm + share * (known.place[1] - y_mm)
+        return memory.floor.clear_between(memory.here, end)
 
     def _blocked(self, percept: Percept, *, hides: bool) -> Fact:
         sudden = percept.time_s - self._open_s < RECENT_S

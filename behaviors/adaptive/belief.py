@@ -40,6 +40,8 @@ LIKELY_MM = 2500.0
 """Standard deviation of a target's place around the start: rooms end."""
 OBLIQUE_DEG = 35.0
 """What looks narrow is seen at least so obliquely, give or take the grid of facings."""
+SCATTERS = 0.7
+"""How likely something that vanished has moved."""
 SPIKE_MM = 350.0
 TRUST = 0.85
 """How much a sighting is believed to tell where the target is."""
@@ -131,6 +133,11 @@ class Belief:
         near = np.hypot(self._x - place[0], self._y - place[1]) <= SPIKE_MM
         self._mass[near] *= 0.02
         self._mass /= self._mass.sum()
+
+    def scatter(self) -> None:
+        """It was there and is not any more: it moved, and what was looked at before may hold it now."""
+        self._mass = (1.0 - SCATTERS) * self._mass + SCATTERS * self._prior
+        self._stand = None
 
     def held_at(self, place: Point) -> float:
         """Probability that it is near there."""

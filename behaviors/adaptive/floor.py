@@ -41,8 +41,8 @@ UNKNOWN_HIDES_MM = 2500.0
 """On so much unknown floor there is nothing that hides in one case out of e."""
 FADES_S = 90.0
 """Evidence falls to a third in this time: things move, and so does odometry."""
-BLOCK_RADIUS_MM = 130.0
-"""What blocks the way is taken to be so large until it is seen better."""
+BLOCK_RADIUS_MM, BLOCK = 220.0, 2.2
+"""What blocks the way is taken to be so large until it is seen better, on so much evidence: a few echoes clear it."""
 FOOTPRINT_MM = 130.0
 """The robot's own radius."""
 
@@ -101,7 +101,8 @@ class FloorMap:
         x_mm, y_mm = pose.ahead(SONAR_FORWARD_MM + range_mm + BLOCK_RADIUS_MM * 0.6)
         window, along, _ = _polar(x_mm, y_mm, 0.0, BLOCK_RADIUS_MM)
         cells = self.evidence[window]
-        cells[along <= BLOCK_RADIUS_MM] = MOST
+        inside = along <= BLOCK_RADIUS_MM
+        cells[inside] = np.maximum(cells[inside], BLOCK)
 
     def sight(self, x_mm: float, y_mm: float, limit_mm: float) -> NDArray[np.float64]:
         """How likely one sees past the floor, (DIRECTIONS, steps of CELL_MM), up to `limit_mm` from a place.

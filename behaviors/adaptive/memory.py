@@ -27,6 +27,8 @@ TURNS = 0.03
 """Weight of a new direction among those from which it was seen."""
 HELD = 0.25
 """A remembered place is kept as long as belief in it is stronger."""
+MISTAKE_MM, MISTAKE_S = 450.0, 60.0
+"""What was found out not to be the target is so large on the map, and is tested again after that time."""
 JUMP_MM = 500.0
 """A sighting this far from the last one is of something that moved, or of something else."""
 STEP_DEG, STEP_MM = 6.0, 120.0
@@ -114,6 +116,7 @@ class Memory:
         self.beliefs = {name: Belief(self.seen_from_mm[name], self.half_view_deg) for name in mission.mission.targets}
         self._unseen: dict[str, _Unseen] = {}
         self._renewed_s: float | None = None
+        self._mistakes: list[tuple[str, Point, float]] = []
         self._aspect: dict[str, float] = {}
         self._choices: list[tuple[str, Recovery, Point]] = []
         self._looked_from: list[tuple[str, Point]] = []
@@ -126,7 +129,7 @@ class Memory:
 
     def perceive(
         self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], seen: Mapping[str, Sighting]
-    ) -> None:
+    ) -> Mapping[str, Sighting]:
         """Take in a frame and an echo.
 
         Args:
@@ -135,9 +138,13 @@ class Memory:
             range_mm: The sonar's echo, or None.
             looked_for: Targets that were looked for in the frame.
             seen: Those that were seen.
+
+        Returns:
+            Those sightings that are not of something known not to be the target.
         """
         self.pose = pose
         self.trail.add(now_s, pose)
+        believed = {name: sighting for name, sighting in seen.items() if self._believes(sighting)}
         self._renew(now_s)
         self.floor.fade(now_s)
         self.floor.stands_on(pose)
@@ -146,10 +153,11 @@ class Memory:
         else:
             self.floor.no_echo(pose)
         for target in looked_for:
-            if target in seen:
-                self._see(target, seen[target])
+            if target in believed:
+                self._see(target, believed[target])
             else:
                 self._miss(target)
+        return believed
 
     def settle(self) -> None:
         """Take in all looks; before something is decided."""
@@ -165,10 +173,25 @@ class Memory:
             del self.known[target]
 
     def forget(self, target: str) -> None:
-        """What was taken for the target is not it, or it is not there any more."""
+        """It is not there any more."""
         known = self.known.pop(target, None)
         if known is not None:
             self.beliefs[target].refute(known.place)
+
+    def unmask(self, target: str) -> None:
+        """What was taken for the target is something else; for some time it is not taken for it again."""
+        known = self.known.get(target)
+        if known is not None:
+            self._mistakes.append((target, known.place, known.time_s))
+        self.forget(target)
+
+    def _believes(self, sighting: Sighting) -> bool:
+        """Whether a sighting is not of what was found out to be something else."""
+        place = self.trail.at(sighting.time_s).ahead(sighting.distance_mm, sighting.bearing_deg)
+        return not any(
+            which == sighting.target and math.dist(place, there) <= MISTAKE_MM and sighting.time_s - then_s <= MISTAKE_S
+            for which, there, then_s in self._mistakes
+        )
 
     def way_to(self, point: Point) -> tuple[float, float]:
         """Bearing in degrees, positive right, and distance in millimetres of a point from here."""

@@ -89,6 +89,8 @@ class AdaptiveMind:
         memory, target = self._memory, failure.target
         memory.settle()
         blocker = self._blocker(fact)
+        if fact.reason is Reason.TARGET_LOST:
+            memory.beliefs[target].scatter()
         routes = Routes(memory.floor, memory.here, self._profile.cruise_mm_s)
         known = memory.known.get(target)
         detour = self._detour(routes, known) if blocker and known and self._profile.detours else None

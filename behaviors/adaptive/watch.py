@@ -65,7 +65,7 @@ class Watch:
         range_mm = senses.body.range_mm()
         pose = senses.body.pose()
         now_s = self.now()
-        self.memory.perceive(now_s, pose, range_mm, looked_for, seen)
+        seen = self.memory.perceive(now_s, pose, range_mm, looked_for, seen)
         sighting = seen.get(self.target)
         senses.note(
             Kind.LOOK,

@@ -131,11 +131,12 @@ def _judge(play: Play, index: int, mark: Mark) -> Judgement | None:
         return None
     if not _could_be_seen(play, here, goal):
         return Judgement(Cause.ELSEWHERE, choice, None)
-    blocking = play.comers & set(_in_the_way(here.pose[:2], here, goal))
+    blocking = frozenset(_in_the_way(here.pose[:2], here, goal)) - {goal.name}
     if not blocking:
         return Judgement(Cause.MISSED, choice, None)
-    remaining_s, detour_s = _remaining_s(play, here, goal, blocking), _detour_s(play, here, goal)
-    cause = Cause.BLOCKED_SHORT if remaining_s <= detour_s else Cause.BLOCKED_LONG
+    remaining_s, detour_s = _remaining_s(play, here, goal, blocking), _detour_s(here, goal, blocking)
+    leaves = math.isfinite(remaining_s) and remaining_s <= detour_s
+    cause = Cause.BLOCKED_SHORT if leaves else Cause.BLOCKED_LONG
     best_s = min(remaining_s, detour_s)
     cost_s = detour_s if choice == "detour" else math.inf
     if choice == "wait":
@@ -168,10 +169,10 @@ def _remaining_s(play: Play, here: Moment, goal: Goal, blocking: frozenset[str])
     return math.inf
 
 
-def _detour_s(play: Play, here: Moment, goal: Goal) -> float:
+def _detour_s(here: Moment, goal: Goal, blocking: frozenset[str]) -> float:
     """How much longer the way round takes than the straight one; infinity without a way round."""
     plan = here.scene.plan
-    ways = [each.way(here.pose[:2], goal, ROBOT_RADIUS_MM) for each in (plan, _without(plan, play.comers))]
+    ways = [each.way(here.pose[:2], goal, ROBOT_RADIUS_MM) for each in (plan, _without(plan, blocking))]
     round_s, straight_s = (math.inf if way is None else way.duration_s(here.pose.heading_deg, PACE) for way in ways)
     return max(0.0, round_s - straight_s) if math.isfinite(round_s) else math.inf
 

@@ -209,9 +209,10 @@ class SpoiltSensor:
         seen = self._webcam.observe(name)
         if seen is not None and seen[1] <= sight.farthest_mm and self._random.random() < sight.hit_rate:
             return seen
-        for lookalike in sight.lookalikes:
-            if self._random.random() < sight.mistake_rate and (taken := self._webcam.observe(lookalike)) is not None:
-                return taken
+        # one draw a frame: pictures of one texture answer for each other, and several would be mistaken more often
+        if sight.lookalikes and self._random.random() < sight.mistake_rate:
+            found = (self._webcam.observe(lookalike) for lookalike in sight.lookalikes)
+            return next((taken for taken in found if taken is not None), None)
         return None
 
 
