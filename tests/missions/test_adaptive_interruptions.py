@@ -1,13 +1,14 @@
 """The adaptive profile is interrupted in each of its states: by Ctrl-C, and by a link that falls silent for a while.
 
-The scenarios are those of the sweep. When a mission comes into which state hangs on the profile's numbers, so it is
-looked up in an undisturbed run; up to the disturbance the disturbed one is the same.
+The scenarios are those of the sweep. What the profile would choose hangs on its numbers, so somebody insists on one
+recovery. When a mission comes into which state is looked up in an undisturbed run; up to the disturbance the disturbed
+one is the same.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
@@ -18,13 +19,15 @@ from behaviors.events import Reason
 from behaviors.executive import Ending
 from behaviors.journal import Kind
 from behaviors.mission import Mission
+from behaviors.operator import Ask, Question
+from behaviors.recovery import Choice, Recovery
 from nxtdrive.tools.sweep.performance import perform as perform_scenario
 from nxtdrive.tools.sweep.scenarios import Scenario, draw_scenario
 from sim_backend.link import LinkFaults
 
 STATES = ("search", "arrive", "wait", "move_to", "detour", "rescan")
-SCENARIOS = list(product(range(100, 105), ("block_permanent", "block_transient", "far")))
-LIMIT_S = 75.0
+SCENARIOS = tuple(product(("block_transient", "block_permanent"), range(100, 105)))
+LIMIT_S = 30.0
 LONG_S = 0.8
 """A visit this long is long enough to be interrupted in its middle, whatever opening the link took."""
 SILENT_S, LEASE_S = 4.0, 1.0
@@ -32,10 +35,33 @@ SILENT_S, LEASE_S = 4.0, 1.0
 
 @dataclass(frozen=True)
 class Visit:
-    """When a mission is in a state for some time."""
+    """When a mission is in a state for some time.
+
+    Attributes:
+        scenario: What is performed.
+        ask: Who insists on a recovery.
+        middle_s: Half of the longest visit is over then.
+    """
 
     scenario: Scenario
+    ask: Ask | None
     middle_s: float
+
+
+def _insisting_on(state: str) -> Ask | None:
+    """Somebody who wants one recovery as long as it is possible; None for the states that are no recovery."""
+    if state not in list(Recovery):
+        return None
+    wanted = Recovery(state)
+
+    def answer(question: Question) -> Choice:
+        evidence = question.evidence
+        ways = [each.route for each in (evidence.detour, *evidence.viewpoints) if each and each.route]
+        if wanted not in (Recovery.DETOUR, Recovery.MOVE_TO):
+            return Choice(wanted, "it was wished", wait_s=20.0)
+        return Choice(wanted, "it was wished", route=ways[0]) if ways else question.proposed
+
+    return answer
 
 
 def _mission(scenario: Scenario, limit_s: float) -> Mission:
@@ -43,39 +69,27 @@ def _mission(scenario: Scenario, limit_s: float) -> Mission:
     return scenario.mission.model_copy(update={"mission": table})
 
 
-class Lookup:
-    """What is known so far of when which state is visited."""
-
-    def __init__(self) -> None:
-        self.visits: dict[str, Visit] = {}
-        self.left = iter(SCENARIOS)
-
-    def perform_next(self, perform: Callable[..., Any]) -> None:
-        """Perform another scenario undisturbed, and keep each state's longest visit."""
-        seed, kind = next(self.left, (None, None))
-        assert kind, f"of all states only {', '.join(self.visits)} are visited in these scenarios"
-        scenario = draw_scenario(kind, seed)
-        done = perform(scenario.world, _mission(scenario, LIMIT_S), geometric=True)
-        for state in STATES:
-            spans = [(end_s - begin_s, begin_s, end_s) for begin_s, end_s in done.in_state(state)]
-            if spans and max(spans)[0] >= LONG_S:
-                _, begin_s, end_s = max(spans)
-                self.visits.setdefault(state, Visit(scenario, round((begin_s + end_s) / 2, 2)))
-
-
-@pytest.fixture(scope="module", name="lookup")
-def _lookup() -> Lookup:
-    return Lookup()
+@pytest.fixture(scope="module", name="known")
+def _known() -> dict[str, Visit]:
+    return {}
 
 
 @pytest.fixture(name="visit")
-def _visit(lookup: Lookup, perform: Callable[..., Any]) -> Callable[[str], Visit]:
+def _visit(known: dict[str, Visit], perform: Callable[..., Any]) -> Callable[[str], Visit]:
     """Where and when a state is visited; performs scenarios until that is known."""
 
     def look_up(state: str) -> Visit:
-        while state not in lookup.visits:
-            lookup.perform_next(perform)
-        return lookup.visits[state]
+        if state not in known:
+            known[state] = next(visits(state), None) or pytest.fail(f"{state} is not visited in any scenario")
+        return known[state]
+
+    def visits(state: str) -> Iterator[Visit]:
+        for kind, seed in SCENARIOS:
+            scenario, ask = draw_scenario(kind, seed), _insisting_on(state)
+            done = perform(scenario.world, _mission(scenario, LIMIT_S), geometric=True, ask=ask)
+            begin_s, end_s = max(done.in_state(state), key=lambda span: span[1] - span[0], default=(0.0, 0.0))
+            if end_s - begin_s >= LONG_S:
+                yield Visit(scenario, ask, round((begin_s + end_s) / 2, 2))
 
     return look_up
 
@@ -90,8 +104,9 @@ def _stands_still(samples: list[Any]) -> bool:
 
 @pytest.mark.parametrize("state", STATES)
 def test_ctrl_c_in_any_state_stops_the_motors(perform, visit, state):
-    scenario, moment_s = visit(state).scenario, visit(state).middle_s
-    done = perform(scenario.world, _mission(scenario, LIMIT_S), geometric=True, interrupt_at_s=moment_s)
+    scenario, ask, moment_s = visit(state).scenario, visit(state).ask, visit(state).middle_s
+    mission = _mission(scenario, LIMIT_S)
+    done = perform(scenario.world, mission, geometric=True, ask=ask, interrupt_at_s=moment_s)
     assert done.report.ending is Ending.INTERRUPTED
     assert done.report.path[-2:] == [state, "finished"]
     assert done.records[-1].kind is Kind.END
@@ -104,10 +119,10 @@ def test_ctrl_c_in_any_state_stops_the_motors(perform, visit, state):
 
 @pytest.mark.parametrize("state", STATES)
 def test_a_link_that_falls_silent_in_any_state_suspends_the_mission_which_then_goes_on(perform, visit, state):
-    scenario, moment_s = visit(state).scenario, visit(state).middle_s
+    scenario, ask, moment_s = visit(state).scenario, visit(state).ask, visit(state).middle_s
     back_s = moment_s + SILENT_S
     faults = LinkFaults(silent_ms=((round(moment_s * 1000), round(back_s * 1000)),))
-    done = perform(scenario.world, _mission(scenario, back_s + 10.0), geometric=True, faults=faults)
+    done = perform(scenario.world, _mission(scenario, back_s + 10.0), geometric=True, ask=ask, faults=faults)
     suspended = done.of(Kind.TRANSITION, to="suspended")
     resumed = done.of(Kind.TRANSITION, event="resume")
     assert suspended
@@ -124,7 +139,7 @@ def test_the_same_seed_gives_the_same_journal(kind):
     journals = []
     for _ in range(2):
         scenario = draw_scenario(kind, 101)
-        _, referee = perform_scenario(replace(scenario, mission=_mission(scenario, 45.0)), "adaptive", "geometric")
+        _, referee = perform_scenario(replace(scenario, mission=_mission(scenario, 30.0)), "adaptive", "geometric")
         journals.append([record.to_json() for record in referee.records])
     assert len(journals[0]) > 50
     assert journals[0] == journals[1]
