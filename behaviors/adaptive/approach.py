@@ -39,10 +39,12 @@ class Approach:
 
     Args:
         watch: What to work with.
+        minds_map: Whether what is remembered to be in the way stops it, too.
     """
 
-    def __init__(self, watch: Watch) -> None:
+    def __init__(self, watch: Watch, *, minds_map: bool) -> None:
         self._watch = watch
+        self._minds_map = minds_map
         self._begun_s = self._seen_s = watch.now()
         self._doubt = Doubt()
         self._oblique = False
@@ -131,7 +133,8 @@ class Approach:
             self._open_s = now_s
         if self._shut >= ECHOES and distance_mm > watch.profile.arrive_mm:
             return self._blocked(percept, hides=unseen_s > watch.profile.lost_after_s / 2)
-        if distance_mm > NEAR_MM and abs(bearing_deg) <= AHEAD_DEG and not self._clear(known, distance_mm):
+        minds = self._minds_map and distance_mm > NEAR_MM and abs(bearing_deg) <= AHEAD_DEG
+        if minds and not self._clear(known, distance_mm):
             return _failed(Reason.BLOCKED_LONG, percept, hides=False, remembered=True)
         if unseen_s >= watch.profile.lost_after_s:
             behind = percept.range_mm is not None and percept.range_mm <= distance_mm - BEFORE_MM

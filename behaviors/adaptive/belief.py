@@ -156,20 +156,27 @@ class Belief:
         """Probability that one look round from there finds it."""
         return float(self._gain(x_mm, y_mm, floor).sum())
 
-    def arc_from(self, x_mm: float, y_mm: float, floor: FloorMap, share: float) -> tuple[float, float]:
-        """The smallest arc of bearings, from and to in degrees clockwise, that holds a share of what can be found."""
+    def arc_from(self, x_mm: float, y_mm: float, floor: FloorMap, turn_deg_s: float) -> tuple[float, float]:
+        """The arc of bearings that is most worth being looked at, from and to in degrees clockwise.
+
+        Args:
+            x_mm: Where the robot is.
+            y_mm: Where the robot is.
+            floor: What may hide the target.
+            turn_deg_s: How fast the robot turns while it looks.
+        """
         gain = self._gain(x_mm, y_mm, floor)
         bearing_deg = np.degrees(np.arctan2(self._y - y_mm, self._x - x_mm)) % 360.0
         bins = np.bincount((bearing_deg / ARC_STEP_DEG).astype(np.int64) % ARC_BINS, weights=gain, minlength=ARC_BINS)
         if bins.sum() <= 0:
             return 0.0, 360.0
-        twice = np.concatenate([[0.0], np.cumsum(np.concatenate([bins, bins]))])
-        for width in range(1, ARC_BINS):
-            held = twice[width : width + ARC_BINS] - twice[:ARC_BINS]
-            first = int(np.argmax(held))
-            if held[first] >= share * bins.sum():
-                return first * ARC_STEP_DEG, (first + width) * ARC_STEP_DEG
-        return 0.0, 360.0
+        sums = np.concatenate([[0.0], np.cumsum(np.concatenate([bins, bins]))])
+        widths = np.arange(1, ARC_BINS + 1)
+        held = np.stack([sums[width : width + ARC_BINS] - sums[:ARC_BINS] for width in widths])
+        # what one gets for one's time, with the time it took to come here
+        worth = held / (CAME_S + widths * ARC_STEP_DEG / turn_deg_s)[:, None]
+        best, first = np.unravel_index(int(np.argmax(worth)), worth.shape)
+        return float(first * ARC_STEP_DEG), float((first + widths[best]) * ARC_STEP_DEG)
 
     def _gain(self, x_mm: float, y_mm: float, floor: FloorMap) -> Array:
         """Probability of finding it at each place by looking round from here, (places,)."""
@@ -213,6 +220,8 @@ class Belief:
         return self._empty_at[1]
 
 
+CAME_S = 9.0
+"""What a look round costs besides the turn: coming here, and deciding."""
 ARC_STEP_DEG = 10.0
 ARC_BINS = 36
 _FACING_DEG = np.arange(FACINGS) * 360.0 / FACINGS

@@ -28,6 +28,8 @@ NEAR_MM, FAR_MM = 700.0, 1800.0
 """An echo from nearer tells where something is; from farther than the second it tells nothing."""
 SILENT_MM = 1200.0
 """Without an echo the floor is taken to be free so far."""
+SPARED_MM = 300.0
+"""Right before what was seen there may be anything."""
 MARGIN_MM = 100.0
 """The floor right before an echo is not called free."""
 
@@ -66,9 +68,8 @@ class FloorMap:
             self._time_s = now_s
 
     def echo(self, pose: Pose, range_mm: float) -> None:
-        """Take in an echo; one that repeats the last from the same place says nothing new."""
-        if self._last is not None and _same(self._last, (pose, range_mm)):
-            return
+        """Take in an echo; one that repeats the last from the same place tells of nothing new in the way."""
+        repeated = self._last is not None and _same(self._last, (pose, range_mm))
         self._last = (pose, range_mm)
         x_mm, y_mm = pose.ahead(SONAR_FORWARD_MM)
         reach_mm = min(range_mm, FAR_MM)
@@ -76,7 +77,7 @@ class FloorMap:
         cells = self.evidence[window]
         free = (along < reach_mm - MARGIN_MM) & (off_deg <= BEAM_DEG)
         cells[free] = np.maximum(cells[free] - 0.35, -2.0)
-        if range_mm >= FAR_MM:
+        if range_mm >= FAR_MM or repeated:
             return
         hit = (np.abs(along - range_mm) <= CELL_MM * 0.75) & (off_deg <= ARC_DEG)
         gain, most = (1.0, MOST) if range_mm <= NEAR_MM else (0.5, SOLID - 0.1)
@@ -89,6 +90,15 @@ class FloorMap:
         cells = self.evidence[window]
         free = (along < SILENT_MM) & (off_deg <= BEAM_DEG)
         cells[free] = np.maximum(cells[free] - 0.1, np.minimum(cells[free], -0.5))
+
+    def seen_past(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        """Take in that `end` was seen from `start`: what is only suspected in between is not there."""
+        length = math.dist(start, end)
+        share = np.arange(0.0, max(0.0, length - SPARED_MM), CELL_MM / 2) / max(length, 1.0)
+        i = _index(start[0] + share * (end[0] - start[0]))
+        j = _index(start[1] + share * (end[1] - start[1]))
+        cells = self.evidence[i, j]
+        self.evidence[i, j] = np.where((cells > 0.0) & (cells < SOLID), 0.0, cells)
 
     def stands_on(self, pose: Pose) -> None:
         """Where the robot is, nothing else is."""

@@ -237,6 +237,7 @@ class Memory:
         self._unseen.pop(target, None)
         pose = self.trail.at(sighting.time_s)
         place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), (pose.x_mm, pose.y_mm)
+        self.floor.seen_past(here, place)
         before = self.known.get(target)
         if before is not None and math.dist(before.place, place) <= JUMP_MM:
             place = (

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from behaviors.adaptive.approach import Approach
+from behaviors.adaptive.approach import SHUT_MM, Approach
 from behaviors.adaptive.memory import Known, Memory
 from behaviors.adaptive.pause import Rescan, Wait
 from behaviors.adaptive.policy import AdaptivePolicy
@@ -27,6 +27,8 @@ UNKNOWN_RANGE_MM = 150.0
 SAME_BLOCKER_S = 40.0
 """What was in the way so short a time ago is still the same."""
 
+EYES_ONLY_S = 20.0
+"""When the map knows no way at all it is more likely wrong than the robot is shut in; so long it is not minded."""
 SPACING_MM = 400.0
 """Between places that are considered as viewpoints."""
 NEAREST_MM = 350.0
@@ -63,6 +65,7 @@ class AdaptiveMind:
         self._policy = policy or AdaptivePolicy(profile.search_budget_s, profile.repeats, profile.fixed_wait_s)
         self._pursuit: tuple[str, int] | None = None
         self._pursued_s = 0.0
+        self._eyes_only_s = -math.inf
         self._blocked: tuple[Point, float, float] | None = None
 
     def service(self, state: str, choice: Choice | None) -> Service:
@@ -71,7 +74,8 @@ class AdaptiveMind:
             self._begin_pursuit()
             return Scan(self._watch)
         if state == "arrive":
-            return Approach(self._watch)
+            trusts_map = self._watch.now() - self._eyes_only_s > EYES_ONLY_S
+            return Approach(self._watch, minds_map=trusts_map)
         if choice is None:
             raise KeyError(state)
         if state == "wait":
@@ -94,6 +98,8 @@ class AdaptiveMind:
         routes = Routes(memory.floor, memory.here, self._profile.cruise_mm_s)
         known = memory.known.get(target)
         detour = self._detour(routes, known) if blocker and known and self._profile.detours else None
+        if blocker and detour is None:
+            self._eyes_only_s = self._watch.now()
         return Evidence(
             target=target,
             reason=failure.reason,
@@ -133,7 +139,8 @@ class AdaptiveMind:
         memory, now_s = self._memory, self._watch.now()
         measured = fact.evidence.get("range_mm")
         range_mm = float(measured) if isinstance(measured, int | float) else UNKNOWN_RANGE_MM
-        memory.floor.block(memory.pose, range_mm)
+        if range_mm <= SHUT_MM and not fact.evidence.get("remembered"):
+            memory.floor.block(memory.pose, range_mm)
         place = memory.pose.ahead(range_mm)
         since_s = now_s
         if self._blocked is not None:

@@ -42,8 +42,8 @@ class AdaptivePolicy:
     def options(self, evidence: Evidence) -> list[Option]:
         """All candidates that have not been tried too often at this place."""
         past = self._untried(self._past_the_blocker(evidence), evidence)
-        # what is in the way is dealt with first; looking elsewhere would only lead back to it
-        return past or self._untried(_looking(evidence), evidence)
+        # where there is a way round, looking elsewhere would only lead back to what is in the way
+        return past if past and evidence.detour else [*past, *self._untried(_looking(evidence), evidence)]
 
     def _untried(self, candidates: Iterable[Option], evidence: Evidence) -> list[Option]:
         # a place that was tried from here is not offered again, so moving off is never the same twice
@@ -59,14 +59,16 @@ class AdaptivePolicy:
         if blocker is None:
             return
         round_s = detour.extra_s if detour else math.inf
-        wait_s, cost_s = best_wait_s(kinds(blocker), round_s)
+        things = kinds(blocker)
+        wait_s, cost_s = best_wait_s(things, round_s)
         if self.fixed_wait_s is not None:
             wait_s = self.fixed_wait_s
         if wait_s >= SHORTEST_WAIT_S:
             why = (
                 f"it may leave; going round takes {round_s:.0f} s" if detour else "it may leave; there is no way round"
             )
-            yield Option(Choice(Recovery.WAIT, why, wait_s=wait_s), cost_s, WAIT_CHANCE)
+            leaves = sum(kind.weight * (1.0 - kind.survival(wait_s)) for kind in things)
+            yield Option(Choice(Recovery.WAIT, why, wait_s=wait_s), cost_s, WAIT_CHANCE if detour else leaves)
         if detour:
             why = f"going round takes {round_s:.0f} s, and waiting is not expected to pay"
             yield Option(Choice(Recovery.DETOUR, why, route=detour.route), round_s, DETOUR_CHANCE)
@@ -74,7 +76,8 @@ class AdaptivePolicy:
 
 def _looking(evidence: Evidence) -> Iterator[Option]:
     here = evidence.here
-    if here is not None and (here.chance >= WORTH_A_LOOK or not evidence.viewpoints):
+    in_sight = evidence.blocker is not None and not evidence.blocker.hides
+    if not in_sight and here is not None and (here.chance >= WORTH_A_LOOK or not evidence.viewpoints):
         why = f"it may have been missed here: {here.chance:.0%}"
         yield Option(Choice(Recovery.RESCAN, why), here.seconds, here.chance)
     for each in evidence.viewpoints:

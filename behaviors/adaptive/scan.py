@@ -9,8 +9,6 @@ from behaviors.skills import sighting_values
 STEP_DEG = 6.0
 """The camera must see the same thing in neighbouring frames: no more than this is turned between two."""
 SLOWEST_DEG_S = 8.0
-ARC_SHARE = 0.93
-"""Bearings that hold so much of what can be found from here are looked at; the rest is not worth the turn."""
 FULL_DEG = 330.0
 """An arc this wide is a whole turn; frames are as wide as what it lacks."""
 KNOWN_DEG = 25.0
@@ -67,7 +65,7 @@ class Scan:
         belief = memory.beliefs[watch.target]
         if belief.chance_from(*memory.here, memory.floor) < WORTH_A_TURN:
             return None
-        begin_deg, end_deg = belief.arc_from(*memory.here, memory.floor, ARC_SHARE)
+        begin_deg, end_deg = belief.arc_from(*memory.here, memory.floor, watch.profile.scan_deg_s)
         margin_deg = memory.half_view_deg / 2
         begin_deg, end_deg = begin_deg + margin_deg, end_deg - margin_deg
         if end_deg - begin_deg >= FULL_DEG - 2 * margin_deg:
