@@ -15,8 +15,7 @@ from behaviors.ports import Pose
 from behaviors.recovery import Point
 
 RANGE_MM, HALF_VIEW_DEG = 3000.0, 25.0
-SHARE = 0.93
-"""Of what can be found; what a scan asks for."""
+TURN_DEG_S = 36.0
 POSES = st.builds(Pose, *[st.floats(-8000.0, 8000.0)] * 2, st.floats(-1000.0, 1000.0))
 POINTS = st.tuples(*[st.floats(-9000.0, 9000.0)] * 2)
 
@@ -159,21 +158,20 @@ def test_refuting_a_place_clears_it():
 def test_the_arc_covers_where_the_target_was_seen(bearing_deg):
     belief, floor = _belief(), _room()
     belief.see(Pose().ahead(1300.0, bearing_deg), (0.0, 0.0))
-    # nearly all that can be found, but for what belief keeps elsewhere
-    arc = belief.arc_from(0.0, 0.0, floor, 0.8)
+    arc = belief.arc_from(0.0, 0.0, floor, TURN_DEG_S)
     assert _covers(arc, bearing_deg)
     assert _width_deg(arc) <= 120.0
 
 
 def test_the_arc_is_nearly_the_whole_turn_for_who_knows_nothing():
-    assert _width_deg(_belief().arc_from(0.0, 0.0, FloorMap(), SHARE)) >= 300.0
+    assert _width_deg(_belief().arc_from(0.0, 0.0, FloorMap(), TURN_DEG_S)) >= 300.0
 
 
 def test_the_arc_leaves_out_what_was_looked_at():
     belief, floor = _belief(), _room()
     for heading_deg in range(-60, 61, 10):
         belief.look(Pose(heading_deg=heading_deg), floor, 5)
-    arc = belief.arc_from(0.0, 0.0, floor, SHARE)
+    arc = belief.arc_from(0.0, 0.0, floor, TURN_DEG_S)
     assert _covers(arc, 180.0)
     assert not _covers(arc, 0.0)
 
@@ -221,6 +219,6 @@ def test_belief_stays_a_probability(actions, here):
     assert belief._mass.min() >= 0.0
     assert belief._mass.sum() == pytest.approx(1.0)
     assert -1e-9 <= belief.chance_from(*here, floor) <= 1.0 + 1e-9
-    begin_deg, end_deg = belief.arc_from(*here, floor, SHARE)
+    begin_deg, end_deg = belief.arc_from(*here, floor, TURN_DEG_S)
     assert 0.0 < end_deg - begin_deg <= 360.0
     assert math.isfinite(begin_deg)

@@ -150,7 +150,7 @@ def test_looks_in_vain_count_for_those_that_were_looked_for(memory):
 
 def test_looks_in_one_direction_leave_the_others_as_they_are(memory):
     _look_in_vain(memory, ["door"], 90.0)
-    begin_deg, end_deg = memory.beliefs["door"].arc_from(0.0, 0.0, memory.floor, 0.9)
+    begin_deg, end_deg = memory.beliefs["door"].arc_from(0.0, 0.0, memory.floor, 36.0)
     assert (90.0 - begin_deg) % 360.0 > end_deg - begin_deg
 
 
