@@ -198,7 +198,7 @@ class MissionTable(_Table):
     Attributes:
         name: For people.
         targets: Names of targets, in order.
-        profile: How to behave.
+        profile: How to behave: adaptive, or exactly as the thesis does.
         rounds: How often the list is gone through at most; later rounds try what was given up again.
         time_limit_s: When the mission ends, whatever has been reached; without it, it takes as long as it takes.
         link_patience_s: A mission is suspended while the brick does not answer, and ends when that lasts longer.
@@ -206,7 +206,7 @@ class MissionTable(_Table):
 
     name: str = "mission"
     targets: list[str] = Field(min_length=1)
-    profile: Literal["thesis", "adaptive"] = "thesis"
+    profile: Literal["thesis", "adaptive"] = "adaptive"
     rounds: int = Field(default=1, ge=1, le=20)
     time_limit_s: float | None = Field(default=None, gt=0, le=86400)
     link_patience_s: float = Field(default=30.0, ge=0, le=3600)

@@ -92,6 +92,10 @@ class Progress:
         for wheel, each in zip(self._wheels, rests, strict=True):
             wheel.note(time_s, each)
 
+    def begin(self, number: int, time_s: float) -> None:
+        """That wheel was told to turn only now: links and computers falter between a look and the command after it."""
+        self._wheels[number].begin(time_s)
+
     def brake_at(self, delay_s: float) -> float:
         """When to send the brake, on the link's clock.
 

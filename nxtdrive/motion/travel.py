@@ -198,9 +198,10 @@ class Travel:
         ahead = progress.speed * (delay_s + REGULATION_LAG_S)
         left = abs(progress.rest) - ahead - creeping
         speed = self._pace.at(progress.done, left)
-        for wheel, rest in zip(self._wheels, rests, strict=True):
+        for number, (wheel, rest) in enumerate(zip(self._wheels, rests, strict=True)):
             wanted = math.copysign(speed, progress.rest) + SYNC_PER_S * (rest - progress.rest)
-            self._throttle.run(wheel.port, wheel.sign * wanted)
+            if not self._throttle.run(wheel.port, wheel.sign * wanted):
+                progress.begin(number, self._brick.now())
         return left <= creeping
 
     def _settle(self) -> Steps[float]:

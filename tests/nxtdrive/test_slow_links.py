@@ -3,11 +3,13 @@
 import pytest
 
 from firmware_protocol.direct import LSWrite, SetOutputState
+from firmware_protocol.system import IOMapWrite
 from firmware_protocol.telegram import NO_REPLY
 from nxtdrive.brick import Brick
 from nxtdrive.motion.rover import Rover
 from nxtdrive.tools.monitor import watch
 from nxtdrive.transports.sim import SimTransport
+from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.simulation import Simulation
 
 SLOW = pytest.mark.parametrize("latency_ms", [45, 150, 300])
@@ -75,6 +77,29 @@ def test_a_move_ends_as_soon_as_two_looks_agree(latency_ms):
         brick.motor("A").run_angle(500, 200)
         braked = transport.times(SetOutputState)[-2]  # the last one holds the motor when all is done
         assert transport.times(SetOutputState)[-1] - braked <= 3 * latency_ms / 1000 + 0.01
+
+
+class Faltering(Listening):
+    """A link that takes a command to a motor only after a while, the first time."""
+
+    def send(self, telegram):
+        if telegram[1] == IOMapWrite.opcode and not self.times(IOMapWrite):
+            self.sleep(0.8)
+        super().send(telegram)
+
+
+def test_a_wheel_that_was_told_late_is_not_stalled():
+    with Brick(Faltering(Simulation("open"))) as brick:
+        assert brick.motor("A").run_angle(500, 200) == "done"
+
+
+def test_a_wheel_that_is_held_is_stalled_however_late_it_was_told():
+    simulation = Simulation("open")
+    simulation.brick.attach_motor("A", BenchMotor(locked=True))
+    with Brick(Faltering(simulation)) as brick:
+        begin = brick.now()
+        assert brick.motor("A").run_angle(500, 200) == "stalled"
+        assert brick.now() - begin < 2
 
 
 @pytest.mark.parametrize(("latency_ms", "period_s"), [(2, 0.25), (45, 8 * 0.045)])
