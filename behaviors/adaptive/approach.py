@@ -31,6 +31,7 @@ RECENT_S = 3.0
 """Somebody who steps in was not there so long ago."""
 NEAR_MM, STRETCH_MM = 750.0, 450.0
 """Farther than the first from the target it minds what is remembered on the next stretch; nearer it trusts its eyes."""
+ELBOW_MM = 20.0
 CLOSE_MM = 80.0
 
 
@@ -150,7 +151,7 @@ class Approach:
         share = min(1.0, STRETCH_MM / distance_mm)
         x_mm, y_mm = memory.here
         end = x_mm + share * (known.place[0] - x_mm), y_mm + share * (known.place[1] - y_mm)
-        return memory.floor.clear_between(memory.here, end)
+        return memory.floor.clear_between(memory.here, end, elbow_mm=ELBOW_MM)
 
     def _blocked(self, percept: Percept, *, hides: bool) -> Fact:
         sudden = percept.time_s - self._open_s < RECENT_S

@@ -43,7 +43,7 @@ UNKNOWN_HIDES_MM = 2500.0
 """On so much unknown floor there is nothing that hides in one case out of e."""
 FADES_S = 90.0
 """Evidence falls to a third in this time: things move, and so does odometry."""
-BLOCK_RADIUS_MM, BLOCK = 220.0, 2.2
+BLOCK_RADIUS_MM, BLOCK = 250.0, 2.2
 """What blocks the way is taken to be so large until it is seen better, on so much evidence: a few echoes clear it."""
 FOOTPRINT_MM = 130.0
 """The robot's own radius."""
@@ -128,14 +128,20 @@ class FloorMap:
         unknown_mm = np.cumsum(np.abs(evidence) < KNOWN, axis=1) * CELL_MM
         return np.asarray(np.where(behind, BEHIND, np.exp(-unknown_mm / UNKNOWN_HIDES_MM)), np.float64)
 
-    def clear_between(self, start: tuple[float, float], end: tuple[float, float], short_mm: float = 0.0) -> bool:
-        """Whether the robot could drive straight from `start` to `short_mm` before `end`, as far as is known."""
+    def clear_between(
+        self, start: tuple[float, float], end: tuple[float, float], short_mm: float = 0.0, elbow_mm: float = 0.0
+    ) -> bool:
+        """Whether the robot could drive straight from `start` to `short_mm` before `end`, as far as is known.
+
+        With `elbow_mm` there is so much room beside it.
+        """
         length = math.dist(start, end) - short_mm
         if length <= 0:
             return True
         ux, uy = (end[0] - start[0]) / (length + short_mm), (end[1] - start[1]) / (length + short_mm)
         along = np.arange(FOOTPRINT_MM, max(length, FOOTPRINT_MM + 1), CELL_MM * 0.75)
-        across = np.linspace(-FOOTPRINT_MM + 20, FOOTPRINT_MM - 20, 5)
+        half_mm = FOOTPRINT_MM - CELL_MM / 4 + elbow_mm
+        across = np.linspace(-half_mm, half_mm, 7)
         i = _index(start[0] + along[:, None] * ux - across[None, :] * uy)
         j = _index(start[1] + along[:, None] * uy + across[None, :] * ux)
         return not bool((self.evidence[i, j] > SOLID).any())

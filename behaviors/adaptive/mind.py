@@ -12,7 +12,7 @@ from behaviors.adaptive.pause import Rescan, Wait
 from behaviors.adaptive.policy import AdaptivePolicy
 from behaviors.adaptive.routes import Routes
 from behaviors.adaptive.scan import Scan
-from behaviors.adaptive.travel import Travel
+from behaviors.adaptive.travel import ELBOW_MM, Travel
 from behaviors.adaptive.watch import Watch
 from behaviors.agenda import Agenda, Fate
 from behaviors.events import Fact, Reason
@@ -169,7 +169,7 @@ class AdaptiveMind:
             if not math.isfinite(seconds[i]):
                 return None
             place = (float(places[i, 0]), float(places[i, 1]))
-            if memory.floor.clear_between(place, known.place, AROUND_MM[0]):
+            if memory.floor.clear_between(place, known.place, AROUND_MM[0], ELBOW_MM):
                 straight_s = math.dist(memory.here, known.place) / self._profile.cruise_mm_s
                 extra_s = max(0.5, float(seconds[i]) - straight_s) + 2 * TURN_S
                 return Detour(extra_s, routes.route_to(place))

@@ -21,6 +21,8 @@ RENEW_S = 1.5
 """The way is planned anew so often: on the way more is seen of it."""
 STOPS = 3
 """When the robot was stopped more often than this, there is no way."""
+ELBOW_MM = 70.0
+"""With less room beside the straight way to the target it goes on along its own."""
 LEEWAY, LEEWAY_S = 2.0, 8.0
 """A way that takes so many times longer than its length would, and so much more, is none."""
 RETREAT_MM = 90.0
@@ -92,7 +94,7 @@ class Travel:
         known = memory.known.get(self._watch.target)
         if percept.sighting is None or known is None:
             return None
-        if not memory.floor.clear_between(memory.here, known.place, 300.0):
+        if not memory.floor.clear_between(memory.here, known.place, 300.0, ELBOW_MM):
             return None
         return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(percept.sighting)})
 
