@@ -141,7 +141,7 @@ class Ports:
     def __init__(self, seed: int) -> None:
         self._random = Random(seed)
         luck = self._random.random
-        self._finds, self._hinders, self._breaks = 0.3 * luck(), 0.2 * luck(), 0.01 * luck()
+        self._finds, self._hinders, self._breaks = luck() ** 2, 0.2 * luck(), 0.01 * luck()
         self._moves = self._random.choice((0.0, 0.5, 1.0, 1.0))
         self._silent_until_s = 0.0
         self._now_s = 0.0
@@ -209,7 +209,7 @@ class Ports:
         return {target: self._sighting(target) for target in targets if self._random.random() < self._finds}
 
     def _sighting(self, target: str) -> Sighting:
-        bearing_deg, distance_mm = self._random.uniform(-25.0, 25.0), self._random.uniform(450.0, 2500.0)
+        bearing_deg, distance_mm = self._random.uniform(-25.0, 25.0), self._random.uniform(250.0, 1500.0)
         return Sighting(target, bearing_deg, distance_mm, 1.0, self._now_s, (100, 80, 40, 56))
 
     def _go(self, distance_mm: float, angle_deg: float) -> Motion:
