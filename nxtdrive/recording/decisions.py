@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import pairwise
 from typing import Any
 
 from behaviors.chart import MISSION_STATES
@@ -119,11 +120,11 @@ def decisions(records: Sequence[Record]) -> list[Decision]:
     """Every decision of a journal, in order."""
     chosen = [i for i, record in enumerate(records) if record.kind is Kind.CHOICE]
     # a failure is written just behind the choice it led to, since the chart chooses on its way into `select`
-    failed = [_failure_at(records, i, end) for i, end in zip(chosen, [*chosen[1:], len(records)], strict=True)]
-    ends = [*(at + 1 for at in failed[1:]), len(records)]
+    failed = [_failure_at(records, i, end) for i, end in pairwise([*chosen, len(records)])]
+    spans = pairwise([*failed, len(records)])
     return [
-        _decision(records[i], records[at] if at > i else None, records[at + 1 : end])
-        for i, at, end in zip(chosen, failed, ends, strict=True)
+        _decision(records[i], records[at] if at > i else None, records[at + 1 : end + 1])
+        for i, (at, end) in zip(chosen, spans, strict=True)
     ]
 
 

@@ -137,6 +137,7 @@ MISSION = """
 [mission]
 name = "find lena"
 targets = ["lena"]
+profile = "thesis"
 [target.lena]
 detector = "picture"
 pictures = ["lena.png"]

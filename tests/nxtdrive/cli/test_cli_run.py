@@ -15,7 +15,7 @@ import pytest
 
 from nxtdrive.cli.main import main
 
-FILES = ["camera.mp4", "journal.jsonl", "map.png", "summary.json"]
+FILES = ["camera.mp4", "journal.jsonl", "map.png", "mission.json", "summary.json"]
 
 MISSION = """
 [mission]
@@ -59,7 +59,7 @@ def test_the_built_in_mission_shows_every_behaviour_in_one_go(capsys):
     assert said[:3] == ["[client2] Connecting to NXT", "[client2] Arriving at lena", "[client2] Failed"]
     assert "[client2] change target!" in said
     assert sorted(path.name for path in folder.iterdir()) == FILES
-    assert [str(folder / name) for name in FILES] == lines[-4:]
+    assert [str(folder / name) for name in FILES] == lines[-5:]
     records = _journal(folder)
     entered = [record["to"] for record in records if record["kind"] == "transition"]
     assert {"move_to", "wait", "gave_up", "reached"} <= set(entered)
@@ -87,7 +87,7 @@ def test_json_is_one_record_a_line_and_a_summary_at_the_end(capsys, small):
 def test_a_mission_that_is_not_achieved_ends_with_one(small):
     mission = Path(small)
     mission.write_text(MISSION.replace("lena", "rilakkuma") + "[thesis]\nmax_researches = 0\n", encoding="utf-8")
-    code, folder = _run(small, "--nxt", "sim://open", "--no-video")
+    code, folder = _run(small, "--nxt", "sim://open", "--no-video", "--policy", "thesis")
     assert code == 1
     assert _journal(folder)[-1]["ending"] == "exhausted"
 

@@ -1,0 +1,143 @@
+"""A person has the last word; and what was chosen and known can be read back from the journal."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from behaviors.adaptive.policy import AdaptivePolicy
+from behaviors.events import Reason
+from behaviors.journal import Kind, Record, plain
+from behaviors.operator import OPERATORS_WISH, ConfirmedPolicy, Question, question
+from behaviors.recovery import (
+    Blocker,
+    Choice,
+    Detour,
+    Evidence,
+    Other,
+    Recovery,
+    ThesisPolicy,
+    Viewpoint,
+    choice_from,
+    evidence_from,
+)
+
+NUMBERS = st.integers(0, 10**6).map(lambda n: n / 1000)
+POINTS = st.tuples(NUMBERS, NUMBERS)
+ROUTES = st.lists(POINTS, max_size=3).map(tuple)
+VIEWPOINTS = st.builds(Viewpoint, NUMBERS, NUMBERS, st.sampled_from([0.0, 0.25, 1.0]), ROUTES)
+EVIDENCE = st.builds(
+    Evidence,
+    target=st.just("lena"),
+    reason=st.sampled_from(Reason),
+    exist=st.booleans(),
+    researches=st.integers(0, 5),
+    round=st.integers(1, 5),
+    targets_left=st.integers(1, 3),
+    spent_s=NUMBERS,
+    blocker=st.none() | st.builds(Blocker, NUMBERS, NUMBERS, st.booleans(), st.booleans()),
+    detour=st.none() | st.builds(Detour, NUMBERS, ROUTES),
+    here=st.none() | VIEWPOINTS,
+    viewpoints=st.lists(VIEWPOINTS, max_size=2).map(tuple),
+    others=st.lists(st.builds(Other, st.sampled_from(["fox", "box"]), NUMBERS, NUMBERS), max_size=2).map(tuple),
+    repeats=st.dictionaries(st.sampled_from(Recovery), st.integers(1, 9)),
+)
+HEAD = ("t", "kind", "state", "target")
+SIMPLE = st.builds(Choice, st.sampled_from(Recovery), st.text(), NUMBERS, NUMBERS, ROUTES, st.booleans())
+CHOICES = SIMPLE | st.builds(lambda choice, other: Choice(choice.kind, choice.why, proposed=other), SIMPLE, SIMPLE)
+
+BLOCKED = Evidence(
+    "lena",
+    Reason.BLOCKED_SHORT,
+    exist=True,
+    researches=0,
+    blocker=Blocker(300.0, 0.0, moving=True, hides=True),
+    detour=Detour(20.0, ((500.0, 500.0),)),
+)
+UNSEEN = Evidence("lena", Reason.NEVER_SEEN, exist=False, researches=0)
+
+
+def _journaled(value: object) -> dict:
+    return json.loads(json.dumps(plain(value)))
+
+
+@given(EVIDENCE)
+def test_the_journal_keeps_all_of_the_evidence(evidence):
+    assert evidence_from("lena", _journaled(evidence.known())) == evidence
+
+
+@given(CHOICES)
+def test_the_journal_keeps_all_of_a_choice(choice):
+    assert choice_from(_journaled({"choice": choice.kind, "why": choice.why, **choice.numbers()})) == choice
+
+
+@pytest.mark.parametrize(
+    "known",
+    [{}, {"reason": "never_seen"}, {"reason": "bored", "exist": True, "researches": 0}, {"here": 3}],
+)
+def test_what_is_no_evidence_is_refused(known):
+    with pytest.raises(ValueError, match="Evidence"):
+        evidence_from("lena", known)
+
+
+@given(st.sampled_from(Kind), st.dictionaries(st.text().filter(lambda key: key not in HEAD), st.text() | st.none()))
+def test_a_record_is_read_as_it_was_written(kind, data):
+    record = Record(1.5, kind, "search", "lena", data)
+    assert Record.from_json(record.to_json()) == record
+
+
+@given(st.text())
+def test_any_line_is_a_record_or_refused(line):
+    with contextlib.suppress(ValueError):
+        Record.from_json(line)
+
+
+def test_the_thesiss_candidates_are_its_two_recoveries_and_another_target():
+    due = question(ThesisPolicy(wait_s=3.0), UNSEEN)
+    assert [each.choice.kind for each in due.candidates] == [Recovery.MOVE_TO, Recovery.WAIT, Recovery.CHANGE_TARGET]
+    assert due.candidates[1].choice.wait_s == 3.0
+    assert all(each.option is None for each in due.candidates)
+
+
+def test_the_adaptive_candidates_come_with_what_is_expected_of_them_the_proposed_one_first():
+    policy = AdaptivePolicy()
+    due = question(policy, BLOCKED)
+    assert due.candidates[0].choice == due.proposed == policy.select(BLOCKED)
+    weighed = [each.option for each in due.candidates if each.option]
+    assert {option.choice.kind for option in weighed} == {Recovery.WAIT, Recovery.DETOUR}
+    assert due.candidates[-1].choice.kind is Recovery.CHANGE_TARGET
+
+
+def test_giving_up_is_offered_once():
+    due = question(ThesisPolicy(), Evidence("lena", Reason.TARGET_LOST, exist=True, researches=2))
+    kinds = [each.choice.kind for each in due.candidates]
+    assert kinds == [Recovery.CHANGE_TARGET, Recovery.WAIT, Recovery.MOVE_TO]
+
+
+def test_a_confirmed_choice_is_the_policys_and_says_who_confirmed_it():
+    choice = ConfirmedPolicy(ThesisPolicy(), lambda due: due.proposed).select(UNSEEN)
+    assert choice.numbers() == {"turn_deg": 90.0, "operator": True}
+    assert choice.why == "the target was not recognised"
+
+
+def test_an_overridden_choice_says_what_was_proposed():
+    choice = ConfirmedPolicy(ThesisPolicy(), lambda due: due.candidates[1].choice).select(UNSEEN)
+    assert (choice.kind, choice.why) == (Recovery.WAIT, OPERATORS_WISH)
+    assert choice.numbers()["operator"] is True
+    assert choice.numbers()["proposed"]["choice"] == Recovery.MOVE_TO
+
+
+def test_without_an_operator_the_journal_has_nothing_new():
+    assert ThesisPolicy().select(UNSEEN).numbers() == {"turn_deg": 90.0}
+
+
+def test_an_operator_who_leaves_takes_the_mission_along():
+    def leave(_: Question) -> Choice:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        ConfirmedPolicy(ThesisPolicy(), leave).select(UNSEEN)

@@ -1,0 +1,125 @@
+"""``nxtdrive run --confirm-recovery``: the operator at the terminal has the last word."""
+
+from __future__ import annotations
+
+import io
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from behaviors.events import Reason
+from behaviors.operator import question
+from behaviors.recovery import Evidence, Recovery, ThesisPolicy
+from nxtdrive.cli.confirm import TerminalOperator
+from nxtdrive.cli.main import NOT_ACHIEVED, USAGE, main
+from nxtdrive.recording.status_line import StatusLine
+
+MISSION = """
+[mission]
+name = "corner"
+targets = ["lena"]
+profile = "thesis"
+[target.lena]
+detector = "picture"
+pictures = ["lena.png"]
+"""
+PROMPT = b"stop the mission > "
+DUE = question(ThesisPolicy(), Evidence("lena", Reason.TARGET_LOST, exist=True, researches=0))
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Asks an operator who types these lines, and then no more; gives the choice, and what was shown."""
+
+    def ask(*lines: str):
+        typed: Iterator[str] = iter(lines)
+
+        def read(*_: object) -> str:
+            for line in typed:
+                return line
+            raise EOFError
+
+        monkeypatch.setattr("builtins.input", read)
+        screen = io.StringIO()
+        console = Console(file=screen, width=100)
+        return TerminalOperator(StatusLine(console), console)(DUE), screen.getvalue()
+
+    return ask
+
+
+def test_enter_confirms_what_is_proposed(asked):
+    choice, shown = asked("")
+    assert choice == DUE.proposed
+    assert "lena: it went out of view on the way there" in shown
+    assert "proposed is 1: the target was recognised but not reached" in shown
+    for candidate in ("wait up to 15.0 s", "turn +90° and move off", "leave this target for now"):
+        assert candidate in shown
+
+
+@pytest.mark.parametrize(("typed", "kind"), [("1", Recovery.WAIT), (" 3 ", Recovery.CHANGE_TARGET)])
+def test_a_number_chooses(asked, typed, kind):
+    choice, _ = asked(typed)
+    assert choice.kind is kind
+
+
+@pytest.mark.parametrize("wrong", ["0", "4", "-1", "yes", "²", "[bold]"])
+def test_what_is_no_answer_is_asked_again(asked, wrong):
+    choice, shown = asked(wrong, "2")
+    assert choice.kind is Recovery.MOVE_TO
+    assert f"There is no {wrong!r}." in shown
+
+
+@pytest.mark.parametrize("lines", [["s"], ["S"], []], ids=["s", "S", "end of input"])
+def test_the_operator_stops_the_mission(asked, lines):
+    with pytest.raises(KeyboardInterrupt):
+        asked(*lines)
+
+
+def test_without_a_terminal_it_is_a_usage_error(capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.stdin", io.StringIO("1\n"))
+    assert main(["run", "--confirm-recovery"]) == USAGE
+    assert "needs a terminal" in capsys.readouterr().err
+    assert not Path("runs").exists()
+
+
+IN_A_TERMINAL = "import os, pty, sys; sys.exit(os.waitstatus_to_exitcode(pty.spawn(sys.argv[1:])))"
+
+
+def _at_a_terminal(folder: Path, *answers: bytes) -> int:
+    """Run the mission in a terminal of its own; answers each question with the next answer."""
+    command = [sys.executable, "-m", "nxtdrive.cli.main", "run", "corner.toml", "--nxt", "sim://figure5"]
+    process = subprocess.Popen(
+        [sys.executable, "-c", IN_A_TERMINAL, *command, "--no-video", "--confirm-recovery"],
+        cwd=folder,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        bufsize=0,
+    )
+    left, heard = list(answers), b""
+    while said := process.stdout.read(4096):
+        heard += said
+        if left and PROMPT in heard:
+            heard = b""
+            process.stdin.write(left.pop(0))
+    process.stdin.close()
+    process.stdout.close()
+    return process.wait()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
+@pytest.mark.parametrize("last", [b"s\n", b"\x03", b"\x04"], ids=["s", "Ctrl-C", "Ctrl-D"])
+def test_at_a_real_terminal_one_answer_is_obeyed_and_another_ends_the_mission(tmp_path, last):
+    (tmp_path / "corner.toml").write_text(MISSION, encoding="utf-8")
+    assert _at_a_terminal(tmp_path, b"2\n", last) == NOT_ACHIEVED
+    (folder,) = (tmp_path / "runs").iterdir()
+    records = [json.loads(line) for line in (folder / "journal.jsonl").read_text(encoding="utf-8").splitlines()]
+    (choice,) = [record for record in records if record["kind"] == "choice"]
+    assert (choice["choice"], choice["operator"], choice["proposed"]["choice"]) == ("wait", True, "move_to")
+    assert records[-1]["ending"] == "interrupted"
+    assert json.loads((folder / "summary.json").read_text(encoding="utf-8"))["ending"] == "interrupted"

@@ -1,0 +1,159 @@
+"""``nxtdrive explain-run``: what a run's folder tells, to people and to programs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from nxtdrive.cli.main import DONE, USAGE, main
+
+MISSION = """
+[mission]
+name = "behind a corner"
+targets = ["lena"]
+profile = "{profile}"
+[target.lena]
+detector = "picture"
+pictures = ["lena.png"]
+[thesis]
+wait_s = 7.0
+"""
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory) -> dict[str, Path]:
+    """Folders of a run of each profile."""
+    home = tmp_path_factory.mktemp("runs")
+    folders = {}
+    for profile in ("thesis", "adaptive"):
+        mission = home / f"{profile}.toml"
+        mission.write_text(MISSION.format(profile=profile), encoding="utf-8")
+        out = home / profile
+        assert main(["run", str(mission), "--nxt", "sim://figure6", "--no-video", "--out", str(out)]) == DONE
+        (folders[profile],) = out.iterdir()
+    return folders
+
+
+@pytest.fixture
+def explained(capsys):
+    """Calls the command; gives what it says, as plain values with ``--json``."""
+
+    def explain(path, *arguments):
+        assert main(["explain-run", str(path), *arguments]) == DONE
+        out = capsys.readouterr().out
+        return json.loads(out) if "--json" in arguments else out
+
+    return explain
+
+
+def test_a_decision_is_told_with_its_failure_evidence_candidates_choice_and_outcome(runs, explained):
+    said = explained(runs["adaptive"])
+    for part in ("behind a corner  |  profile adaptive  |  achieved", "failed", "known", "could", "chose", "then"):
+        assert part in said
+    assert "per success" in said
+    assert "lena reached after" in said
+
+
+def test_the_same_for_programs(runs, explained):
+    told = explained(runs["adaptive"], "--json")
+    assert (told["profile"], told["policy"], told["numbers"]) == ("adaptive", "adaptive", "recorded")
+    assert told["complete"]
+    assert told["ending"] == "achieved"
+    for decision in told["decisions"]:
+        assert decision["evidence"]["reason"] == decision["reason"]
+        (chosen,) = [each for each in decision["candidates"] if each["chosen"]]
+        assert chosen["choice"] == decision["chose"]["choice"]
+        assert not decision["replay"]["differs"], "the mission's own policy chooses the same again"
+        steps = decision["outcome"]["steps"]
+        assert decision["outcome"]["seconds"] == pytest.approx(sum(step["seconds"] for step in steps), abs=0.01)
+    assert told["decisions"][-1]["outcome"]["result"] == "reached"
+
+
+def test_another_policy_says_where_it_would_have_chosen_otherwise(runs, explained):
+    told = explained(runs["adaptive"], "--policy", "thesis", "--json")
+    first = told["decisions"][0]
+    assert first["replay"]["choice"]["choice"] in ("wait", "move_to")
+    assert first["replay"]["differs"] == (first["replay"]["choice"]["choice"] != first["chose"]["choice"]) or (
+        first["replay"]["choice"].get("wait_s") == 7.0
+    )
+    said = explained(runs["adaptive"], "--policy", "thesis")
+    assert "thesis would have chosen otherwise in" in said
+    assert "wait up to 7.0 s" in said, "the mission's own numbers count"
+
+
+def test_what_a_thesis_journal_does_not_tell_is_not_made_up(runs, explained):
+    told = explained(runs["thesis"], "--policy", "adaptive", "--json")
+    assert told["profile"] == "thesis"
+    assert told["decisions"]
+    for decision in told["decisions"]:
+        assert decision["replay"]["choice"] is None
+        assert "tells neither what was in the way" in decision["replay"]["why_not"]
+        assert decision["candidates"] == []
+    said = explained(runs["thesis"], "--policy", "adaptive")
+    assert "cannot be told" in said
+    assert "the thesis's rule" in said
+
+
+def test_a_journal_alone_is_enough_and_says_that_the_numbers_are_defaults(runs, explained, tmp_path):
+    alone = tmp_path / "old.jsonl"
+    alone.write_bytes((runs["adaptive"] / "journal.jsonl").read_bytes())
+    assert explained(alone, "--json")["profile"] == "adaptive"
+    assert explained(alone, "--json")["numbers"] == "defaults"
+    assert "default numbers" in explained(alone)
+
+
+def test_a_run_that_was_killed_is_told_up_to_there(runs, explained, tmp_path):
+    journal = (runs["thesis"] / "journal.jsonl").read_bytes()
+    cut = tmp_path / "journal.jsonl"
+    cut.write_bytes(journal[: journal.index(b'"kind": "choice"') + 600])
+    told = explained(cut, "--json")
+    assert not told["complete"]
+    (decision,) = told["decisions"]
+    assert decision["outcome"]["result"] == "journal_ends"
+    assert told["damaged_lines"], "the line that was being written"
+    assert "unfinished" in explained(cut)
+
+
+def test_damaged_lines_and_unknown_evidence_do_not_stop_it(runs, explained, tmp_path):
+    lines = (runs["adaptive"] / "journal.jsonl").read_text(encoding="utf-8").splitlines()
+    lines[1] = "\x00 rubbish"
+    choice = next(i for i, line in enumerate(lines) if '"kind": "choice"' in line)
+    record = json.loads(lines[choice])
+    record |= {"choice": "spin", "evidence": {"reason": "dizzy", "turns": 3}}
+    lines[choice] = json.dumps(record)
+    journal = tmp_path / "journal.jsonl"
+    journal.write_text("\n".join(lines), encoding="utf-8")
+    told = explained(journal, "--json")
+    assert told["damaged_lines"] == [2]
+    assert told["decisions"][0]["chose"]["choice"] == "spin"
+    assert "does not understand" in told["decisions"][0]["replay"]["why_not"]
+    said = explained(journal)
+    assert "turns: 3" in said
+    assert "left out: 2" in said
+
+
+def test_a_run_without_a_decision_says_so(explained, tmp_path):
+    journal = tmp_path / "journal.jsonl"
+    journal.write_text('{"t": 0.0, "kind": "start", "state": "idle", "target": "lena", "mission": "m"}\n')
+    assert "No decision was needed." in explained(journal)
+    assert explained(journal, "--json")["decisions"] == []
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [(None, "holds no journal.jsonl"), ("", "is not a journal"), ("no journal\n[1]\n", "is not a journal")],
+)
+def test_what_is_no_run_is_one_sentence(capsys, tmp_path, content, sentence):
+    if content is not None:
+        (tmp_path / "journal.jsonl").write_text(content)
+    assert main(["explain-run", str(tmp_path)]) == USAGE
+    printed = capsys.readouterr()
+    assert sentence in printed.err
+    assert "Traceback" not in printed.err
+
+
+def test_a_path_to_nothing_is_one_sentence(capsys, tmp_path):
+    assert main(["explain-run", str(tmp_path / "nowhere")]) == USAGE
+    assert "cannot be read" in capsys.readouterr().err
