@@ -5,7 +5,7 @@ import json
 import pytest
 
 from behaviors.diagram import mermaid, transition_table
-from behaviors.mission import MissionError, ThesisProfile, load_mission
+from behaviors.mission import AdaptiveProfile, MissionError, ThesisProfile, load_mission
 from nxtdrive.cli.main import DONE, USAGE, _exit_code, main
 from nxtdrive.cli.mission_template import meanings, template
 
@@ -60,6 +60,13 @@ def test_show_prints_numbers_table_and_diagram(good, capsys):
     assert "Apparent distance" in rows["arrive_mm"]
 
 
+def test_show_says_which_profiles_numbers_count(good, capsys):
+    assert main(["mission", "show", str(good)]) == DONE
+    text = capsys.readouterr().out
+    assert "[adaptive]\n" in text
+    assert "[thesis]   of no effect" in text
+
+
 def test_show_without_a_file_is_the_built_in_mission(capsys):
     assert main(["mission", "show", "--json"]) == DONE
     assert json.loads(capsys.readouterr().out)["mission"]["targets"] == ["lena", "rilakkuma"]
@@ -90,13 +97,14 @@ def test_the_template_says_the_defaults(tmp_path):
     lines = template().splitlines()
     path.write_text(template(), encoding="utf-8")
     as_it_is = load_mission(path)
-    start = lines.index("[thesis]")
+    start = lines.index("[adaptive]")
     path.write_text("\n".join([*lines[:start], *(line.removeprefix("# ") for line in lines[start:])]), encoding="utf-8")
     assert load_mission(path) == as_it_is
 
 
-def test_every_number_of_the_thesis_has_a_meaning():
-    assert set(meanings(ThesisProfile)) == set(ThesisProfile.model_fields)
+@pytest.mark.parametrize("profile", [ThesisProfile, AdaptiveProfile])
+def test_every_number_of_a_profile_has_a_meaning(profile):
+    assert set(meanings(profile)) == set(profile.model_fields)
 
 
 def test_a_mission_error_is_a_usage_error():

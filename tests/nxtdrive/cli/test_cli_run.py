@@ -92,6 +92,24 @@ def test_a_mission_that_is_not_achieved_ends_with_one(small):
     assert _journal(folder)[-1]["ending"] == "exhausted"
 
 
+def test_the_policy_can_be_chosen_whatever_the_mission_says(capsys, small):
+    hard = Path(small)
+    hard.write_text(MISSION.replace("targets", 'profile = "thesis"\ntargets'), encoding="utf-8")
+    code, folder = _run(small, "--nxt", "sim://figure6", "--no-video", "--policy", "adaptive")
+    assert code == 0
+    assert json.loads((folder / "mission.json").read_text(encoding="utf-8"))["mission"]["profile"] == "adaptive"
+    first = next(record for record in _journal(folder) if record["kind"] == "choice")
+    assert "spent_s" in first["evidence"]
+    said = [line for line in capsys.readouterr().out.splitlines() if line.startswith("[client2] ")]
+    failed = said.index("[client2] Failed")
+    assert said[failed + 1].endswith(f": {first['why']}")
+
+
+def test_a_mission_that_names_no_profile_is_pursued_adaptively(small):
+    _, folder = _run(small, "--nxt", "sim://open", "--no-video")
+    assert json.loads((folder / "mission.json").read_text(encoding="utf-8"))["mission"]["profile"] == "adaptive"
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "sentence"),
     [

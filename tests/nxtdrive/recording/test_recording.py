@@ -42,6 +42,13 @@ def test_the_map_puts_sightings_and_echoes_where_the_robot_saw_them():
     assert known.marks[0].where == (300.0, 0.0)
 
 
+@pytest.mark.parametrize("state", ["wait", "move_to", "detour", "rescan", "gave_up", "reached"])
+def test_every_decision_leaves_its_mark_on_the_map(state):
+    records = [*RECORDS, Record(3.0, Kind.TRANSITION, state, "lena", {"source": "select", "to": state})]
+    assert len(gather(records).marks) == len(gather(RECORDS).marks) + 1
+    assert draw_map(records).ndim == 3
+
+
 def test_the_map_shows_the_path_in_the_colour_of_the_state():
     image = draw_map(RECORDS)
     assert image.dtype == np.uint8

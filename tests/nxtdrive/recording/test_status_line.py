@@ -27,3 +27,43 @@ def test_it_is_silent_where_there_is_no_terminal():
     with StatusLine(Console(file=screen, force_terminal=False)) as line:
         line(Record(12.5, Kind.LOOK, "arrive", "lena", {"sighting": SIGHTING}))
     assert screen.getvalue() == ""
+
+
+def _shown(*records: Record) -> str:
+    screen = io.StringIO()
+    with StatusLine(Console(file=screen, force_terminal=True, width=120)) as line:
+        for record in records:
+            line(record)
+    return screen.getvalue()
+
+
+def test_a_recovery_is_named_in_words_and_says_why_it_was_chosen():
+    choice = Record(3.0, Kind.CHOICE, "select", "lena", {"choice": "detour", "why": "waiting does not pay"})
+    shown = _shown(choice, Record(3.0, Kind.TRANSITION, "detour", "lena", {"source": "select", "to": "detour"}))
+    assert "go round" in shown
+    assert "waiting does not pay" in shown
+    later = Record(9.0, Kind.LOOK, "arrive", "lena", {"sighting": SIGHTING})
+    assert "waiting does not pay" not in _shown(choice, later).rpartition("arrive")[2]
+
+
+def test_a_suspended_mission_says_what_it_waits_for():
+    shown = _shown(Record(3.0, Kind.TRANSITION, "suspended", "lena", {"source": "active", "to": "suspended"}))
+    assert "the link is lost; waiting for the brick" in shown
+
+
+def test_it_gives_the_terminal_free_and_takes_it_again():
+    screen = io.StringIO()
+    with StatusLine(Console(file=screen, force_terminal=True, width=100)) as line:
+        with line.paused():
+            before = len(screen.getvalue())
+            line(Record(12.5, Kind.LOOK, "arrive", "lena", {"sighting": SIGHTING}))
+            assert "arrive" not in screen.getvalue()[before:]
+        line(Record(13.5, Kind.LOOK, "search", "lena", {"sighting": None}))
+    assert "13.5 s" in screen.getvalue()
+
+
+def test_pausing_where_there_is_no_terminal_draws_nothing():
+    screen = io.StringIO()
+    with StatusLine(Console(file=screen, force_terminal=False)) as line, line.paused():
+        pass
+    assert screen.getvalue() == ""

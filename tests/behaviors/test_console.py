@@ -1,0 +1,29 @@
+"""The agent's lines, from records alone; whole consoles are in tests/missions."""
+
+import pytest
+
+from behaviors.console import Console
+from behaviors.journal import Kind, Record
+from behaviors.recovery import Recovery
+
+
+def _said(data, *, choices):
+    lines = []
+    Console(lines.append, choices=choices)(Record(1.0, Kind.CHOICE, "select", "lena", data))
+    return lines
+
+
+@pytest.mark.parametrize("kind", Recovery)
+def test_every_choice_is_one_clause_with_its_reason(kind):
+    (line,) = _said({"choice": kind.value, "why": "it pays", "evidence": {}}, choices=True)
+    assert line.startswith("[client2] ")
+    assert line.endswith(": it pays")
+
+
+def test_a_wait_says_how_long_it_may_take():
+    data = {"choice": "wait", "why": "it may leave", "wait_s": 2.005, "evidence": {}}
+    assert _said(data, choices=True) == ["[client2] Waiting up to 2.0 s: it may leave"]
+
+
+def test_the_thesiss_agent_says_nothing_of_its_choices():
+    assert _said({"choice": "wait", "why": "x", "wait_s": 15.0}, choices=False) == []
