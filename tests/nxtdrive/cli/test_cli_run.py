@@ -9,10 +9,14 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args
 
 import cv2
 import pytest
 
+from behaviors.mission import MissionTable
+from behaviors.profiles import PROFILES
+from nxtdrive.cli import options
 from nxtdrive.cli.main import main
 
 FILES = ["camera.mp4", "journal.jsonl", "map.png", "mission.json", "summary.json"]
@@ -103,6 +107,10 @@ def test_the_policy_can_be_chosen_whatever_the_mission_says(capsys, small):
     said = [line for line in capsys.readouterr().out.splitlines() if line.startswith("[client2] ")]
     failed = said.index("[client2] Failed")
     assert said[failed + 1].endswith(f": {first['why']}")
+
+
+def test_the_command_line_offers_every_profile_there_is():
+    assert set(get_args(MissionTable.model_fields["profile"].annotation)) == set(options.PROFILES) == set(PROFILES)
 
 
 def test_a_mission_that_names_no_profile_is_pursued_adaptively(small):
