@@ -203,6 +203,7 @@ class Executive:
             self._senses.check_time()
             try:
                 self._body.stop()
+                self._body.battery_mv()  # stopping takes no answer, and silence is no failure of it
                 break
             except LINK_FAILURES:
                 if self._clock.now() - lost_s >= self._mission.mission.link_patience_s:

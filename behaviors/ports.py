@@ -138,8 +138,12 @@ class Body(Protocol):
         ...
 
 
+class Blind(Exception):
+    """The camera gives no picture: that a target is not seen says nothing."""
+
+
 class Eyes(Protocol):
-    """The camera with its detectors."""
+    """The camera with its detectors. Both methods raise `Blind` when there is no picture."""
 
     def look(self, target: str) -> Sighting | None:
         """Take the next fresh frame and say whether `target` is confirmed in it; bounded by the camera's time limit."""

@@ -81,7 +81,7 @@ class Webcam:
         Raises:
             ConfigError: The world names a texture or image file that cannot be read.
         """
-        if self._unplugged:
+        if self.unplugged:
             return None
         exposure = self._fresh()
         if self._drawn is None or self._drawn[0] != exposure.index:
@@ -101,7 +101,7 @@ class Webcam:
             None if it is not found or the webcam is unplugged.
         """
         picture = self._world.pictures.get(name)
-        if picture is None or self._unplugged:
+        if picture is None or self.unplugged:
             return None
         if self._sensor is None:
             self._sensor = self._open_sensor()
@@ -109,7 +109,8 @@ class Webcam:
         return self._sensor.observe(seen.panels, seen.viewpoint, picture.texture, seen.turn_rate_deg_s)
 
     @property
-    def _unplugged(self) -> bool:
+    def unplugged(self) -> bool:
+        """Whether there is no picture now."""
         return any(start <= self._now_ms() < end for start, end in self.unplugged_ms)
 
     def _fresh(self) -> Exposure:

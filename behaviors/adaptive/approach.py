@@ -48,6 +48,7 @@ class Approach:
         self._minds_map = minds_map
         self._begun_s = self._seen_s = watch.now()
         self._doubt = Doubt()
+        self._blind_s = 0.0
         self._oblique = False
         self._shut = 0
         self._open_s = watch.now()
@@ -72,6 +73,9 @@ class Approach:
     def _step(self) -> Fact | None:
         watch = self._watch
         percept = watch.step()
+        self._blind_s = self._blind_s or percept.time_s if percept.blind else 0.0
+        if percept.blind and percept.time_s - self._blind_s >= watch.profile.lost_after_s / 2:
+            return _failed(Reason.CAMERA_LOST, percept)
         known = watch.memory.known.get(watch.target)
         if known is None:
             return _failed(Reason.TARGET_LOST, percept)

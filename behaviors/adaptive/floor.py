@@ -85,6 +85,9 @@ class FloorMap:
 
     def no_echo(self, pose: Pose) -> None:
         """Take in that nothing answered: most likely nothing is near, but smooth things throw echoes away."""
+        if self._last is not None and _same(self._last, (pose, math.inf)):
+            return
+        self._last = (pose, math.inf)
         x_mm, y_mm = pose.ahead(SONAR_FORWARD_MM)
         window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, SILENT_MM)
         cells = self.evidence[window]
@@ -180,4 +183,5 @@ def _polar(
 def _same(one: tuple[Pose, float], other: tuple[Pose, float]) -> bool:
     (a, range_a), (b, range_b) = one, other
     moved = math.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm)
-    return moved < 25.0 and abs(a.heading_deg - b.heading_deg) < 2.0 and abs(range_a - range_b) < 50.0
+    alike = range_a == range_b or abs(range_a - range_b) < 50.0
+    return moved < 25.0 and abs(a.heading_deg - b.heading_deg) < 2.0 and alike

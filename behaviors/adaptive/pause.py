@@ -11,6 +11,8 @@ SHUT_MM = 650.0
 CLEAR = 2
 """So many echoes in a row must say that the way is free."""
 AIM_DEG = 4.0
+PATIENCE_S = 20.0
+"""So long it waits for a picture."""
 GLANCES_S = 1.5
 """A second look is so long, at each of the bearings around where the target should be."""
 BESIDE_DEG = (0.0, 18.0, -36.0)
@@ -35,17 +37,20 @@ class Wait:
         watch.senses.body.stop()
         watch.senses.body.keep_alive()
         begun_s = then_s = watch.now()
+        range_mm = None
         while self._left_s > 0:
             percept = watch.step()
+            range_mm = range_mm if percept.range_mm is None else percept.range_mm
             self._left_s -= percept.time_s - then_s
             then_s = percept.time_s
-            self._clear = 0 if self._shut(percept) else self._clear + 1
+            self._clear = 0 if percept.blind or self._shut(percept) else self._clear + 1
             if self._clear >= CLEAR:
                 if percept.sighting is not None:
                     return Fact(Event.TARGET_SEEN, Reason.WAY_CLEAR, {"sighting": sighting_values(percept.sighting)})
                 if self._clear >= 5 * CLEAR:
                     return Fact(Event.RECOVERY_DONE, Reason.WAY_CLEAR, {"waited_s": percept.time_s - begun_s})
-        evidence = {"waited_s": watch.now() - begun_s, "hides": watch.target not in self._visible()}
+        waited_s = watch.now() - begun_s
+        evidence = {"waited_s": waited_s, "range_mm": range_mm, "hides": watch.target not in self._visible()}
         return Fact(Event.RECOVERY_FAILED, Reason.BLOCKED_LONG, evidence)
 
     def _shut(self, percept: Percept) -> bool:
@@ -76,6 +81,8 @@ class Rescan:
         body = watch.senses.body
         body.stop()
         begun_s = watch.now()
+        if not watch.await_picture(PATIENCE_S):
+            return Fact(Event.RECOVERY_FAILED, Reason.CAMERA_LOST, {"rescan_s": watch.now() - begun_s})
         known = watch.memory.known.get(watch.target)
         if known is None:
             return Fact(Event.RECOVERY_DONE, Reason.THERE, {})

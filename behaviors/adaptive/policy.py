@@ -7,11 +7,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from behaviors.adaptive.stay import best_wait_s, kinds
+from behaviors.events import Reason
 from behaviors.recovery import Choice, Evidence, Option, Recovery
 
 DETOUR_CHANCE, WAIT_CHANCE = 0.8, 0.9
 """How often a way round leads round, and a way is free after waiting or going round."""
 SHORTEST_WAIT_S = 0.5
+RESCAN_S = 5.0
+"""A short look at where it was."""
 WORTH_A_LOOK = 0.02
 """With less of a chance it is not looked for again from here, as long as there is anywhere else to look from."""
 
@@ -77,6 +80,9 @@ class AdaptivePolicy:
 def _looking(evidence: Evidence) -> Iterator[Option]:
     here = evidence.here
     in_sight = evidence.blocker is not None and not evidence.blocker.hides
+    if evidence.reason is Reason.CAMERA_LOST:
+        yield Option(Choice(Recovery.RESCAN, "there was no picture; where it was it may still be"), RESCAN_S, 1.0)
+        return
     if not in_sight and here is not None and (here.chance >= WORTH_A_LOOK or not evidence.viewpoints):
         why = f"it may have been missed here: {here.chance:.0%}"
         yield Option(Choice(Recovery.RESCAN, why), here.seconds, here.chance)

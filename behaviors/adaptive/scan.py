@@ -15,6 +15,10 @@ KNOWN_DEG = 25.0
 """Where a target is remembered it is looked for first, so far to either side."""
 REMEMBERED_SHARE = 0.9
 """A remembered target that is nearer than this share of its detector's range is looked for from here."""
+PATIENCE_S = 20.0
+"""So long it waits for a picture before a search has failed for want of one."""
+STUCK_S = 5.0
+"""A turn that takes so much longer than on the slowest link is held by something."""
 AIM_DEG = 8.0
 WORTH_A_TURN = 0.015
 """With less of a chance it is not worth looking round: that has been done here."""
@@ -31,16 +35,21 @@ class Scan:
     def __init__(self, watch: Watch) -> None:
         self._watch = watch
         self._rate_deg_s = watch.profile.scan_deg_s
+        self._held = False
 
     def call(self) -> Fact:
         """Look round until the target is seen or there is nothing more to see; the robot is at rest afterwards."""
         watch = self._watch
         begun_s = watch.now()
         watch.senses.body.stop()
+        if not watch.await_picture(PATIENCE_S):
+            return Fact(Event.SEARCH_FAILED, Reason.CAMERA_LOST, {"scan_s": watch.now() - begun_s})
         seen = self._rest() or self._look_where_known() or self._look_round()
         watch.senses.body.stop()
         if seen is not None:
             return seen
+        if self._held:
+            return Fact(Event.SEARCH_FAILED, Reason.NO_PROGRESS, {"scan_s": watch.now() - begun_s})
         watch.memory.looked_round(watch.target)
         return Fact(Event.SEARCH_FAILED, Reason.NEVER_SEEN, {"scan_s": watch.now() - begun_s})
 
@@ -96,8 +105,12 @@ class Scan:
         start_deg = heading_deg = watch.memory.pose.heading_deg
         sign = 1 if angle_deg > 0 else -1
         then_s = watch.now()
+        end_s = then_s + STUCK_S + abs(angle_deg) / SLOWEST_DEG_S
         while sign * (heading_deg - start_deg) < abs(angle_deg):
             watch.senses.body.drive(0.0, sign * self._rate_deg_s)
+            if watch.now() > end_s:
+                self._held = True
+                return None
             if (fact := self._see()) is not None:
                 return fact
             heading_deg, now_s = watch.memory.pose.heading_deg, watch.now()
@@ -107,7 +120,10 @@ class Scan:
         return None
 
     def _see(self) -> Fact | None:
-        sighting = self._watch.step().sighting
+        percept = self._watch.step()
+        if percept.blind:
+            self._watch.await_picture(PATIENCE_S)
+        sighting = percept.sighting
         if sighting is None:
             return None
         return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(sighting)})

@@ -23,6 +23,7 @@ STOPS = 3
 """When the robot was stopped more often than this, there is no way."""
 ELBOW_MM = 70.0
 """With less room beside the straight way to the target it goes on along its own."""
+FAR_ENOUGH_MM = 400.0
 LEEWAY, LEEWAY_S = 2.0, 8.0
 """A way that takes so many times longer than its length would, and so much more, is none."""
 RETREAT_MM = 90.0
@@ -42,6 +43,7 @@ class Travel:
         self._watch = watch
         self._route = list(route)
         self._goal = route[-1]
+        self._begin = watch.memory.here
         self._stops = 0
         self._end_s = math.inf
 
@@ -51,13 +53,12 @@ class Travel:
         begun_s = watch.now()
         length_mm = sum(math.dist(one, other) for one, other in pairwise([watch.memory.here, *self._route]))
         self._end_s = begun_s + LEEWAY_S + LEEWAY * length_mm / watch.profile.cruise_mm_s
-        try:
-            while self._route:
-                fact = self._leg(self._route[0])
-                if fact is not None:
-                    return fact
-        finally:
-            watch.senses.body.stop()
+        while self._route:
+            fact = self._leg(self._route[0])
+            if fact is not None:
+                watch.senses.body.stop()
+                return fact
+        watch.senses.body.stop()
         return Fact(Event.RECOVERY_DONE, Reason.THERE, {"travel_s": watch.now() - begun_s})
 
     def _leg(self, point: Point) -> Fact | None:
@@ -119,4 +120,8 @@ class Travel:
         return None
 
     def _no_way(self, percept: Percept) -> Fact:
+        """It goes no further; from far enough along the way it is worth looking round, too."""
+        memory = self._watch.memory
+        if math.dist(memory.here, self._begin) >= FAR_ENOUGH_MM:
+            return Fact(Event.RECOVERY_DONE, Reason.NO_WAY, {"stops": self._stops})
         return Fact(Event.RECOVERY_FAILED, Reason.NO_WAY, {"range_mm": percept.range_mm, "stops": self._stops})

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from behaviors.adaptive.memory import Memory
 from behaviors.agenda import Agenda, Fate
 from behaviors.journal import Kind
 from behaviors.mission import AdaptiveProfile
-from behaviors.ports import Sighting
+from behaviors.ports import Blind, Sighting
 from behaviors.skills import Senses, sighting_values
+
+BLIND_NAP_S = 0.2
+"""A camera without a picture is asked again so often."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,11 +24,13 @@ class Percept:
         time_s: When.
         sighting: Of the present target, or None.
         range_mm: The sonar's echo, or None.
+        blind: Whether the camera gave no picture.
     """
 
     time_s: float
     sighting: Sighting | None
     range_mm: float | None
+    blind: bool = False
 
 
 class Watch:
@@ -61,7 +67,12 @@ class Watch:
         senses = self.senses
         senses.check_time()
         looked_for = [self.target, *self._others()]
-        seen = senses.eyes.glance(looked_for)
+        blind = False
+        seen: Mapping[str, Sighting] = {}
+        try:
+            seen = senses.eyes.glance(looked_for)
+        except Blind:
+            blind, looked_for = True, []
         range_mm = senses.body.range_mm()
         pose = senses.body.pose()
         now_s = self.now()
@@ -73,7 +84,19 @@ class Watch:
             range_mm=range_mm,
             sighting=None if sighting is None else sighting_values(sighting),
         )
-        return Percept(now_s, sighting, range_mm)
+        return Percept(now_s, sighting, range_mm, blind)
+
+    def await_picture(self, patience_s: float) -> bool:
+        """Stand and wait until the camera gives a picture; whether it did in time."""
+        if not self.step().blind:
+            return True
+        self.senses.body.stop()
+        end_s = self.now() + patience_s
+        while self.now() < end_s:
+            if not self.step().blind:
+                return True
+            self.senses.clock.sleep(BLIND_NAP_S)
+        return False
 
     def _others(self) -> list[str]:
         """Further targets that are not reached yet."""

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
-from behaviors.ports import Clock, Sighting
-from firmware_protocol.errors import ConfigError
+from behaviors.ports import Blind, Clock, Sighting
+from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import Camera, Frame, frame_number, next_tick
 from nxtdrive.vision.confirm import Confirmation, Seen
 from nxtdrive.vision.detection import Box, Detection, TargetDetector
@@ -21,6 +21,10 @@ OnLook = Callable[[Frame, str, Sighting | None, Sequence[Detection]], None]
 """Called after each look: the frame, the target's name, the sighting and all detections in that frame."""
 
 MakeConfirmation = Callable[[], Confirmation]
+
+
+class NoPicture(CameraError, Blind):
+    """No frame came in time."""
 
 
 class CameraEyes:
@@ -65,13 +69,16 @@ class CameraEyes:
         """Take the next fresh frame and say which of the targets are confirmed in it.
 
         Raises:
-            CameraError: no frame came in time.
+            NoPicture: no frame came in time.
             ConfigError: there is no target of one of the names.
         """
         for target in targets:
             if target not in self._targets:
                 raise ConfigError(f"The eyes know no target {target!r}.", remedy=f"They know: {_list(self._targets)}.")
-        frame = self._camera.read(self._timeout_s)
+        try:
+            frame = self._camera.read(self._timeout_s)
+        except CameraError as error:
+            raise NoPicture(str(error)) from error
         sightings = {target: self._look_at(frame, target) for target in targets}
         return {target: sighting for target, sighting in sightings.items() if sighting is not None}
 
@@ -103,6 +110,11 @@ class GeometricSensor(Protocol):
 
     fps: float
 
+    @property
+    def unplugged(self) -> bool:
+        """Whether the camera gives no picture now."""
+        ...
+
     def observe(self, name: str) -> tuple[float, float, Box] | None:
         """Bearing in degrees (positive right), distance in millimetres and box of the target in this frame, or None."""
         ...
@@ -129,8 +141,14 @@ class GeometricEyes:
         return self.glance([target]).get(target)
 
     def glance(self, targets: Sequence[str]) -> dict[str, Sighting]:
-        """Take the next fresh frame and say which of the targets are confirmed in it."""
+        """Take the next fresh frame and say which of the targets are confirmed in it.
+
+        Raises:
+            NoPicture: the camera is unplugged.
+        """
         self._await_frame()
+        if self._sensor.unplugged:
+            raise NoPicture("The simulated camera is unplugged.")
         sightings = {target: self._look_at(target) for target in targets}
         return {target: sighting for target, sighting in sightings.items() if sighting is not None}
 

@@ -18,7 +18,7 @@ from behaviors.executive import LINK_FAILURES, Ending, Report
 from behaviors.journal import Kind, Record, plain
 from behaviors.skills import Arrive, Search, Senses, TimeUp
 
-from .robot import Robot
+from .robot import Robot, SteadyEyes
 
 
 class Baseline(ABC):
@@ -29,7 +29,7 @@ class Baseline(ABC):
     """
 
     def __init__(self, robot: Robot) -> None:
-        self.body, self.eyes, self.clock = robot.body, robot.eyes, robot.clock
+        self.body, self.eyes, self.clock = robot.body, SteadyEyes(robot.eyes), robot.clock
         self.mission, self._observers = robot.mission, robot.observers
         self._start_s = robot.clock.now()
         limit_s = self.mission.mission.time_limit_s

@@ -18,7 +18,7 @@ from sim_backend.simulation import Simulation
 
 from .baselines import Nav2List, RandomWalk
 from .oracle import Oracle
-from .robot import Robot
+from .robot import Robot, SteadyEyes
 
 NEVER = 10**9
 
@@ -31,7 +31,8 @@ def _executive(make_mind: MakeMind, **adaptive: object) -> Policy:
     def run(robot: Robot) -> Report:
         profile = robot.mission.adaptive.model_copy(update=adaptive)
         mission = robot.mission.model_copy(update={"adaptive": profile})
-        return Executive(mission, robot.body, robot.eyes, robot.clock, robot.observers, make_mind).run()
+        eyes = robot.eyes if make_mind is AdaptiveMind else SteadyEyes(robot.eyes)
+        return Executive(mission, robot.body, eyes, robot.clock, robot.observers, make_mind).run()
 
     return run
 

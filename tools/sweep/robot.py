@@ -12,8 +12,7 @@ from typing import TypeVar
 
 from behaviors.journal import Observer
 from behaviors.mission import Mission
-from behaviors.ports import Body, Clock, Eyes, Motion, Pose, Sighting, Stop
-from firmware_protocol.errors import CameraError
+from behaviors.ports import Blind, Body, Clock, Eyes, Motion, Pose, Sighting, Stop
 from nxtdrive import mission_run
 from nxtdrive.brick import Brick
 from nxtdrive.vision.eyes import GeometricEyes
@@ -74,7 +73,7 @@ def build_robot(
     if eyes == GEOMETRIC:
         sees = GeometricEyes(SpoiltSensor(simulation, scenario.sight, scenario.seed), brick)
     else:
-        sees = SteadyEyes(mission_run.camera_eyes(mission_run.open_mission_camera("sim", brick), scenario.mission))
+        sees = mission_run.camera_eyes(mission_run.open_mission_camera("sim", brick), scenario.mission)
     for loss in scenario.sight.losses:
         _lose_camera(simulation, loss)
     return Robot(scenario.mission, body, sees, brick, observers)
@@ -167,10 +166,10 @@ class SteadyBody:
 
 
 class SteadyEyes:
-    """Eyes that see nothing while the camera is unplugged, as geometric ones do; implements `behaviors.ports.Eyes`.
+    """Eyes that see nothing while the camera is unplugged, for minds that know no blindness; a `behaviors.ports.Eyes`.
 
     Args:
-        eyes: Eyes on a camera.
+        eyes: Eyes that tell when they are blind.
     """
 
     def __init__(self, eyes: Eyes) -> None:
@@ -184,7 +183,7 @@ class SteadyEyes:
         """Look for several; nothing also when no frame comes in time."""
         try:
             return self._eyes.glance(targets)
-        except CameraError:
+        except Blind:
             return {}
 
 
@@ -202,6 +201,11 @@ class SpoiltSensor:
         self._webcam = simulation.webcam
         self._sight = sight
         self._random = Random(f"{seed}/sight")
+
+    @property
+    def unplugged(self) -> bool:
+        """Whether the camera gives no picture now."""
+        return self._webcam.unplugged
 
     def observe(self, name: str) -> Seen | None:
         """What is found of a target, or of something taken for it, in the freshest frame."""

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from behaviors.ports import Eyes, Sighting
+from behaviors.ports import Blind, Eyes, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import ReplayCamera, SimulatedCamera
 from nxtdrive.vision.confirm import Confirmation
@@ -111,6 +111,7 @@ class Sensor:
     """Sees a target for a span of time."""
 
     fps = 10.0
+    unplugged = False
 
     def __init__(self, clock, seen_from_s, seen_until_s):
         self.clock = clock
@@ -126,3 +127,10 @@ def test_geometric_eyes_confirm_as_camera_eyes_do(clock):
     assert [sighting is not None for sighting in sightings] == [False] * 4 + [True] * 2 + [False]
     assert clock.now() == pytest.approx(0.6)
     assert sightings[4] == Sighting("cat", 12.0, 800.0, 1.0, pytest.approx(0.4), (200, 100, 40, 60))
+
+
+def test_an_unplugged_camera_is_blindness_and_not_an_empty_room(clock):
+    sensor = Sensor(clock, 0.0, 10.0)
+    sensor.unplugged = True
+    with pytest.raises(Blind):
+        GeometricEyes(sensor, clock).glance(["lena"])
