@@ -37,7 +37,7 @@ def measured_words(measured: Mapping[str, object]) -> str:
 
 def _measured(name: str, value: object) -> str:
     if isinstance(value, bool):
-        return spaced(name) if value else f"not {spaced(name)}"
+        return f"{spaced(name)}: {'yes' if value else 'no'}"
     if not isinstance(value, int | float):
         return ""
     stem, _, unit = name.rpartition("_")
