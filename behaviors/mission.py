@@ -86,7 +86,7 @@ class AdaptiveProfile(_Table):
     lost_after_s: float = Field(default=1.2, ge=0.2, le=30)
     approach_limit_s: float = Field(default=60.0, ge=1, le=600)
     arrive_mm: float = Field(default=420.0, ge=100, le=2000)
-    search_budget_s: float = Field(default=50.0, ge=1, le=3600)
+    search_budget_s: float = Field(default=42.0, ge=1, le=3600)
     rounds: int = Field(default=5, ge=1, le=20)
     repeats: int = Field(default=2, ge=1, le=10)
     detours: bool = True

@@ -103,6 +103,10 @@ class FloorMap:
         cells = self.evidence[i, j]
         self.evidence[i, j] = np.where((cells > 0.0) & (cells < SOLID), 0.0, cells)
 
+    def forget_obstacles(self) -> None:
+        """Begin again with everything that was thought to be in the way."""
+        np.minimum(self.evidence, 0.0, out=self.evidence)
+
     def stands_on(self, pose: Pose) -> None:
         """Where the robot is, nothing else is."""
         window, along, _ = _polar(pose.x_mm, pose.y_mm, 0.0, FOOTPRINT_MM)

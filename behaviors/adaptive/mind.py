@@ -38,6 +38,8 @@ TURN_S, SCAN_S, RESCAN_S = 1.5, 7.0, 8.0
 """What it takes to turn to where one goes, to look round there, and to look again here; measured in the simulator."""
 
 BESIDE_MM = 160.0
+ELBOWS_MM = (ELBOW_MM, 0.0, -60.0)
+"""Room beside the last, straight stretch: as much as there is; the map makes things larger than they are."""
 AROUND_MM = (330.0, 1000.0)
 """Between these distances from the target a way round it ends."""
 SLANT_DEG = 57.0
@@ -96,6 +98,10 @@ class AdaptiveMind:
         if fact.reason is Reason.TARGET_LOST:
             memory.beliefs[target].scatter()
         routes = Routes(memory.floor, memory.here, self._profile.cruise_mm_s)
+        if not routes.lead_out(SPACING_MM):
+            # nobody is walled in: the map is wrong
+            memory.floor.forget_obstacles()
+            routes = Routes(memory.floor, memory.here, self._profile.cruise_mm_s)
         known = memory.known.get(target)
         detour = self._detour(routes, known) if blocker and known and self._profile.detours else None
         if blocker and detour is None:
@@ -165,14 +171,14 @@ class AdaptiveMind:
         seconds = routes.seconds_to(places) + away_mm / self._profile.cruise_mm_s
         # it may face any way from which it could be seen so far
         visible = 1.0 - slant_deg / (2 * SLANT_DEG)
-        for i in np.argsort((seconds + TURN_S) / visible):
-            if not math.isfinite(seconds[i]):
-                return None
-            place = (float(places[i, 0]), float(places[i, 1]))
-            if memory.floor.clear_between(place, known.place, AROUND_MM[0], ELBOW_MM):
-                straight_s = math.dist(memory.here, known.place) / self._profile.cruise_mm_s
-                extra_s = max(0.5, float(seconds[i]) - straight_s) + 2 * TURN_S
-                return Detour(extra_s, routes.route_to(place))
+        order = [i for i in np.argsort((seconds + TURN_S) / visible) if math.isfinite(seconds[i])]
+        for elbow_mm in ELBOWS_MM:
+            for i in order:
+                place = (float(places[i, 0]), float(places[i, 1]))
+                if memory.floor.clear_between(place, known.place, AROUND_MM[0], elbow_mm):
+                    straight_s = math.dist(memory.here, known.place) / self._profile.cruise_mm_s
+                    extra_s = max(0.5, float(seconds[i]) - straight_s) + 2 * TURN_S
+                    return Detour(extra_s, routes.route_to(place))
         return None
 
     def _here(self, target: str) -> Viewpoint:

@@ -18,6 +18,7 @@ BEYOND_CELLS = 8
 """Ways go no farther than this beyond what is known."""
 TIGHT, DOUBTFUL, UNKNOWN = 2.0, 5.0, 1.4
 """How many times longer a way through such a cell is reckoned."""
+FEW_PLACES = 6
 FREE = 0.2
 """Evidence for a cell to be known as free."""
 ROUNDS = 400
@@ -50,6 +51,10 @@ class Routes:
         seconds = np.full(len(points), np.inf)
         seconds[inside] = self._field[i[inside], j[inside]] * self._pace
         return seconds
+
+    def lead_out(self, spacing_mm: float) -> bool:
+        """Whether they lead to more than a few places so far apart."""
+        return len(self.places(spacing_mm, known=False)) >= FEW_PLACES
 
     def reaches(self, point: Point) -> bool:
         """Whether a way leads there."""
