@@ -217,6 +217,7 @@ class Executive:
         """Keep what the next choice will need, then tell the chart."""
         if fact.event is Event.TARGET_SEEN:
             self._exist = True
+            self._researches += self._chart.mission_state != "search"
         elif fact.event is Event.RECOVERY_DONE:
             self._researches += 1
         elif fact.event in (Event.SEARCH_FAILED, Event.ARRIVE_FAILED, Event.RECOVERY_FAILED):

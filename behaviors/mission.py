@@ -74,6 +74,7 @@ class AdaptiveProfile(_Table):
         arrive_mm: Apparent distance at which the target is reached.
         search_budget_s: So long a target is searched for without a sighting before another one gets its turn.
         rounds: How often the targets are gone through at most, unless the mission asks for more.
+        max_researches: Searches for one target after the first, in each round; as many as there is time for without it.
         repeats: The same recovery is not chosen more often than that for one target at one place.
         detours: Whether it goes round what is in the way.
         chooses_viewpoints: Whether it chooses where to look next; otherwise it moves off as the thesis does.
@@ -88,6 +89,7 @@ class AdaptiveProfile(_Table):
     arrive_mm: float = Field(default=420.0, ge=100, le=2000)
     search_budget_s: float = Field(default=42.0, ge=1, le=3600)
     rounds: int = Field(default=5, ge=1, le=20)
+    max_researches: int | None = Field(default=None, ge=0, le=100)
     repeats: int = Field(default=2, ge=1, le=10)
     detours: bool = True
     chooses_viewpoints: bool = True

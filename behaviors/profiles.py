@@ -20,8 +20,7 @@ def make_policy(profile: str, mission: Mission) -> RecoveryPolicy:
     if profile == "thesis":
         thesis = mission.thesis
         return ThesisPolicy(thesis.wait_s, thesis.turn_deg, thesis.max_researches)
-    adaptive = mission.adaptive
-    return AdaptivePolicy(adaptive.search_budget_s, adaptive.repeats, adaptive.fixed_wait_s)
+    return AdaptivePolicy.of(mission.adaptive)
 
 
 def supervised(mission: Mission, ask: Ask) -> MakeMind:

@@ -64,7 +64,7 @@ class AdaptiveMind:
         self._agenda = agenda
         self._memory = Memory(mission)
         self._watch = Watch(senses, profile, self._memory, agenda)
-        self._policy = policy or AdaptivePolicy(profile.search_budget_s, profile.repeats, profile.fixed_wait_s)
+        self._policy = policy or AdaptivePolicy.of(profile)
         self._pursuit: tuple[str, int] | None = None
         self._pursued_s = 0.0
         self._eyes_only_s = -math.inf

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from behaviors.adaptive.stay import best_wait_s, kinds
 from behaviors.events import Reason
+from behaviors.mission import AdaptiveProfile
 from behaviors.recovery import Choice, Evidence, Option, Recovery
 
 DETOUR_CHANCE, WAIT_CHANCE = 0.8, 0.9
@@ -27,14 +28,23 @@ class AdaptivePolicy:
         search_budget_s: So long a target is searched for in vain while another one waits.
         repeats: The same recovery is not chosen more often for one target at one place.
         fixed_wait_s: Wait so long, whatever is in the way; None to reckon it.
+        max_researches: Searches for one target after the first, in each round; None for as many as there is time for.
     """
 
     search_budget_s: float = 50.0
     repeats: int = 2
     fixed_wait_s: float | None = None
+    max_researches: int | None = None
+
+    @classmethod
+    def of(cls, profile: AdaptiveProfile) -> AdaptivePolicy:
+        """The rule with a mission's numbers."""
+        return cls(profile.search_budget_s, profile.repeats, profile.fixed_wait_s, profile.max_researches)
 
     def select(self, evidence: Evidence) -> Choice:
         """The best candidate, or another target."""
+        if self.max_researches is not None and evidence.researches >= self.max_researches:
+            return Choice(Recovery.CHANGE_TARGET, f"searched again {evidence.researches} times")
         best = min(self.options(evidence), key=lambda option: option.expected_s, default=None)
         if best is None:
             return Choice(Recovery.CHANGE_TARGET, "everything was tried here")

@@ -35,7 +35,7 @@ EXAMPLES = """\
 
 SUITES: dict[str, tuple[tuple[int, int], tuple[str, ...]]] = {
     # who never gives up takes the whole time of every mission; the smoke suite is to take a minute
-    "smoke": ((100, 100), ("thesis", "nav2-list", "random-walk", "oracle")),
+    "smoke": ((100, 100), ("thesis", "adaptive", "random-walk", "oracle")),
     "full": ((100, 199), ()),
 }
 """Seeds and policies of each suite (none: all); all classes. Other seeds are kept to be judged by: --seeds."""
@@ -67,7 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the sweep, or draw a map; returns the exit code."""
-    from nxtdrive.tools.sweep.policies import NAMES
+    from nxtdrive.tools.sweep.policies import ALL_NAMES, NAMES
     from nxtdrive.tools.sweep.runner import plan
     from nxtdrive.tools.sweep.scenarios import CLASSES
 
@@ -82,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
     tasks = plan(
         _known("class", args.classes or list(CLASSES), CLASSES),
         range(first, last + 1),
-        _known("policy", args.policies or policies or NAMES, NAMES),
+        _known("policy", args.policies or policies or NAMES, ALL_NAMES),
         args.eyes,
     )
     out = args.out or DEFAULT_OUT
@@ -153,7 +153,7 @@ def _draw_map(args: argparse.Namespace) -> int:
     import cv2
 
     from nxtdrive.tools.sweep.performance import perform
-    from nxtdrive.tools.sweep.policies import NAMES
+    from nxtdrive.tools.sweep.policies import ALL_NAMES
     from nxtdrive.tools.sweep.scenarios import CLASSES, draw_scenario
     from nxtdrive.tools.sweep.true_map import draw_true_map
 
@@ -162,7 +162,7 @@ def _draw_map(args: argparse.Namespace) -> int:
     if not seed.isdecimal():
         raise ConfigError(f"--map {args.map}: expected CLASS:SEED:POLICY, as in clutter:100:thesis.")
     _known("class", [kind], CLASSES)
-    _known("policy", [policy], NAMES)
+    _known("policy", [policy], ALL_NAMES)
     out = args.out or Path(f"{kind}-{seed}-{policy}.png")
     play, _ = perform(draw_scenario(kind, int(seed)), policy, args.eyes)
     try:

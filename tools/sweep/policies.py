@@ -44,8 +44,20 @@ POLICIES: dict[str, Policy] = {
     "nav2-list": lambda robot: Nav2List(robot).run(),
     "random-walk": lambda robot: RandomWalk(robot).run(),
 }
+THESIS_BUDGET = {"rounds": 1, "max_researches": 2}
+"""Two searches after the first, and a target given up is not tried again."""
+ABLATIONS: dict[str, Policy] = {
+    "adaptive-thesis-budget": _executive(AdaptiveMind, **THESIS_BUDGET),
+    "adaptive-one-round": _executive(AdaptiveMind, rounds=1),
+    "adaptive-fixed-wait": _executive(AdaptiveMind, fixed_wait_s=15.0),
+    "adaptive-no-detour": _executive(AdaptiveMind, detours=False),
+    "adaptive-no-viewpoints": _executive(AdaptiveMind, chooses_viewpoints=False),
+    "adaptive-no-memory": _executive(AdaptiveMind, remembers_others=False),
+}
+"""The adaptive profile without one of its faculties; only when asked for by name."""
 ORACLE = "oracle"
 NAMES = (*POLICIES, ORACLE)
+ALL_NAMES = (*NAMES, *ABLATIONS)
 ORACLES_STOP_MM = 30.0
 """Its safety stop's distance; the usual one stops it before what it is about to pass."""
 
@@ -62,4 +74,4 @@ def drive(policy: str, robot: Robot, simulation: Simulation) -> Report:
     """Let a policy drive a mission; only the oracle is shown the simulation."""
     if policy == ORACLE:
         return Oracle(robot, simulation).run()
-    return POLICIES[policy](robot)
+    return {**POLICIES, **ABLATIONS}[policy](robot)

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from .performance import FAILED, Line
-from .policies import NAMES
+from .policies import ALL_NAMES
 from .summary import (
     Estimate,
     by,
@@ -142,7 +142,7 @@ def _print(console: Console, title: str, columns: Sequence[str], rows: Rows) -> 
 def _by_policy(lines: Sequence[Line]) -> dict[str, list[Line]]:
     """The lines of each policy, in the order in which policies are declared."""
     groups = by(lines, "policy")
-    known = [name for name in NAMES if name in groups]
+    known = [name for name in ALL_NAMES if name in groups]
     return {policy: groups[policy] for policy in [*known, *(name for name in groups if name not in known)]}
 
 

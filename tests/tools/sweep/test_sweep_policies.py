@@ -5,7 +5,7 @@ import pytest
 from behaviors.executive import Ending
 from behaviors.journal import Kind
 from nxtdrive.tools.sweep.performance import perform
-from nxtdrive.tools.sweep.policies import NAMES
+from nxtdrive.tools.sweep.policies import ALL_NAMES
 from nxtdrive.tools.sweep.scenarios import draw_scenario
 
 
@@ -15,7 +15,7 @@ def _limited(scenario, limit_s):
     return type(scenario)(**{name: getattr(scenario, name) for name in scenario.__slots__} | {"mission": mission})
 
 
-@pytest.mark.parametrize("policy", NAMES)
+@pytest.mark.parametrize("policy", ALL_NAMES)
 def test_every_policy_ends_a_mission_with_the_robot_at_rest(policy):
     play, referee = perform(_limited(draw_scenario("absent", 100), 40.0), policy, "geometric")
     assert play.ending in (Ending.TIME_UP, Ending.EXHAUSTED)
