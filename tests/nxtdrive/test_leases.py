@@ -106,7 +106,9 @@ def test_a_motor_that_is_held_is_braked_while_the_program_lives(lab, latency_ms,
 # --- real processes ---
 
 PROGRAM = """
+import signal
 import sys
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # whoever started the tests may ignore it
 from nxtdrive import DriveSettings, SafetyStop, open_brick
 from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort
