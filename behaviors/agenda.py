@@ -24,14 +24,14 @@ class Errand:
         fate: What became of it so far.
         time_s: When that was decided, seconds of mission time; None while pending.
         attempts: Searches started for it, over all rounds.
-        tries: How often it was its turn.
+        turns: How often it was its turn.
     """
 
     target: str
     fate: Fate = Fate.PENDING
     time_s: float | None = None
     attempts: int = 0
-    tries: int = 1
+    turns: int = 0
 
 
 class Agenda:
@@ -39,19 +39,13 @@ class Agenda:
 
     Args:
         targets: Names in order, at least one.
-        rounds: How often the list is gone through at most.
+        rounds: How often it is a target's turn at most.
     """
 
     def __init__(self, targets: Sequence[str], rounds: int = 1) -> None:
         self.errands = [Errand(target) for target in targets]
-        self.round = 1
         self.rounds = rounds
-        self._current = 0
-
-    @property
-    def errand(self) -> Errand:
-        """The target being pursued."""
-        return self.errands[self._current]
+        self._begin(self.errands[0])
 
     @property
     def target(self) -> str:
@@ -59,36 +53,45 @@ class Agenda:
         return self.errand.target
 
     @property
+    def round(self) -> int:
+        """How often it has been the present target's turn, from 1."""
+        return self.errand.turns
+
+    @property
     def more_targets(self) -> bool:
         """Whether there is another target to go for once the present one is decided."""
-        return self._following() is not None
+        return bool(self._waiting())
 
     @property
     def achieved(self) -> bool:
         """Whether every target has been reached."""
         return all(errand.fate is Fate.REACHED for errand in self.errands)
 
+    @property
+    def earlier(self) -> list[str]:
+        """Further targets whose turn may come before this one's next: it has come less often."""
+        return [errand.target for errand in self._waiting() if errand.turns < self.errand.turns]
+
     def decide(self, fate: Fate) -> None:
         """Write down what became of the present target."""
         self.errand.fate = fate
 
-    def next_target(self) -> None:
-        """Go on to the next target; the caller has checked `more_targets`."""
-        following = self._following()
-        if following is None:
-            raise IndexError("no target is left on the agenda")
-        if following <= self._current:
-            self.round += 1
-        if self.errands[following].fate is Fate.GIVEN_UP:
-            self.errands[following].tries += 1
-        self._current = following
+    def next_target(self, preferred: str = "") -> None:
+        """Go on to the next target; the caller has checked `more_targets`.
 
-    def _following(self) -> int | None:
-        for i in range(self._current + 1, len(self.errands)):
-            if self.errands[i].fate is not Fate.REACHED:
-                return i
-        if self.round < self.rounds:
-            for i in range(self._current + 1):
-                if self.errands[i].fate is not Fate.REACHED:
-                    return i
-        return None
+        Args:
+            preferred: Rather this one than the first in order, among those whose turn has come least often.
+        """
+        waiting = self._waiting()
+        if not waiting:
+            raise IndexError("no target is left on the agenda")
+        fewest = min(errand.turns for errand in waiting)
+        first = [errand for errand in waiting if errand.turns == fewest]
+        self._begin(next((errand for errand in first if errand.target == preferred), first[0]))
+
+    def _waiting(self) -> list[Errand]:
+        return [each for each in self.errands if each.fate is not Fate.REACHED and each.turns < self.rounds]
+
+    def _begin(self, errand: Errand) -> None:
+        errand.turns += 1
+        self.errand = errand

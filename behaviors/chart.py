@@ -79,7 +79,7 @@ class MissionChart(StateChart[Any]):
                 recovery_failed = recover.to(select)
 
                 reached.to(search, cond="more_targets", on="next_target")
-                gave_up.to(search, cond="more_targets", on="next_target")
+                gave_up.to(search, cond="more_targets", on="chosen_target")
 
             suspended = State()
             finished = State(final=True)
@@ -181,6 +181,10 @@ class MissionChart(StateChart[Any]):
     def next_target(self) -> None:
         """Go on along the agenda."""
         self.agenda.next_target()
+
+    def chosen_target(self) -> None:
+        """Go on with the target for which the present one was left, if the policy named one."""
+        self.agenda.next_target(self.choice.instead if self.choice else "")
 
     def raise_suspend(self) -> None:
         """A lost link suspends the mission."""

@@ -84,17 +84,19 @@ class Viewpoint:
 
 @dataclass(frozen=True, slots=True)
 class Other:
-    """Another target that is not reached yet and was seen on the way.
+    """Another target that is not reached yet, was seen, and may be gone for instead.
 
     Attributes:
         target: Its name.
-        travel_s: Time to get to where it was seen.
+        travel_s: Time to get to where it was seen, by the ways that are known to be passable.
         age_s: How long ago that was.
+        chance: Probability that it is still there, 0..1.
     """
 
     target: str
     travel_s: float
     age_s: float
+    chance: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +115,7 @@ class Evidence:
         detour: A way round it, if there is one.
         here: What another look round from here promises, if anything.
         viewpoints: Other places to look from, the most promising first.
-        others: Other targets that were seen.
+        others: Other targets that may be gone for instead.
         repeats: How often each recovery was chosen here already, for this target.
     """
 
@@ -166,6 +168,7 @@ class Choice:
         wait_s: How long to wait, for `Recovery.WAIT`.
         turn_deg: Which way to move off, positive right, for the thesis's `Recovery.MOVE_TO`.
         route: Points to drive through, for `Recovery.DETOUR` and for `Recovery.MOVE_TO` to a place.
+        instead: The target to go for, for `Recovery.CHANGE_TARGET`; empty for the next in order.
         operator: Whether a person confirmed it or chose it.
         proposed: What the policy would have done, when that person chose something else.
     """
@@ -175,13 +178,14 @@ class Choice:
     wait_s: float = 0.0
     turn_deg: float = 0.0
     route: tuple[Point, ...] = ()
+    instead: str = ""
     operator: bool = False
     proposed: Choice | None = None
 
     def numbers(self) -> dict[str, Any]:
         """What was chosen beyond the kind, as plain values for the journal."""
         values: dict[str, Any] = {"wait_s": self.wait_s, "turn_deg": self.turn_deg, "route": self.route}
-        values["operator"] = self.operator
+        values |= {"instead": self.instead, "operator": self.operator}
         if self.proposed is not None:
             values["proposed"] = {"choice": self.proposed.kind, "why": self.proposed.why, **self.proposed.numbers()}
         return {name: value for name, value in values.items() if value}
@@ -199,6 +203,7 @@ def choice_from(data: Mapping[str, Any]) -> Choice:
         wait_s=float(data.get("wait_s", 0.0)),
         turn_deg=float(data.get("turn_deg", 0.0)),
         route=_points(data.get("route", [])),
+        instead=str(data.get("instead", "")),
         operator=bool(data.get("operator", False)),
         proposed=choice_from(data["proposed"]) if "proposed" in data else None,
     )

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from behaviors.adaptive.approach import SHUT_MM, Approach
-from behaviors.adaptive.memory import Known, Memory
+from behaviors.adaptive.memory import Memory
 from behaviors.adaptive.pause import Rescan, Wait
 from behaviors.adaptive.policy import AdaptivePolicy
-from behaviors.adaptive.routes import Routes
+from behaviors.adaptive.prospects import Prospects
 from behaviors.adaptive.scan import Scan
-from behaviors.adaptive.travel import ELBOW_MM, Travel
+from behaviors.adaptive.travel import Travel
 from behaviors.adaptive.watch import Watch
 from behaviors.agenda import Agenda, Fate
 from behaviors.events import Fact, Reason
 from behaviors.mission import Mission
-from behaviors.recovery import Blocker, Choice, Detour, Evidence, Other, Point, RecoveryPolicy, Viewpoint
+from behaviors.recovery import Blocker, Choice, Evidence, Point, RecoveryPolicy
 from behaviors.skills import Moving, Senses, Service
 
 IN_THE_WAY = (Reason.BLOCKED_SHORT, Reason.BLOCKED_LONG, Reason.LOST_BEHIND, Reason.NO_PROGRESS)
@@ -29,21 +27,6 @@ SAME_BLOCKER_S = 40.0
 
 EYES_ONLY_S = 20.0
 """When the map knows no way at all it is more likely wrong than the robot is shut in; so long it is not minded."""
-SPACING_MM = 400.0
-"""Between places that are considered as viewpoints."""
-NEAREST_MM = 350.0
-"""Looking from places nearer than this is looking from here."""
-CANDIDATES, OFFERED = 60, 3
-TURN_S, SCAN_S, RESCAN_S = 1.5, 7.0, 8.0
-"""What it takes to turn to where one goes, to look round there, and to look again here; measured in the simulator."""
-
-BESIDE_MM = 160.0
-ELBOWS_MM = (ELBOW_MM, 0.0, -60.0)
-"""Room beside the last, straight stretch: as much as there is; the map makes things larger than they are."""
-AROUND_MM = (330.0, 1000.0)
-"""Between these distances from the target a way round it ends."""
-SLANT_DEG = 57.0
-"""A picture is seen up to so far from its normal. Source: docs/vision.md, slant."""
 
 
 class AdaptiveMind:
@@ -97,13 +80,8 @@ class AdaptiveMind:
         blocker = self._blocker(fact)
         if fact.reason is Reason.TARGET_LOST:
             memory.beliefs[target].scatter()
-        routes = Routes(memory.floor, memory.here, self._profile.cruise_mm_s)
-        if not routes.lead_out(SPACING_MM):
-            # nobody is walled in: the map is wrong
-            memory.floor.forget_obstacles()
-            routes = Routes(memory.floor, memory.here, self._profile.cruise_mm_s)
-        known = memory.known.get(target)
-        detour = self._detour(routes, known) if blocker and known and self._profile.detours else None
+        prospects = Prospects(memory, self._profile)
+        detour = prospects.detour(target) if blocker and self._profile.detours else None
         if blocker and detour is None:
             self._eyes_only_s = self._watch.now()
         return Evidence(
@@ -116,9 +94,9 @@ class AdaptiveMind:
             spent_s=self._spent_s(target),
             blocker=blocker,
             detour=detour,
-            here=self._here(target),
-            viewpoints=self._viewpoints(routes, target),
-            others=self._others(),
+            here=prospects.here(target),
+            viewpoints=prospects.viewpoints(target),
+            others=prospects.others(self._agenda.earlier, self._watch.now()),
             repeats=memory.repeats(target),
         )
 
@@ -129,7 +107,7 @@ class AdaptiveMind:
         return choice
 
     def _begin_pursuit(self) -> None:
-        pursuit = self._agenda.target, self._agenda.errand.tries
+        pursuit = self._agenda.target, self._agenda.round
         if pursuit != self._pursuit:
             self._pursuit, self._pursued_s = pursuit, self._watch.now()
 
@@ -156,63 +134,3 @@ class AdaptiveMind:
         self._blocked = (place, since_s, now_s)
         hides = bool(fact.evidence.get("hides", fact.reason is not Reason.NO_PROGRESS))
         return Blocker(range_mm, now_s - since_s, bool(fact.evidence.get("sudden", False)), hides)
-
-    def _detour(self, routes: Routes, known: Known) -> Detour | None:
-        """The quickest way to a place from which the straight way to the target is free."""
-        memory = self._memory
-        places = routes.places(BESIDE_MM, known=False)
-        dx, dy = places[:, 0] - known.place[0], places[:, 1] - known.place[1]
-        away_mm = np.hypot(dx, dy)
-        slant_deg = np.abs((np.degrees(np.arctan2(dy, dx)) - known.seen_deg + 180.0) % 360.0 - 180.0)
-        useful = (away_mm >= AROUND_MM[0]) & (away_mm <= AROUND_MM[1]) & (slant_deg <= SLANT_DEG)
-        places, away_mm, slant_deg = places[useful], away_mm[useful], slant_deg[useful]
-        if not len(places):
-            return None
-        seconds = routes.seconds_to(places) + away_mm / self._profile.cruise_mm_s
-        # it may face any way from which it could be seen so far
-        visible = 1.0 - slant_deg / (2 * SLANT_DEG)
-        order = [i for i in np.argsort((seconds + TURN_S) / visible) if math.isfinite(seconds[i])]
-        for elbow_mm in ELBOWS_MM:
-            for i in order:
-                place = (float(places[i, 0]), float(places[i, 1]))
-                if memory.floor.clear_between(place, known.place, AROUND_MM[0], elbow_mm):
-                    straight_s = math.dist(memory.here, known.place) / self._profile.cruise_mm_s
-                    extra_s = max(0.5, float(seconds[i]) - straight_s) + 2 * TURN_S
-                    return Detour(extra_s, routes.route_to(place))
-        return None
-
-    def _here(self, target: str) -> Viewpoint:
-        memory = self._memory
-        return Viewpoint(0.0, RESCAN_S, memory.beliefs[target].chance_from(*memory.here, memory.floor))
-
-    def _viewpoints(self, routes: Routes, target: str) -> tuple[Viewpoint, ...]:
-        """The places from which looking is most worth its time."""
-        if not self._profile.chooses_viewpoints:
-            return (Viewpoint(10.0, SCAN_S, 1.0),)
-        memory = self._memory
-        places = routes.places(SPACING_MM, known=True)
-        travel_s = routes.seconds_to(places) + TURN_S
-        far = np.hypot(places[:, 0] - memory.pose.x_mm, places[:, 1] - memory.pose.y_mm) >= NEAREST_MM
-        places, travel_s = places[far], travel_s[far]
-        order = [i for i in np.argsort(travel_s)[:CANDIDATES] if not memory.tried(target, (places[i, 0], places[i, 1]))]
-        belief = memory.beliefs[target]
-        found = []
-        for i in order:
-            place = float(places[i, 0]), float(places[i, 1])
-            chance = belief.chance_from(*place, memory.floor) * memory.novelty(target, place)
-            found.append((chance, float(travel_s[i]), place))
-        found.sort(key=lambda each: -each[0] / (each[1] + SCAN_S))
-        return tuple(
-            Viewpoint(seconds, SCAN_S, chance, routes.route_to(place)) for chance, seconds, place in found[:OFFERED]
-        )
-
-    def _others(self) -> tuple[Other, ...]:
-        """Other targets that were seen."""
-        now_s = self._watch.now()
-        waiting = [errand.target for errand in self._agenda.errands if errand.fate is not Fate.REACHED]
-        seen = {name: known for name, known in self._memory.known.items() if name in waiting}
-        seen.pop(self._agenda.target, None)
-        return tuple(
-            Other(name, math.dist(self._memory.here, known.place) / self._profile.cruise_mm_s, now_s - known.time_s)
-            for name, known in seen.items()
-        )

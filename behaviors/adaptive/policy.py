@@ -56,7 +56,8 @@ class AdaptivePolicy:
         """All candidates that have not been tried too often at this place."""
         past = self._untried(self._past_the_blocker(evidence), evidence)
         # where there is a way round, looking elsewhere would only lead back to what is in the way
-        return past if past and evidence.detour else [*past, *self._untried(_looking(evidence), evidence)]
+        looking = [] if past and evidence.detour else self._untried(_looking(evidence), evidence)
+        return [*past, *looking, *_others(evidence)]
 
     def _untried(self, candidates: Iterable[Option], evidence: Evidence) -> list[Option]:
         # a place that was tried from here is not offered again, so moving off is never the same twice
@@ -85,6 +86,13 @@ class AdaptivePolicy:
         if detour:
             why = f"going round takes {round_s:.0f} s, and waiting is not expected to pay"
             yield Option(Choice(Recovery.DETOUR, why, route=detour.route), round_s, DETOUR_CHANCE)
+
+
+def _others(evidence: Evidence) -> Iterator[Option]:
+    for each in evidence.others:
+        why = f"{each.target} was seen {each.age_s:.0f} s ago, {each.travel_s:.0f} s from here; it can be had sooner"
+        choice = Choice(Recovery.CHANGE_TARGET, why, instead=each.target)
+        yield Option(choice, each.travel_s, each.chance)
 
 
 def _looking(evidence: Evidence) -> Iterator[Option]:

@@ -65,7 +65,7 @@ def choice_words(choice: Choice) -> str:
         case Recovery.RESCAN:
             return "look again from here"
         case Recovery.CHANGE_TARGET:
-            return "leave this target for now"
+            return "leave this target for now" + (f" and go for {choice.instead}" if choice.instead else "")
 
 
 def place_words(place: Point) -> str:
@@ -95,7 +95,8 @@ def evidence_lines(evidence: Evidence) -> Iterator[str]:
         places = "1 other place" if count == 1 else f"{count} other places"
         yield f"{places} to look from: nearest in {nearest:.0f} s, best chance {best:.0%}"
     for other in evidence.others:
-        yield f"{other.target} was seen {other.age_s:.0f} s ago, {other.travel_s:.0f} s from here"
+        seen = f"was seen {other.age_s:.0f} s ago, {other.travel_s:.0f} s from here"
+        yield f"{other.target} {seen}; it is still there with a chance of {other.chance:.0%}"
     if tried := {kind: count for kind, count in evidence.repeats.items() if count}:
         yield "tried here already: " + ", ".join(f"{spaced(kind)} {_times(count)}" for kind, count in tried.items())
 

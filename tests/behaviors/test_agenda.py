@@ -40,6 +40,37 @@ def test_the_last_round_is_the_last():
     assert not agenda.more_targets
 
 
+def test_a_target_may_be_preferred_to_the_next_in_order():
+    agenda = Agenda(["a", "b", "c"], rounds=2)
+    agenda.decide(Fate.GIVEN_UP)
+    agenda.next_target("c")
+    assert agenda.target == "c"
+    _decide(agenda, Fate.GIVEN_UP)
+    assert (agenda.target, agenda.round) == ("b", 1)
+    _decide(agenda, Fate.GIVEN_UP)
+    assert (agenda.target, agenda.round) == ("a", 2)
+
+
+def test_nobody_is_preferred_to_those_whose_turn_has_come_less_often():
+    agenda = Agenda(["a", "b", "c"], rounds=2)
+    agenda.decide(Fate.GIVEN_UP)
+    agenda.next_target()
+    assert agenda.target == "b"
+    assert agenda.earlier == ["c"]
+    agenda.decide(Fate.GIVEN_UP)
+    agenda.next_target("a")
+    assert agenda.target == "c"
+    assert agenda.earlier == []
+
+
+def test_what_is_reached_is_not_preferred():
+    agenda = Agenda(["a", "b"], rounds=2)
+    _decide(agenda, Fate.REACHED)
+    agenda.decide(Fate.GIVEN_UP)
+    agenda.next_target("a")
+    assert agenda.target == "b"
+
+
 def test_going_on_when_nothing_is_left_is_an_error():
     agenda = Agenda(["a"])
     agenda.decide(Fate.REACHED)

@@ -79,6 +79,17 @@ def test_a_decision_that_is_broken_off_does_not_repeat_the_one_before():
     assert [errand.fate for errand in chart.agenda.errands] == [Fate.GIVEN_UP, Fate.PENDING]
 
 
+def test_the_policy_may_say_which_target_is_next_and_that_counts_once():
+    decisions = iter([Choice(Recovery.CHANGE_TARGET, "test", instead="box"), Choice(Recovery.CHANGE_TARGET, "test")])
+    chart = MissionChart(Agenda(("lena", "fox", "box"), rounds=2), lambda: next(decisions))
+    _send(chart, Event.START, Event.SEARCH_FAILED)
+    assert chart.agenda.target == "box"
+    _send(chart, Event.TARGET_SEEN, Event.ARRIVED)
+    assert chart.agenda.target == "fox"
+    _send(chart, Event.SEARCH_FAILED)
+    assert chart.agenda.target == "lena"
+
+
 @pytest.mark.parametrize("state", ["search", "arrive", "wait"])
 def test_a_lost_link_suspends_any_state_and_its_return_resumes_it(state):
     chart = _chart(Recovery.WAIT)

@@ -43,11 +43,13 @@ EVIDENCE = st.builds(
     detour=st.none() | st.builds(Detour, NUMBERS, ROUTES),
     here=st.none() | VIEWPOINTS,
     viewpoints=st.lists(VIEWPOINTS, max_size=2).map(tuple),
-    others=st.lists(st.builds(Other, st.sampled_from(["fox", "box"]), NUMBERS, NUMBERS), max_size=2).map(tuple),
+    others=st.lists(st.builds(Other, st.sampled_from(["fox", "box"]), NUMBERS, NUMBERS, NUMBERS), max_size=2).map(
+        tuple
+    ),
     repeats=st.dictionaries(st.sampled_from(Recovery), st.integers(1, 9)),
 )
 HEAD = ("t", "kind", "state", "target")
-SIMPLE = st.builds(Choice, st.sampled_from(Recovery), st.text(), NUMBERS, NUMBERS, ROUTES, st.booleans())
+SIMPLE = st.builds(Choice, st.sampled_from(Recovery), st.text(), NUMBERS, NUMBERS, ROUTES, st.text(), st.booleans())
 CHOICES = SIMPLE | st.builds(lambda choice, other: Choice(choice.kind, choice.why, proposed=other), SIMPLE, SIMPLE)
 
 BLOCKED = Evidence(

@@ -21,6 +21,7 @@ PERSON = Blocker(400.0, 0.0, moving=True, hides=True)
 FURNITURE = Blocker(400.0, 300.0, moving=False, hides=True)
 HERE, NOT_HERE = Viewpoint(0.0, 8.0, 0.6), Viewpoint(0.0, 8.0, 0.05)
 GOOD, POOR = Viewpoint(6.0, 7.0, 0.5, ROUTE), Viewpoint(12.0, 7.0, 0.1, ((0.0, 900.0),))
+NEAR, FAR = Other("rilakkuma", 8.0, 5.0, 0.9), Other("rilakkuma", 40.0, 5.0, 0.9)
 LONG = 3600.0
 """A search that has lasted longer than any budget."""
 
@@ -74,6 +75,29 @@ def _blocked(blocker: Blocker, extra_s: float | None, **known: object) -> Eviden
             id="the budget is spent but no other target waits",
         ),
         pytest.param(_evidence(), Recovery.CHANGE_TARGET, id="nothing is left to do"),
+        pytest.param(
+            _evidence(here=NOT_HERE, viewpoints=(POOR,), targets_left=2, others=(NEAR,)),
+            Recovery.CHANGE_TARGET,
+            id="another target can be had sooner",
+        ),
+        pytest.param(
+            _evidence(here=NOT_HERE, viewpoints=(GOOD,), targets_left=2, others=(FAR,)),
+            Recovery.MOVE_TO,
+            id="another target is farther than what a look costs",
+        ),
+        pytest.param(
+            _evidence(here=NOT_HERE, viewpoints=(GOOD,), targets_left=2, others=(replace(NEAR, chance=0.1),)),
+            Recovery.MOVE_TO,
+            id="another target has most likely gone",
+        ),
+        pytest.param(
+            _blocked(PERSON, None, targets_left=2, others=(NEAR,)),
+            Recovery.CHANGE_TARGET,
+            id="the way is shut, and that to another target is not",
+        ),
+        pytest.param(
+            _blocked(LOW, 4.0, targets_left=2, others=(NEAR,)), Recovery.DETOUR, id="going round takes less than that"
+        ),
     ],
 )
 def test_what_is_chosen(evidence, kind):
@@ -90,6 +114,11 @@ def test_it_moves_to_the_place_that_promises_most_for_its_time():
 def test_a_detour_goes_along_its_way_and_a_wait_has_its_time():
     assert POLICY.select(_blocked(LOW, 8.0)).route == ROUTE
     assert POLICY.select(_blocked(PERSON, 25.0)).wait_s > 0.0
+
+
+def test_it_names_the_target_that_can_be_had_soonest():
+    others = FAR, replace(NEAR, target="box"), replace(NEAR, target="fox", travel_s=9.0)
+    assert POLICY.select(_evidence(others=others, targets_left=4)).instead == "box"
 
 
 def test_a_fixed_wait_is_as_long_as_it_is_told():
@@ -119,7 +148,7 @@ EVIDENCE = st.builds(
     detour=st.none() | st.builds(Detour, _thousandths(0.5, 120.0), ROUTES),
     here=st.none() | st.builds(Viewpoint, TIMES_S, _thousandths(1.0, 20.0), CHANCES),
     viewpoints=st.lists(st.builds(Viewpoint, TIMES_S, _thousandths(1.0, 20.0), CHANCES, ROUTES), max_size=3).map(tuple),
-    others=st.lists(st.builds(Other, st.just("rilakkuma"), TIMES_S, TIMES_S), max_size=1).map(tuple),
+    others=st.lists(st.builds(Other, st.just("rilakkuma"), TIMES_S, TIMES_S, CHANCES), max_size=1).map(tuple),
     repeats=st.dictionaries(st.sampled_from(list(Recovery)), COUNTS),
 )
 
@@ -137,7 +166,7 @@ def test_no_recovery_is_chosen_a_third_time_at_one_place(evidence):
 
 @given(evidence=EVIDENCE)
 def test_the_last_target_is_not_given_up_while_something_can_be_done(evidence):
-    evidence = replace(evidence, targets_left=1)
+    evidence = replace(evidence, targets_left=1, others=())
     given_up = POLICY.select(evidence).kind is Recovery.CHANGE_TARGET
     assert given_up == (not POLICY.options(evidence))
 

@@ -1,0 +1,128 @@
+"""What could be done next, with its time and chance: ways round, places to look from, other targets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from behaviors.adaptive.memory import Known, Memory
+from behaviors.adaptive.routes import Routes
+from behaviors.adaptive.travel import ELBOW_MM
+from behaviors.mission import AdaptiveProfile
+from behaviors.recovery import Detour, Other, Point, Viewpoint
+
+SPACING_MM = 400.0
+"""Between places that are considered as viewpoints."""
+NEAREST_MM = 350.0
+"""Looking from places nearer than this is looking from here."""
+CANDIDATES, OFFERED = 60, 3
+TURN_S, SCAN_S, RESCAN_S = 1.5, 7.0, 8.0
+"""What it takes to turn to where one goes, to look round there, and to look again here; measured in the simulator."""
+
+BESIDE_MM = 160.0
+ELBOWS_MM = (ELBOW_MM, 0.0, -60.0)
+"""Room beside the last, straight stretch: as much as there is; the map makes things larger than they are."""
+AROUND_MM = (330.0, 1000.0)
+"""Between these distances from the target a way round it ends."""
+SLANT_DEG = 57.0
+"""A picture is seen up to so far from its normal. Source: docs/vision.md, slant."""
+NEWS_S = 60.0
+"""Where another target was seen it still is, in one case out of e, after so long."""
+
+
+class Prospects:
+    """What the map and the beliefs promise, from where the robot is.
+
+    Args:
+        memory: What is known; a map on which the robot is walled in is wrong, and its obstacles are forgotten.
+        profile: The numbers.
+    """
+
+    def __init__(self, memory: Memory, profile: AdaptiveProfile) -> None:
+        self._memory = memory
+        self._profile = profile
+        self._routes = self._plan()
+        if not self._routes.lead_out(SPACING_MM):
+            memory.floor.forget_obstacles()
+            self._routes = self._plan()
+
+    def _plan(self) -> Routes:
+        return Routes(self._memory.floor, self._memory.here, self._profile.cruise_mm_s)
+
+    def detour(self, target: str) -> Detour | None:
+        """The quickest way to a place from which the straight way to a target that was seen is free."""
+        known = self._memory.known.get(target)
+        way = known and self._way_round(known)
+        if not known or not way:
+            return None
+        place, seconds = way
+        return Detour(max(0.5, seconds - self._straight_s(known)) + 2 * TURN_S, self._routes.route_to(place))
+
+    def here(self, target: str) -> Viewpoint:
+        """Another look round from here."""
+        memory = self._memory
+        return Viewpoint(0.0, RESCAN_S, memory.beliefs[target].chance_from(*memory.here, memory.floor))
+
+    def viewpoints(self, target: str) -> tuple[Viewpoint, ...]:
+        """The places from which looking is most worth its time."""
+        if not self._profile.chooses_viewpoints:
+            return (Viewpoint(10.0, SCAN_S, 1.0),)
+        memory, routes = self._memory, self._routes
+        places = routes.places(SPACING_MM, known=True)
+        travel_s = routes.seconds_to(places) + TURN_S
+        far = np.hypot(places[:, 0] - memory.pose.x_mm, places[:, 1] - memory.pose.y_mm) >= NEAREST_MM
+        places, travel_s = places[far], travel_s[far]
+        order = [i for i in np.argsort(travel_s)[:CANDIDATES] if not memory.tried(target, (places[i, 0], places[i, 1]))]
+        belief = memory.beliefs[target]
+        found = []
+        for i in order:
+            place = float(places[i, 0]), float(places[i, 1])
+            chance = belief.chance_from(*place, memory.floor) * memory.novelty(target, place)
+            found.append((chance, float(travel_s[i]), place))
+        found.sort(key=lambda each: -each[0] / (each[1] + SCAN_S))
+        return tuple(
+            Viewpoint(seconds, SCAN_S, chance, routes.route_to(place)) for chance, seconds, place in found[:OFFERED]
+        )
+
+    def others(self, targets: Iterable[str], now_s: float) -> tuple[Other, ...]:
+        """Those of other targets that were seen and to which a way leads."""
+        found = []
+        for target in targets:
+            known = self._memory.known.get(target)
+            travel_s = math.inf if known is None else self._seconds_to(known)
+            if known is not None and math.isfinite(travel_s):
+                age_s = now_s - known.time_s
+                found.append(Other(target, travel_s, age_s, math.exp(-age_s / NEWS_S)))
+        return tuple(found)
+
+    def _seconds_to(self, known: Known) -> float:
+        """Time to a target that was seen; infinity where the map knows no way."""
+        if self._memory.floor.clear_between(self._memory.here, known.place, AROUND_MM[0], ELBOWS_MM[1]):
+            return TURN_S + self._straight_s(known)
+        way = self._way_round(known)
+        return 2 * TURN_S + way[1] if way else math.inf
+
+    def _straight_s(self, known: Known) -> float:
+        return math.dist(self._memory.here, known.place) / self._profile.cruise_mm_s
+
+    def _way_round(self, known: Known) -> tuple[Point, float] | None:
+        """Where a way ends from which the straight way to the target is free, and the time to the target that way."""
+        memory, routes = self._memory, self._routes
+        places = routes.places(BESIDE_MM, known=False)
+        dx, dy = places[:, 0] - known.place[0], places[:, 1] - known.place[1]
+        away_mm = np.hypot(dx, dy)
+        slant_deg = np.abs((np.degrees(np.arctan2(dy, dx)) - known.seen_deg + 180.0) % 360.0 - 180.0)
+        useful = (away_mm >= AROUND_MM[0]) & (away_mm <= AROUND_MM[1]) & (slant_deg <= SLANT_DEG)
+        places, away_mm, slant_deg = places[useful], away_mm[useful], slant_deg[useful]
+        seconds = routes.seconds_to(places) + away_mm / self._profile.cruise_mm_s
+        # it may face any way from which it could be seen so far
+        visible = 1.0 - slant_deg / (2 * SLANT_DEG)
+        order = [i for i in np.argsort((seconds + TURN_S) / visible) if math.isfinite(seconds[i])]
+        for elbow_mm in ELBOWS_MM:
+            for i in order:
+                place = float(places[i, 0]), float(places[i, 1])
+                if memory.floor.clear_between(place, known.place, AROUND_MM[0], elbow_mm):
+                    return place, float(seconds[i])
+        return None
