@@ -4,6 +4,15 @@ from __future__ import annotations
 
 import math
 import threading
+from dataclasses import dataclass, replace
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    telegram: bytes
+    due: float
+    interval_s: float
+    until: float
 
 
 class Heartbeat:
@@ -17,19 +26,22 @@ class Heartbeat:
     def __init__(self) -> None:
         self.due = math.inf
         self.punctual = False
-        self._jobs: dict[str, tuple[float, float, bytes]] = {}
+        self._jobs: dict[str, _Job] = {}
         self._lock = threading.Lock()
 
-    def repeat(self, name: str, telegram: bytes, interval_s: float, now: float) -> None:
-        """Let `telegram` be due every `interval_s`, first one interval from now; replaces the job of that name."""
+    def repeat(self, name: str, telegram: bytes, interval_s: float, now: float, until: float = math.inf) -> None:
+        """Let `telegram` be due every `interval_s`, first one interval from now; replaces the job of that name.
+
+        After `until` it is not due any more, even if nobody has asked since it was.
+        """
         with self._lock:
-            self._jobs[name] = (now + interval_s, interval_s, telegram)
+            self._jobs[name] = _Job(telegram, now + interval_s, interval_s, until)
             self._reckon()
 
     def once(self, name: str, telegram: bytes, due: float) -> None:
         """Let `telegram` be due at `due`, and never again; replaces the job of that name."""
         with self._lock:
-            self._jobs[name] = (due, math.inf, telegram)
+            self._jobs[name] = _Job(telegram, due, math.inf, math.inf)
             self._reckon()
 
     def forget(self, name: str) -> None:
@@ -48,15 +60,17 @@ class Heartbeat:
         """The telegrams due at `now`; they are next due one interval later."""
         taken = []
         with self._lock:
-            for name, (due, interval_s, telegram) in list(self._jobs.items()):
-                if due <= now:
-                    taken.append(telegram)
-                    self._jobs[name] = (now + interval_s, interval_s, telegram)
-                    if math.isinf(interval_s):
-                        del self._jobs[name]
+            for name, job in list(self._jobs.items()):
+                if job.due > now:
+                    continue
+                if now <= job.until:
+                    taken.append(job.telegram)
+                self._jobs[name] = again = replace(job, due=now + job.interval_s)
+                if again.due >= job.until:
+                    del self._jobs[name]
             self._reckon()
         return taken
 
     def _reckon(self) -> None:
-        self.due = min((due for due, _, _ in self._jobs.values()), default=math.inf)
-        self.punctual = any(math.isinf(interval_s) for _, interval_s, _ in self._jobs.values())
+        self.due = min((job.due for job in self._jobs.values()), default=math.inf)
+        self.punctual = any(math.isinf(job.interval_s) for job in self._jobs.values())

@@ -196,9 +196,12 @@ class Link:
         """Whether the link is known to be lost, and to be opened again when the brick is back."""
         return self._comeback.lost is not None
 
-    def repeat(self, name: str, command: Command[Any], interval_s: float) -> None:
-        """Send `command`, without asking for an answer, every `interval_s` from now on; see `forget`."""
-        self._heartbeat.repeat(name, command.encode(want_reply=False), interval_s, self.now())
+    def repeat(self, name: str, command: Command[Any], interval_s: float, until_s: float = math.inf) -> None:
+        """Send `command`, without asking for an answer, every `interval_s` from now on; see `forget`.
+
+        It is not sent after `until_s`, on the link's clock.
+        """
+        self._heartbeat.repeat(name, command.encode(want_reply=False), interval_s, self.now(), until_s)
         self._attention = -math.inf
 
     def send_at(self, name: str, command: Command[Any], time_s: float) -> None:

@@ -13,15 +13,13 @@ from firmware_protocol.errors import LinkError
 from nxtdrive.motion.moves import Cancelled, Steps
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, driven, sample
 from nxtdrive.motion.progress import WATCH_S, Standstill
-from nxtdrive.motion.throttle import lease_deg
+from nxtdrive.motion.throttle import RENEWALS, lease_deg
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
 
 RAMP_S = 0.1
 """Time between two speeds while speeding up or slowing down; the regulator acts no more often."""
-RENEWALS = 3
-"""How often a lease is renewed before it would end."""
 
 
 class Cruise:

@@ -31,6 +31,8 @@ FASTEST_DEG_S = 0.75 * FULL_SPEED_DEG_S
 """A wheel's highest speed: regulation needs a reserve, and a battery of 7.2 V turns the motor at no more than 770."""
 REST_S = 0.03
 """Wheels whose counts are the same for so long stand."""
+TRIPS = 9
+"""Round trips from one `drive` to the next: questions to sonar, bumper and wheels, then the safety stop's, take 8."""
 TURN_RANGE_DEG = 3600.0
 STRAIGHT_RANGE_MM = 10_000.0
 """Longer motions than these are mistakes in a unit."""
@@ -45,8 +47,8 @@ class DriveSettings:
         acceleration_mm_s2: Of `straight`, speeding up and slowing down.
         turn_deg_s: Of `turn`.
         turn_acceleration_deg_s2: Of `turn`, speeding up and slowing down.
-        lease_s: About how long the robot drives on when program or link have died, or nobody calls `drive` again:
-            0.3..10. A wheel's limit is what it turns in this time, and at least 20 degrees.
+        lease_s: About how long the robot drives on when program or link have died, or nobody calls `drive` again (on a
+            slow link see there): 0.3..10. A wheel's limit is what it turns in this time, and at least 20 degrees.
     """
 
     speed_mm_s: float = 200.0
@@ -115,7 +117,7 @@ class Rover:
             safety,
             brick.now,
         )
-        self._throttle = Throttle(brick, settings.lease_s)
+        self._throttle = Throttle(brick, settings.lease_s, trips=TRIPS)
         self._move: Move[Motion] | None = None
         self._driving = False
         self._asking = threading.Lock()
@@ -153,6 +155,9 @@ class Rover:
 
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> Stop | None:
         """Drive on until the next call, for at most one lease.
+
+        On a link on which nine round trips last longer than the lease, it is renewed for so long: else questions to
+        sensors would let it run out between two calls.
 
         What is faster than the motors is driven slower, on the same curve.
 
@@ -246,7 +251,7 @@ class Rover:
             self._throttle.brake(self._ports)
             return Motion(objection, 0.0, 0.0)
         wheels = [Wheel(port, self._forward * sign) for port, sign in zip(self._ports, signs, strict=True)]
-        self._throttle = Throttle(self._brick, self.settings.lease_s)
+        self._throttle = Throttle(self._brick, self.settings.lease_s, trips=TRIPS)
         guard = self._guard if guarded else unguarded
         self._driving, note = False, self._odometry.note
         travel = Travel(self._brick, wheels, pace, guard=guard, note=note, lease_s=self.settings.lease_s)

@@ -1,6 +1,9 @@
 """``replay://FILE``: a recording as a brick. The program must ask what was asked then, in the same order.
 
 Time is that of the recording: it jumps to the moment at which the recorded thing happened. Keep-alives may come and go.
+
+Motions reckon with time: what they ask and tell depends on fractions of a millisecond. Recorded in the simulator they
+replay exactly; recorded on a real clock, where each computation takes its own time, they do not.
 """
 
 from __future__ import annotations
@@ -18,6 +21,8 @@ from nxtdrive.transports.trace_file import HOUSEKEEPING, Entry, Kind, Trace, rea
 
 EARLY_S = 0.001
 """A recorded reply that came so much after the deadline came in time: recorded times are those after the call."""
+STEP_S = 0.001
+"""A pause may have ended so much sooner or later than the program asked for: the simulator has whole milliseconds."""
 
 
 class ReplayTransport:
@@ -83,7 +88,7 @@ class ReplayTransport:
         entry, deadline_s = self._peek(), self._now_s + timeout_s
         due = entry is not None and entry.time_s <= deadline_s + EARLY_S
         if entry is None or not due or entry.kind not in (Kind.FROM_BRICK, Kind.ERROR):
-            self._now_s = deadline_s
+            self._pause_until(deadline_s)
             return None
         self._take(entry)
         if entry.error:
@@ -113,7 +118,15 @@ class ReplayTransport:
 
     def sleep(self, duration_s: float) -> None:
         """Let time pass at once."""
-        self._now_s += max(0.0, duration_s)
+        if duration_s > 0:
+            self._pause_until(self._now_s + duration_s)
+
+    def _pause_until(self, time_s: float) -> None:
+        """Let time pass until then, or until the recorded pause was over and something was sent."""
+        entry = self._peek()
+        if entry and entry.kind is Kind.TO_BRICK and abs(entry.time_s - time_s) <= STEP_S:
+            time_s = entry.time_s
+        self._now_s = max(self._now_s, time_s)
 
     def _peek(self) -> Entry | None:
         return self._entries[self._next] if self._next < len(self._entries) else None

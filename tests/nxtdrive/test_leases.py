@@ -14,12 +14,13 @@ from firmware_protocol.errors import ConfigError, LinkError, LocalProtocolError
 from nxtdrive import open_brick
 from nxtdrive.motion.motor import MotorSettings
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
-from nxtdrive.motion.rover import DriveSettings, Rover, SafetyStop
+from nxtdrive.motion.rover import TRIPS, DriveSettings, Rover, SafetyStop
 from nxtdrive.motion.throttle import LEASE_S
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.simulation import LinkFaults
 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
+SLOW = pytest.mark.parametrize("latency_ms", [80, 100, 150, 300])
 UNGUARDED = SafetyStop(enabled=False)
 FOR_EVER_MS = 10**9
 COAST_S = 0.2
@@ -70,7 +71,7 @@ def test_other_motions_of_a_motor_are_leased_as_well(lab, latency_ms, move):
     assert 100 < distance_deg <= 600 * (LEASE_S + COAST_S) + 50
 
 
-@LINKS
+@pytest.mark.parametrize("latency_ms", [2, 45, 150])
 @pytest.mark.parametrize("lease_s", [LEASE_S, 0.3])
 @pytest.mark.parametrize("speed_mm_s", [100, 300])
 def test_a_robot_whose_program_has_died_stands_within_its_lease(lab, latency_ms, lease_s, speed_mm_s):
@@ -80,8 +81,53 @@ def test_a_robot_whose_program_has_died_stands_within_its_lease(lab, latency_ms,
         rover.drive(speed_mm_s, 0)
         room.brick.sleep(0.07)
     distance_mm, time_s = until_rest(room, lambda: round(room.simulation.truth.pose.x_mm, 1))
-    assert 0 < distance_mm <= speed_mm_s * (lease_s + COAST_S) * 1.05
-    assert time_s <= 1.3 * lease_s + ROLL_OUT_S
+    under_way_s = latency_ms / 2000
+    assert 0 < distance_mm <= speed_mm_s * (lease_s + COAST_S + under_way_s) * 1.05
+    assert time_s <= 1.3 * lease_s + ROLL_OUT_S + under_way_s
+
+
+def drive_and_look(room, rover, speed_mm_s, duration_s):
+    """What a mission does: look ahead, feel, reckon, drive on."""
+    end = room.brick.now() + duration_s
+    while room.brick.now() < end:
+        rover.range_mm()
+        rover.touching()
+        rover.pose()
+        room.brick.sleep(0.05)
+        assert rover.drive(speed_mm_s, 0) is None
+
+
+@SLOW
+@pytest.mark.parametrize("lease_s", [LEASE_S, 0.3])
+def test_a_robot_does_not_falter_between_two_calls_over_a_slow_link(lab, latency_ms, lease_s):
+    room = lab(latency_ms=latency_ms)
+    rover = Rover(room.brick, settings=DriveSettings(lease_s=lease_s))
+    drive_and_look(room, rover, 100, 2)
+    begin, begun_ms = room.simulation.truth.pose.x_mm, room.simulation.now_ms
+    drive_and_look(room, rover, 100, 8)
+    speed_mm_s = (room.simulation.truth.pose.x_mm - begin) / (room.simulation.now_ms - begun_ms) * 1000
+    assert speed_mm_s == pytest.approx(100, rel=0.05)
+
+
+@SLOW
+def test_a_slow_link_does_not_keep_a_robot_going_that_nobody_drives(lab, latency_ms):
+    room = lab(latency_ms=latency_ms)
+    rover = Rover(room.brick)
+    drive_and_look(room, rover, 100, 3)
+    begin = room.simulation.truth.pose.x_mm
+    for _ in range(100):  # the program lives, and asks
+        rover.pose()
+    distance_mm = room.simulation.truth.pose.x_mm - begin
+    assert distance_mm <= 100 * (TRIPS * latency_ms / 1000 + LEASE_S + COAST_S) * 1.05
+
+
+def test_a_computer_that_slept_does_not_start_the_robot_again(lab):
+    room = lab(latency_ms=150)
+    drive_and_look(room, Rover(room.brick), 100, 3)
+    room.simulation.advance(5000)
+    begin = room.simulation.truth.pose.x_mm
+    room.brick.sleep(2)
+    assert room.simulation.truth.pose.x_mm == pytest.approx(begin, abs=1)
 
 
 @pytest.mark.parametrize("lease_s", [0.1, 60])

@@ -13,6 +13,7 @@ from nxtdrive import open_brick
 from nxtdrive.brick import Brick
 from nxtdrive.cli.main import DONE, LINK_LOST, NOT_ACHIEVED, USAGE, main
 from nxtdrive.mission_run import default_camera
+from nxtdrive.motion.rover import SafetyStop
 from nxtdrive.transports.record import RecordTransport, recorded
 from nxtdrive.transports.replay import ReplayTransport
 from nxtdrive.transports.sim import SimTransport
@@ -64,9 +65,9 @@ def test_a_bad_line_is_named_and_a_cut_last_line_left_out(tmp_path):
 def record(tmp_path):
     """Records what `talk` does with a brick; returns the trace's path and what `talk` returned."""
 
-    def make(talk, faults=None, **options):
+    def make(talk, faults=None, latency_ms=2, **options):
         path = tmp_path / "talk.nxttrace"
-        inner = SimTransport(Simulation("open"), faults=faults)
+        inner = SimTransport(Simulation("open"), faults=faults, latency_ms=latency_ms)
         header = Trace(inner.address, inner.max_telegram)
         with Brick(RecordTransport(inner, TraceWriter(path, header), path, inner.now()), **options) as brick:
             return path, talk(brick)
@@ -82,6 +83,20 @@ def test_a_recording_stands_in_for_the_brick(record):
     path, answers = record(talk)
     with Brick(ReplayTransport(read_trace(path), "replay://")) as brick:
         assert talk(brick) == answers
+
+
+@pytest.mark.parametrize("latency_ms", [2, 45])
+def test_recorded_motions_replay_exactly(record, latency_ms):
+    def talk(brick):
+        motor, rover = brick.motor("A"), brick.rover(safety=SafetyStop(enabled=False))
+        arm = motor.run_angle(500, 200, wait=False)
+        asked = [brick.battery_mv for _ in range(5)]
+        motions = [arm.join(), rover.straight(120), rover.turn(-50), motor.run_target(700, -30)]
+        return [*asked, *motions, motor.angle, rover.pose(), brick.now()]
+
+    path, outcomes = record(talk, latency_ms=latency_ms)
+    with Brick(ReplayTransport(read_trace(path), "replay://")) as brick:
+        assert talk(brick) == outcomes
 
 
 def test_what_went_wrong_goes_wrong_again(record):
