@@ -1,7 +1,7 @@
-"""Measures this machine: protocol, simulation, detectors. Run it with ``nxtdrive bench``.
+"""Measures this machine: protocol, simulation, detectors, mind. Run it with ``nxtdrive bench``.
 
-Figures are medians over repeats within one run, and goals are ratios between figures of the same run, so they hold on
-fast and slow machines alike. CPU time is the process's own.
+Figures are medians over repeats within one run, and goals are, where they can be, ratios between figures of the same
+run, so they hold on fast and slow machines alike. CPU time is the process's own.
 """
 
 from __future__ import annotations
@@ -71,6 +71,7 @@ AREAS: dict[str, tuple[str, str]] = {
     "simulation": ("bench", "measure_simulation"),
     "detectors": ("bench", "measure_detectors"),
     "doors": ("bench_doors", "measure_doors"),
+    "mind": ("bench_mind", "measure_mind"),
     "motion": ("bench_motion", "measure_motion"),
     "nxt-python": ("bench_nxt_python", "measure_nxt_python"),
     "sensors": ("bench_sensors", "measure_sensors"),

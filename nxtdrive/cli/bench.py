@@ -21,14 +21,16 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Measure this machine, area by area: encoding and requests (next to bare struct),
 the import, the simulation with and without a camera, each detector, the doors of
-the simulated brick, motion, sensors. Where nxt-python has a counterpart it is
-measured in the same run, in a process of its own, and a table at the end shows
-both; `driver` stands for all areas where that can be. Without areas everything
-is measured, which takes some minutes. With --nxt, motion is measured on a real
-brick with a free motor on port A."""
+the simulated brick, the mind (facts, frames, decisions, missions a minute),
+motion, sensors. Where nxt-python has a counterpart it is measured in the same
+run, in a process of its own, and a table at the end shows both; `driver` stands
+for all areas where that can be. Without areas everything is measured, which takes
+some minutes. With --nxt, motion is measured on a real brick with a free motor on
+port A."""
 EXAMPLES = """\
   nxtdrive bench
   nxtdrive bench protocol simulation
+  nxtdrive bench mind
   nxtdrive bench driver --out figures.json
   nxtdrive bench motion --nxt usb://"""
 

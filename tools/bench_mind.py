@@ -1,0 +1,235 @@
+"""Measures what thinking costs: a fact to the chart, a frame and a decision of the adaptive mind, whole missions.
+
+All of it is CPU time, so that others on the machine count for little. Frames are timed while the robot looks round at
+the start of missions of the sweep, decisions throughout them, where maps and beliefs are as full as they get. What came
+of it is in docs/adaptive.md, "What it costs".
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
+from itertools import product
+
+from behaviors.adaptive.memory import Memory
+from behaviors.adaptive.mind import AdaptiveMind
+from behaviors.adaptive.scan import Scan
+from behaviors.adaptive.watch import Watch
+from behaviors.agenda import Agenda
+from behaviors.chart import MissionChart
+from behaviors.events import Event, Fact, Reason
+from behaviors.executive import Executive
+from behaviors.mission import Mission
+from behaviors.ports import Pose, Sighting
+from behaviors.recovery import Choice, Evidence, Recovery
+from behaviors.skills import Senses
+from nxtdrive.brick import Brick
+from nxtdrive.transports.sim import SimTransport
+from sim_backend.simulation import Simulation
+
+from .bench import REPEATS, Figure
+from .sweep.performance import Task, evaluate
+from .sweep.robot import GEOMETRIC, Robot, build_robot
+from .sweep.scenarios import CLASSES, draw_scenario
+
+# Windows counts CPU time in steps of 15.6 ms, which is no use for single decisions
+cpu_s = time.perf_counter if sys.platform == "win32" else time.process_time
+
+TURNS = 500
+"""How often the facts of `WAYS` are reported to the chart in each repeat."""
+HARD = ("far", "clutter", "block_transient", "block_permanent", "absent", "moved", "narrow_door")
+"""Classes in which much is decided."""
+SEEDS = range(100, 105)
+"""Seeds of their missions; some two hundred decisions."""
+FACT_US, DECISION_MS, PACE_PER_MIN = 500.0, 50.0, 40.0
+"""Goals."""
+SHARE = 0.99
+"""So many decisions keep within the goal."""
+
+
+def measure_mind(
+    *,
+    turns: int = TURNS,
+    hard: Sequence[str] = HARD,
+    seeds: Sequence[int] = SEEDS,
+    kinds: Sequence[str] = tuple(CLASSES),
+) -> Iterable[Figure]:
+    """Every figure, one after the other, as they are measured; takes some two minutes.
+
+    Args:
+        turns: How often the facts of `WAYS` are reported to the chart in each repeat.
+        hard: Classes of the missions in which frames and decisions are timed.
+        seeds: Their seeds.
+        kinds: Classes of the missions that are counted, one each.
+    """
+    yield from _chart_figures(turns)
+    yield from _thinking_figures(list(product(hard, seeds)))
+    for policy in "thesis", "adaptive":
+        yield _pace(policy, kinds)
+
+
+WAYS: dict[str, tuple[Event, ...]] = {
+    "one that leads on": (Event.TARGET_SEEN, Event.ARRIVE_FAILED, Event.RECOVERY_DONE),
+    "one of another region": (Event.OBSTACLE, Event.OBSTACLE_GONE),
+    "one that is ignored": (Event.ARRIVED,),
+}
+"""Facts that lead a searching robot back to where it was."""
+
+
+def searching_chart() -> MissionChart:
+    """The chart of a robot that searches."""
+    chart = MissionChart(Agenda(["lena", "rilakkuma"]), lambda: Choice(Recovery.WAIT, "measured"))
+    chart.report(Fact(Event.START, Reason.MISSION_STARTED))
+    return chart
+
+
+def _chart_figures(turns: int) -> Iterable[Figure]:
+    """One fact reported to the chart, next to the least that any state machine does."""
+    yield Figure("fact to a bare dict of transitions, CPU", _bare_dispatch_us(turns * 100), "µs")
+    for name, events in WAYS.items():
+        took_us = _each_us(searching_chart().report, events, turns)
+        yield Figure(f"fact to the chart, {name}, CPU", took_us, "µs", f"<= {FACT_US:g}", took_us <= FACT_US)
+
+
+def _bare_dispatch_us(turns: int) -> float:
+    """A state machine that is a dict and nothing else."""
+    table = {("search", Event.TARGET_SEEN): "arrive", ("arrive", Event.ARRIVE_FAILED): "search"}
+    state = "search"
+
+    def report(fact: Fact) -> None:
+        nonlocal state
+        state = table.get((state, fact.event), state)
+
+    return _each_us(report, (Event.TARGET_SEEN, Event.ARRIVE_FAILED), turns)
+
+
+def _each_us(report: Callable[[Fact], None], events: Sequence[Event], turns: int) -> float:
+    """CPU time of one report."""
+    facts = [Fact(event, Reason.SIGHTED) for event in events]
+    rounds = []
+    for _ in range(REPEATS):
+        begun_s = cpu_s()
+        for _ in range(turns):
+            for fact in facts:
+                report(fact)
+        rounds.append((cpu_s() - begun_s) / (turns * len(facts)) * 1e6)
+    return statistics.median(rounds)
+
+
+class TimedMemory(Memory):
+    """A memory that notes what it costs to take in a frame.
+
+    Args:
+        mission: Its targets.
+
+    Attributes:
+        times_s: CPU time of each frame, with its echo.
+    """
+
+    def __init__(self, mission: Mission) -> None:
+        super().__init__(mission)
+        self.times_s: list[float] = []
+
+    def perceive(
+        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], seen: Mapping[str, Sighting]
+    ) -> Mapping[str, Sighting]:
+        """Take in a frame and an echo."""
+        begun_s = cpu_s()
+        believed = super().perceive(now_s, pose, range_mm, looked_for, seen)
+        self.times_s.append(cpu_s() - begun_s)
+        return believed
+
+
+class TimedMind(AdaptiveMind):
+    """The adaptive mind, which notes what each decision costs: the evidence and the choice that follows.
+
+    Args:
+        times_s: Takes the CPU times.
+        senses: What to work with.
+        mission: What to do.
+        agenda: Whose present target is pursued.
+    """
+
+    def __init__(self, times_s: list[float], senses: Senses, mission: Mission, agenda: Agenda) -> None:
+        super().__init__(senses, mission, agenda)
+        self._times_s = times_s
+        self._gathered_s = 0.0
+
+    def evidence(self, failure: Evidence, fact: Fact) -> Evidence:
+        """What is known of a failure."""
+        begun_s = cpu_s()
+        evidence = super().evidence(failure, fact)
+        self._gathered_s = cpu_s() - begun_s
+        return evidence
+
+    def select(self, evidence: Evidence) -> Choice:
+        """Choose; the decision is complete."""
+        begun_s = cpu_s()
+        choice = super().select(evidence)
+        self._times_s.append(self._gathered_s + cpu_s() - begun_s)
+        return choice
+
+
+@contextmanager
+def _robot(kind: str, seed: int) -> Iterator[Robot]:
+    """The robot of a scenario of the sweep, with geometric eyes."""
+    scenario = draw_scenario(kind, seed)
+    simulation = Simulation(scenario.world, seed=seed)
+    with Brick(SimTransport(simulation, latency_ms=scenario.latency_ms, faults=scenario.faults)) as brick:
+        yield build_robot(scenario, simulation, brick, GEOMETRIC, [])
+
+
+def _unheard(*_: object, **__: object) -> None:
+    """Nobody keeps a journal."""
+
+
+def frame_times_s(kind: str, seed: int) -> list[float]:
+    """CPU time of each frame of the first look round in a mission of the sweep."""
+    with _robot(kind, seed) as robot:
+        mission, memory = robot.mission, TimedMemory(robot.mission)
+        senses = Senses(robot.body, robot.eyes, robot.clock, mission.thesis, _unheard, _unheard)
+        Scan(Watch(senses, mission.adaptive, memory, Agenda(mission.mission.targets))).call()
+    return memory.times_s
+
+
+def decision_times_s(kind: str, seed: int) -> list[float]:
+    """CPU time of each decision in a mission of the sweep that is pursued adaptively."""
+    times_s: list[float] = []
+    with _robot(kind, seed) as robot:
+        Executive(robot.mission, robot.body, robot.eyes, robot.clock, [], partial(TimedMind, times_s)).run()
+    return times_s
+
+
+def _thinking_figures(missions: Sequence[tuple[str, int]]) -> Iterable[Figure]:
+    """What frames and decisions cost in these missions, (class, seed)."""
+    frames_s = [time_s for kind, seed in missions for time_s in frame_times_s(kind, seed)]
+    middle_ms, high_ms = spread_ms(frames_s)
+    yield Figure(f"adaptive: frame to memory, median of {len(frames_s)}, CPU", middle_ms, "ms")
+    yield Figure("adaptive: frame to memory, 99 %, CPU", high_ms, "ms")
+    decisions_s = [time_s for kind, seed in missions for time_s in decision_times_s(kind, seed)]
+    middle_ms, high_ms = spread_ms(decisions_s)
+    yield Figure(f"adaptive: decision, median of {len(decisions_s)}, CPU", middle_ms, "ms")
+    yield Figure("adaptive: decision, 99 %, CPU", high_ms, "ms", f"<= {DECISION_MS:g}", high_ms <= DECISION_MS)
+
+
+def spread_ms(times_s: Sequence[float]) -> tuple[float, float]:
+    """Median and the time within which 99 % stay, in milliseconds; NaN when nothing was measured."""
+    if not times_s:
+        return math.nan, math.nan
+    ordered = sorted(times_s)
+    return statistics.median(ordered) * 1000, ordered[math.ceil(SHARE * len(ordered)) - 1] * 1000
+
+
+def _pace(policy: str, kinds: Sequence[str]) -> Figure:
+    """Missions that one core performs in a minute, judging included."""
+    begun_s = cpu_s()
+    for index, kind in enumerate(kinds):
+        evaluate(Task(index, kind, SEEDS[0], policy, GEOMETRIC))
+    pace_per_min = len(kinds) * 60.0 / (cpu_s() - begun_s)
+    name = f"missions a minute of CPU, {policy}, {len(kinds)} classes"
+    return Figure(name, pace_per_min, "1/min", f">= {PACE_PER_MIN:g}", pace_per_min >= PACE_PER_MIN)
