@@ -44,7 +44,12 @@ DEFAULT_OUT = Path("sweep.jsonl")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("--suite", choices=list(SUITES), default="smoke", help="what to run (default: smoke)")
+    parser.add_argument(
+        "--suite",
+        choices=list(SUITES),
+        default="smoke",
+        help="smoke: one seed of each class, four policies, a minute; full: 100 seeds, all policies (default: smoke)",
+    )
     parser.add_argument("--classes", metavar="A,B", type=_names, help="only these classes of scenarios")
     parser.add_argument("--seeds", metavar="A-B", type=_seeds, help="these seeds of each class, both ends included")
     parser.add_argument("--policies", metavar="A,B", type=_names, help="only these policies")

@@ -1,0 +1,51 @@
+"""What must hold of the smoke suite's missions of both profiles, performed as ``nxtdrive sweep --workers 2`` does."""
+
+import pytest
+
+from nxtdrive.cli.sweep import SUITES
+from nxtdrive.tools.sweep.performance import FAILED, evaluate
+from nxtdrive.tools.sweep.runner import plan, sweep, workers
+from nxtdrive.tools.sweep.scenarios import CLASSES
+
+WORKERS = 2
+PROFILES = ("thesis", "adaptive")
+(FIRST, LAST), POLICIES = SUITES["smoke"]
+TASKS = plan(list(CLASSES), range(FIRST, LAST + 1), PROFILES, "geometric")
+REPEATED = {("clutter", "adaptive"), ("link", "adaptive"), ("moved", "thesis")}
+"""A crowded room, a link with outages, the other profile."""
+AGAIN = [task for task in TASKS if (task.kind, task.policy) in REPEATED]
+
+
+@pytest.fixture(scope="module", name="lines")
+def _lines(tmp_path_factory):
+    out = tmp_path_factory.mktemp("smoke") / "smoke.jsonl"
+    with workers(WORKERS) as executor:
+        return sweep(TASKS, out, executor, number=WORKERS).lines
+
+
+def _targets(lines, policy):
+    return [target for line in lines if line["policy"] == policy for target in line["targets"]]
+
+
+def test_they_are_the_smoke_suites():
+    assert set(PROFILES) <= set(POLICIES)
+    assert len(plan(list(CLASSES), range(FIRST, LAST + 1), POLICIES, "geometric")) >= 60
+    assert len(AGAIN) == len(REPEATED)
+
+
+def test_no_mission_broke(lines):
+    assert [(line["class"], line["policy"], line["error"]) for line in lines if line["ending"] == FAILED] == []
+
+
+def test_the_adaptive_profile_reaches_at_least_as_many_targets_as_the_thesis(lines):
+    thesis, adaptive = (sum(target["success"] for target in _targets(lines, policy)) for policy in PROFILES)
+    assert adaptive >= thesis > 0
+
+
+def test_the_adaptive_profile_never_stops_at_something_else(lines):
+    assert [target for target in _targets(lines, "adaptive") if target["wrong_stops"]] == []
+
+
+@pytest.mark.parametrize("task", AGAIN, ids=lambda task: f"{task.kind}-{task.policy}")
+def test_the_same_mission_gives_the_same_line_in_another_process(task, lines):
+    assert evaluate(task) == lines[task.index]
