@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
@@ -44,8 +45,8 @@ class Throttle:
         self._trips = trips
         self._given: dict[OutputPort, tuple[int, float, float]] = {}
 
-    def run(self, port: OutputPort, speed_deg_s: float) -> bool:
-        """Let a motor turn at a regulated speed for one more lease.
+    def run(self, port: OutputPort, speed_deg_s: float, left_deg: float = math.inf) -> bool:
+        """Let a motor turn at a regulated speed for one more lease, but no farther than `left_deg`.
 
         Returns:
             Whether it should have been turning in this direction since the call before.
@@ -58,7 +59,8 @@ class Throttle:
             return turning
         self._brick.moves(port)
         self._brick.forget(port.name)
-        command = driven(port, power, lease_deg(power / 100 * FULL_SPEED_DEG_S, self._lease_s), regulated=True)
+        limit_deg = round(min(lease_deg(power / 100 * FULL_SPEED_DEG_S, self._lease_s), left_deg))
+        command = driven(port, power, limit_deg, regulated=True)
         self._brick.send(command)
         away_s = self._trips * self._brick.latency_s if self._trips and power else 0.0
         if away_s > self._lease_s:

@@ -2,7 +2,8 @@
 
 The firmware's own tacho limit coasts past its target (docs/firmware.md section 1, fact 12), so the PC decides when to
 brake. It accounts for the link: a reading is older than its arrival, and a command acts later than it was sent. The
-last stretch is done at a creeping speed, and the moment of braking is computed rather than polled for.
+last stretch is done at a creeping speed, and the moment of braking is computed rather than polled for. The limit of
+the lease lies at the goal, not behind it: a computer that falters then overshoots by no more than the motor coasts.
 """
 
 from __future__ import annotations
@@ -32,8 +33,12 @@ CYCLE_S = 0.02
 """Shortest time between two looks at the wheels; the regulator itself acts only five times less often."""
 TOLERANCE_DEG = 2.0
 """A wheel that stopped this close to its goal stays there."""
-CORRECTIONS = 3
+CORRECTIONS = 5
 """How often a missed goal is approached again."""
+COUNT_DEG = 1.0
+"""Resolution of the wheels' counters."""
+MISSED_DEG = 15.0
+"""A wheel that is farther from its goal after that has not come there."""
 SYNC_PER_S = 2.5
 """Speed, in deg/s, taken from a wheel for each degree it is ahead of the other."""
 SETTLE_S = 0.4
@@ -125,7 +130,7 @@ class Travel:
         """Turn the wheels by `angle_deg` and brake them, step by step.
 
         Returns:
-            Why it ended: what `guard` said, or DONE, STALLED, TIMEOUT, CANCELLED.
+            Why it ended: what `guard` said, or DONE, STALLED, CANCELLED, or TIMEOUT: time or tries were not enough.
 
         Raises:
             LinkError: The brick cannot be reached; it was told to brake if possible, else the lease runs out.
@@ -157,13 +162,13 @@ class Travel:
                 return stop
             if abs(rest) <= TOLERANCE_DEG:
                 break
-        return Stop.DONE
+        return Stop.DONE if abs(rest) <= MISSED_DEG else Stop.TIMEOUT
 
     def _approach(self, angle_deg: float) -> Steps[Stop | None]:
         """Drive until it is time to brake; returns what else ended it."""
         brick, progress = self._brick, Progress(self._stall_s)
         deadline = brick.now() + self._pace.duration_s(abs(angle_deg))
-        near = False
+        near = driven = False
         while True:
             stop = self._guard(near)
             began = brick.now()
@@ -173,12 +178,13 @@ class Travel:
             if stop is not None:
                 return stop
             brake_at = progress.brake_at(reading.delay_s)
+            if (progress.rest and not driven) or brake_at - brick.now() > self._cycle_s:
+                near, driven = self._drive(progress, rests, reading.delay_s), True
             if brake_at - brick.now() <= self._cycle_s:
                 if brake_at > brick.now():
                     self._throttle.brake_at(self._ports, brake_at)
                     yield brake_at
                 return None
-            near = self._drive(progress, rests, reading.delay_s)
             yield began + CYCLE_S
             self._cycle_s = brick.now() - began
 
@@ -200,7 +206,8 @@ class Travel:
         speed = self._pace.at(progress.done, left)
         for number, (wheel, rest) in enumerate(zip(self._wheels, rests, strict=True)):
             wanted = math.copysign(speed, progress.rest) + SYNC_PER_S * (rest - progress.rest)
-            if not self._throttle.run(wheel.port, wheel.sign * wanted):
+            left_deg = abs(rest) - progress.speed * delay_s + COUNT_DEG
+            if not self._throttle.run(wheel.port, wheel.sign * wanted, left_deg):
                 progress.begin(number, self._brick.now())
         return left <= creeping
 

@@ -1,5 +1,7 @@
 """Radio links: what waits and what gives up goes by the link's own pace."""
 
+import random
+
 import pytest
 
 from firmware_protocol.direct import LSWrite, SetOutputState
@@ -100,6 +102,61 @@ def test_a_wheel_that_is_held_is_stalled_however_late_it_was_told():
         begin = brick.now()
         assert brick.motor("A").run_angle(500, 200) == "stalled"
         assert brick.now() - begin < 2
+
+
+@SLOW
+@pytest.mark.parametrize("angle_deg", [5, 15, 30, 90, 360])
+def test_an_angle_is_reached_however_slow_the_link(lab, latency_ms, angle_deg):
+    room = lab(latency_ms=latency_ms)
+    assert room.brick.motor("A").run_angle(500, angle_deg) == "done"
+    room.brick.sleep(1)
+    assert room.output("A").rotation == pytest.approx(angle_deg, abs=2)
+
+
+class Starving(SimTransport):
+    """A computer that now and then does something else before it sends a telegram.
+
+    Attributes:
+        share: Of telegrams that are late.
+        pauses_s: By how much, from and to.
+    """
+
+    def __init__(self, simulation, seed, share, pauses_s):
+        super().__init__(simulation)
+        self.random, self.share, self.pauses_s = random.Random(seed), 0.0, pauses_s
+        self.simulation, self.starves = simulation, share
+
+    def send(self, telegram):
+        if self.random.random() < self.share:
+            self.simulation.advance(round(1000 * self.random.uniform(*self.pauses_s)))
+        super().send(telegram)
+
+    def move(self, speed_deg_s, angle_deg):
+        """How a motor's move ends, and where the motor is, once all is at rest."""
+        with Brick(self, timeout_s=5) as brick:
+            self.share = self.starves
+            stop = brick.motor("A").run_angle(speed_deg_s, angle_deg)
+            self.share = 0.0
+            brick.sleep(1)
+            return stop, self.simulation.brick.output.outputs[0].control.rotation
+
+
+@pytest.mark.parametrize("angle_deg", [90, 720])
+def test_a_computer_that_falters_does_not_end_a_move_short_or_long(angle_deg):
+    errors_deg = []
+    for seed in range(40):
+        stop, angle = Starving(Simulation("open"), seed, 0.02, (0.1, 0.5)).move(900, angle_deg)
+        assert stop == "done"
+        errors_deg.append(abs(angle - angle_deg))
+    errors_deg.sort()
+    assert errors_deg[38] <= 2
+    assert errors_deg[-1] <= 15
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_move_that_did_not_come_there_does_not_say_so(seed):
+    stop, angle = Starving(Simulation("open"), seed, 0.1, (0.5, 3.0)).move(900, 360)
+    assert stop == ("done" if abs(angle - 360) <= 15 else "timeout")
 
 
 @pytest.mark.parametrize(("latency_ms", "period_s"), [(2, 0.25), (45, 8 * 0.045)])
