@@ -69,7 +69,9 @@ class Agenda:
 
     @property
     def earlier(self) -> list[str]:
-        """Further targets whose turn may come before this one's next: it has come less often."""
+        """Targets that may be gone for before this one's next turn, if it has one: their turn has come less often."""
+        if self.errand.turns == self.rounds:
+            return []
         return [errand.target for errand in self._waiting() if errand.turns < self.errand.turns]
 
     def decide(self, fate: Fate) -> None:

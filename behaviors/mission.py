@@ -79,6 +79,8 @@ class AdaptiveProfile(_Table):
         detours: Whether it goes round what is in the way.
         chooses_viewpoints: Whether it chooses where to look next; otherwise it moves off as the thesis does.
         remembers_others: Whether it keeps in mind where it saw the other targets.
+        in_order: Whether a target is gone for only when those before it are reached or given up; otherwise one that was
+            seen and can be had sooner may come first.
         fixed_wait_s: Wait so long, whatever is known; without it, as long as pays.
     """
 
@@ -94,6 +96,7 @@ class AdaptiveProfile(_Table):
     detours: bool = True
     chooses_viewpoints: bool = True
     remembers_others: bool = True
+    in_order: bool = False
     fixed_wait_s: float | None = Field(default=None, ge=0, le=600)
 
 

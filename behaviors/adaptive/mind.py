@@ -96,7 +96,7 @@ class AdaptiveMind:
             detour=detour,
             here=prospects.here(target),
             viewpoints=prospects.viewpoints(target),
-            others=prospects.others(self._agenda.earlier, self._watch.now()),
+            others=() if self._profile.in_order else prospects.others(self._agenda.earlier, self._watch.now()),
             repeats=memory.repeats(target),
         )
 

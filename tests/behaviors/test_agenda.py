@@ -63,6 +63,11 @@ def test_nobody_is_preferred_to_those_whose_turn_has_come_less_often():
     assert agenda.earlier == []
 
 
+def test_nobody_comes_before_the_last_turn_of_a_target():
+    agenda = Agenda(["a", "b"], rounds=1)
+    assert agenda.earlier == []
+
+
 def test_what_is_reached_is_not_preferred():
     agenda = Agenda(["a", "b"], rounds=2)
     _decide(agenda, Fate.REACHED)

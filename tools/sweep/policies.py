@@ -52,6 +52,7 @@ ABLATIONS: dict[str, Policy] = {
     "adaptive-fixed-wait": _executive(AdaptiveMind, fixed_wait_s=15.0),
     "adaptive-no-detour": _executive(AdaptiveMind, detours=False),
     "adaptive-no-viewpoints": _executive(AdaptiveMind, chooses_viewpoints=False),
+    "adaptive-in-order": _executive(AdaptiveMind, in_order=True),
     "adaptive-no-memory": _executive(AdaptiveMind, remembers_others=False),
 }
 """The adaptive profile without one of its faculties; only when asked for by name."""

@@ -23,7 +23,8 @@ from sim_backend.world.world_file import WorldFile
 
 from .draft import PRINT_MM, ROBOT_RADIUS_MM, Draft
 
-TIME_LIMIT_S = 300.0
+TIME_LIMIT_S, CRUISE_MM_S = 300.0, 200.0
+"""A mission's time, and how fast the robot cruises: policies are compared, not speeds."""
 USB_MS, BLUETOOTH_MS = 2.0, (30.0, 65.0)
 """Round trips of the two links; see `nxtdrive.transports.sim`."""
 COMPASS_PORT: Final = 2
@@ -124,6 +125,7 @@ def _mission(title: str, draft: Draft, robot: Mapping[str, Any]) -> Mission:
     return Mission.model_validate(
         {
             "mission": {"name": title, "targets": targets, "time_limit_s": TIME_LIMIT_S},
+            **{profile: {"cruise_mm_s": CRUISE_MM_S} for profile in ("thesis", "adaptive")},
             "target": {
                 name: {"detector": "picture", "pictures": [str(PICTURES / f"{name}.png")], "height_mm": PRINT_MM[1]}
                 for name in targets
