@@ -23,7 +23,7 @@ EXAMPLES = """\
   nxtdrive motor run B --power -60
   nxtdrive motor turn A 720
   nxtdrive motor turn C -90 --speed 200 --json
-  nxtdrive motor stop A B C --nxt usb://"""
+  nxtdrive motor stop --nxt usb://"""
 
 PORTS = ("A", "B", "C")
 
@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     turn.add_argument("angle", metavar="DEGREES", type=float, help="how far; negative: backward")
     turn.add_argument("--speed", metavar="DEG_S", type=float, default=360.0, help="degrees per second (default: 360)")
     stop = actions.add_parser("stop", help="brake motors and switch them off, whoever started them")
-    stop.add_argument("ports", metavar="PORT", nargs="+", type=str.upper, choices=PORTS, help="A, B or C")
+    stop.add_argument("ports", metavar="PORT", nargs="*", type=str.upper, help="A, B or C (default: all)")
     for action, function in ((run_, _run), (turn, _turn), (stop, _stop)):
         add_brick_arguments(action)
         add_json_argument(action)
@@ -86,7 +86,7 @@ def _turn(brick: Brick, args: argparse.Namespace) -> int:
 def _stop(brick: Brick, args: argparse.Namespace) -> int:
     from nxtdrive.ports import output_port
 
-    ports: list[MotorPort] = args.ports
+    ports: list[MotorPort] = args.ports or list(PORTS)
     for port in ports:
         brick.motor(port).brake()
         brick.moves(output_port(port))

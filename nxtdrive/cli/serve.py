@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 from contextlib import ExitStack, closing
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments
+from nxtdrive.cli.pace import in_real_time
 from nxtdrive.cli.signals import until_signal
 
 if TYPE_CHECKING:
@@ -78,19 +78,6 @@ def run(args: argparse.Namespace) -> int:
         server.run()
     _say("ended; motors off")
     return DONE
-
-
-def in_real_time(text: str) -> str:
-    """The address; a simulated brick without a pace gets that of its clients, whose waiting must count."""
-    from nxtdrive.transports.address import Address
-
-    address = Address.parse(text)
-    options = dict(address.options)
-    if address.scheme == "sim":
-        options = {"pace": "realtime", **options}
-    elif address.scheme == "record" and "nxt" in options:
-        options["nxt"] = in_real_time(options["nxt"])
-    return str(replace(address, options=options))
 
 
 def _say_where(served: tuple[str, int], brick: str, camera: str, mission: Mission) -> None:

@@ -21,6 +21,7 @@ import usb.core
 
 from firmware_protocol.framing import FrameReader, frame
 from nxtdrive.transports.address import Address
+from nxtdrive.transports.bluetooth import BluetoothTransport
 from nxtdrive.transports.nxt_server import NxtServerTransport
 from nxtdrive.transports.record import RecordTransport
 from nxtdrive.transports.serial_port import SerialTransport
@@ -186,7 +187,10 @@ class SocketRig(Rig):
 
     def serve(self, kind, listener, faults):
         """Serve the next program that connects."""
-        connection = self.stack.enter_context(listener.accept()[0])
+        self.serve_socket(kind, self.stack.enter_context(listener.accept()[0]), faults)
+
+    def serve_socket(self, kind, connection, faults):
+        """Serve the program at the other end of this connection."""
         server = kind(Peer(faults), lambda: connection.recv(4096), connection.sendall, connection.close)
         server.start()
 
@@ -208,6 +212,17 @@ class TcpRig(SocketRig):
         transport = TcpTransport.open(Address.parse(f"tcp://127.0.0.1:{listener.getsockname()[1]}"))
         self.serve(StreamServer, listener, faults)
         return transport
+
+
+class BluetoothRig(SocketRig):
+    """A connected socket in the place of the kernel's RFCOMM socket; how that is made is tested by itself."""
+
+    streams = True
+
+    def connect(self, faults):
+        ours, theirs = socket.socketpair()
+        self.serve_socket(StreamServer, self.stack.enter_context(theirs), faults)
+        return BluetoothTransport("bt://00:16:53:01:02:03", ours)
 
 
 class DatagramServer(StreamServer):
@@ -341,6 +356,7 @@ class HardwareRig(Rig):
 RIGS = {
     "sim": SimRig,
     "serial": SerialRig,
+    "bt": BluetoothRig,
     "tcp": TcpRig,
     "usb": UsbRig,
     "nxt-server": NxtServerRig,

@@ -103,6 +103,17 @@ def test_a_telegram_too_long_for_a_packet_is_not_sent(usb_bus):
     transport.close()
 
 
+def test_every_search_has_a_libusb_context_of_its_own(mocker):
+    """One that was made before the brick was plugged in again may never see it."""
+    find = mocker.patch("usb.core.find", return_value=[])
+    for _ in range(2):
+        with pytest.raises(BrickNotFound):
+            open_usb(None)
+    first, second = (call.kwargs["backend"] for call in find.call_args_list)
+    assert first is not second
+    assert first.ctx.value != second.ctx.value
+
+
 def test_closing_gives_the_device_back(usb_bus):
     bus = usb_bus()
     transport = open_usb(bus)

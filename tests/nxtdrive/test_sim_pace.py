@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from nxtdrive.cli.pace import in_real_time
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 
@@ -41,3 +42,17 @@ def test_after_a_long_absence_the_simulation_makes_no_haste(wall):
     began_s = wall.s
     transport.sleep(2.0)
     assert wall.s - began_s == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("address", "paced"),
+    [
+        ("sim://", "sim://?pace=realtime"),
+        ("sim://open?seed=7", "sim://open?seed=7&pace=realtime"),
+        ("sim://open?pace=fast", "sim://open?pace=fast"),
+        ("usb://", "usb://"),
+        ("record://t.nxttrace?nxt=sim%3A//open", "record://t.nxttrace?nxt=sim%3A%2F%2Fopen%3Fpace%3Drealtime"),
+    ],
+)
+def test_who_drives_by_hand_watches_or_serves_has_real_time_unless_told_otherwise_traced_or_not(address, paced):
+    assert str(in_real_time(address)) == paced

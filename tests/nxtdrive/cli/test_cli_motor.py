@@ -29,14 +29,20 @@ def test_text_says_it_in_one_line(capsys):
     assert capsys.readouterr().out.startswith("motor B done: turned 1")
 
 
-def test_motors_are_stopped_whoever_started_them(capsys):
-    assert main(["motor", "stop", "A", "c", "--nxt", "sim://", "--json"]) == DONE
-    assert _answer(capsys) == {"stopped": ["A", "C"]}
+@pytest.mark.parametrize(("words", "stopped"), [(["A", "c"], ["A", "C"]), ([], ["A", "B", "C"])])
+def test_motors_are_stopped_whoever_started_them(words, stopped, capsys):
+    assert main(["motor", "stop", *words, "--nxt", "sim://", "--json"]) == DONE
+    assert _answer(capsys) == {"stopped": stopped}
 
 
 @pytest.mark.parametrize(
-    "words", [["run", "A", "--power", "300"], ["turn", "A", "90", "--speed", "5000"]], ids=" ".join
+    ("words", "says"),
+    [
+        (["run", "A", "--power", "300"], "must be from"),
+        (["turn", "A", "90", "--speed", "5000"], "must be from"),
+        (["stop", "D"], "no motor port"),
+    ],
 )
-def test_what_no_motor_can_do_is_refused(words, capsys):
+def test_what_no_motor_can_do_is_refused(words, says, capsys):
     assert main(["motor", *words, "--nxt", "sim://"]) == USAGE
-    assert "must be from" in capsys.readouterr().err
+    assert says in capsys.readouterr().err

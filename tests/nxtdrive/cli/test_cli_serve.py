@@ -11,7 +11,6 @@ import sys
 import pytest
 
 from nxtdrive.cli.main import main
-from nxtdrive.cli.serve import in_real_time
 
 
 @pytest.fixture
@@ -80,20 +79,6 @@ def test_whoever_listens_to_everybody_is_warned(server):
     _, errors = process.communicate(timeout=60)
     assert address[0] == "0.0.0.0"
     assert "anybody who reaches 0.0.0.0 can drive this robot" in errors
-
-
-@pytest.mark.parametrize(
-    ("address", "paced"),
-    [
-        ("sim://", "sim://?pace=realtime"),
-        ("sim://open?seed=7", "sim://open?pace=realtime&seed=7"),
-        ("sim://open?pace=fast", "sim://open?pace=fast"),
-        ("usb://", "usb://"),
-        ("record://t.nxttrace?nxt=sim%3A//open", "record://t.nxttrace?nxt=sim%3A%2F%2Fopen%3Fpace%3Drealtime"),
-    ],
-)
-def test_a_simulated_brick_lives_in_its_clients_time_unless_told_otherwise(address, paced):
-    assert in_real_time(address) == paced
 
 
 def test_a_port_that_is_taken_is_one_sentence(capsys):
