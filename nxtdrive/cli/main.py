@@ -54,7 +54,7 @@ COMMANDS = {
     "detect": ("detect", "try a detector on a picture, a video or a camera"),
     "sim": ("sim", "serve the simulated brick to other programs"),
     "sweep": ("sweep", "compare policies on many simulated missions"),
-    "bench": ("bench", "measure this machine: protocol, simulation, detectors, doors, motion"),
+    "bench": ("bench", "measure this machine: protocol, simulation, detectors, doors, mind, motion"),
 }
 """Command -> (module in this package, one line of help); a module is imported when its command is used."""
 

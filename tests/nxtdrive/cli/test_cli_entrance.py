@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from nxtdrive.cli.main import COMMANDS, USAGE, _parse, main
+from nxtdrive.cli.main import COMMANDS, DONE, USAGE, _parse, main
 
 ROOT = Path(__file__).parents[3]
 ACTIONS = (
@@ -132,3 +132,9 @@ def test_a_fault_of_ours_keeps_its_traceback(tmp_path):
     done = _run_with(tmp_path, "mission", "show")
     assert done.returncode == 1
     assert "Traceback" in done.stderr
+
+
+def test_the_package_runs_as_a_module():
+    ran = subprocess.run([sys.executable, "-m", "nxtdrive", "--version"], capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stderr) == (DONE, "")
+    assert ran.stdout.startswith("nxtdrive ")

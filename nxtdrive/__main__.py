@@ -1,0 +1,6 @@
+"""``python -m nxtdrive`` is ``nxtdrive``, for where scripts are not on the path."""
+
+from nxtdrive.cli.main import main
+
+if __name__ == "__main__":
+    raise SystemExit(main())
