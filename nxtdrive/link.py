@@ -197,10 +197,7 @@ class Link:
         return self._comeback.lost is not None
 
     def repeat(self, name: str, command: Command[Any], interval_s: float, until_s: float = math.inf) -> None:
-        """Send `command`, without asking for an answer, every `interval_s` from now on; see `forget`.
-
-        It is not sent after `until_s`, on the link's clock.
-        """
+        """Send `command`, without asking for an answer, every `interval_s`, not after `until_s`; see `forget`."""
         self._heartbeat.repeat(name, command.encode(want_reply=False), interval_s, self.now(), until_s)
         self._attention = -math.inf
 

@@ -3,7 +3,7 @@
 The firmware's own tacho limit coasts past its target (docs/firmware.md section 1, fact 12), so the PC decides when to
 brake. It accounts for the link: a reading is older than its arrival, and a command acts later than it was sent. The
 last stretch is done at a creeping speed, and the moment of braking is computed rather than polled for. The limit of
-the lease lies at the goal, not behind it: a computer that falters then overshoots by no more than the motor coasts.
+the lease lies just behind the goal: a computer that falters then overshoots by no more than the motor coasts.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ TOLERANCE_DEG = 2.0
 """A wheel that stopped this close to its goal stays there."""
 CORRECTIONS = 5
 """How often a missed goal is approached again."""
-COUNT_DEG = 1.0
-"""Resolution of the wheels' counters."""
+BEHIND_DEG = 3.0
+"""The limit lies so far behind the goal, as braking in time ends a motion better than coasting."""
 MISSED_DEG = 15.0
 """A wheel that is farther from its goal after that has not come there."""
 SYNC_PER_S = 2.5
@@ -206,7 +206,7 @@ class Travel:
         speed = self._pace.at(progress.done, left)
         for number, (wheel, rest) in enumerate(zip(self._wheels, rests, strict=True)):
             wanted = math.copysign(speed, progress.rest) + SYNC_PER_S * (rest - progress.rest)
-            left_deg = abs(rest) - progress.speed * delay_s + COUNT_DEG
+            left_deg = abs(rest) - progress.speed * delay_s + BEHIND_DEG
             if not self._throttle.run(wheel.port, wheel.sign * wanted, left_deg):
                 progress.begin(number, self._brick.now())
         return left <= creeping
