@@ -293,6 +293,10 @@ def _describe(error: ValidationError) -> Iterable[str]:
         message = problem["msg"].removeprefix("Value error, ")
         if problem["type"] == "extra_forbidden":
             message = f"unknown key; {_advice(path)}"
+        elif problem["type"] in ("union_tag_not_found", "union_tag_invalid"):
+            message = _detector_advice(problem["input"])
+        elif problem["type"] in ("model_type", "model_attributes_type", "dict_type"):
+            message = f"it must be a table, [{where}], not {problem['input']!r}"
         elif problem["type"] == "missing" and where == "mission":
             message = 'there is no [mission] table; it names the targets: targets = ["lena"]'
         elif problem["type"] == "too_short" and where == "mission.targets":
@@ -300,6 +304,16 @@ def _describe(error: ValidationError) -> Iterable[str]:
         elif "input" in problem and not isinstance(problem["input"], dict):
             message = f"{message}, not {problem['input']!r}{_unit(str(path[-1]) if path else '')}"
         yield f"{where}: {message}"
+
+
+def _detector_advice(target: dict[str, Any]) -> str:
+    """What is wrong with the line ``detector`` of a target's table, which says which other keys there are."""
+    known = "picture, haar, marker, color"
+    if "detector" in target:
+        return f"there is no detector {target['detector']!r}; use one of {known}"
+    near = difflib.get_close_matches("detector", target, n=1)
+    hint = f"; {near[0]!r} looks like it, misspelt" if near else ""
+    return f"the key detector is missing; it is one of {known}{hint}"
 
 
 _UNITS = {"_mm": "millimetres", "_s": "seconds", "_deg": "degrees", "_mm_s": "millimetres per second"}

@@ -110,9 +110,8 @@ def _areas(wanted: list[str], address: str | None) -> list[str]:
     for area in wanted:
         if area not in known:
             where = "on a real brick" if address else "here"
-            raise ConfigError(
-                f"There is no area {area!r} to measure {where}.", remedy=f"Choose from: {', '.join(known)}."
-            )
+            names = ", ".join(known if address else (*known, DRIVER))
+            raise ConfigError(f"There is no area {area!r} to measure {where}.", remedy=f"Choose from: {names}.")
     return wanted or list(known)
 
 

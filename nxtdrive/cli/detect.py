@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_json_argument
+from nxtdrive.cli.options import add_action, add_json_argument
 
 if TYPE_CHECKING:
     from nxtdrive.vision.camera import Frame
@@ -74,7 +74,7 @@ class Look:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``try`` and its arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    try_ = actions.add_parser("try", help="run a detector and draw what it sees")
+    try_ = add_action(actions, "try", "run a detector and draw what it sees")
     try_.add_argument("source", metavar="SOURCE", help="image, video, folder of images, URL, or a webcam's number")
     target = try_.add_mutually_exclusive_group(required=True)
     target.add_argument("--target", metavar="NAME", help="a target of a mission (of the built-in one: lena, rilakkuma)")

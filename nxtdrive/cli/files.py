@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -35,22 +35,22 @@ EXAMPLES = """\
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    ls = actions.add_parser("ls", help="list files")
+    ls = add_action(actions, "ls", "list files")
     ls.add_argument("pattern", metavar="PATTERN", nargs="?", default="*", help="such as '*.rxe' (default: all)")
     ls.set_defaults(action=_ls)
-    get = actions.add_parser("get", help="fetch a file")
+    get = add_action(actions, "get", "fetch a file")
     get.add_argument("name", metavar="NAME", help="on the brick")
     get.add_argument("--to", metavar="PATH", type=Path, help="file or folder (default: the same name, here)")
     get.set_defaults(action=_get)
-    put = actions.add_parser("put", help="send files")
+    put = add_action(actions, "put", "send files")
     put.add_argument("paths", metavar="PATH", nargs="+", type=Path, help="on this computer")
     put.add_argument("--as", dest="name", metavar="NAME", help="name on the brick, of a single file")
     put.add_argument("--replace", action="store_true", help="delete files of the same name first")
     put.set_defaults(action=_put)
-    rm = actions.add_parser("rm", help="delete files")
+    rm = add_action(actions, "rm", "delete files")
     rm.add_argument("patterns", metavar="PATTERN", nargs="+", help="a name, or such as 'old*.rxe'")
     rm.set_defaults(action=_rm)
-    df = actions.add_parser("df", help="room for files")
+    df = add_action(actions, "df", "room for files")
     df.set_defaults(action=_df)
     for action in (ls, get, put, rm, df):
         add_brick_arguments(action)
@@ -84,7 +84,9 @@ def _get(args: argparse.Namespace, brick: Brick) -> None:
     try:
         target.write_bytes(content)
     except OSError as error:
-        raise ConfigError(f"{target} cannot be written: {error}.") from error
+        raise ConfigError(
+            f"{target} cannot be written ({error.strerror}).", remedy="Name another with --to."
+        ) from error
     _say(args, {"name": args.name, "size": len(content), "path": str(target)})
 
 
@@ -95,7 +97,7 @@ def _put(args: argparse.Namespace, brick: Brick) -> None:
         try:
             content = path.read_bytes()
         except OSError as error:
-            raise ConfigError(f"{path} cannot be read: {error}.") from error
+            raise ConfigError(f"{path} cannot be read ({error.strerror}).", remedy="Check the path.") from error
         name = args.name or path.name
         with _progress(name) as progress:
             brick.files.write(name, content, progress, replace=args.replace)
@@ -117,7 +119,8 @@ def _df(args: argparse.Namespace, brick: Brick) -> None:
     if args.json:
         print(json.dumps({"free_bytes": free, "files": len(used), "used_bytes": sum(entry.size for entry in used)}))
     else:
-        print(f"{free} bytes free; {len(used)} files with {sum(entry.size for entry in used)} bytes")
+        files = "1 file" if len(used) == 1 else f"{len(used)} files"
+        print(f"{free} bytes free; {files} with {sum(entry.size for entry in used)} bytes")
 
 
 def _say(args: argparse.Namespace, what: dict[str, object]) -> None:

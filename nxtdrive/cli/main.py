@@ -1,6 +1,7 @@
 """The command line's entrance: finds the command, runs it, turns errors into one sentence and an exit code.
 
-Exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick, 4 link lost, 5 the brick refused.
+Exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick, 4 link lost or not to be had, 5 the brick
+refused.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import importlib
 import logging
 import sys
 from collections.abc import Sequence
-from typing import Protocol, cast
+from typing import NoReturn, Protocol, cast
 
 from firmware_protocol.errors import (
     AddressError,
@@ -59,6 +60,15 @@ COMMANDS = {
 """Command -> (module in this package, one line of help); a module is imported when its command is used."""
 
 
+_EPILOG = """\
+examples:
+  nxtdrive run            # the built-in mission on the simulated brick
+  nxtdrive run --help     # every command has examples
+
+exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick,
+4 link lost or not to be had, 5 the brick refused"""
+
+
 class CommandModule(Protocol):
     """What a module of this package offers."""
 
@@ -86,13 +96,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit code.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
-    verbose = False
+    verbose = on_usb = False
     try:
         args = _parse(arguments)
+        on_usb = str(getattr(args, "nxt", "")).startswith("usb:")
         if getattr(args, "trace", None):
             args.nxt = _recorded(args.nxt, args.trace, arguments)
         verbose = args.verbose
-        logging.basicConfig(level=logging.DEBUG if verbose else logging.WARNING, format="%(name)s: %(message)s")
+        _log(verbose=verbose)
         return cast("int", args.run(args))
     except KeyboardInterrupt:
         return INTERRUPTED
@@ -104,7 +115,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = _exit_code(error)
         if verbose or code is None:
             raise
-        print(f"nxtdrive: {_overwritten(error) or error}", file=sys.stderr)
+        further = " `nxtdrive doctor` looks for the cause." if isinstance(error, BrickNotFound) and on_usb else ""
+        print(f"nxtdrive: {_overwritten(error) or error}{further}", file=sys.stderr)
         return code
 
 
@@ -167,10 +179,10 @@ def _overwritten(error: Exception) -> str:
 
 
 def _parse(arguments: Sequence[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="nxtdrive",
         description="A LEGO MINDSTORMS NXT that searches for what you showed it and drives there.",
-        epilog="example:\n  nxtdrive run            # the built-in mission on the simulated brick",
+        epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action=_Version)
@@ -185,9 +197,7 @@ def _parse(arguments: Sequence[str]) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def _add_command(
-    commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, module: str, summary: str
-) -> None:
+def _add_command(commands: argparse._SubParsersAction[_Parser], name: str, module: str, summary: str) -> None:
     command = cast("CommandModule", importlib.import_module(f"nxtdrive.cli.{module}"))
     parser = commands.add_parser(
         name,
@@ -200,6 +210,14 @@ def _add_command(
     command.add_arguments(parser)
     if parser.get_default("run") is None:
         parser.set_defaults(run=command.run)
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose mistakes say where help is."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong and leave."""
+        super().error(f"{message}\n`{self.prog} --help` explains it.")
 
 
 class _Version(argparse.Action):

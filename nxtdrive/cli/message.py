@@ -7,7 +7,7 @@ import json
 
 from firmware_protocol.errors import MailboxEmpty
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument
 
 DESCRIPTION = """\
 Put a message into a mailbox of the program that runs on the brick, or take one
@@ -25,10 +25,10 @@ POLL_S = 0.1
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    write = actions.add_parser("write", help="put a message into a mailbox")
+    write = add_action(actions, "write", "put a message into a mailbox")
     write.add_argument("box", metavar="BOX", type=int, help="1 to 10")
     write.add_argument("text", metavar="TEXT", help="at most 58 characters")
-    read = actions.add_parser("read", help="take a message the program has left")
+    read = add_action(actions, "read", "take a message the program has left")
     read.add_argument("box", metavar="BOX", type=int, help="1 to 10")
     read.add_argument("--keep", action="store_true", help="leave it in its mailbox")
     read.add_argument("--wait", metavar="S", type=float, default=0.0, help="wait so long for one (default: 0)")

@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument
 
 if TYPE_CHECKING:
     from behaviors.ports import Stop
@@ -31,17 +31,17 @@ PORTS = ("A", "B", "C")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``run``, ``turn`` and ``stop`` with their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    run_ = actions.add_parser("run", help="turn for a time")
+    run_ = add_action(actions, "run", "turn for a time")
     run_.add_argument("port", metavar="PORT", type=str.upper, choices=PORTS, help="A, B or C")
     how = run_.add_mutually_exclusive_group()
     how.add_argument("--speed", metavar="DEG_S", type=float, default=360.0, help="degrees per second (default: 360)")
     how.add_argument("--power", metavar="PERCENT", type=int, help="duty cycle, -100..100, instead of a speed")
     run_.add_argument("--seconds", metavar="S", type=float, default=2.0, help="for how long (default: 2)")
-    turn = actions.add_parser("turn", help="turn by an angle")
+    turn = add_action(actions, "turn", "turn by an angle")
     turn.add_argument("port", metavar="PORT", type=str.upper, choices=PORTS, help="A, B or C")
     turn.add_argument("angle", metavar="DEGREES", type=float, help="how far; negative: backward")
     turn.add_argument("--speed", metavar="DEG_S", type=float, default=360.0, help="degrees per second (default: 360)")
-    stop = actions.add_parser("stop", help="brake motors and switch them off, whoever started them")
+    stop = add_action(actions, "stop", "brake motors and switch them off, whoever started them")
     stop.add_argument("ports", metavar="PORT", nargs="*", type=str.upper, help="A, B or C (default: all)")
     for action, function in ((run_, _run), (turn, _turn), (stop, _stop)):
         add_brick_arguments(action)

@@ -4,10 +4,18 @@ from __future__ import annotations
 
 import argparse
 import os
+from typing import Any
 
 DEFAULT_ADDRESS = "sim://"
 PROFILES = ("thesis", "adaptive")
 """Names of profiles; those in `behaviors.profiles`, which is slow to import."""
+
+
+def add_action(actions: Any, name: str, summary: str) -> argparse.ArgumentParser:  # noqa: ANN401 - argparse's
+    """The parser of an action; its own help begins with what the list of all actions says of it."""
+    description = f"{summary[0].upper()}{summary[1:]}."
+    parser: argparse.ArgumentParser = actions.add_parser(name, help=summary, description=description)
+    return parser
 
 
 def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_ADDRESS) -> None:
@@ -16,8 +24,9 @@ def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_
         "--nxt",
         metavar="ADDRESS",
         default=os.environ.get("NXT") or default,
-        help="which brick: sim://, usb://, usb://0016530A1B2C, serial:///dev/rfcomm0, serial://COM5, tcp://host:port "
-        f"nxt-server://host:port, replay://FILE.nxttrace (default: $NXT, else {default})",
+        help="which brick: sim://, usb://, usb://0016530A1B2C, bt://00:16:53:0A:1B:2C, serial:///dev/rfcomm0, "
+        "serial://COM5, tcp://host:port, nxt-server://host:port, replay://FILE.nxttrace; `nxtdrive list` finds some "
+        f"(default: $NXT, else {default})",
     )
     parser.add_argument("--trace", metavar="FILE", help="record the conversation with the brick, see `nxtdrive trace`")
 

@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -24,12 +24,12 @@ EXAMPLES = """\
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    start = actions.add_parser("start", help="start a program and wait until it runs")
+    start = add_action(actions, "start", "start a program and wait until it runs")
     start.add_argument("name", metavar="NAME", help="on the brick; `nxtdrive files ls '*.rxe'` lists them")
     start.set_defaults(action=_start)
-    stop = actions.add_parser("stop", help="stop the program that runs")
+    stop = add_action(actions, "stop", "stop the program that runs")
     stop.set_defaults(action=_stop)
-    status = actions.add_parser("status", help="which program runs")
+    status = add_action(actions, "status", "which program runs")
     status.set_defaults(action=_status)
     for action in (start, stop, status):
         add_brick_arguments(action)

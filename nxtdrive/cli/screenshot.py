@@ -77,4 +77,6 @@ def _save(image: Picture, scale: int, path: Path) -> None:
     try:
         path.write_bytes(data.tobytes())
     except OSError as error:
-        raise ConfigError(f"{path} cannot be written: {error.strerror}.") from None
+        raise ConfigError(
+            f"{path} cannot be written ({error.strerror}).", remedy="Name a file in a folder that exists."
+        ) from None

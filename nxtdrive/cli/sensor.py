@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _action(actions: Any, name: str, summary: str, action: Any) -> argparse.ArgumentParser:  # noqa: ANN401 - argparse's
-    parser: argparse.ArgumentParser = actions.add_parser(name, help=summary)
+    parser = add_action(actions, name, summary)
     add_brick_arguments(parser)
     add_json_argument(parser)
     parser.set_defaults(action=action)

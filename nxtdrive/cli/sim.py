@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from nxtdrive.cli.options import add_json_argument
+from nxtdrive.cli.options import add_action, add_json_argument
 from nxtdrive.cli.sim_check import add_check_arguments
 
 DESCRIPTION = """\
@@ -31,9 +31,9 @@ LATENCY_MS = 1.0
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``serve``, ``exec`` and ``check`` and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    _add_serve(actions.add_parser("serve", help="a serial port, TCP ports and a camera stream"))
-    _add_exec(actions.add_parser("exec", help="run a program with the simulated brick on USB"))
-    add_check_arguments(actions.add_parser("check", help="hold the simulated brick against a recorded conversation"))
+    _add_serve(add_action(actions, "serve", "a serial port, TCP ports and a camera stream"))
+    _add_exec(add_action(actions, "exec", "run a program with the simulated brick on USB"))
+    add_check_arguments(add_action(actions, "check", "hold the simulated brick against a recorded conversation"))
 
 
 def run(args: argparse.Namespace) -> int:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument
 
 if TYPE_CHECKING:
     from nxtdrive.transports.trace_file import Entry, Exchange
@@ -30,16 +30,16 @@ EXAMPLES = """\
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    show = actions.add_parser("show", help="say in words what was said")
+    show = add_action(actions, "show", "say in words what was said")
     _add_file(show, "file")
     show.add_argument("--full", action="store_true", help="field by field")
     add_json_argument(show)
     show.set_defaults(action=_show)
-    diff = actions.add_parser("diff", help="where two conversations differ")
+    diff = add_action(actions, "diff", "where two conversations differ")
     _add_file(diff, "file")
     _add_file(diff, "other")
     diff.set_defaults(action=_diff)
-    replay = actions.add_parser("replay", help="ask a brick the same again and compare its answers")
+    replay = add_action(actions, "replay", "ask a brick the same again and compare its answers")
     _add_file(replay, "file")
     add_brick_arguments(replay)
     replay.set_defaults(action=_replay)

@@ -112,7 +112,7 @@ def _by_shape(text: str) -> str:
     known = ", ".join(("usb://", "bt://", "serial://", "tcp://host:port", "sim://"))
     raise AddressError(
         f"{text!r} is not an address: it has no scheme and does not look like a port, an id or a world file.",
-        remedy=f"Write one of {known}.",
+        remedy=f"Begin it with one of {known}; `nxtdrive list` prints whole ones.",
     )
 
 

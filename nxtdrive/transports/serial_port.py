@@ -94,6 +94,11 @@ def _cannot_open(device: str, error: Exception) -> NXTError:
         return PermissionDenied(
             f"this user may not open {device}.", remedy="Add the user to the group 'dialout' and log in again."
         )
+    if number == errno.ENOENT or "FileNotFoundError" in text:
+        return BrickNotFound(
+            f"there is no serial port {device}.",
+            remedy="Pair the brick and make its port first (docs/connecting.md); `nxtdrive list` shows the ports.",
+        )
     return BrickNotFound(
         f"no brick answers at {device}: {error}.", remedy="Is it on and paired, and the port's name right?"
     )

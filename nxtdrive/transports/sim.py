@@ -189,14 +189,17 @@ class SimTransport:
 
 
 def _seed(text: str) -> int:
-    return int(text)
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError("it must be a whole number") from None
 
 
 def _latency(text: str) -> float:
-    value = float(text)
-    if not 0 <= value <= 10_000:
-        raise ValueError("it must be from 0 to 10000")
-    return value
+    with contextlib.suppress(ValueError):
+        if 0 <= (value := float(text)) <= 10_000:
+            return value
+    raise ValueError("it must be a number from 0 to 10000")
 
 
 def _pace(text: str) -> bool:

@@ -34,7 +34,7 @@ def connect(address: Address, timeout_s: float) -> socket.socket:
         connection = socket.create_connection((host, port), timeout=timeout_s)
     except (OSError, UnicodeError) as error:
         raise BrickNotFound(
-            f"no brick is served at {host}:{port}: {error}.",
+            f"no brick is served at {host}:{port}: {getattr(error, 'strerror', None) or error}.",
             remedy="Start the server first, then check host and port.",
         ) from error
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -25,6 +25,7 @@ from firmware_protocol.telegram import NO_REPLY
 
 VERSION = 1
 SUFFIX = ".nxttrace"
+_RECORD = "Record one with --trace FILE.nxttrace."
 
 HOUSEKEEPING = bytes((NO_REPLY, 0x0D))
 """KeepAlive without a reply: when it is sent depends on the clock, so it is part of no conversation."""
@@ -137,7 +138,9 @@ class TraceWriter:
         try:
             self._file: IO[str] = path.open("a" if header is None else "w", encoding="utf-8")
         except OSError as error:
-            raise ConfigError(f"the trace cannot be written: {error}.") from error
+            raise ConfigError(
+                f"the trace {path} cannot be written ({error.strerror}).", remedy="Name a file in a folder that exists."
+            ) from error
         if header is not None:
             self._file.write(header.header() + "\n")
 
@@ -169,11 +172,13 @@ def read_trace(path: Path) -> Trace:
     """
     try:
         lines = path.read_text(encoding="utf-8").rstrip("\n").split("\n")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"the trace {path} cannot be read: {error}.") from error
+    except OSError as error:
+        raise ConfigError(f"the trace {path} cannot be read ({error.strerror}).", remedy="Check the path.") from error
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{path} is no trace, it is no text.", remedy=_RECORD) from error
     header = _object(lines[0])
     if header.get("nxttrace") != VERSION:
-        raise ConfigError(f"{path} is no trace of version {VERSION}.", remedy="Record one with --trace FILE.nxttrace.")
+        raise ConfigError(f"{path} is no trace of version {VERSION}.", remedy=_RECORD)
     return Trace(
         address=str(header.get("address", "")),
         max_telegram=_whole(header.get("max_telegram"), path),

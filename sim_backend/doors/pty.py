@@ -209,4 +209,7 @@ def _name(device: str, path: Path) -> None:
         fresh.symlink_to(device)
         fresh.replace(path)
     except OSError as error:
-        raise ConfigError(f"the port cannot be named {path}: {os.strerror(error.errno or errno.EIO)}.") from error
+        raise ConfigError(
+            f"the port cannot be named {path}: {os.strerror(error.errno or errno.EIO)}.",
+            remedy="Choose a name in a folder that exists and that you may write to.",
+        ) from error

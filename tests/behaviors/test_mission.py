@@ -89,7 +89,13 @@ def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
         (GOOD + "[robot]\nleft = 'D'\n", "robot.left: Input should be 'A', 'B' or 'C', not 'D'"),
         (GOOD.replace('"red"', '"pink"'), "target.box.color: Input should be 'red'"),
         (GOOD.replace("color = ", "colour = "), "target.box.colour: unknown key; did you mean 'color'?"),
-        (GOOD.replace('"color"\n', '"colour"\n'), "target.box: "),
+        (
+            GOOD.replace('"color"\n', '"colour"\n'),
+            "target.box: there is no detector 'colour'; use one of picture, haar",
+        ),
+        (GOOD.replace("detector = ", "detecter = "), "'detecter' looks like it, misspelt"),
+        ('[mission]\ntargets = ["a"]\n[target]\na = "lena"', "target.a: it must be a table, [target.a], not 'lena'"),
+        ("mission = 3\n[target]\n", "mission: it must be a table, [mission], not 3"),
     ],
 )
 def test_one_mistake_one_sentence(tmp_path, text, expected):

@@ -45,7 +45,7 @@ def test_a_port_is_held_by_one_program(terminal):
 
 
 def test_a_missing_port_is_no_brick():
-    with pytest.raises(BrickNotFound, match="/dev/rfcomm99"):
+    with pytest.raises(BrickNotFound, match=r"there is no serial port /dev/rfcomm99.*nxtdrive list"):
         open_transport("serial:///dev/rfcomm99")
 
 
@@ -61,6 +61,10 @@ def test_a_port_must_be_named():
         (
             serial.SerialException("could not open port 'COM5': PermissionError(13, 'Access is denied.', None, 5)"),
             LinkBusy,
+        ),
+        (
+            serial.SerialException("could not open port 'COM5': FileNotFoundError(2, 'cannot find', None, 2)"),
+            BrickNotFound,
         ),
         (serial.SerialException(errno.EHOSTDOWN, "Host is down"), BrickNotFound),
         (ValueError("Not a valid port"), BrickNotFound),

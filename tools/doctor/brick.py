@@ -82,8 +82,8 @@ def sleep_timer(sleep_ms: int) -> Finding:
         return ok("sleep timer", "never switches itself off")
     if minutes <= SHORT_SLEEP_MIN:
         remedy = "If it is off when you come back: Settings, Sleep on the brick."
-        return warning("sleep timer", f"off after {minutes} min without a program.", remedy)
-    return ok("sleep timer", f"off after {minutes} min without a program")
+        return warning("sleep timer", f"off after {minutes} min without a keep-alive.", remedy)
+    return ok("sleep timer", f"off after {minutes} min without a keep-alive")
 
 
 def wiggle(brick: Brick, mission: Mission) -> Iterator[Finding]:

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from nxtdrive.cli.main import COMMANDS, DONE, USAGE, _parse, main
+from nxtdrive.cli.main import COMMANDS, DONE, NO_BRICK, USAGE, _parse, main
+from nxtdrive.transports import SCHEMES
 
 ROOT = Path(__file__).parents[3]
 ACTIONS = (
@@ -24,6 +25,22 @@ ACTIONS = (
     ("mission", "new"),
     ("detect", "try"),
     ("sim", "serve"),
+    ("sim", "exec"),
+    ("sim", "check"),
+    ("files", "ls"),
+    ("files", "get"),
+    ("files", "put"),
+    ("files", "rm"),
+    ("files", "df"),
+    ("motor", "run"),
+    ("motor", "turn"),
+    ("motor", "stop"),
+    ("program", "start"),
+    ("program", "stop"),
+    ("program", "status"),
+    ("trace", "show"),
+    ("trace", "diff"),
+    ("trace", "replay"),
 )
 HEAVY = ("cv2", "numpy", "usb", "serial", "pydantic", "statemachine", "rich", "pymunk")
 
@@ -52,8 +69,10 @@ def test_every_command_explains_itself_with_examples_that_parse(command, capsys)
 
 
 @pytest.mark.parametrize("words", ACTIONS, ids=" ".join)
-def test_every_action_has_help(words, capsys):
-    assert "usage:" in _help(capsys, *words)
+def test_every_action_says_in_its_help_what_it_does(words, capsys):
+    listed = " ".join(_help(capsys, words[0]).split()).lower()
+    said = _help(capsys, *words).split("\n\n")[1]
+    assert " ".join(said.split()).rstrip(".").lower() in listed
 
 
 def test_the_help_names_every_command(capsys):
@@ -79,11 +98,26 @@ def test_the_version_is_printed(capsys):
     assert capsys.readouterr().out.startswith("nxtdrive ")
 
 
-@pytest.mark.parametrize("words", [[], ["dance"], ["info", "--colour"], ["mission"]], ids=" ".join)
-def test_wrong_usage_is_exit_code_2(words):
+@pytest.mark.parametrize(
+    ("words", "helper"),
+    [([], "nxtdrive"), (["dance"], "nxtdrive"), (["info", "--colour"], "nxtdrive"), (["mission"], "nxtdrive mission")],
+)
+def test_wrong_usage_is_exit_code_2_and_says_where_help_is(words, helper, capsys):
     with pytest.raises(SystemExit) as left:
         main(words)
     assert left.value.code == USAGE
+    assert f"`{helper} --help` explains it." in capsys.readouterr().err
+
+
+def test_no_brick_on_usb_leads_to_the_doctor(capsys, mocker):
+    mocker.patch("usb.core.find", return_value=iter(()))
+    assert main(["info", "--nxt", "usb://"]) == NO_BRICK
+    assert "nxtdrive doctor" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("scheme", SCHEMES.keys() - {"record"})
+def test_the_help_shows_every_kind_of_address(scheme, capsys):
+    assert f"{scheme}://" in _help(capsys, "info")
 
 
 def test_an_address_nobody_serves_is_one_sentence(capsys):
