@@ -6,6 +6,7 @@ The lines depend on the tasks alone: not on the number of workers, nor on how of
 from __future__ import annotations
 
 import json
+import os
 import signal
 import time
 from collections import deque
@@ -14,8 +15,10 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from itertools import islice, product
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.process import BaseProcess
 from pathlib import Path
+from threading import Thread
 from typing import Any, TypeVar
 
 from firmware_protocol.errors import ConfigError
@@ -74,12 +77,21 @@ def workers(number: int) -> AbstractContextManager[Executor]:
     if number == 1:
         return nullcontext(InProcess())
     # spawned everywhere, so that a sweep on Linux is the sweep of the other systems
-    return ProcessPoolExecutor(number, mp_context=get_context("spawn"), initializer=_leave_interrupts)
+    return ProcessPoolExecutor(number, mp_context=get_context("spawn"), initializer=_serve_parent)
 
 
-def _leave_interrupts() -> None:
-    """Ctrl-C reaches every process of a terminal; the one that hands out the work decides."""
+def _serve_parent() -> None:
+    """Ctrl-C reaches every process of a terminal; the one that hands out the work decides, and none outlives it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+    if parent is not None:
+        Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: BaseProcess) -> None:
+    """End this process when the one that hands out the work was killed."""
+    parent.join()
+    os._exit(1)
 
 
 def run_tasks(

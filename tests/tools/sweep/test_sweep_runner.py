@@ -2,6 +2,8 @@
 
 import json
 import math
+import subprocess
+import sys
 
 import pytest
 
@@ -14,6 +16,16 @@ from nxtdrive.tools.sweep.runner import InProcess, plan, read_lines, sweep, work
 from nxtdrive.tools.sweep.summary import aggregate, difference, estimate, success_rate
 
 TASKS = plan(["open", "absent"], [100], ["thesis", "oracle"], "geometric")
+
+LONG_WORK = """
+from nxtdrive.tools.sweep.runner import plan, workers
+from nxtdrive.tools.sweep.performance import evaluate_batch
+with workers(2) as executor:
+    tasks = plan(["open"], range(100, 500), ["oracle"], "geometric")
+    first, _ = executor.submit(evaluate_batch, tasks[:1]), executor.submit(evaluate_batch, tasks)
+    first.result()
+    print("at work", flush=True)
+"""
 
 
 @pytest.fixture(scope="module", name="lines")
@@ -36,6 +48,16 @@ def test_an_interrupted_sweep_goes_on_where_it_was(lines, tmp_path):
     assert sweep(TASKS, out, InProcess(), progress=done.append).lines == lines
     assert done == lines[1:], "neither repeated nor lost"
     assert out.read_text(encoding="utf-8") == whole
+
+
+def test_no_worker_outlives_a_sweep_that_is_killed():
+    with subprocess.Popen(
+        [sys.executable, "-c", LONG_WORK], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True
+    ) as program:
+        assert program.stdout.readline() == "at work\n"
+        program.kill()
+        # the stream ends when nobody holds its other end any more
+        program.communicate(timeout=30)
 
 
 def test_a_mission_that_breaks_is_a_line_and_the_sweep_goes_on(lines, tmp_path, monkeypatch):
