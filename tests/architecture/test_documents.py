@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -25,6 +27,39 @@ def test_tests_that_documents_name_are_there(path):
         tree = ast.parse((ROOT / file).read_text(encoding="utf-8"))
         names = [node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
         assert not name or name in names, f"{file} has no {name}"
+
+
+def _misunderstood(command, capsys):
+    """What the command line objects to in a command that a document prints."""
+    from nxtdrive.cli.main import _parse
+
+    with contextlib.suppress(SystemExit):
+        _parse(shlex.split(command, comments=True)[1:])
+    return capsys.readouterr().err
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_commands_to_copy_are_complete(path, capsys):
+    blocks = "\n".join(re.findall(r"```\n(.*?)```", path.read_text(encoding="utf-8"), flags=re.DOTALL))
+    for command in re.findall(r"^(?:\.venv/bin/)?(nxtdrive [^─\n]+)$", blocks, flags=re.MULTILINE):
+        assert not _misunderstood(command, capsys), command
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_commands_and_options_that_are_mentioned_exist(path, capsys):
+    unknown = re.compile(r"unrecognized arguments|argument (COMMAND|ACTION): invalid choice")
+    prose = re.sub(r"```.*?```", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+    for command in re.findall(r"`(nxtdrive [^`]+)`", prose):
+        assert not unknown.search(_misunderstood(command, capsys)), command
+
+
+@pytest.mark.parametrize("name", ["README.md", "docs/sensors.md"])
+def test_python_that_opens_a_brick_runs(name):
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / name).read_text(encoding="utf-8"), flags=re.DOTALL)
+    programs = [block for block in blocks if 'open_brick("usb://")' in block]
+    assert programs
+    for program in programs:
+        exec(program.replace("usb://", "sim://track"), {})
 
 
 def test_continuous_integration_runs_the_test_command_of_the_readme():
