@@ -299,6 +299,8 @@ def _describe(error: ValidationError) -> Iterable[str]:
             message = f"it must be a table, [{where}], not {problem['input']!r}"
         elif problem["type"] == "missing" and where == "mission":
             message = 'there is no [mission] table; it names the targets: targets = ["lena"]'
+        elif problem["type"] == "missing":
+            message = "is missing; `nxtdrive mission new FILE` writes an example with every key"
         elif problem["type"] == "too_short" and where == "mission.targets":
             message = "a mission needs at least one target; name one and describe it in a table [target.NAME]"
         elif "input" in problem and not isinstance(problem["input"], dict):

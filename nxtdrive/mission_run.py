@@ -64,12 +64,19 @@ def build_detectors(mission: Mission) -> dict[str, TargetDetector]:
     """A detector for each target of a mission.
 
     Raises:
-        ConfigError: A picture or a cascade cannot be used.
+        ConfigError: A picture or a cascade cannot be used; a line for each target that is concerned.
     """
     from nxtdrive.vision.detectors import make_detector
 
-    wanted = dict.fromkeys(mission.mission.targets)
-    return {name: make_detector(mission.target[name].model_dump()) for name in wanted}
+    detectors, mistakes = {}, []
+    for name in dict.fromkeys(mission.mission.targets):
+        try:
+            detectors[name] = make_detector(mission.target[name].model_dump())
+        except ConfigError as error:
+            mistakes.append(f"target.{name}: {error}")
+    if mistakes:
+        raise ConfigError("\n".join(mistakes))
+    return detectors
 
 
 def default_camera(brick: Brick) -> str:

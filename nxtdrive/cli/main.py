@@ -194,7 +194,10 @@ def _parse(arguments: Sequence[str]) -> argparse.Namespace:
             _add_command(commands, name, module, summary)
         else:
             commands.add_parser(name, help=summary)
-    return parser.parse_args(arguments)
+    args, unknown = parser.parse_known_args(arguments)
+    if unknown:
+        commands.choices[args.command].error(f"unrecognized arguments: {' '.join(unknown)}")
+    return args
 
 
 def _add_command(commands: argparse._SubParsersAction[_Parser], name: str, module: str, summary: str) -> None:

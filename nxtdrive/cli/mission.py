@@ -46,14 +46,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check(args: argparse.Namespace) -> int:
-    from nxtdrive.mission_run import load
-
-    complaints: dict[str, str] = {}
-    for path in args.files:
-        try:
-            load(path)
-        except ConfigError as error:
-            complaints[str(path)] = str(error)
+    complaints = {str(path): complaint for path in args.files if (complaint := _complaint(path))}
     if args.json:
         results = [{"file": str(path), "mistakes": _lines(complaints.get(str(path), ""))} for path in args.files]
         print(json.dumps(results, indent=2, ensure_ascii=False))
@@ -64,6 +57,21 @@ def _check(args: argparse.Namespace) -> int:
         else:
             print(f"{path}: good")
     return USAGE if complaints else DONE
+
+
+def _complaint(path: Path) -> str:
+    """What is wrong with a mission file, or with the pictures and cascades it names; nothing if all is well."""
+    from nxtdrive.mission_run import build_detectors, load
+
+    try:
+        mission = load(path)
+    except ConfigError as error:
+        return str(error)
+    try:
+        build_detectors(mission)
+    except ConfigError as error:
+        return "\n".join([f"{path}: a target cannot be looked for", *(f"  {line}" for line in str(error).split("\n"))])
+    return ""
 
 
 def _lines(complaint: str) -> list[str]:

@@ -59,7 +59,11 @@ def _add_serve(serve: argparse.ArgumentParser) -> None:
         "--camera-port", metavar="N", type=int, default=0, help="port of the stream on 127.0.0.1 (default: a free one)"
     )
     serve.add_argument(
-        "--size", metavar="WxH", type=_size, default=(320, 240), help="of the camera's frames (default: 320x240)"
+        "--size",
+        metavar="WxH",
+        type=_size,
+        default=(320, 240),
+        help="of its frames, 16 to 4096 (default: 320x240)",
     )
     _add_simulation(serve)
     add_json_argument(serve)

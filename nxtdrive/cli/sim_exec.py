@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -50,6 +51,7 @@ def execute(args: argparse.Namespace, program: Sequence[str]) -> int:
         switchboard = closing.enter_context(contextlib.closing(Switchboard([door], plug_in)))
         server = RealTimeServer(simulation, switchboard, now=clock.now, wait=wait_for_news)
         if args.native:
+            _find(program[0])
             child = _start([*_native(), "127.0.0.1", str(door.port), serial_number, *program], os.environ)
         else:
             child = _start(program, environment(os.environ, door.port, serial_number))
@@ -92,6 +94,12 @@ def _native() -> list[str]:
             remedy="On Debian: apt install python3-gi gir1.2-umockdev-1.0; for Python programs leave --native out.",
         )
     return [interpreter, str(HOOK / "native.py")]
+
+
+def _find(name: str) -> None:
+    """Refuse a program that is not there, before another one is started to start it."""
+    if shutil.which(name) is None:
+        raise ConfigError(f"{name} cannot be run: it was not found.", remedy="Check its name and your PATH.")
 
 
 def _start(program: Sequence[str], environ: Mapping[str, str]) -> subprocess.Popen[bytes]:

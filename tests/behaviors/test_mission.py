@@ -95,6 +95,8 @@ def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
         ),
         (GOOD.replace("detector = ", "detecter = "), "'detecter' looks like it, misspelt"),
         ('[mission]\ntargets = ["a"]\n[target]\na = "lena"', "target.a: it must be a table, [target.a], not 'lena'"),
+        ("[mission]\n[target]", "mission.targets: is missing"),
+        ('[mission]\ntargets = ["box"]\n[target.box]\ndetector = "marker"', "target.box.id: is missing"),
         ("mission = 3\n[target]\n", "mission: it must be a table, [mission], not 3"),
     ],
 )

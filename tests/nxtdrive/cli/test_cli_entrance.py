@@ -100,7 +100,12 @@ def test_the_version_is_printed(capsys):
 
 @pytest.mark.parametrize(
     ("words", "helper"),
-    [([], "nxtdrive"), (["dance"], "nxtdrive"), (["info", "--colour"], "nxtdrive"), (["mission"], "nxtdrive mission")],
+    [
+        ([], "nxtdrive"),
+        (["dance"], "nxtdrive"),
+        (["info", "--colour"], "nxtdrive info"),
+        (["mission"], "nxtdrive mission"),
+    ],
 )
 def test_wrong_usage_is_exit_code_2_and_says_where_help_is(words, helper, capsys):
     with pytest.raises(SystemExit) as left:

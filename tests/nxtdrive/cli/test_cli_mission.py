@@ -42,6 +42,20 @@ def test_every_mistake_of_every_file_is_listed(good, bad, tmp_path, capsys):
     assert "good.toml: good" in captured.out
 
 
+def test_pictures_and_cascades_are_tried(tmp_path, capsys):
+    path, text = tmp_path / "unusable.toml", tmp_path / "cat.jpg"
+    text.write_text("no picture")
+    path.write_text(
+        '[mission]\ntargets = ["face", "cat"]\n[target.face]\ndetector = "haar"\ncascade = "nobody"\n'
+        '[target.cat]\ndetector = "picture"\npictures = ["cat.jpg"]\n',
+        encoding="utf-8",
+    )
+    assert main(["mission", "check", "--json", str(path)]) == USAGE
+    face, cat = json.loads(capsys.readouterr().out)[0]["mistakes"]
+    assert face.startswith("target.face: There is no cascade 'nobody'")
+    assert cat.startswith("target.cat: ")
+
+
 def test_mistakes_as_json(good, bad, capsys):
     assert main(["mission", "check", "--json", str(good), str(bad)]) == USAGE
     first, second = json.loads(capsys.readouterr().out)

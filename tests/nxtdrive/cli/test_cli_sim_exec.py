@@ -121,8 +121,9 @@ signal.pause()
     assert execution.returncode == 5
 
 
-def test_what_cannot_be_run_is_one_sentence(capsys):
-    assert main(["sim", "exec", "--", "no-such-program"]) == USAGE
+@pytest.mark.parametrize("options", [[], ["--native"]])
+def test_what_cannot_be_run_is_one_sentence(options, capsys):
+    assert main(["sim", "exec", *options, "--", "no-such-program"]) == USAGE
     assert "no-such-program cannot be run" in capsys.readouterr().err
 
 
