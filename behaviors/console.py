@@ -17,7 +17,6 @@ PREFIX = "[client2] "
 
 _ANSWERS: dict[object, str] = {Reply.CONTINUE.value: "Continue...", Reply.FAILED.value: "Failed"}
 
-
 _CHOICES: dict[object, str] = {
     Recovery.WAIT: "Waiting",
     Recovery.MOVE_TO: "Looking from elsewhere",

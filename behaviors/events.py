@@ -62,7 +62,7 @@ class Reason(StrEnum):
     THERE = "there"
 
 
-Evidence = Mapping[str, object]
+Measured = Mapping[str, object]
 """What was measured, as plain values that go into the journal."""
 
 
@@ -78,4 +78,4 @@ class Fact:
 
     event: Event
     reason: Reason
-    evidence: Evidence = field(default_factory=dict)
+    evidence: Measured = field(default_factory=dict)

@@ -115,7 +115,7 @@ class Executive:
         self._failure = Fact(Event.START, Reason.MISSION_STARTED)
         self._exist = False
         self._researches = 0
-        self._decided_s = float("-inf")
+        self._decided_s = -math.inf
         self._path: list[str] = []
         self._error = ""
 

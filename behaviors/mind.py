@@ -55,10 +55,9 @@ class ThesisMind:
     """
 
     def __init__(self, senses: Senses, mission: Mission, agenda: Agenda, policy: RecoveryPolicy | None = None) -> None:
-        profile = mission.thesis
         self._senses = senses
         self._agenda = agenda
-        self._policy = policy or ThesisPolicy(profile.wait_s, profile.turn_deg, profile.max_researches)
+        self._policy = policy or ThesisPolicy.of(mission.thesis)
 
     def service(self, state: str, choice: Choice | None) -> Service:
         """One of the thesis's services."""

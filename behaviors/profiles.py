@@ -18,8 +18,7 @@ PROFILES: dict[str, type[ThesisMind] | type[AdaptiveMind]] = {"thesis": ThesisMi
 def make_policy(profile: str, mission: Mission) -> RecoveryPolicy:
     """The rule by which a profile chooses, with the mission's numbers, as its mind makes it for itself."""
     if profile == "thesis":
-        thesis = mission.thesis
-        return ThesisPolicy(thesis.wait_s, thesis.turn_deg, thesis.max_researches)
+        return ThesisPolicy.of(mission.thesis)
     return AdaptivePolicy.of(mission.adaptive)
 
 

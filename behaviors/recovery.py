@@ -10,11 +10,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 from pydantic import TypeAdapter
 
 from behaviors.events import Reason
+from behaviors.mission import ThesisProfile
 
 Point = tuple[float, float]
 """x_mm, y_mm in the frame of the robot's start."""
@@ -250,6 +251,11 @@ class ThesisPolicy:
     wait_s: float = 15.0
     turn_deg: float = 90.0
     max_researches: int = 2
+
+    @classmethod
+    def of(cls, profile: ThesisProfile) -> Self:
+        """The rule with a mission's numbers."""
+        return cls(profile.wait_s, profile.turn_deg, profile.max_researches)
 
     def select(self, evidence: Evidence) -> Choice:
         """Choose as the thesis's select plan does. Source: docs/thesis.md, plans."""

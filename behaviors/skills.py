@@ -26,7 +26,7 @@ from typing import Protocol
 from behaviors.events import Event, Fact, Reason
 from behaviors.journal import Kind, Note
 from behaviors.mission import ThesisProfile
-from behaviors.ports import Body, Clock, Eyes, Sighting, Stop
+from behaviors.ports import Body, Clock, Eyes, Pose, Sighting, Stop
 
 STEER_PER_S = 1.6
 """Turn rate per degree of bearing while approaching, 1/s; settles in about a second without swinging."""
@@ -159,7 +159,7 @@ class Search:
             sighting = senses.eyes.look(self._target)
             if sighting:
                 break
-        note_look(senses, sighting)
+        note_look(senses, senses.body.pose(), senses.body.range_mm(), sighting)
         return sighting
 
 
@@ -198,7 +198,7 @@ class Arrive:
         senses, profile = self._senses, self._senses.profile
         sighting = senses.eyes.look(self._target)
         now_s = senses.clock.now()
-        note_look(senses, sighting)
+        note_look(senses, senses.body.pose(), senses.body.range_mm(), sighting)
         if sighting:
             self._seen_s = now_s
             if sighting.distance_mm <= profile.arrive_mm:
@@ -216,9 +216,8 @@ class Arrive:
 
     def _steer(self, sighting: Sighting) -> None:
         bearing_deg = sighting.bearing_deg
-        turn_deg_s = max(-STEER_LIMIT_DEG_S, min(STEER_LIMIT_DEG_S, STEER_PER_S * bearing_deg))
         speed_mm_s = self._senses.profile.cruise_mm_s * max(0.0, 1.0 - abs(bearing_deg) / SHARP_DEG)
-        self._watch.update(self._senses.body.drive(speed_mm_s, turn_deg_s))
+        self._watch.update(self._senses.body.drive(speed_mm_s, steering_deg_s(bearing_deg)))
 
 
 class MoveTo:
@@ -250,19 +249,28 @@ class MoveTo:
         if self._count == 0:
             turned = body.turn(direction_deg)
             self._senses.note(
-                Kind.STEP, what="turn", stop=turned.stop, turned_deg=turned.turned_deg, pose=pose_values(body)
+                Kind.STEP, what="turn", stop=turned.stop, turned_deg=turned.turned_deg, pose=pose_values(body.pose())
             )
         advanced = body.straight(profile.advance_mm)
         self._watch.update(advanced.stop)
         self._count += 1
         self._senses.note(
-            Kind.STEP, what="advance", stop=advanced.stop, distance_mm=advanced.distance_mm, pose=pose_values(body)
+            Kind.STEP,
+            what="advance",
+            stop=advanced.stop,
+            distance_mm=advanced.distance_mm,
+            pose=pose_values(body.pose()),
         )
         return 0
 
 
 class Moving:
-    """The state move_to: the service, called until it is done."""
+    """The state move_to: the service, called until it is done.
+
+    Args:
+        senses: What to work with.
+        direction_deg: Turn before the first advance, positive right.
+    """
 
     def __init__(self, senses: Senses, direction_deg: float) -> None:
         self._senses = senses
@@ -286,6 +294,10 @@ class Waiting:
     """The state wait: at rest, the brick kept awake, for a fixed time.
 
     The remaining time is kept here and not in the chart, so that a wait that was interrupted goes on where it was.
+
+    Args:
+        senses: What to work with.
+        wait_s: How long.
     """
 
     def __init__(self, senses: Senses, wait_s: float) -> None:
@@ -306,19 +318,23 @@ class Waiting:
         return Fact(Event.RECOVERY_DONE, Reason.WAITED, {"waited_s": self._wait_s})
 
 
-def note_look(senses: Senses, sighting: Sighting | None) -> None:
-    """Write a look down, with where it was taken from."""
+def steering_deg_s(bearing_deg: float, per_s: float = STEER_PER_S, limit_deg_s: float = STEER_LIMIT_DEG_S) -> float:
+    """How fast to turn towards a bearing: in proportion to it, up to a limit; positive right."""
+    return max(-limit_deg_s, min(limit_deg_s, per_s * bearing_deg))
+
+
+def note_look(senses: Senses, pose: Pose, range_mm: float | None, sighting: Sighting | None) -> None:
+    """Write a look down, with where it was taken from and the echo heard there."""
     senses.note(
         Kind.LOOK,
-        pose=pose_values(senses.body),
-        range_mm=senses.body.range_mm(),
+        pose=pose_values(pose),
+        range_mm=range_mm,
         sighting=None if sighting is None else sighting_values(sighting),
     )
 
 
-def pose_values(body: Body) -> list[float]:
-    """The pose as plain values: x_mm, y_mm, heading_deg."""
-    pose = body.pose()
+def pose_values(pose: Pose) -> list[float]:
+    """A pose as plain values: x_mm, y_mm, heading_deg."""
     return [round(pose.x_mm, 1), round(pose.y_mm, 1), round(pose.heading_deg, 1)]
 
 

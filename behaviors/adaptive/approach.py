@@ -10,7 +10,7 @@ from behaviors.adaptive.memory import Known
 from behaviors.adaptive.watch import Percept, Watch
 from behaviors.events import Event, Fact, Reason
 from behaviors.ports import Pose, Stop
-from behaviors.skills import SHARP_DEG, STEER_LIMIT_DEG_S, STEER_PER_S, sighting_values
+from behaviors.skills import SHARP_DEG, sighting_values, steering_deg_s
 
 IN_VIEW_SHARE = 0.9
 """Within this share of the reliable view and of the detector's range a target should be found."""
@@ -23,8 +23,9 @@ BEFORE_MM = 250.0
 ECHOES = 2
 """So many such echoes in a row are believed."""
 AHEAD_DEG = 10.0
+"""A target within this bearing is straight ahead: where the sonar points."""
 DECIDE_S = 5.0
-"""How long it stands before a target it doubts."""
+"""How long it stands before a target it doubts; after that even odds will do, and after twice that it gives up."""
 PROGRESS_S, PROGRESS_MM = 4.0, 120.0
 """A robot that was told to drive should be so much further on after that time."""
 RECENT_S = 3.0
@@ -32,7 +33,9 @@ RECENT_S = 3.0
 NEAR_MM, STRETCH_MM = 750.0, 450.0
 """Farther than the first from the target it minds what is remembered on the next stretch; nearer it trusts its eyes."""
 ELBOW_MM = 20.0
-CLOSE_MM = 80.0
+"""Room beside the robot that the next stretch must leave."""
+RETREAT_MM = 80.0
+"""What was touched is left so far behind."""
 
 
 class Approach:
@@ -48,7 +51,7 @@ class Approach:
         self._minds_map = minds_map
         self._begun_s = self._seen_s = watch.now()
         self._doubt = Doubt()
-        self._blind_s = 0.0
+        self._blind_s: float | None = None
         self._oblique = False
         self._shut = 0
         self._open_s = watch.now()
@@ -73,8 +76,7 @@ class Approach:
     def _step(self) -> Fact | None:
         watch = self._watch
         percept = watch.step()
-        self._blind_s = self._blind_s or percept.time_s if percept.blind else 0.0
-        if percept.blind and percept.time_s - self._blind_s >= watch.profile.lost_after_s / 2:
+        if self._blinded(percept):
             return _failed(Reason.CAMERA_LOST, percept)
         known = watch.memory.known.get(watch.target)
         if known is None:
@@ -85,6 +87,15 @@ class Approach:
         if fact is not None:
             return fact
         return self._drive(percept, bearing_deg, distance_mm)
+
+    def _blinded(self, percept: Percept) -> bool:
+        """Whether the camera has given no picture for too long."""
+        if not percept.blind:
+            self._blind_s = None
+            return False
+        if self._blind_s is None:
+            self._blind_s = percept.time_s
+        return percept.time_s - self._blind_s >= self._watch.profile.lost_after_s / 2
 
     def _weigh(self, percept: Percept, bearing_deg: float, distance_mm: float) -> None:
         """Shift the odds that it is the target."""
@@ -99,6 +110,7 @@ class Approach:
             self._doubt.forget_misses()
 
     def _should_be_seen(self, bearing_deg: float, distance_mm: float) -> bool:
+        """Whether the place of the target is well within what the camera shows and the detector finds."""
         memory = self._watch.memory
         return (
             abs(bearing_deg) <= IN_VIEW_SHARE * memory.half_view_deg
@@ -106,6 +118,7 @@ class Approach:
         )
 
     def _arrived(self, percept: Percept) -> Fact | None:
+        """Whether it is there; or whether that is not the target at all."""
         sighting = percept.sighting
         if self._doubt.verdict is Verdict.MISTAKEN:
             return self._mistaken(percept)
@@ -158,8 +171,9 @@ class Approach:
         return memory.floor.clear_between(memory.here, end, elbow_mm=ELBOW_MM)
 
     def _blocked(self, percept: Percept, *, hides: bool) -> Fact:
+        """Something is before it: perhaps for short if it hides the target, since that may be a person."""
         sudden = percept.time_s - self._open_s < RECENT_S
-        reason = Reason.BLOCKED_LONG if not hides else Reason.BLOCKED_SHORT
+        reason = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG
         return _failed(reason, percept, hides=hides, sudden=sudden)
 
     def _stuck(self, percept: Percept, known: Known) -> Fact | None:
@@ -185,10 +199,9 @@ class Approach:
         """Steer to where it is; stand before what is doubtful."""
         watch, profile = self._watch, self._watch.profile
         sighting = percept.sighting
-        if (sighting.distance_mm if sighting else distance_mm) <= profile.arrive_mm:
-            return self._stand(percept, bearing_deg)
-        turn_deg_s = max(-STEER_LIMIT_DEG_S, min(STEER_LIMIT_DEG_S, STEER_PER_S * bearing_deg))
         known_mm = sighting.distance_mm if sighting else distance_mm
+        if known_mm <= profile.arrive_mm:
+            return self._stand(percept, bearing_deg)
         ahead = max(0.0, 1.0 - abs(bearing_deg) / SHARP_DEG)
         near = min(1.0, max(SLOWEST, (distance_mm - profile.arrive_mm) / SLOW_MM))
         speed_mm_s = profile.cruise_mm_s * ahead * near
@@ -196,7 +209,7 @@ class Approach:
             self._driven.clear()
         else:
             self._driven.append((percept.time_s, watch.memory.pose, known_mm))
-        stop = watch.senses.body.drive(speed_mm_s, turn_deg_s)
+        stop = watch.senses.body.drive(speed_mm_s, steering_deg_s(bearing_deg))
         if stop is None:
             return None
         if stop is Stop.CONTACT:
@@ -207,17 +220,17 @@ class Approach:
         return self._blocked(percept, hides=unseen and percept.time_s - self._seen_s > 0.3)
 
     def _touched(self, percept: Percept) -> Fact:
+        """It ran into something that it neither saw nor heard: remember it, and back off."""
         watch = self._watch
         watch.memory.floor.block(watch.memory.pose, 0.0)
-        watch.senses.body.straight(-CLOSE_MM)
+        watch.senses.body.straight(-RETREAT_MM)
         return _failed(Reason.BLOCKED_LONG, percept, touched=True, hides=percept.sighting is None)
 
     def _stand(self, percept: Percept, bearing_deg: float) -> Fact | None:
         """Near enough by now: stand and look until it is clear what this is."""
         watch = self._watch
         if abs(bearing_deg) > AHEAD_DEG:
-            turn_deg_s = max(-STEER_LIMIT_DEG_S, min(STEER_LIMIT_DEG_S, STEER_PER_S * bearing_deg))
-            watch.senses.body.drive(0.0, turn_deg_s)
+            watch.senses.body.drive(0.0, steering_deg_s(bearing_deg))
         else:
             watch.senses.body.stop()
         self._driven.clear()

@@ -13,25 +13,27 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from behaviors.adaptive.angles import wrapped_deg
 from behaviors.adaptive.floor import CELL_MM, CELLS, DIRECTIONS, HINT, KNOWN, FloorMap
 from behaviors.ports import Pose
 from behaviors.recovery import Point
 
-SPACING_MM = 400.0
-REACH_MM = 6800.0
+SPACING_MM, REACH_MM = 400.0, 6800.0
+"""Between neighbouring places, and from the start to the farthest along each axis: within the floor map."""
 FACINGS = 8
+"""Directions in which a picture may face, 45 degrees apart."""
 HALF_SLANT_DEG, SLANT_WIDTH_DEG = 52.0, 5.0
-"""A picture seen more obliquely is found in less than half of the looks. Source: docs/vision.md, slant; the grid of
-facings is coarse, hence the width."""
+"""A picture seen more obliquely is found in less than half of the looks. Source: docs/vision.md section 1.2, 45
+and 60 degrees aside; the grid of facings is coarse, hence the width."""
 SURE = 0.95
 """No number of frames from one place speaks more strongly than this: what a detector misses, it misses again."""
 STAND_MM = 350.0
 """Looks from places no farther apart than this are looks from one place."""
 ROUND_FRAMES = 6
 """Frames that show each place when the robot looks round."""
-SURE_SHARE, POOR_SHARE, POOR = 0.45, 0.95, 0.55
+SURE_SHARE, POOR_SHARE, POOR, BLIND_SHARE = 0.45, 0.95, 0.55, 1.05
 """Up to the first share of its range the detector is sure; from there on it gets worse, since nobody knows the light,
-and at the second it finds this much."""
+at the second it finds this much, and at the last nothing."""
 EMPTY = 0.1
 """Where the sonar found nothing there is hardly a picture on a stand."""
 UNKNOWN = 0.5
@@ -40,13 +42,26 @@ LIKELY_MM = 2500.0
 """Standard deviation of a target's place around the start: rooms end."""
 OBLIQUE_DEG = 35.0
 """What looks narrow is seen at least so obliquely, give or take the grid of facings."""
+STEEPEST_DEG = HALF_SLANT_DEG + 8.0
+"""What is seen at all is seen no more obliquely than this."""
 SCATTERS = 0.7
 """How likely something that vanished has moved."""
 SPIKE_MM = 350.0
+"""What was seen at a place is at one of the grid's places so near to it."""
+REFUTED = 0.02
+"""Share of the belief in a place that is left when it was found out not to be there."""
 TRUST = 0.85
 """How much a sighting is believed to tell where the target is."""
 RENEWS_S = 250.0
-"""Things move: belief returns to where it began in this time."""
+"""Things move: belief returns to where it began, by two thirds in this time."""
+EMPTY_SHARE, UNKNOWN_SHARE = 0.8, 0.9
+"""A place is empty, or unknown, when more than this share of the cells around it are."""
+CAME_S = 9.0
+"""What a look round costs besides the turn: coming here, and deciding."""
+ARC_STEP_DEG, ARC_BINS = 10.0, 36
+"""Arcs to look at are made of so many parts of so many degrees: the whole turn."""
+
+_FACING_DEG = np.arange(FACINGS) * 360.0 / FACINGS
 
 Array = NDArray[np.float64]
 
@@ -100,15 +115,15 @@ class Belief:
         self._prior = prior / prior.sum()
         self._mass = self._prior.copy()
         self._stand: _Stand | None = None
-        self._empty_at: tuple[int, Array] | None = None
+        self._plausible_at: tuple[int, Array] | None = None
 
     def look(self, pose: Pose, floor: FloorMap, frames: int) -> None:
-        """Take in that it was not seen in so many frames from here."""
+        """Take in that it was not seen in so many frames from a pose."""
         view = self._view(pose.x_mm, pose.y_mm, floor)
         if self._stand is None or math.dist(self._stand.at, view.at) > STAND_MM:
             self._stand = _Stand(view.at, np.ones(len(self._x)), np.ones_like(self._mass))
         stand = self._stand
-        off_deg = np.abs((view.bearing_deg - pose.heading_deg + 180.0) % 360.0 - 180.0)
+        off_deg = np.abs(wrapped_deg(view.bearing_deg - pose.heading_deg))
         inside = off_deg <= self._half_view_deg
         stand.missed[inside] *= (1.0 - view.each[inside]) ** frames
         left = 1.0 - view.possible * np.minimum(SURE, 1.0 - stand.missed)[:, None]
@@ -117,11 +132,11 @@ class Belief:
         self._mass /= self._mass.sum()
 
     def see(self, place: Point, seen_from: Point, *, oblique: bool = False) -> None:
-        """Take in that it was seen there, from here."""
+        """Take in that it was seen at a place, from another; `oblique` when it looked narrow."""
         near = np.hypot(self._x - place[0], self._y - place[1]) <= SPIKE_MM
         back_deg = math.degrees(math.atan2(seen_from[1] - place[1], seen_from[0] - place[0]))
-        slant_deg = np.abs((_FACING_DEG - back_deg + 180.0) % 360.0 - 180.0)
-        facing = (slant_deg <= HALF_SLANT_DEG + 8.0) & ((slant_deg >= OBLIQUE_DEG) | (not oblique))
+        slant_deg = np.abs(wrapped_deg(_FACING_DEG - back_deg))
+        facing = (slant_deg <= STEEPEST_DEG) & ((slant_deg >= OBLIQUE_DEG) | (not oblique))
         spike = near[:, None] & facing[None, :]
         if spike.any():  # odometry may have gone astray beyond the places that are considered
             self._mass *= 1.0 - TRUST
@@ -131,11 +146,11 @@ class Belief:
     def refute(self, place: Point) -> None:
         """Take in that it is not there, whatever it looked like."""
         near = np.hypot(self._x - place[0], self._y - place[1]) <= SPIKE_MM
-        self._mass[near] *= 0.02
+        self._mass[near] *= REFUTED
         self._mass /= self._mass.sum()
 
     def scatter(self) -> None:
-        """It was there and is not any more: it moved, and what was looked at before may hold it now."""
+        """Take in that it is not there any more: it moved, and what was looked at before may hold it now."""
         self._mass = (1.0 - SCATTERS) * self._mass + SCATTERS * self._prior
         self._stand = None
 
@@ -160,8 +175,8 @@ class Belief:
         """The arc of bearings that is most worth being looked at, from and to in degrees clockwise.
 
         Args:
-            x_mm: Where the robot is.
-            y_mm: Where the robot is.
+            x_mm: Where the robot is, forward of the start.
+            y_mm: And to the right of it.
             floor: What may hide the target.
             turn_deg_s: How fast the robot turns while it looks.
         """
@@ -194,10 +209,10 @@ class Belief:
         dx, dy = self._x - x_mm, self._y - y_mm
         distance = np.hypot(dx, dy)
         bearing_deg = np.degrees(np.arctan2(dy, dx))
-        slant_deg = np.abs((_FACING_DEG[None, :] - (bearing_deg + 180.0)[:, None] + 180.0) % 360.0 - 180.0)
+        slant_deg = np.abs(wrapped_deg(_FACING_DEG[None, :] - (bearing_deg + 180.0)[:, None]))
         by_slant = 1.0 / (1.0 + np.exp((slant_deg - HALF_SLANT_DEG) / SLANT_WIDTH_DEG))
         share = distance / self._range_mm
-        each = np.interp(share, [0.0, SURE_SHARE, POOR_SHARE, 1.05], [1.0, 1.0, POOR, 0.0])
+        each = np.interp(share, [0.0, SURE_SHARE, POOR_SHARE, BLIND_SHARE], [1.0, 1.0, POOR, 0.0])
         sight = floor.sight(x_mm, y_mm, self._range_mm)
         direction = np.rint(bearing_deg * DIRECTIONS / 360.0).astype(np.int64) % DIRECTIONS
         # the place itself is as large as the grid's spacing, and the picture echoes
@@ -205,23 +220,16 @@ class Belief:
         return _View((x_mm, y_mm), by_slant * sight[direction, step][:, None], each, bearing_deg)
 
     def _plausible(self, floor: FloorMap) -> Array:
-        """Which places may hold a picture at all."""
+        """How likely a place may hold a picture at all, as far as the floor map tells, (places,)."""
         stamp = int(floor.evidence.sum() * 10)
-        if self._empty_at is None or self._empty_at[0] != stamp:
+        if self._plausible_at is None or self._plausible_at[0] != stamp:
             half = int(SPACING_MM / CELL_MM / 2)
             i = np.clip((self._x / CELL_MM).astype(np.int64) + CELLS // 2, half, CELLS - half - 1)
             j = np.clip((self._y / CELL_MM).astype(np.int64) + CELLS // 2, half, CELLS - half - 1)
             around = [(a, b) for a in range(-half, half + 1) for b in range(-half, half + 1)]
             patches = np.stack([floor.evidence[i + a, j + b] for a, b in around])
-            free = (patches < -HINT).mean(axis=0) > 0.8
+            free = (patches < -HINT).mean(axis=0) > EMPTY_SHARE
             marked = (patches > HINT).any(axis=0)
-            unknown = (np.abs(patches) < KNOWN).mean(axis=0) > 0.9
-            self._empty_at = (stamp, np.where(free & ~marked, EMPTY, np.where(unknown, UNKNOWN, 1.0)))
-        return self._empty_at[1]
-
-
-CAME_S = 9.0
-"""What a look round costs besides the turn: coming here, and deciding."""
-ARC_STEP_DEG = 10.0
-ARC_BINS = 36
-_FACING_DEG = np.arange(FACINGS) * 360.0 / FACINGS
+            unknown = (np.abs(patches) < KNOWN).mean(axis=0) > UNKNOWN_SHARE
+            self._plausible_at = (stamp, np.where(free & ~marked, EMPTY, np.where(unknown, UNKNOWN, 1.0)))
+        return self._plausible_at[1]

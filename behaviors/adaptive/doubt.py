@@ -13,7 +13,7 @@ from enum import StrEnum
 REAL_RATE, MISTAKE_RATE = 0.60, 0.30
 """Share of the frames in which the real target, in poor light, and a look-alike are found."""
 ACCEPT, REJECT = math.log(300.0), -math.log(500.0)
-"""Odds at which the test stops: a wrong stop is worse than another look."""
+"""Logarithms of the odds at which the test stops: a wrong stop is worse than another look."""
 _HIT = math.log(REAL_RATE / MISTAKE_RATE)
 _MISS = math.log((1.0 - REAL_RATE) / (1.0 - MISTAKE_RATE))
 
@@ -31,7 +31,7 @@ class Doubt:
     """The odds that what is approached is the target.
 
     Attributes:
-        odds: Their logarithm.
+        odds: Their natural logarithm; 0 is even.
     """
 
     odds: float = 0.0

@@ -12,16 +12,16 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from behaviors.adaptive.angles import wrapped_deg
 from behaviors.ports import Pose
 
-CELL_MM = 80.0
-CELLS = 180
+CELL_MM, CELLS = 80.0, 180
 """The grid reaches 7.2 m from the start to each side; what lies farther is not mapped."""
 
 SONAR_FORWARD_MM = 100.0
 """The sonar in front of the axle; about right is enough."""
 BEAM_DEG = 15.0
-"""Half the beam's angle. Source: docs/sensors.md, ultrasonic."""
+"""Half the beam's angle. Source: docs/worlds.md, ultrasonic sensor."""
 ARC_DEG = 11.0
 """So much of an echo's arc is marked to either side."""
 NEAR_MM, FAR_MM = 700.0, 1800.0
@@ -35,6 +35,14 @@ MARGIN_MM = 100.0
 
 HINT, SOLID, MOST = 0.3, 1.5, 3.0
 """Evidence from which a cell may be and is occupied, and the most a cell can have; that of free cells is negative."""
+FREE_ECHO, FREE_SILENT, FREEST, FREEST_SILENT = 0.35, 0.1, -2.0, -0.5
+"""By what an echo from beyond a cell, or silence, lowers its evidence, and below what they do not."""
+HIT_NEAR, HIT_FAR = 1.0, 0.5
+"""By what an echo from near, or from farther away, raises the evidence of its arc."""
+ARC_CELLS = 0.75
+"""Half the width of an echo's arc, in cells."""
+REPEATED_MM, REPEATED_DEG, REPEATED_RANGE_MM = 25.0, 2.0, 50.0
+"""An echo that differs from the last by less than all of these is the last once more."""
 KNOWN = 0.1
 """Less evidence is none."""
 BEHIND = 0.3
@@ -47,6 +55,8 @@ BLOCK_RADIUS_MM, BLOCK = 250.0, 2.2
 """What blocks the way is taken to be so large until it is seen better, on so much evidence: a few echoes clear it."""
 FOOTPRINT_MM = 130.0
 """The robot's own radius."""
+DIRECTIONS = 72
+"""In which lines of sight are followed, 5 degrees apart."""
 
 Grid = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -76,11 +86,11 @@ class FloorMap:
         window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, reach_mm + 2 * CELL_MM)
         cells = self.evidence[window]
         free = (along < reach_mm - MARGIN_MM) & (off_deg <= BEAM_DEG)
-        cells[free] = np.maximum(cells[free] - 0.35, -2.0)
+        cells[free] = np.maximum(cells[free] - FREE_ECHO, FREEST)
         if range_mm >= FAR_MM or repeated:
             return
-        hit = (np.abs(along - range_mm) <= CELL_MM * 0.75) & (off_deg <= ARC_DEG)
-        gain, most = (1.0, MOST) if range_mm <= NEAR_MM else (0.5, SOLID - 0.1)
+        hit = (np.abs(along - range_mm) <= CELL_MM * ARC_CELLS) & (off_deg <= ARC_DEG)
+        gain, most = (HIT_NEAR, MOST) if range_mm <= NEAR_MM else (HIT_FAR, SOLID - 0.1)
         cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
 
     def no_echo(self, pose: Pose) -> None:
@@ -92,7 +102,7 @@ class FloorMap:
         window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, SILENT_MM)
         cells = self.evidence[window]
         free = (along < SILENT_MM) & (off_deg <= BEAM_DEG)
-        cells[free] = np.maximum(cells[free] - 0.1, np.minimum(cells[free], -0.5))
+        cells[free] = np.maximum(cells[free] - FREE_SILENT, np.minimum(cells[free], FREEST_SILENT))
 
     def seen_past(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         """Take in that `end` was seen from `start`: what is only suspected in between is not there."""
@@ -111,7 +121,7 @@ class FloorMap:
         """Where the robot is, nothing else is."""
         window, along, _ = _polar(pose.x_mm, pose.y_mm, 0.0, FOOTPRINT_MM)
         cells = self.evidence[window]
-        cells[along <= FOOTPRINT_MM] = -2.0
+        cells[along <= FOOTPRINT_MM] = FREEST
 
     def block(self, pose: Pose, range_mm: float) -> None:
         """Remember something in the way, of a size not known yet: what stopped the robot or touched it."""
@@ -122,7 +132,7 @@ class FloorMap:
         cells[inside] = np.maximum(cells[inside], BLOCK)
 
     def sight(self, x_mm: float, y_mm: float, limit_mm: float) -> NDArray[np.float64]:
-        """How likely one sees past the floor, (DIRECTIONS, steps of CELL_MM), up to `limit_mm` from a place.
+        """How likely nothing hides what is so far away, (DIRECTIONS, steps of CELL_MM), up to `limit_mm` from a place.
 
         What is known to be free hides nothing; of what is unknown, the more there is, the likelier something hides.
         """
@@ -154,7 +164,6 @@ class FloorMap:
         return not bool((self.evidence[i, j] > SOLID).any())
 
 
-DIRECTIONS = 72
 _ANGLES = np.radians(np.arange(DIRECTIONS) * 360.0 / DIRECTIONS)
 _ALONG = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 
@@ -180,12 +189,13 @@ def _polar(
     (i0, j0), (i1, j1) = cell(x_mm - radius_mm, y_mm - radius_mm), cell(x_mm + radius_mm, y_mm + radius_mm)
     dx = (centre_mm(np.arange(i0, i1 + 1)) - x_mm)[:, None]
     dy = (centre_mm(np.arange(j0, j1 + 1)) - y_mm)[None, :]
-    off_deg = np.abs((np.degrees(np.arctan2(dy, dx)) - heading_deg + 180.0) % 360.0 - 180.0)
+    off_deg = np.abs(wrapped_deg(np.degrees(np.arctan2(dy, dx)) - heading_deg))
     return (slice(i0, i1 + 1), slice(j0, j1 + 1)), np.hypot(dx, dy), off_deg
 
 
 def _same(one: tuple[Pose, float], other: tuple[Pose, float]) -> bool:
+    """Whether two echoes, infinity standing for none, are one measurement as far as the map is concerned."""
     (a, range_a), (b, range_b) = one, other
     moved = math.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm)
-    alike = range_a == range_b or abs(range_a - range_b) < 50.0
-    return moved < 25.0 and abs(a.heading_deg - b.heading_deg) < 2.0 and alike
+    alike = range_a == range_b or abs(range_a - range_b) < REPEATED_RANGE_MM
+    return moved < REPEATED_MM and abs(a.heading_deg - b.heading_deg) < REPEATED_DEG and alike

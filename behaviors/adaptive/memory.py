@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from behaviors.adaptive.angles import wrapped_deg
 from behaviors.adaptive.belief import Belief
 from behaviors.adaptive.floor import FloorMap
 from behaviors.mission import Mission
@@ -17,10 +18,15 @@ from behaviors.recovery import Point, Recovery
 RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "color": 17.0}
 FARTHEST_MM = 4500.0
 """From how many times a target's height away its detector finds it, and from how far at most, at 320 x 240 pixels.
-Source: docs/vision.md, from the front."""
+Source: docs/vision.md section 1.2, from the front."""
 HALF_VIEW_SHARE = 0.42
 """A target nearer to the frame's edge than this share of the field of view is partly outside."""
 TRAIL_S = 3.0
+"""So long it is kept where the robot was: far longer than a frame is under way."""
+RENEW_EVERY_S = 5.0
+"""Beliefs age in steps of this time."""
+NEW_LOOK_S = 1.0
+"""A sighting so long after the last one is new evidence, not the same look once more."""
 SETTLES = 0.4
 """Weight of a new sighting in the estimate of a target's place."""
 TURNS = 0.03
@@ -49,7 +55,7 @@ class Known:
         place: Where it is believed to be.
         seen_from: From where it was seen last.
         seen_deg: The middle of the directions, from the target, from which it was seen so far.
-        time_s: When that was.
+        time_s: When it was seen last.
         distance_mm: How far it was then, by its apparent size.
     """
 
@@ -101,6 +107,15 @@ class Memory:
 
     Args:
         mission: Its targets.
+
+    Attributes:
+        floor: What is on the floor.
+        trail: Where the robot was in the last seconds.
+        pose: Where it is.
+        known: The targets that were seen, by name, as long as there is no reason to forget them.
+        beliefs: Where each target may be, by name.
+        half_view_deg: Half the camera's angle of view in which a target is wholly in the frame.
+        seen_from_mm: From how far each target's detector finds it in good light, by name.
     """
 
     def __init__(self, mission: Mission) -> None:
@@ -160,26 +175,26 @@ class Memory:
         return believed
 
     def settle(self) -> None:
-        """Take in all looks; before something is decided."""
+        """Take in all looks that are still held back; called before something is decided."""
         for target, unseen in self._unseen.items():
             self.beliefs[target].look(unseen.pose, self.floor, unseen.frames)
         self._unseen.clear()
 
     def reconsider(self, target: str) -> None:
-        """It was looked for where it is remembered, and not seen; forget it unless there is a reason for that."""
+        """Take in that it was looked for where it is remembered, in vain: forget it unless it is still likely there."""
         self.settle()
         known = self.known.get(target)
         if known is not None and self.beliefs[target].held_at(known.place) < HELD:
             del self.known[target]
 
     def forget(self, target: str) -> None:
-        """It is not there any more."""
+        """Take in that it is not where it is remembered."""
         known = self.known.pop(target, None)
         if known is not None:
             self.beliefs[target].refute(known.place)
 
     def unmask(self, target: str) -> None:
-        """What was taken for the target is something else; for some time it is not taken for it again."""
+        """Take in that what was taken for the target is something else; for some time it is not taken for it again."""
         known = self.known.get(target)
         if known is not None:
             self._mistakes.append((target, known.place, known.time_s))
@@ -196,7 +211,7 @@ class Memory:
     def way_to(self, point: Point) -> tuple[float, float]:
         """Bearing in degrees, positive right, and distance in millimetres of a point from here."""
         dx, dy = point[0] - self.pose.x_mm, point[1] - self.pose.y_mm
-        bearing_deg = (math.degrees(math.atan2(dy, dx)) - self.pose.heading_deg + 180.0) % 360.0 - 180.0
+        bearing_deg = wrapped_deg(math.degrees(math.atan2(dy, dx)) - self.pose.heading_deg)
         return bearing_deg, math.hypot(dx, dy)
 
     def chose(self, target: str, kind: Recovery, destination: Point | None = None) -> None:
@@ -244,15 +259,15 @@ class Memory:
                 before.place[0] + SETTLES * (place[0] - before.place[0]),
                 before.place[1] + SETTLES * (place[1] - before.place[1]),
             )
-        if before is None or sighting.time_s - before.time_s > 1.0 or math.dist(before.place, place) > JUMP_MM:
+        if before is None or sighting.time_s - before.time_s > NEW_LOOK_S or math.dist(before.place, place) > JUMP_MM:
             self.beliefs[target].see(place, here, oblique=self.oblique(target, sighting))
         towards_deg = math.degrees(math.atan2(here[1] - place[1], here[0] - place[0]))
         if before is not None and math.dist(before.place, place) <= JUMP_MM:
-            towards_deg = before.seen_deg + TURNS * ((towards_deg - before.seen_deg + 180.0) % 360.0 - 180.0)
+            towards_deg = before.seen_deg + TURNS * wrapped_deg(towards_deg - before.seen_deg)
         self.known[target] = Known(place, here, towards_deg, sighting.time_s, sighting.distance_mm)
 
     def oblique(self, target: str, sighting: Sighting) -> bool:
-        """Whether it is seen from far aside: it looks narrower than it has before."""
+        """Whether it is seen from far aside: it looks clearly narrower than at its widest, which is kept here."""
         _, _, width, height = sighting.box
         aspect = width / max(1, height)
         self._aspect[target] = max(self._aspect.get(target, UPRIGHT), aspect)
@@ -274,7 +289,7 @@ class Memory:
     def _renew(self, now_s: float) -> None:
         if self._renewed_s is None:
             self._renewed_s = now_s
-        elif now_s - self._renewed_s >= 5.0:
+        elif now_s - self._renewed_s >= RENEW_EVERY_S:
             for belief in self.beliefs.values():
                 belief.renew(now_s - self._renewed_s)
             self._renewed_s = now_s

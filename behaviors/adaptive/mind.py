@@ -22,9 +22,8 @@ IN_THE_WAY = (Reason.BLOCKED_SHORT, Reason.BLOCKED_LONG, Reason.LOST_BEHIND, Rea
 """Failures for which something between the robot and the target is to blame."""
 UNKNOWN_RANGE_MM = 150.0
 """What stops the wheels unseen is about so far before the sonar."""
-SAME_BLOCKER_S = 40.0
-"""What was in the way so short a time ago is still the same."""
-
+SAME_BLOCKER_S, SAME_BLOCKER_MM = 40.0, 400.0
+"""What was in the way so short a time ago, and so near to there, is still the same."""
 EYES_ONLY_S = 20.0
 """When the map knows no way at all it is more likely wrong than the robot is shut in; so long it is not minded."""
 
@@ -129,7 +128,7 @@ class AdaptiveMind:
         since_s = now_s
         if self._blocked is not None:
             before, begun_s, last_s = self._blocked
-            if math.dist(before, place) < 400.0 and now_s - last_s < SAME_BLOCKER_S:
+            if math.dist(before, place) < SAME_BLOCKER_MM and now_s - last_s < SAME_BLOCKER_S:
                 since_s = begun_s
         self._blocked = (place, since_s, now_s)
         hides = bool(fact.evidence.get("hides", fact.reason is not Reason.NO_PROGRESS))

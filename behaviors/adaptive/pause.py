@@ -6,20 +6,23 @@ from behaviors.adaptive.watch import Percept, Watch
 from behaviors.events import Event, Fact, Reason
 from behaviors.skills import sighting_values
 
-SHUT_MM = 650.0
-"""Something nearer than this straight ahead is still in the way."""
-CLEAR = 2
-"""So many echoes in a row must say that the way is free."""
+SHUT_MM, BEFORE_MM = 650.0, 200.0
+"""What is straight ahead is still in the way when it is nearer than the first, and by the second nearer than the
+target; both are a little wider than what stopped the approach, since echoes vary."""
+CLEAR, CLEAR_UNSEEN = 2, 10
+"""So many echoes in a row must say that the way is free, when the target is in view and when it is not."""
+IN_VIEW_S = 1.0
+"""What was seen so short a time ago is in view."""
 AIM_DEG = 4.0
-PATIENCE_S = 20.0
-"""So long it waits for a picture."""
+"""It looks straight at where the target should be, give or take this."""
 GLANCES_S = 1.5
 """A second look is so long, at each of the bearings around where the target should be."""
 BESIDE_DEG = (0.0, 18.0, -36.0)
+"""Turns between these looks: at the place itself, to the right of it, to the left."""
 
 
 class Wait:
-    """The state wait: until the way is free and the target in view, or until it has lasted long enough.
+    """The state wait: until the way is free, or until it has lasted long enough.
 
     Args:
         watch: What to work with.
@@ -32,7 +35,7 @@ class Wait:
         self._clear = 0
 
     def call(self) -> Fact:
-        """Wait; the robot is at rest."""
+        """Wait; the robot is at rest. TARGET_SEEN or RECOVERY_DONE when the way is free, else RECOVERY_FAILED."""
         watch = self._watch
         watch.senses.body.stop()
         watch.senses.body.keep_alive()
@@ -47,22 +50,22 @@ class Wait:
             if self._clear >= CLEAR:
                 if percept.sighting is not None:
                     return Fact(Event.TARGET_SEEN, Reason.WAY_CLEAR, {"sighting": sighting_values(percept.sighting)})
-                if self._clear >= 5 * CLEAR:
+                if self._clear >= CLEAR_UNSEEN:
                     return Fact(Event.RECOVERY_DONE, Reason.WAY_CLEAR, {"waited_s": percept.time_s - begun_s})
         waited_s = watch.now() - begun_s
-        evidence = {"waited_s": waited_s, "range_mm": range_mm, "hides": watch.target not in self._visible()}
+        evidence = {"waited_s": waited_s, "range_mm": range_mm, "hides": not self._in_view()}
         return Fact(Event.RECOVERY_FAILED, Reason.BLOCKED_LONG, evidence)
 
     def _shut(self, percept: Percept) -> bool:
         memory = self._watch.memory
         known = memory.known.get(self._watch.target)
-        limit_mm = SHUT_MM if known is None else min(SHUT_MM, memory.way_to(known.place)[1] - 200.0)
+        limit_mm = SHUT_MM if known is None else min(SHUT_MM, memory.way_to(known.place)[1] - BEFORE_MM)
         return percept.range_mm is not None and percept.range_mm <= limit_mm
 
-    def _visible(self) -> set[str]:
-        """Targets seen within the last moments."""
-        now_s = self._watch.now()
-        return {name for name, known in self._watch.memory.known.items() if now_s - known.time_s < 1.0}
+    def _in_view(self) -> bool:
+        """Whether the target was seen a moment ago."""
+        known = self._watch.memory.known.get(self._watch.target)
+        return known is not None and self._watch.now() - known.time_s < IN_VIEW_S
 
 
 class Rescan:
@@ -81,7 +84,7 @@ class Rescan:
         body = watch.senses.body
         body.stop()
         begun_s = watch.now()
-        if not watch.await_picture(PATIENCE_S):
+        if not watch.await_picture():
             return Fact(Event.RECOVERY_FAILED, Reason.CAMERA_LOST, {"rescan_s": watch.now() - begun_s})
         known = watch.memory.known.get(watch.target)
         if known is None:

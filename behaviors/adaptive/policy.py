@@ -12,10 +12,11 @@ from behaviors.mission import AdaptiveProfile
 from behaviors.recovery import Choice, Evidence, Option, Recovery
 
 DETOUR_CHANCE, WAIT_CHANCE = 0.8, 0.9
-"""How often a way round leads round, and a way is free after waiting or going round."""
+"""How often going round leads on; and waiting, when going round is left if it was in vain."""
 SHORTEST_WAIT_S = 0.5
+"""A wait shorter than this is none."""
 RESCAN_S = 5.0
-"""A short look at where it was."""
+"""What a short look at where it was takes."""
 WORTH_A_LOOK = 0.02
 """With less of a chance it is not looked for again from here, as long as there is anywhere else to look from."""
 
@@ -31,7 +32,7 @@ class AdaptivePolicy:
         max_researches: Searches for one target after the first, in each round; None for as many as there is time for.
     """
 
-    search_budget_s: float = 50.0
+    search_budget_s: float = 42.0
     repeats: int = 2
     fixed_wait_s: float | None = None
     max_researches: int | None = None
@@ -53,7 +54,7 @@ class AdaptivePolicy:
         return best.choice
 
     def options(self, evidence: Evidence) -> list[Option]:
-        """All candidates that have not been tried too often at this place."""
+        """All candidates but those that have been tried too often at this place."""
         past = self._untried(self._past_the_blocker(evidence), evidence)
         # where there is a way round, looking elsewhere would only lead back to what is in the way
         looking = [] if past and evidence.detour else self._untried(_looking(evidence), evidence)

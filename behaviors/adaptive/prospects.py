@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from behaviors.adaptive.angles import wrapped_deg
 from behaviors.adaptive.memory import Known, Memory
 from behaviors.adaptive.routes import Routes
 from behaviors.adaptive.travel import ELBOW_MM
@@ -18,16 +19,22 @@ SPACING_MM = 400.0
 NEAREST_MM = 350.0
 """Looking from places nearer than this is looking from here."""
 CANDIDATES, OFFERED = 60, 3
+"""So many of the quickest to reach are weighed, and so many of the most promising are offered."""
 TURN_S, SCAN_S, RESCAN_S = 1.5, 7.0, 8.0
 """What it takes to turn to where one goes, to look round there, and to look again here; measured in the simulator."""
 
+MOVING_OFF_S = 10.0
+"""What it takes to move off as the thesis does, by a turn and ten advances."""
+LEAST_EXTRA_S = 0.5
+"""No way round is quicker than the straight one, whatever the map says."""
 BESIDE_MM = 160.0
+"""Between places that are considered as ends of a way round."""
 ELBOWS_MM = (ELBOW_MM, 0.0, -60.0)
 """Room beside the last, straight stretch: as much as there is; the map makes things larger than they are."""
-AROUND_MM = (330.0, 1000.0)
-"""Between these distances from the target a way round it ends."""
+NEAREST_END_MM, FARTHEST_END_MM = 330.0, 1000.0
+"""Between these distances from the target a way round ends; nearer than the first, the target itself echoes."""
 SLANT_DEG = 57.0
-"""A picture is seen up to so far from its normal. Source: docs/vision.md, slant."""
+"""A picture is seen up to so far from its normal. Source: docs/vision.md section 1.3, the fitted law."""
 NEWS_S = 60.0
 """Where another target was seen it still is, in one case out of e, after so long."""
 
@@ -58,7 +65,7 @@ class Prospects:
         if not known or not way:
             return None
         place, seconds = way
-        return Detour(max(0.5, seconds - self._straight_s(known)) + 2 * TURN_S, self._routes.route_to(place))
+        return Detour(max(LEAST_EXTRA_S, seconds - self._straight_s(known)) + 2 * TURN_S, self._routes.route_to(place))
 
     def here(self, target: str) -> Viewpoint:
         """Another look round from here."""
@@ -68,7 +75,7 @@ class Prospects:
     def viewpoints(self, target: str) -> tuple[Viewpoint, ...]:
         """The places from which looking is most worth its time."""
         if not self._profile.chooses_viewpoints:
-            return (Viewpoint(10.0, SCAN_S, 1.0),)
+            return (Viewpoint(MOVING_OFF_S, SCAN_S, 1.0),)
         memory, routes = self._memory, self._routes
         places = routes.places(SPACING_MM, known=True)
         travel_s = routes.seconds_to(places) + TURN_S
@@ -99,7 +106,7 @@ class Prospects:
 
     def _seconds_to(self, known: Known) -> float:
         """Time to a target that was seen; infinity where the map knows no way."""
-        if self._memory.floor.clear_between(self._memory.here, known.place, AROUND_MM[0], ELBOWS_MM[1]):
+        if self._memory.floor.clear_between(self._memory.here, known.place, NEAREST_END_MM):
             return TURN_S + self._straight_s(known)
         way = self._way_round(known)
         return 2 * TURN_S + way[1] if way else math.inf
@@ -113,8 +120,8 @@ class Prospects:
         places = routes.places(BESIDE_MM, known=False)
         dx, dy = places[:, 0] - known.place[0], places[:, 1] - known.place[1]
         away_mm = np.hypot(dx, dy)
-        slant_deg = np.abs((np.degrees(np.arctan2(dy, dx)) - known.seen_deg + 180.0) % 360.0 - 180.0)
-        useful = (away_mm >= AROUND_MM[0]) & (away_mm <= AROUND_MM[1]) & (slant_deg <= SLANT_DEG)
+        slant_deg = np.abs(wrapped_deg(np.degrees(np.arctan2(dy, dx)) - known.seen_deg))
+        useful = (away_mm >= NEAREST_END_MM) & (away_mm <= FARTHEST_END_MM) & (slant_deg <= SLANT_DEG)
         places, away_mm, slant_deg = places[useful], away_mm[useful], slant_deg[useful]
         seconds = routes.seconds_to(places) + away_mm / self._profile.cruise_mm_s
         # it may face any way from which it could be seen so far
@@ -123,6 +130,6 @@ class Prospects:
         for elbow_mm in ELBOWS_MM:
             for i in order:
                 place = float(places[i, 0]), float(places[i, 1])
-                if memory.floor.clear_between(place, known.place, AROUND_MM[0], elbow_mm):
+                if memory.floor.clear_between(place, known.place, NEAREST_END_MM, elbow_mm):
                     return place, float(seconds[i])
         return None

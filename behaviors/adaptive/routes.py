@@ -19,9 +19,13 @@ BEYOND_CELLS = 8
 TIGHT, DOUBTFUL, UNKNOWN = 2.0, 5.0, 1.4
 """How many times longer a way through such a cell is reckoned."""
 FEW_PLACES = 6
+"""Who can reach fewer places than this is walled in."""
+TOUCHED = 0.05
+"""Cells with less evidence either way count as never looked at: they cost more, and do not extend the map."""
 FREE = 0.2
 """Evidence for a cell to be known as free."""
 ROUNDS = 400
+"""Ways grow by at least a cell a round; this is twice the way across the whole map."""
 
 _NEIGHBOURS = [(i, j, math.hypot(i, j)) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
 
@@ -88,7 +92,7 @@ class Routes:
         return [(i, j) for i, j in beside if 0 <= i < rows and 0 <= j < columns]
 
     def _straightened(self, steps: list[tuple[int, int]], end: Point) -> tuple[Point, ...]:
-        """The fewest of the steps between which straight lines cost no more than the way itself."""
+        """Few of the steps, with straight lines between them that cost hardly more than the way itself, and the end."""
         corners, here = [], 0
         while here < len(steps) - 1:
             there = len(steps) - 1
@@ -102,6 +106,7 @@ class Routes:
         return (*places, end)
 
     def _straight(self, one: tuple[int, int], other: tuple[int, int]) -> bool:
+        """Whether the straight line between two steps costs hardly more than the way."""
         count = max(abs(other[0] - one[0]), abs(other[1] - one[1])) * 2 + 1
         i = np.rint(np.linspace(one[0], other[0], count)).astype(np.int64)
         j = np.rint(np.linspace(one[1], other[1], count)).astype(np.int64)
@@ -113,7 +118,7 @@ class Routes:
 def _costs(floor: FloorMap, start: Point) -> tuple[tuple[slice, slice], NDArray[np.float64]]:
     """The known part of the floor, and how many times longer than on free floor it takes to cross each cell."""
     evidence = floor.evidence
-    known = np.abs(evidence) > 0.05
+    known = np.abs(evidence) > TOUCHED
     i, j = cell(*start)
     known[i, j] = True
     window = (_span(np.any(known, axis=1)), _span(np.any(known, axis=0)))
@@ -121,7 +126,7 @@ def _costs(floor: FloorMap, start: Point) -> tuple[tuple[slice, slice], NDArray[
     solid = part > SOLID
     shut = _grown(solid, FOOTPRINT_MM + ELBOW_MM)
     cost = np.ones(part.shape)
-    cost[np.abs(part) <= 0.05] = UNKNOWN
+    cost[np.abs(part) <= TOUCHED] = UNKNOWN
     cost[_grown(solid, BERTH_MM)] = TIGHT
     cost[_grown((part > HINT) & ~solid, FOOTPRINT_MM)] = DOUBTFUL
     cost[shut] = np.inf

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from behaviors.adaptive.angles import wrapped_deg
 from behaviors.adaptive.watch import Watch
 from behaviors.events import Event, Fact, Reason
 from behaviors.skills import sighting_values
@@ -9,20 +10,21 @@ from behaviors.skills import sighting_values
 STEP_DEG = 6.0
 """The camera must see the same thing in neighbouring frames: no more than this is turned between two."""
 SLOWEST_DEG_S = 8.0
+"""It turns no slower, however slow the link."""
 FULL_DEG = 330.0
 """An arc this wide is a whole turn; frames are as wide as what it lacks."""
 KNOWN_DEG = 25.0
 """Where a target is remembered it is looked for first, so far to either side."""
 REMEMBERED_SHARE = 0.9
 """A remembered target that is nearer than this share of its detector's range is looked for from here."""
-PATIENCE_S = 20.0
-"""So long it waits for a picture before a search has failed for want of one."""
 STUCK_S = 5.0
 """A turn that takes so much longer than on the slowest link is held by something."""
 AIM_DEG = 8.0
+"""Where an arc begins need not be met more exactly."""
 WORTH_A_TURN = 0.015
 """With less of a chance it is not worth looking round: that has been done here."""
 FRAMES_AT_REST = 3
+"""So many are looked at before a turn begins; a detection is believed when a second frame confirms it."""
 
 
 class Scan:
@@ -42,7 +44,7 @@ class Scan:
         watch = self._watch
         begun_s = watch.now()
         watch.senses.body.stop()
-        if not watch.await_picture(PATIENCE_S):
+        if not watch.await_picture():
             return Fact(Event.SEARCH_FAILED, Reason.CAMERA_LOST, {"scan_s": watch.now() - begun_s})
         seen = self._rest() or self._look_where_known() or self._look_round()
         watch.senses.body.stop()
@@ -54,6 +56,7 @@ class Scan:
         return Fact(Event.SEARCH_FAILED, Reason.NEVER_SEEN, {"scan_s": watch.now() - begun_s})
 
     def _look_where_known(self) -> Fact | None:
+        """Look where the target is remembered, if that can be seen from here."""
         watch = self._watch
         known = watch.memory.known.get(watch.target)
         if known is None:
@@ -68,6 +71,7 @@ class Scan:
         return fact
 
     def _look_round(self) -> Fact | None:
+        """Look along the arc that is most worth it, if any is."""
         watch = self._watch
         memory = watch.memory
         memory.settle()
@@ -82,7 +86,7 @@ class Scan:
         if end_deg <= begin_deg:
             begin_deg = end_deg = (begin_deg + end_deg) / 2
         # to the nearer end first
-        to_begin, to_end = (_wrapped(each - memory.pose.heading_deg) for each in (begin_deg, end_deg))
+        to_begin, to_end = (wrapped_deg(each - memory.pose.heading_deg) for each in (begin_deg, end_deg))
         width_deg = end_deg - begin_deg
         if abs(to_begin) <= abs(to_end):
             first_deg, sweep_deg = to_begin, width_deg
@@ -120,14 +124,11 @@ class Scan:
         return None
 
     def _see(self) -> Fact | None:
+        """One frame; when the camera gave none, wait for the next."""
         percept = self._watch.step()
         if percept.blind:
-            self._watch.await_picture(PATIENCE_S)
+            self._watch.await_picture()
         sighting = percept.sighting
         if sighting is None:
             return None
         return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(sighting)})
-
-
-def _wrapped(angle_deg: float) -> float:
-    return (angle_deg + 180.0) % 360.0 - 180.0

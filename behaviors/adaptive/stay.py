@@ -16,8 +16,11 @@ from behaviors.recovery import Blocker
 NEGLIGIBLE = 0.05
 """Less likely kinds of things do not count."""
 BOUND = 2.0
+"""The bound: no kind of thing costs more than so many times what it would cost somebody who knows."""
 LONGEST_S = 30.0
 """No single wait is longer; afterwards more is known."""
+PASSING_S, LINGERING_S = 4.0, 20.0
+"""Mean stay of somebody who walks through, and of somebody who stops."""
 WAITS = tuple(0.125 * i for i in range(25))
 """Waits that are considered, as shares of what going round costs; 1 is among them, which keeps the bound."""
 
@@ -49,10 +52,6 @@ class Kind:
     def _mean_until(self, time_s: float) -> float:
         """Mean of the time it stays, cut off at `time_s`."""
         return time_s if math.isinf(self.stays_s) else self.stays_s * (1.0 - math.exp(-time_s / self.stays_s))
-
-
-PASSING_S, LINGERING_S = 4.0, 20.0
-"""Somebody who walks through, somebody who stops."""
 
 
 def kinds(blocker: Blocker) -> tuple[Kind, ...]:

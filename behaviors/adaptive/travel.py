@@ -10,25 +10,30 @@ from behaviors.adaptive.watch import Percept, Watch
 from behaviors.events import Event, Fact, Reason
 from behaviors.ports import Stop
 from behaviors.recovery import Point
-from behaviors.skills import sighting_values
+from behaviors.skills import sighting_values, steering_deg_s
 
 NEAR_MM = 90.0
 """A corner of a way is passed when the robot is so near."""
 PIVOT_DEG = 30.0
 """At a sharper bearing it turns on the spot."""
 STEER_PER_S, STEER_LIMIT_DEG_S = 2.0, 90.0
+"""It steers harder than in an approach: on the way no picture has to stay sharp."""
 RENEW_S = 1.5
 """The way is planned anew so often: on the way more is seen of it."""
 STOPS = 3
 """When the robot was stopped more often than this, there is no way."""
 ELBOW_MM = 70.0
 """With less room beside the straight way to the target it goes on along its own."""
+STANDOFF_MM = 300.0
+"""The last stretch before the target need not be free: the target itself echoes."""
 FAR_ENOUGH_MM = 400.0
+"""From so far along a way that leads no further it is worth looking round."""
 LEEWAY, LEEWAY_S = 2.0, 8.0
 """A way that takes so many times longer than its length would, and so much more, is none."""
 RETREAT_MM = 90.0
-SLOW_MM = 450.0
-"""An echo from nearer than this slows it down: beside the beam there may be more."""
+"""What was touched, or holds the wheels, is left so far behind."""
+SLOW_MM, SLOW_SHARE = 450.0, 0.6
+"""An echo from nearer than this slows it down to this share: beside the beam there may be more."""
 
 
 class Travel:
@@ -82,12 +87,11 @@ class Travel:
                 return self._stopped(stop, percept)
 
     def _speeds(self, bearing_deg: float, percept: Percept) -> tuple[float, float]:
-        """How fast to drive and to turn."""
-        turn_deg_s = max(-STEER_LIMIT_DEG_S, min(STEER_LIMIT_DEG_S, STEER_PER_S * bearing_deg))
+        """How fast to drive, mm/s, and to turn, deg/s."""
         share = max(0.0, 1.0 - abs(bearing_deg) / PIVOT_DEG)
         if percept.range_mm is not None and percept.range_mm < SLOW_MM:
-            share *= 0.6
-        return self._watch.profile.cruise_mm_s * share, turn_deg_s
+            share *= SLOW_SHARE
+        return self._watch.profile.cruise_mm_s * share, steering_deg_s(bearing_deg, STEER_PER_S, STEER_LIMIT_DEG_S)
 
     def _seen(self, percept: Percept) -> Fact | None:
         """Whether the target came into view, and can be driven to."""
@@ -95,12 +99,12 @@ class Travel:
         known = memory.known.get(self._watch.target)
         if percept.sighting is None or known is None:
             return None
-        if not memory.floor.clear_between(memory.here, known.place, 300.0, ELBOW_MM):
+        if not memory.floor.clear_between(memory.here, known.place, STANDOFF_MM, ELBOW_MM):
             return None
         return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(percept.sighting)})
 
     def _stopped(self, stop: Stop, percept: Percept) -> Fact | None:
-        """Remember what was in the way, and look for another one."""
+        """Remember what was in the way, and look for another way."""
         watch = self._watch
         self._stops += 1
         near_mm = 0.0 if stop is Stop.CONTACT else percept.range_mm

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 from behaviors.adaptive.memory import Memory
 from behaviors.agenda import Agenda, Fate
-from behaviors.journal import Kind
 from behaviors.mission import AdaptiveProfile
 from behaviors.ports import Blind, Sighting
-from behaviors.skills import Senses, sighting_values
+from behaviors.skills import Senses, note_look
 
 BLIND_NAP_S = 0.2
 """A camera without a picture is asked again so often."""
+PATIENCE_S = 20.0
+"""How long to wait for a picture."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,20 +79,15 @@ class Watch:
         now_s = self.now()
         seen = self.memory.perceive(now_s, pose, range_mm, looked_for, seen)
         sighting = seen.get(self.target)
-        senses.note(
-            Kind.LOOK,
-            pose=[round(pose.x_mm, 1), round(pose.y_mm, 1), round(pose.heading_deg, 1)],
-            range_mm=range_mm,
-            sighting=None if sighting is None else sighting_values(sighting),
-        )
+        note_look(senses, pose, range_mm, sighting)
         return Percept(now_s, sighting, range_mm, blind)
 
-    def await_picture(self, patience_s: float) -> bool:
-        """Stand and wait until the camera gives a picture; whether it did in time."""
+    def await_picture(self) -> bool:
+        """Make sure of a picture; without one the robot stands and waits. Whether it came in time."""
         if not self.step().blind:
             return True
         self.senses.body.stop()
-        end_s = self.now() + patience_s
+        end_s = self.now() + PATIENCE_S
         while self.now() < end_s:
             if not self.step().blind:
                 return True
