@@ -21,6 +21,7 @@ TURNS_DEG = (45.0, 180.0)
 LEG_S = (4.0, 12.0)
 """And after so long a drive, lest it circle for ever."""
 RETREAT_MM = 80.0
+"""What was touched is left so far behind."""
 
 
 class Nav2List(Baseline):

@@ -22,6 +22,8 @@ from .referee import Happening, Mark, Moment, Play
 
 SAME_PLACE_MM = 250.0
 """Choices no farther apart than this were made at one place."""
+AFTER_IT_S = 1.0
+"""A picture that moved no longer ago than this was being pursued when it did."""
 
 
 class Cause(StrEnum):
@@ -118,7 +120,7 @@ def _onset_s(play: Play, happening: Happening) -> float | None:
             continue
         if not happening.thing:
             # what moved before anybody was after it is simply elsewhere
-            return moment.time_s if moment.time_s - happening.time_s < 1.0 else None
+            return moment.time_s if moment.time_s - happening.time_s < AFTER_IT_S else None
         if happening.thing in _in_the_way(moment.pose[:2], moment, goal):
             return moment.time_s
     return None

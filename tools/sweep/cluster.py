@@ -31,6 +31,7 @@ GREETING_SIZE, LONGEST_GREETING = 8, 1 << 20
 
 ROOMS = ("firmware_protocol", "behaviors", "sim_backend", "nxtdrive", "nxtdrive.tools")
 INGREDIENTS = (".py", ".toml", ".png")
+"""Files on which results depend: those of these packages with these endings."""
 GO_ON = "What is done is in the file: go on with --resume."
 
 T = TypeVar("T")

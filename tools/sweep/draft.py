@@ -14,13 +14,20 @@ from .floor_plan import FloorPlan, Goal, Obstacle, Point
 
 ROBOT_RADIUS_MM = 115.0
 """Of the world file's default robot."""
-PRINT_MM = (105.0, 148.0)
-"""An A6 print: the picture detector finds it from 3.2 m, so a room has places from which it cannot be seen."""
+PRINT_MM, PRINT_FOUND_MM = (105.0, 148.0), 3200.0
+"""An A6 print, and from how far the picture detector finds it: a room has places from which it cannot be seen."""
+LOW_BOX_MM, TALL_BOX_MM = (100.0, 150.0), (350.0, 800.0)
+"""Heights of boxes that stop the robot and not the view, and of those that stop both."""
 STAND_MM = 10.0
+"""Thickness of a picture on its stand."""
+STAND_HEIGHT_MM = 200.0
+"""Middle of a picture above the floor: as high as the camera."""
 ELBOW_MM = 60.0
 """Room a way of the scenario must leave beside the robot."""
 HEAD_START_MM = 800.0
 """No target is nearer to the start."""
+FREE_START_MM = 30.0
+"""Room beside the robot at the start."""
 
 
 @dataclass
@@ -34,7 +41,13 @@ class Draft:
         heading_deg: Where it looks then.
         first: The target that is looked for first; the other one is looked for second.
         second: See `first`.
+        pictures: Tables of the world file, by the picture's name.
+        boxes: Tables of the world file, as the next three.
+        walls: Inner walls.
+        people: Who comes by.
+        events: What happens, and when.
         tables: Further tables of the world file, by name.
+        robot: Further entries of its table of the robot.
     """
 
     random: Random
@@ -57,12 +70,11 @@ class Draft:
 
     def place(self, margin_mm: float) -> Point:
         """Somewhere in the room."""
-        return self.between(margin_mm, self.size_mm[0] - margin_mm), self.between(
-            margin_mm, self.size_mm[1] - margin_mm
-        )
+        width, depth = self.size_mm
+        return self.between(margin_mm, width - margin_mm), self.between(margin_mm, depth - margin_mm)
 
     def place_at_wall(self, corner_mm: float = 600.0, tilt_deg: float = 20.0) -> tuple[Point, float]:
-        """A place at one of the walls, and a direction into the room."""
+        """A place at one of the walls, and a direction into the room, degrees."""
         width, depth = self.size_mm
         inward = self.random.choice((0, 90, 180, 270))
         out_mm = self.between(60.0, 150.0)
@@ -82,7 +94,7 @@ class Draft:
             "at_mm": at_mm,
             "facing_deg": facing_deg,
             "size_mm": PRINT_MM,
-            "centre_height_mm": 200.0,
+            "centre_height_mm": STAND_HEIGHT_MM,
             **more,
         }
 
@@ -97,7 +109,7 @@ class Draft:
                 return
 
     def put_robot(self, far_mm: float = 1300.0, margin_mm: float = 300.0) -> None:
-        """The robot somewhere, `far_mm` from the targets if the room has such a place."""
+        """The robot somewhere, at least `far_mm` from the targets if such a place is found in a hundred tries."""
         self.heading_deg = self.between(0.0, 360.0)
         targets = [picture["at_mm"] for picture in self.pictures.values()]
         for _ in range(100):
@@ -117,7 +129,7 @@ class Draft:
         wanted = [self.pictures[name] for name in (self.first, self.second) if name in self.pictures]
         goals = [Goal(picture["name"], picture["at_mm"], picture["facing_deg"]) for picture in wanted]
         return (
-            plan.passable(self.start_mm, self.start_mm, ROBOT_RADIUS_MM + 30.0)
+            plan.passable(self.start_mm, self.start_mm, ROBOT_RADIUS_MM + FREE_START_MM)
             and all(math.dist(self.start_mm, goal.at_mm) >= HEAD_START_MM for goal in goals)
             and all(plan.way(self.start_mm, goal, radius_mm) is not None for goal in goals)
         )

@@ -10,6 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ Point = tuple[float, float]
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Cell = tuple[int, int]
+Angle = TypeVar("Angle", float, Floats)
 
 CELL_MM = 50.0
 """Cells of the grid on which ways are sought; afterwards they are pulled taut, so lengths are better than this."""
@@ -28,6 +30,13 @@ REACH_MM = 500.0
 REACH_DEG = 75.0
 """And within this angle of the picture's normal."""
 SAME_PLACE_MM = 1.0
+"""Corners nearer together than this are one; and so much less room is as good."""
+FAR_FROM_FREE_CELLS = 4
+"""A start may be so far from free floor: the robot is where it is."""
+NARROW_COST = 4.0
+"""How much more a cell costs that leaves no berth at all."""
+SIGHT_SAMPLES = 40
+"""Places at which a line of sight is checked."""
 _STEPS = [(dx, dy, math.hypot(dx, dy)) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy]
 
 
@@ -87,8 +96,8 @@ class Goal:
         """Which of `points` are near enough and in front; lines of sight are not looked at."""
         x, y = points[..., 0] - self.at_mm[0], points[..., 1] - self.at_mm[1]
         distance = np.hypot(x, y)
-        off = (np.degrees(np.arctan2(y, x)) - self.facing_deg + 180.0) % 360.0 - 180.0
-        covered = (distance <= self.reach_mm) & (distance >= self.nearest_mm) & (np.abs(off) <= self.reach_deg)
+        off_deg = wrapped_deg(np.degrees(np.arctan2(y, x)) - self.facing_deg)
+        covered = (distance <= self.reach_mm) & (distance >= self.nearest_mm) & (np.abs(off_deg) <= self.reach_deg)
         return np.asarray(covered, dtype=np.bool_)
 
 
@@ -129,7 +138,7 @@ class Way:
         total_s = 0.0
         for one, other in pairwise(self.points):
             bearing_deg = math.degrees(math.atan2(other[1] - one[1], other[0] - one[0]))
-            turn_deg = abs((bearing_deg - heading_deg + 180.0) % 360.0 - 180.0)
+            turn_deg = abs(wrapped_deg(bearing_deg - heading_deg))
             total_s += _travel_s(turn_deg, pace.turn_deg_s, pace.turn_deg_s2)
             total_s += _travel_s(math.dist(one, other), pace.speed_mm_s, pace.speed_mm_s2)
             heading_deg = bearing_deg
@@ -168,7 +177,7 @@ class FloorPlan:
 
     def sees(self, eye_mm: Floats, eye_height_mm: float, goal: Goal) -> Mask:
         """From which of the places `eye_mm`, shape (n, 2), the middle of the picture is not hidden."""
-        shares = np.linspace(0.0, 1.0, 40)
+        shares = np.linspace(0.0, 1.0, SIGHT_SAMPLES)
         lines = eye_mm[:, None, :] + shares[None, :, None] * (np.asarray(goal.at_mm) - eye_mm[:, None, :])
         heights = eye_height_mm + shares * (goal.centre_height_mm - eye_height_mm)
         hidden = np.zeros(len(eye_mm), dtype=np.bool_)
@@ -216,7 +225,7 @@ class _Grid:
         clearance = plan.clearance_mm(self.middles)
         self.free: Mask = clearance >= radius_mm
         narrow = np.clip((radius_mm + berth_mm - clearance) / max(berth_mm, 1.0), 0.0, 1.0)
-        self._cost = 1.0 + (4.0 * narrow if berth_mm else np.zeros_like(narrow))
+        self._cost = 1.0 + (NARROW_COST * narrow if berth_mm else np.zeros_like(narrow))
 
     def middle(self, cell: Cell) -> Point:
         return (cell[0] + 0.5) * CELL_MM, (cell[1] + 0.5) * CELL_MM
@@ -230,11 +239,11 @@ class _Grid:
         return ends
 
     def nearest_free(self, place: Point) -> Cell | None:
-        """The free cell nearest to a place, no farther than four cells: the robot is where it is."""
+        """The free cell nearest to a place; None if even that is far away."""
         distance = np.hypot(*(np.moveaxis(self.middles, -1, 0) - np.asarray(place)[:, None, None]))
         distance[~self.free] = np.inf
         cell = np.unravel_index(int(np.argmin(distance)), distance.shape)
-        return (int(cell[0]), int(cell[1])) if distance[cell] <= 4 * CELL_MM else None
+        return (int(cell[0]), int(cell[1])) if distance[cell] <= FAR_FROM_FREE_CELLS * CELL_MM else None
 
     def search(self, first: Cell, ends: Mask, goal: Goal) -> list[Cell]:
         """Cells from the first to the nearest end (A*); empty if there is no way."""
@@ -264,8 +273,13 @@ class _Grid:
         return []
 
 
+def wrapped_deg(angle_deg: Angle) -> Angle:
+    """The same direction between -180 and 180 degrees; of an array, each of them."""
+    return (angle_deg + 180.0) % 360.0 - 180.0
+
+
 def _travel_s(amount: float, speed: float, acceleration: float) -> float:
-    """From rest to rest."""
+    """The shortest time for a way or an angle from rest to rest."""
     if amount < speed**2 / acceleration:
         return 2 * math.sqrt(amount / acceleration)
     return amount / speed + speed / acceleration

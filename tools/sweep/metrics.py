@@ -32,7 +32,7 @@ class TargetResult:
         success: Whether the robot stopped for it where a stop counts.
         wrong_stops: How often it stopped elsewhere and said it had arrived.
         time_s: Mission time of the success; None without one.
-        given_up_s: Mission time at which it was given up for good; None if it was not.
+        given_up_s: Mission time at which it was given up last; None if it never was, or was reached.
         pursuit_s: Time spent on it.
         path_mm: Way driven for it.
         shortest_mm: Shortest way from where its pursuit began; None without a way or a pursuit.

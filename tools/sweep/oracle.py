@@ -14,19 +14,24 @@ from sim_backend.simulation import Simulation
 
 from .baseline import Baseline
 from .draft import ROBOT_RADIUS_MM
-from .floor_plan import Goal, Way
+from .floor_plan import Goal, Way, wrapped_deg
 from .robot import Robot
 from .survey import survey
 
 MARGINS_MM = (50.0, 25.0, 8.0)
 """Room beside the robot: as much as there is a way for."""
 BERTH_MM = 150.0
+"""And so much more where a little longer way allows it."""
+REACH_MM, NEAREST_MM, REACH_DEG = 430.0, 320.0, 65.0
+"""It stops well inside of where a stop counts, and no nearer than the safety stop lets it."""
 LEG_MM = 600.0
 """It looks at the map again after so far."""
 AIM_DEG = 2.0
+"""It drives straight on when it is off by no more."""
 BACK_OFF_MM = 120.0
-PATIENCE = 60
-"""So many seconds without a way, in all, before it gives a target up."""
+"""It leaves what stopped it so far behind."""
+PATIENCE_S, LOOK_S = 60.0, 1.0
+"""So long without a way, in all, before it gives a target up; and how often it looks for one meanwhile."""
 
 
 class Oracle(Baseline):
@@ -45,13 +50,13 @@ class Oracle(Baseline):
         """Drive to where a stop counts."""
         self.enter("search")
         self.agenda.errand.attempts += 1
-        waited = 0
-        while target in self._simulation.truth.pictures and waited < PATIENCE:
+        waited_s = 0.0
+        while target in self._simulation.truth.pictures and waited_s < PATIENCE_S:
             self.senses.check_time()
             way = self._plan(target)
             if way is None:
-                waited += 1
-                self.clock.sleep(1.0)
+                waited_s += LOOK_S
+                self.clock.sleep(LOOK_S)
             elif len(way.points) == 1:
                 self.enter("arrive", Event.TARGET_SEEN, Reason.SIGHTED)
                 return True
@@ -60,10 +65,17 @@ class Oracle(Baseline):
         return False
 
     def _plan(self, target: str) -> Way | None:
+        """The shortest way there among what stands there now, with as much room as there is a way for."""
         truth = self._simulation.truth
         plan, picture, here = survey(self._simulation), truth.pictures[target], truth.pose
-        # well inside of where a stop counts, and no nearer than the safety stop lets it
-        goal = Goal(target, (picture.x_mm, picture.y_mm), picture.heading_deg, 200.0, 430.0, 320.0, 65.0)
+        goal = Goal(
+            target,
+            (picture.x_mm, picture.y_mm),
+            picture.heading_deg,
+            reach_mm=REACH_MM,
+            nearest_mm=NEAREST_MM,
+            reach_deg=REACH_DEG,
+        )
         for margin_mm in MARGINS_MM:
             way = plan.way((here.x_mm, here.y_mm), goal, ROBOT_RADIUS_MM + margin_mm, berth_mm=BERTH_MM)
             if way is not None:
@@ -71,11 +83,11 @@ class Oracle(Baseline):
         return None
 
     def _drive(self, way: Way) -> None:
-        """The first leg of a way, or its beginning."""
+        """Drive the first leg of a way, or its beginning."""
         here = self._simulation.truth.pose
         there = way.points[1]
-        bearing = math.degrees(math.atan2(there[1] - here.y_mm, there[0] - here.x_mm))
-        off_deg = (bearing - here.heading_deg + 180.0) % 360.0 - 180.0
+        bearing_deg = math.degrees(math.atan2(there[1] - here.y_mm, there[0] - here.x_mm))
+        off_deg = wrapped_deg(bearing_deg - here.heading_deg)
         if abs(off_deg) > AIM_DEG:
             self.body.turn(off_deg)
         motion = self.body.straight(min(LEG_MM, math.dist(way.points[0], there)))

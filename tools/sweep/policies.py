@@ -21,6 +21,7 @@ from .oracle import Oracle
 from .robot import Robot, SteadyEyes
 
 NEVER = 10**9
+"""Searches for one target before it is given up."""
 
 Policy = Callable[[Robot], Report]
 

@@ -14,6 +14,7 @@ from .floor_plan import FloorPlan, Goal
 from .survey import survey
 
 SAMPLE_MS = 100
+"""How often the truth is kept."""
 JUDGED = (Kind.START, Kind.TRANSITION, Kind.CHOICE, Kind.END)
 """Records that are judged by where things were at that moment."""
 

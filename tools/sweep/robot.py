@@ -28,6 +28,7 @@ EYES = (GEOMETRIC, CAMERA)
 OUTAGE_S = 20.0
 """A link that is silent for longer is lost for good."""
 RETRY_S = 0.5
+"""A silent link is asked again so often."""
 REST_DEG, REST_MM = 3.0, 20.0
 """A motion that an outage cut this short is as good as done."""
 LOOK_MS = 100
@@ -35,6 +36,7 @@ LOOK_MS = 100
 
 T = TypeVar("T")
 Seen = tuple[float, float, Box]
+"""Bearing in degrees, distance in millimetres, and where in the frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +145,7 @@ class SteadyBody:
         return self._ask(self._body.battery_mv)
 
     def _move(self, go: Callable[[], Motion], there: Callable[[], bool]) -> Motion:
+        """Move, and after an outage go on until it is `there`."""
         begin = self.pose()
         while True:
             try:
@@ -155,6 +158,11 @@ class SteadyBody:
                     return Motion(Stop.DONE, driven_mm, end.heading_deg - begin.heading_deg)
 
     def _ask(self, question: Callable[[], T]) -> T:
+        """Ask until the brick answers.
+
+        Raises:
+            TimeoutError: The link is lost for good.
+        """
         deadline_s = self._clock.now() + OUTAGE_S
         while True:
             try:

@@ -21,13 +21,15 @@ from nxtdrive.mission_run import PICTURES
 from sim_backend.link import NO_FAULTS, LinkFaults
 from sim_backend.world.world_file import WorldFile
 
-from .draft import PRINT_MM, ROBOT_RADIUS_MM, Draft
+from .draft import LOW_BOX_MM, PRINT_FOUND_MM, PRINT_MM, ROBOT_RADIUS_MM, TALL_BOX_MM, Draft
 
 TIME_LIMIT_S, CRUISE_MM_S = 300.0, 200.0
 """A mission's time, and how fast the robot cruises: policies are compared, not speeds."""
 USB_MS, BLUETOOTH_MS = 2.0, (30.0, 65.0)
-"""Round trips of the two links; see `nxtdrive.transports.sim`."""
+"""Round trips of the two links, the second from a range; see `nxtdrive.transports.sim`."""
 COMPASS_PORT: Final = 2
+APART_MM = 700.0
+"""No look-alike hangs nearer to another picture: what is seen must be one or the other."""
 TRIES = 500
 """So many rooms are drawn until one is sound: start free, targets within reach."""
 
@@ -143,6 +145,7 @@ def _room(random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0) -> Dr
 
 
 def _furnished(random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0) -> Draft:
+    """A room with both targets at its walls and the robot away from them."""
     draft = _room(random, low_mm, high_mm)
     draft.hang_targets()
     draft.put_robot()
@@ -169,7 +172,7 @@ def _clutter(random: Random) -> tuple[Draft, Extras]:
                 "name": f"box{i}",
                 "at_mm": draft.place(200.0),
                 "size_mm": (draft.between(200, 700), draft.between(200, 700)),
-                "height_mm": draft.between(100, 150) if low else draft.between(350, 800),
+                "height_mm": draft.between(*(LOW_BOX_MM if low else TALL_BOX_MM)),
                 "facing_deg": draft.between(0, 90),
             }
         )
@@ -215,7 +218,7 @@ def _block_permanent(random: Random) -> tuple[Draft, Extras]:
                 "name": f"box before {target}",
                 "at_mm": draft.start_mm,
                 "size_mm": (radius_mm * math.sqrt(2), radius_mm * math.sqrt(2)),
-                "height_mm": draft.between(100, 150) if low else draft.between(350, 800),
+                "height_mm": draft.between(*(LOW_BOX_MM if low else TALL_BOX_MM)),
                 "present": False,
             }
         )
@@ -283,7 +286,7 @@ def _moved(random: Random) -> tuple[Draft, Extras]:
 def _dim(random: Random) -> tuple[Draft, Extras]:
     draft = _furnished(random)
     draft.tables["light"] = {"exposure": round(random.uniform(0.3, 0.5), 2)}
-    sight = Sight(farthest_mm=3200.0 * draft.between(0.45, 0.7), hit_rate=random.uniform(0.4, 0.7))
+    sight = Sight(farthest_mm=PRINT_FOUND_MM * draft.between(0.45, 0.7), hit_rate=random.uniform(0.4, 0.7))
     return draft, Extras(sight=sight)
 
 
@@ -329,7 +332,7 @@ def _distractor(random: Random) -> tuple[Draft, Extras]:
     names = [f"lookalike{i}" for i in range(random.randint(1, 3))]
     for name in names:
         at, facing = draft.place_at_wall()
-        while min(math.dist(at, picture["at_mm"]) for picture in draft.pictures.values()) < 700:
+        while min(math.dist(at, picture["at_mm"]) for picture in draft.pictures.values()) < APART_MM:
             at, facing = draft.place_at_wall(corner_mm=350.0)
         draft.add_picture(name, at, facing, file=PICTURES / f"{random.choice(['fox', 'landscape'])}.png")
     return draft, Extras(sight=Sight(lookalikes=tuple(names), mistake_rate=random.uniform(0.2, 0.3)))
@@ -347,12 +350,8 @@ def _wall_start(random: Random) -> tuple[Draft, Extras]:
     draft = _furnished(random)
     (x, y), _ = draft.place_at_wall(corner_mm=400.0)
     inset = ROBOT_RADIUS_MM + 50.0
-    draft.start_mm = (
-        min(max(x, inset), draft.size_mm[0] - inset),
-        min(max(y, inset), draft.size_mm[1] - inset),
-    )
     width, depth = draft.size_mm
-    x, y = draft.start_mm
+    x, y = draft.start_mm = min(max(x, inset), width - inset), min(max(y, inset), depth - inset)
     walls = {180: x, 0: width - x, 270: y, 90: depth - y}
     draft.heading_deg = min(walls, key=lambda heading: walls[heading]) + draft.between(-30, 30)
     return draft, NO_EXTRAS

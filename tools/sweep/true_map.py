@@ -21,6 +21,7 @@ Color = tuple[int, int, int]
 SCALE = 0.2
 """Pixels per millimetre."""
 MARGIN_PX, FOOT_PX = 30, 60
+"""Around the room, and below it for the caption."""
 LOW_MM = 200.0
 """Lower things hide no picture; they are drawn in outline."""
 CAME = 2
