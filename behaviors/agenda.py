@@ -68,6 +68,11 @@ class Agenda:
         return all(errand.fate is Fate.REACHED for errand in self.errands)
 
     @property
+    def later(self) -> list[str]:
+        """Further targets whose turn is still to come, or to come again."""
+        return [errand.target for errand in self._waiting() if errand is not self.errand]
+
+    @property
     def earlier(self) -> list[str]:
         """Targets that may be gone for before this one's next turn, if it has one: their turn has come less often."""
         if self.errand.turns == self.rounds:

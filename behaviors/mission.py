@@ -84,7 +84,7 @@ class AdaptiveProfile(_Table):
         fixed_wait_s: Wait so long, whatever is known; without it, as long as pays.
     """
 
-    cruise_mm_s: float = Field(default=200.0, ge=20, le=400)
+    cruise_mm_s: float = Field(default=200.0, ge=70, le=400)
     scan_deg_s: float = Field(default=36.0, ge=5, le=120)
     lost_after_s: float = Field(default=1.2, ge=0.2, le=30)
     approach_limit_s: float = Field(default=60.0, ge=1, le=600)

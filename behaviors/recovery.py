@@ -110,7 +110,7 @@ class Evidence:
         exist: Whether the target was recognised since the last search began (the thesis's `exist`).
         researches: Searches for this target beyond the first, in this round.
         round: How often the list of targets is being gone through, from 1.
-        targets_left: Targets that are not reached, this one included.
+        targets_left: Targets that are not reached and still have their turn, this one included.
         spent_s: Time spent on this target in this round without nearing it.
         blocker: What is in the way, if something is.
         detour: A way round it, if there is one.

@@ -49,9 +49,8 @@ class Approach:
     def __init__(self, watch: Watch, *, minds_map: bool) -> None:
         self._watch = watch
         self._minds_map = minds_map
-        self._begun_s = self._seen_s = watch.now()
+        self._begun_s = self._stepped_s = self._pictured_s = self._seen_s = watch.now()
         self._doubt = Doubt()
-        self._blind_s: float | None = None
         self._oblique = False
         self._shut = 0
         self._open_s = watch.now()
@@ -77,25 +76,26 @@ class Approach:
         watch = self._watch
         percept = watch.step()
         if self._blinded(percept):
-            return _failed(Reason.CAMERA_LOST, percept)
+            return _failed(Reason.CAMERA_LOST, percept, blind_s=percept.time_s - self._pictured_s)
         known = watch.memory.known.get(watch.target)
         if known is None:
             return _failed(Reason.TARGET_LOST, percept)
         bearing_deg, distance_mm = watch.memory.way_to(known.place)
-        self._weigh(percept, bearing_deg, distance_mm)
+        if not percept.blind:
+            self._weigh(percept, bearing_deg, distance_mm)
         fact = self._arrived(percept) or self._hindered(percept, known, bearing_deg, distance_mm)
         if fact is not None:
             return fact
         return self._drive(percept, bearing_deg, distance_mm)
 
     def _blinded(self, percept: Percept) -> bool:
-        """Whether the camera has given no picture for too long."""
-        if not percept.blind:
-            self._blind_s = None
-            return False
-        if self._blind_s is None:
-            self._blind_s = percept.time_s
-        return percept.time_s - self._blind_s >= self._watch.profile.lost_after_s / 2
+        """Whether the camera has given no picture for too long; what cannot be seen is not missed meanwhile."""
+        since_s, self._stepped_s = self._stepped_s, percept.time_s
+        if percept.blind:
+            self._seen_s += percept.time_s - since_s
+        else:
+            self._pictured_s = percept.time_s
+        return percept.time_s - self._pictured_s >= self._watch.profile.lost_after_s / 2
 
     def _weigh(self, percept: Percept, bearing_deg: float, distance_mm: float) -> None:
         """Shift the odds that it is the target."""

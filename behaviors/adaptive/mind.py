@@ -12,7 +12,7 @@ from behaviors.adaptive.prospects import Prospects
 from behaviors.adaptive.scan import Scan
 from behaviors.adaptive.travel import Travel
 from behaviors.adaptive.watch import Watch
-from behaviors.agenda import Agenda, Fate
+from behaviors.agenda import Agenda
 from behaviors.events import Fact, Reason
 from behaviors.mission import Mission
 from behaviors.recovery import Blocker, Choice, Evidence, Point, RecoveryPolicy
@@ -20,7 +20,7 @@ from behaviors.skills import Moving, Senses, Service
 
 IN_THE_WAY = (Reason.BLOCKED_SHORT, Reason.BLOCKED_LONG, Reason.LOST_BEHIND, Reason.NO_PROGRESS)
 """Failures for which something between the robot and the target is to blame."""
-UNKNOWN_RANGE_MM = 150.0
+UNHEARD_MM = 150.0
 """What stops the wheels unseen is about so far before the sonar."""
 SAME_BLOCKER_S, SAME_BLOCKER_MM = 40.0, 400.0
 """What was in the way so short a time ago, and so near to there, is still the same."""
@@ -77,7 +77,7 @@ class AdaptiveMind:
         memory, target = self._memory, failure.target
         memory.settle()
         blocker = self._blocker(fact)
-        if fact.reason is Reason.TARGET_LOST:
+        if fact.reason is Reason.TARGET_LOST and not fact.evidence.get("oblique"):
             memory.beliefs[target].scatter()
         prospects = Prospects(memory, self._profile)
         detour = prospects.detour(target) if blocker and self._profile.detours else None
@@ -89,7 +89,7 @@ class AdaptiveMind:
             exist=failure.exist,
             researches=failure.researches,
             round=self._agenda.round,
-            targets_left=sum(errand.fate is not Fate.REACHED for errand in self._agenda.errands),
+            targets_left=1 + len(self._agenda.later),
             spent_s=self._spent_s(target),
             blocker=blocker,
             detour=detour,
@@ -121,7 +121,10 @@ class AdaptiveMind:
             return None
         memory, now_s = self._memory, self._watch.now()
         measured = fact.evidence.get("range_mm")
-        range_mm = float(measured) if isinstance(measured, int | float) else UNKNOWN_RANGE_MM
+        range_mm = float(measured) if isinstance(measured, int | float) else UNHEARD_MM
+        if fact.reason is Reason.NO_PROGRESS or fact.evidence.get("touched"):
+            # the echo may be of something behind what holds it
+            range_mm = min(range_mm, UNHEARD_MM)
         if range_mm <= SHUT_MM and not fact.evidence.get("remembered"):
             memory.floor.block(memory.pose, range_mm)
         place = memory.pose.ahead(range_mm)

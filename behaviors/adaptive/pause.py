@@ -101,10 +101,15 @@ class Rescan:
         return Fact(Event.RECOVERY_FAILED, Reason.NEVER_SEEN, {"rescan_s": watch.now() - begun_s})
 
     def _look(self) -> Fact | None:
+        """Look for some time; the time begins anew when there was no picture."""
         watch = self._watch
         end_s = watch.now() + GLANCES_S
         while watch.now() < end_s:
-            sighting = watch.step().sighting
-            if sighting is not None:
-                return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(sighting)})
+            percept = watch.step()
+            if percept.sighting is not None:
+                return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(percept.sighting)})
+            if percept.blind:
+                if not watch.await_picture():
+                    return Fact(Event.RECOVERY_FAILED, Reason.CAMERA_LOST)
+                end_s = watch.now() + GLANCES_S
         return None

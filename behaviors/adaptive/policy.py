@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from behaviors.adaptive.stay import best_wait_s, kinds
+from behaviors.adaptive.stay import best_wait_s, cost_s, kinds
 from behaviors.events import Reason
 from behaviors.mission import AdaptiveProfile
 from behaviors.recovery import Choice, Evidence, Option, Recovery
@@ -75,15 +75,17 @@ class AdaptivePolicy:
             return
         round_s = detour.extra_s if detour else math.inf
         things = kinds(blocker)
-        wait_s, cost_s = best_wait_s(things, round_s)
-        if self.fixed_wait_s is not None:
-            wait_s = self.fixed_wait_s
+        wait_s = best_wait_s(things, round_s) if self.fixed_wait_s is None else self.fixed_wait_s
         if wait_s >= SHORTEST_WAIT_S:
             why = (
                 f"it may leave; going round takes {round_s:.0f} s" if detour else "it may leave; there is no way round"
             )
             leaves = sum(kind.weight * (1.0 - kind.survival(wait_s)) for kind in things)
-            yield Option(Choice(Recovery.WAIT, why, wait_s=wait_s), cost_s, WAIT_CHANCE if detour else leaves)
+            yield Option(
+                Choice(Recovery.WAIT, why, wait_s=wait_s),
+                cost_s(things, wait_s, round_s),
+                WAIT_CHANCE if detour else leaves,
+            )
         if detour:
             why = f"going round takes {round_s:.0f} s, and waiting is not expected to pay"
             yield Option(Choice(Recovery.DETOUR, why, route=detour.route), round_s, DETOUR_CHANCE)

@@ -17,8 +17,10 @@ KNOWN_DEG = 25.0
 """Where a target is remembered it is looked for first, so far to either side."""
 REMEMBERED_SHARE = 0.9
 """A remembered target that is nearer than this share of its detector's range is looked for from here."""
-STUCK_S = 5.0
-"""A turn that takes so much longer than on the slowest link is held by something."""
+HELD_S, HELD_DEG = 3.0, 6.0
+"""A turn that came no farther in that time is held by something."""
+LONGEST_STEP_S = 0.6
+"""What takes longer is a pause: the robot stood for want of a picture."""
 AIM_DEG = 8.0
 """Where an arc begins need not be met more exactly."""
 WORTH_A_TURN = 0.015
@@ -37,7 +39,6 @@ class Scan:
     def __init__(self, watch: Watch) -> None:
         self._watch = watch
         self._rate_deg_s = watch.profile.scan_deg_s
-        self._held = False
 
     def call(self) -> Fact:
         """Look round until the target is seen or there is nothing more to see; the robot is at rest afterwards."""
@@ -46,12 +47,10 @@ class Scan:
         watch.senses.body.stop()
         if not watch.await_picture():
             return Fact(Event.SEARCH_FAILED, Reason.CAMERA_LOST, {"scan_s": watch.now() - begun_s})
-        seen = self._rest() or self._look_where_known() or self._look_round()
+        fact = self._rest() or self._look_where_known() or self._look_round()
         watch.senses.body.stop()
-        if seen is not None:
-            return seen
-        if self._held:
-            return Fact(Event.SEARCH_FAILED, Reason.NO_PROGRESS, {"scan_s": watch.now() - begun_s})
+        if fact is not None:
+            return fact
         watch.memory.looked_round(watch.target)
         return Fact(Event.SEARCH_FAILED, Reason.NEVER_SEEN, {"scan_s": watch.now() - begun_s})
 
@@ -104,20 +103,22 @@ class Scan:
         return None
 
     def _sweep(self, angle_deg: float) -> Fact | None:
-        """Turn by an angle, slowly enough for the camera."""
+        """Turn by an angle, slowly enough for the camera; says, too, when something holds the robot."""
         watch = self._watch
         start_deg = heading_deg = watch.memory.pose.heading_deg
         sign = 1 if angle_deg > 0 else -1
         then_s = watch.now()
-        end_s = then_s + STUCK_S + abs(angle_deg) / SLOWEST_DEG_S
+        moved_deg, still_s = heading_deg, 0.0
         while sign * (heading_deg - start_deg) < abs(angle_deg):
             watch.senses.body.drive(0.0, sign * self._rate_deg_s)
-            if watch.now() > end_s:
-                self._held = True
-                return None
             if (fact := self._see()) is not None:
                 return fact
             heading_deg, now_s = watch.memory.pose.heading_deg, watch.now()
+            still_s += min(now_s - then_s, LONGEST_STEP_S)
+            if abs(heading_deg - moved_deg) > HELD_DEG:
+                moved_deg, still_s = heading_deg, 0.0
+            elif still_s > HELD_S:
+                return Fact(Event.SEARCH_FAILED, Reason.NO_PROGRESS, {"turned_deg": sign * (heading_deg - start_deg)})
             # on a slow link steps take longer: turn slower
             self._rate_deg_s = max(SLOWEST_DEG_S, min(watch.profile.scan_deg_s, STEP_DEG / max(0.01, now_s - then_s)))
             then_s = now_s

@@ -67,7 +67,14 @@ def kinds(blocker: Blocker) -> tuple[Kind, ...]:
     return tuple(Kind(kind.stays_s, weight / sum(left)) for kind, weight in zip(prior, left, strict=True))
 
 
-def best_wait_s(things: Sequence[Kind], round_s: float) -> tuple[float, float]:
+def cost_s(things: Sequence[Kind], wait_s: float, round_s: float) -> float:
+    """Mean cost of waiting up to `wait_s` and then going round; another longest wait, if no way leads."""
+    if math.isinf(round_s):
+        round_s = LONGEST_S
+    return sum(kind.weight * kind.cost_s(wait_s, round_s) for kind in things)
+
+
+def best_wait_s(things: Sequence[Kind], round_s: float) -> float:
     """How long to wait before going round.
 
     Args:
@@ -75,20 +82,15 @@ def best_wait_s(things: Sequence[Kind], round_s: float) -> tuple[float, float]:
         round_s: What going round costs; infinite when there is no way.
 
     Returns:
-        The wait, and what waiting and perhaps going round costs on average; both in seconds. For each kind that is not
-        negligible the mean cost is at most twice that of somebody who knows when the thing leaves; where going round
-        takes longer than the longest wait, at most 1 + `round_s` / `LONGEST_S` times.
+        The wait, seconds, that costs least on average. For each kind that is not negligible the mean cost is at most
+        twice that of somebody who knows when the thing leaves; where going round takes longer than the longest wait,
+        at most 1 + `round_s` / `LONGEST_S` times.
     """
     if math.isinf(round_s):
-        return LONGEST_S, sum(kind.weight * kind.cost_s(LONGEST_S, LONGEST_S) for kind in things)
+        return LONGEST_S
     waits = [share * round_s for share in WAITS]
     sound = [wait_s for wait_s in waits if all(_bounded(kind, wait_s, round_s) for kind in things)]
-
-    def cost_s(wait_s: float) -> float:
-        return sum(kind.weight * kind.cost_s(wait_s, round_s) for kind in things)
-
-    wait_s = min(LONGEST_S, min(sound, key=cost_s))
-    return wait_s, cost_s(wait_s)
+    return min(LONGEST_S, min(sound, key=lambda wait_s: cost_s(things, wait_s, round_s)))
 
 
 def _bounded(kind: Kind, wait_s: float, round_s: float) -> bool:

@@ -107,7 +107,7 @@ class Travel:
         """Remember what was in the way, and look for another way."""
         watch = self._watch
         self._stops += 1
-        near_mm = 0.0 if stop is Stop.CONTACT else percept.range_mm
+        near_mm = percept.range_mm if stop is Stop.OBSTACLE else 0.0
         if near_mm is not None:
             watch.memory.floor.block(watch.memory.pose, near_mm)
         if stop is not Stop.OBSTACLE:

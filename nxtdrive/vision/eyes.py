@@ -16,6 +16,8 @@ from nxtdrive.vision.geometry import Pinhole
 
 READ_TIMEOUT_S = 3.0
 """Longest wait for a frame; a webcam that starts up in the dark takes a second or two."""
+GLANCE_TIMEOUT_S = 0.5
+"""Who glances goes on without a picture and waits no longer; even in poor light a webcam gives five a second."""
 
 OnLook = Callable[[Frame, str, Sighting | None, Sequence[Detection]], None]
 """Called after each look: the frame, the target's name, the sighting and all detections in that frame."""
@@ -37,7 +39,7 @@ class CameraEyes:
         camera: Where the frames come from; closing it stays the caller's duty.
         targets: For each target's name, how it is detected and how large it is.
         pinhole: The camera's geometry; by default that of a common webcam.
-        timeout_s: Longest wait for a frame.
+        timeout_s: Longest wait of a look for a frame.
         confirmation: Makes the rule by which one target is confirmed.
     """
 
@@ -63,20 +65,23 @@ class CameraEyes:
 
     def look(self, target: str) -> Sighting | None:
         """Take the next fresh frame and say whether `target` is confirmed in it; raises as `glance` does."""
-        return self.glance([target]).get(target)
+        return self._look_for([target], self._timeout_s).get(target)
 
     def glance(self, targets: Sequence[str]) -> dict[str, Sighting]:
         """Take the next fresh frame and say which of the targets are confirmed in it.
 
         Raises:
-            NoPicture: no frame came in time.
+            NoPicture: no frame came within `GLANCE_TIMEOUT_S`, or the shorter time these eyes wait.
             ConfigError: there is no target of one of the names.
         """
+        return self._look_for(targets, min(GLANCE_TIMEOUT_S, self._timeout_s))
+
+    def _look_for(self, targets: Sequence[str], timeout_s: float) -> dict[str, Sighting]:
         for target in targets:
             if target not in self._targets:
                 raise ConfigError(f"The eyes know no target {target!r}.", remedy=f"They know: {_list(self._targets)}.")
         try:
-            frame = self._camera.read(self._timeout_s)
+            frame = self._camera.read(timeout_s)
         except CameraError as error:
             raise NoPicture(str(error)) from error
         sightings = {target: self._look_at(frame, target) for target in targets}
