@@ -63,6 +63,13 @@ def test_nobody_is_preferred_to_those_whose_turn_has_come_less_often():
     assert agenda.earlier == []
 
 
+def test_those_whose_turns_are_over_do_not_come_later():
+    agenda = Agenda(["a", "b", "c"], rounds=1)
+    assert agenda.later == ["b", "c"]
+    _decide(agenda, Fate.GIVEN_UP)
+    assert agenda.later == ["c"]
+
+
 def test_nobody_comes_before_the_last_turn_of_a_target():
     agenda = Agenda(["a", "b"], rounds=1)
     assert agenda.earlier == []

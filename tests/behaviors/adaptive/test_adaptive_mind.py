@@ -1,0 +1,81 @@
+"""What the adaptive mind makes of a failure, on the simulated robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from behaviors.adaptive.floor import SOLID
+from behaviors.adaptive.memory import Memory
+from behaviors.adaptive.mind import AdaptiveMind
+from behaviors.agenda import Agenda, Fate
+from behaviors.events import Event, Fact, Reason
+from behaviors.recovery import Evidence
+from behaviors.skills import Senses
+from nxtdrive.brick import Brick
+from nxtdrive.tools.sweep.robot import GEOMETRIC, build_robot
+from nxtdrive.tools.sweep.scenarios import draw_scenario
+from nxtdrive.transports.sim import SimTransport
+from sim_backend.simulation import Simulation
+
+
+class Bench:
+    """A mind on a robot that stands in an empty room."""
+
+    def __init__(self, brick: Brick, simulation: Simulation) -> None:
+        scenario = draw_scenario("open", 100)
+        robot = build_robot(scenario, simulation, brick, GEOMETRIC, [])
+        senses = Senses(
+            robot.body, robot.eyes, robot.clock, robot.mission.thesis, lambda *_, **__: None, lambda _: None
+        )
+        self.agenda = Agenda(robot.mission.mission.targets)
+        self.mind = AdaptiveMind(senses, robot.mission, self.agenda)
+        self.memory: Memory = self.mind._memory
+
+    def evidence(self, event: Event, reason: Reason, **measured: object) -> Evidence:
+        """What is known after a failure with these measurements."""
+        failure = Evidence(self.agenda.target, reason, exist=True, researches=0)
+        return self.mind.evidence(failure, Fact(event, reason, measured))
+
+
+@pytest.fixture(name="bench")
+def _bench() -> Iterator[Bench]:
+    scenario = draw_scenario("open", 100)
+    simulation = Simulation(scenario.world, seed=100)
+    with Brick(SimTransport(simulation)) as brick:
+        yield Bench(brick, simulation)
+
+
+@pytest.mark.parametrize(
+    ("reason", "measured"),
+    [(Reason.NO_PROGRESS, {}), (Reason.BLOCKED_LONG, {"touched": True})],
+    ids=["held", "touched"],
+)
+def test_what_the_sonar_does_not_hear_is_near_whatever_echoes_behind_it(bench, reason, measured):
+    blocker = bench.evidence(Event.ARRIVE_FAILED, reason, range_mm=2000.0, **measured).blocker
+    assert blocker is not None
+    assert blocker.range_mm <= 200.0
+    assert not bench.memory.floor.clear_between((0.0, 0.0), (600.0, 0.0))
+    assert bench.memory.floor.evidence.max() > SOLID
+
+
+def test_an_oblique_view_that_flickers_does_not_make_the_target_gone(bench):
+    belief = bench.memory.beliefs[bench.agenda.target]
+    belief.see((1000.0, 0.0), (0.0, 0.0))
+    before = belief.held_at((1000.0, 0.0))
+    bench.evidence(Event.ARRIVE_FAILED, Reason.TARGET_LOST, oblique=True)
+    assert belief.held_at((1000.0, 0.0)) == before
+    bench.evidence(Event.ARRIVE_FAILED, Reason.TARGET_LOST)
+    assert belief.held_at((1000.0, 0.0)) < before
+
+
+def test_a_target_whose_turns_are_over_does_not_wait(bench):
+    first, second = bench.agenda.errands
+    bench.agenda.rounds = 1
+    assert bench.evidence(Event.SEARCH_FAILED, Reason.NEVER_SEEN).targets_left == 2
+    bench.agenda.decide(Fate.GIVEN_UP)
+    bench.agenda.next_target()
+    assert bench.agenda.errand is second
+    assert first.fate is Fate.GIVEN_UP
+    assert bench.evidence(Event.SEARCH_FAILED, Reason.NEVER_SEEN).targets_left == 1
