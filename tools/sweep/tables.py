@@ -38,7 +38,7 @@ POLICY_COLUMNS = [
     "mission s",
     "to goal s p50 / p90",
 ]
-RECOVERY_COLUMNS = ["policy", "noticed s p50 / p90", "fitting choices", "regret s", "gives an absent target up s p50"]
+RECOVERY_COLUMNS = ["policy", "noticed s p50 / p90", "fitting choices", "regret s", "leaves an absent target s p50"]
 
 
 def policy_rows(lines: Sequence[Line]) -> Rows:
