@@ -62,8 +62,8 @@ def test_keys_drive_and_letting_go_stops(teleop):
 
     async def play(pilot):
         await _until(pilot, lambda: "stopped" in _text(app, "panel"))
+        await _until(pilot, lambda: "driving" in _text(app, "panel"), key="up")
         await _until(pilot, lambda: simulation.truth.pose.x_mm > start.x_mm + 250, key="up")
-        assert "driving" in _text(app, "panel")
         await _until(pilot, lambda: "stopped" in _text(app, "panel"))
         assert "·" in _text(app, "map")
 
