@@ -55,6 +55,19 @@ class Sighting:
     box: tuple[int, int, int, int]
 
 
+@dataclass(frozen=True, slots=True)
+class Glance:
+    """What one frame showed of several targets.
+
+    Attributes:
+        time_s: When the frame was taken, on the mission's clock: not to see a target tells of that moment.
+        seen: The targets that are confirmed in it, by name.
+    """
+
+    time_s: float
+    seen: Mapping[str, Sighting]
+
+
 class Stop(StrEnum):
     """Why a motion ended."""
 
@@ -149,6 +162,6 @@ class Eyes(Protocol):
         """Take the next fresh frame and say whether `target` is confirmed in it; bounded by the camera's time limit."""
         ...
 
-    def glance(self, targets: Sequence[str]) -> Mapping[str, Sighting]:
+    def glance(self, targets: Sequence[str]) -> Glance:
         """Take the next fresh frame and say which of the targets are confirmed in it."""
         ...

@@ -25,7 +25,7 @@ from behaviors.chart import MissionChart
 from behaviors.events import Event, Fact, Reason
 from behaviors.executive import Executive
 from behaviors.mission import Mission
-from behaviors.ports import Pose, Sighting
+from behaviors.ports import Glance, Pose, Sighting
 from behaviors.recovery import Choice, Evidence, Recovery
 from behaviors.skills import Senses
 from nxtdrive.brick import Brick
@@ -136,11 +136,11 @@ class TimedMemory(Memory):
         self.times_s: list[float] = []
 
     def perceive(
-        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], seen: Mapping[str, Sighting]
+        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], glance: Glance
     ) -> Mapping[str, Sighting]:
         """Take in a frame and an echo."""
         begun_s = cpu_s()
-        believed = super().perceive(now_s, pose, range_mm, looked_for, seen)
+        believed = super().perceive(now_s, pose, range_mm, looked_for, glance)
         self.times_s.append(cpu_s() - begun_s)
         return believed
 

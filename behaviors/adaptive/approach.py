@@ -6,6 +6,7 @@ import math
 from collections import deque
 
 from behaviors.adaptive.doubt import Doubt, Verdict
+from behaviors.adaptive.floor import SONAR_FORWARD_MM
 from behaviors.adaptive.memory import Known
 from behaviors.adaptive.watch import Percept, Watch
 from behaviors.events import Event, Fact, Reason
@@ -151,9 +152,10 @@ class Approach:
             self._open_s = now_s
         if self._shut >= ECHOES and distance_mm > watch.profile.arrive_mm:
             return self._blocked(percept, hides=unseen_s > watch.profile.lost_after_s / 2)
-        minds = self._minds_map and distance_mm > NEAR_MM and abs(bearing_deg) <= AHEAD_DEG
-        if minds and not self._clear(known, distance_mm):
-            return _failed(Reason.BLOCKED_LONG, percept, hides=False, remembered=True)
+        if self._minds_map and distance_mm > NEAR_MM and abs(bearing_deg) <= AHEAD_DEG:
+            remembered_mm = self._remembered_mm(known, distance_mm)
+            if remembered_mm is not None:
+                return _failed(Reason.BLOCKED_LONG, percept, hides=False, remembered=True, range_mm=remembered_mm)
         if unseen_s >= watch.profile.lost_after_s:
             behind = percept.range_mm is not None and percept.range_mm <= distance_mm - BEFORE_MM
             reason = Reason.LOST_BEHIND if behind and abs(bearing_deg) <= AHEAD_DEG else Reason.TARGET_LOST
@@ -162,13 +164,17 @@ class Approach:
             return _failed(Reason.APPROACH_TIMEOUT, percept)
         return self._stuck(percept, known)
 
-    def _clear(self, known: Known, distance_mm: float) -> bool:
-        """Whether the next stretch is free as far as is remembered; beside the beam there may be more."""
+    def _remembered_mm(self, known: Known, distance_mm: float) -> float | None:
+        """How far before the sonar the next stretch is blocked as far as is remembered; None where it is free.
+
+        Beside the beam there may be more than the sonar hears now.
+        """
         memory = self._watch.memory
         share = min(1.0, STRETCH_MM / distance_mm)
         x_mm, y_mm = memory.here
         end = x_mm + share * (known.place[0] - x_mm), y_mm + share * (known.place[1] - y_mm)
-        return memory.floor.clear_between(memory.here, end, elbow_mm=ELBOW_MM)
+        blocked_mm = memory.floor.blocked_after_mm(memory.here, end, elbow_mm=ELBOW_MM)
+        return None if blocked_mm is None else max(0.0, blocked_mm - SONAR_FORWARD_MM)
 
     def _blocked(self, percept: Percept, *, hides: bool) -> Fact:
         """Something is before it: perhaps for short if it hides the target, since that may be a person."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.adaptive.angles import wrapped_deg
-from behaviors.adaptive.floor import CELL_MM, CELLS, DIRECTIONS, HINT, KNOWN, FloorMap
+from behaviors.adaptive.floor import CELL_MM, CELLS, DIRECTIONS, HINT, KNOWN, FloorMap, Grid
 from behaviors.ports import Pose
 from behaviors.recovery import Point
 
@@ -115,7 +115,7 @@ class Belief:
         self._prior = prior / prior.sum()
         self._mass = self._prior.copy()
         self._stand: _Stand | None = None
-        self._plausible_at: tuple[int, Array] | None = None
+        self._plausible_on: tuple[Grid, Array] | None = None
 
     def look(self, pose: Pose, floor: FloorMap, frames: int) -> None:
         """Take in that it was not seen in so many frames from a pose."""
@@ -221,8 +221,7 @@ class Belief:
 
     def _plausible(self, floor: FloorMap) -> Array:
         """How likely a place may hold a picture at all, as far as the floor map tells, (places,)."""
-        stamp = int(floor.evidence.sum() * 10)
-        if self._plausible_at is None or self._plausible_at[0] != stamp:
+        if self._plausible_on is None or not np.array_equal(self._plausible_on[0], floor.evidence):
             half = int(SPACING_MM / CELL_MM / 2)
             i = np.clip((self._x / CELL_MM).astype(np.int64) + CELLS // 2, half, CELLS - half - 1)
             j = np.clip((self._y / CELL_MM).astype(np.int64) + CELLS // 2, half, CELLS - half - 1)
@@ -231,5 +230,6 @@ class Belief:
             free = (patches < -HINT).mean(axis=0) > EMPTY_SHARE
             marked = (patches > HINT).any(axis=0)
             unknown = (np.abs(patches) < KNOWN).mean(axis=0) > UNKNOWN_SHARE
-            self._plausible_at = (stamp, np.where(free & ~marked, EMPTY, np.where(unknown, UNKNOWN, 1.0)))
-        return self._plausible_at[1]
+            plausible = np.where(free & ~marked, EMPTY, np.where(unknown, UNKNOWN, 1.0))
+            self._plausible_on = (floor.evidence.copy(), plausible)
+        return self._plausible_on[1]

@@ -152,16 +152,23 @@ class FloorMap:
 
         With `elbow_mm` there is so much room beside it.
         """
+        return self.blocked_after_mm(start, end, short_mm, elbow_mm) is None
+
+    def blocked_after_mm(
+        self, start: tuple[float, float], end: tuple[float, float], short_mm: float = 0.0, elbow_mm: float = 0.0
+    ) -> float | None:
+        """How far it is from `start` to what blocks the way that `clear_between` tells of; None if nothing does."""
         length = math.dist(start, end) - short_mm
         if length <= 0:
-            return True
+            return None
         ux, uy = (end[0] - start[0]) / (length + short_mm), (end[1] - start[1]) / (length + short_mm)
         along = np.arange(FOOTPRINT_MM, max(length, FOOTPRINT_MM + 1), CELL_MM * 0.75)
         half_mm = FOOTPRINT_MM - CELL_MM / 4 + elbow_mm
         across = np.linspace(-half_mm, half_mm, 7)
         i = _index(start[0] + along[:, None] * ux - across[None, :] * uy)
         j = _index(start[1] + along[:, None] * uy + across[None, :] * ux)
-        return not bool((self.evidence[i, j] > SOLID).any())
+        blocked = (self.evidence[i, j] > SOLID).any(axis=1)
+        return float(along[blocked.argmax()]) if blocked.any() else None
 
 
 _ANGLES = np.radians(np.arange(DIRECTIONS) * 360.0 / DIRECTIONS)

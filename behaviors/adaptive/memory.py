@@ -12,7 +12,7 @@ from behaviors.adaptive.angles import wrapped_deg
 from behaviors.adaptive.belief import Belief
 from behaviors.adaptive.floor import FloorMap
 from behaviors.mission import Mission
-from behaviors.ports import Pose, Sighting
+from behaviors.ports import Glance, Pose, Sighting
 from behaviors.recovery import Point, Recovery
 
 RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "color": 17.0}
@@ -143,7 +143,7 @@ class Memory:
         return self.pose.x_mm, self.pose.y_mm
 
     def perceive(
-        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], seen: Mapping[str, Sighting]
+        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], glance: Glance
     ) -> Mapping[str, Sighting]:
         """Take in a frame and an echo.
 
@@ -152,14 +152,14 @@ class Memory:
             pose: Where the robot is.
             range_mm: The sonar's echo, or None.
             looked_for: Targets that were looked for in the frame.
-            seen: Those that were seen.
+            glance: What the frame showed.
 
         Returns:
             Those sightings that are not of something known not to be the target.
         """
         self.pose = pose
         self.trail.add(now_s, pose)
-        believed = {name: sighting for name, sighting in seen.items() if self._believes(sighting)}
+        believed = {name: sighting for name, sighting in glance.seen.items() if self._believes(sighting)}
         self._renew(now_s)
         self.floor.fade(now_s)
         self.floor.stands_on(pose)
@@ -171,7 +171,7 @@ class Memory:
             if target in believed:
                 self._see(target, believed[target])
             else:
-                self._miss(target)
+                self._miss(target, self.trail.at(glance.time_s))
         return believed
 
     def settle(self) -> None:
@@ -273,16 +273,16 @@ class Memory:
         self._aspect[target] = max(self._aspect.get(target, UPRIGHT), aspect)
         return aspect < NARROW * self._aspect[target]
 
-    def _miss(self, target: str) -> None:
+    def _miss(self, target: str, pose: Pose) -> None:
         unseen = self._unseen.get(target)
         if unseen is not None and (
-            abs(unseen.pose.heading_deg - self.pose.heading_deg) > STEP_DEG
-            or math.hypot(unseen.pose.x_mm - self.pose.x_mm, unseen.pose.y_mm - self.pose.y_mm) > STEP_MM
+            abs(unseen.pose.heading_deg - pose.heading_deg) > STEP_DEG
+            or math.hypot(unseen.pose.x_mm - pose.x_mm, unseen.pose.y_mm - pose.y_mm) > STEP_MM
         ):
             self.beliefs[target].look(unseen.pose, self.floor, unseen.frames)
             unseen = None
         if unseen is None:
-            self._unseen[target] = _Unseen(self.pose, 1)
+            self._unseen[target] = _Unseen(pose, 1)
         else:
             unseen.frames += 1
 

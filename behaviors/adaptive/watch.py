@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from behaviors.adaptive.memory import Memory
 from behaviors.agenda import Agenda, Fate
 from behaviors.mission import AdaptiveProfile
-from behaviors.ports import Blind, Sighting
+from behaviors.ports import Blind, Glance, Sighting
 from behaviors.skills import Senses, note_look
 
 BLIND_NAP_S = 0.2
@@ -68,19 +67,17 @@ class Watch:
         senses = self.senses
         senses.check_time()
         looked_for = [self.target, *self._others()]
-        blind = False
-        seen: Mapping[str, Sighting] = {}
-        try:
-            seen = senses.eyes.glance(looked_for)
-        except Blind:
-            blind, looked_for = True, []
+        glance = self._glance(looked_for)
         range_mm = senses.body.range_mm()
         pose = senses.body.pose()
         now_s = self.now()
-        seen = self.memory.perceive(now_s, pose, range_mm, looked_for, seen)
+        if glance is None:
+            seen = self.memory.perceive(now_s, pose, range_mm, [], Glance(now_s, {}))
+        else:
+            seen = self.memory.perceive(now_s, pose, range_mm, looked_for, glance)
         sighting = seen.get(self.target)
         note_look(senses, pose, range_mm, sighting)
-        return Percept(now_s, sighting, range_mm, blind)
+        return Percept(now_s, sighting, range_mm, blind=glance is None)
 
     def await_picture(self) -> bool:
         """Make sure of a picture; without one the robot stands and waits. Whether it came in time."""
@@ -93,6 +90,13 @@ class Watch:
                 return True
             self.senses.clock.sleep(BLIND_NAP_S)
         return False
+
+    def _glance(self, looked_for: list[str]) -> Glance | None:
+        """What the next frame shows; None without one."""
+        try:
+            return self.senses.eyes.glance(looked_for)
+        except Blind:
+            return None
 
     def _others(self) -> list[str]:
         """Further targets that are not reached yet."""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
-from behaviors.ports import Blind, Clock, Sighting
+from behaviors.ports import Blind, Clock, Glance, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import Camera, Frame, frame_number, next_tick
 from nxtdrive.vision.confirm import Confirmation, Seen
@@ -65,9 +65,9 @@ class CameraEyes:
 
     def look(self, target: str) -> Sighting | None:
         """Take the next fresh frame and say whether `target` is confirmed in it; raises as `glance` does."""
-        return self._look_for([target], self._timeout_s).get(target)
+        return self._look_for([target], self._timeout_s).seen.get(target)
 
-    def glance(self, targets: Sequence[str]) -> dict[str, Sighting]:
+    def glance(self, targets: Sequence[str]) -> Glance:
         """Take the next fresh frame and say which of the targets are confirmed in it.
 
         Raises:
@@ -76,7 +76,7 @@ class CameraEyes:
         """
         return self._look_for(targets, min(GLANCE_TIMEOUT_S, self._timeout_s))
 
-    def _look_for(self, targets: Sequence[str], timeout_s: float) -> dict[str, Sighting]:
+    def _look_for(self, targets: Sequence[str], timeout_s: float) -> Glance:
         for target in targets:
             if target not in self._targets:
                 raise ConfigError(f"The eyes know no target {target!r}.", remedy=f"They know: {_list(self._targets)}.")
@@ -85,7 +85,7 @@ class CameraEyes:
         except CameraError as error:
             raise NoPicture(str(error)) from error
         sightings = {target: self._look_at(frame, target) for target in targets}
-        return {target: sighting for target, sighting in sightings.items() if sighting is not None}
+        return _glance(frame.time_s, sightings)
 
     def _look_at(self, frame: Frame, target: str) -> Sighting | None:
         seen = self._see(frame, target)
@@ -143,9 +143,9 @@ class GeometricEyes:
 
     def look(self, target: str) -> Sighting | None:
         """Take the next fresh frame and say whether `target` is confirmed in it."""
-        return self.glance([target]).get(target)
+        return self.glance([target]).seen.get(target)
 
-    def glance(self, targets: Sequence[str]) -> dict[str, Sighting]:
+    def glance(self, targets: Sequence[str]) -> Glance:
         """Take the next fresh frame and say which of the targets are confirmed in it.
 
         Raises:
@@ -154,17 +154,16 @@ class GeometricEyes:
         self._await_frame()
         if self._sensor.unplugged:
             raise NoPicture("The simulated camera is unplugged.")
-        sightings = {target: self._look_at(target) for target in targets}
-        return {target: sighting for target, sighting in sightings.items() if sighting is not None}
+        time_s = self._given / self._sensor.fps
+        return _glance(time_s, {target: self._look_at(target, time_s) for target in targets})
 
-    def _look_at(self, target: str) -> Sighting | None:
+    def _look_at(self, target: str, time_s: float) -> Sighting | None:
         observed = self._sensor.observe(target)
         seen = []
         if observed is not None:
             bearing_deg, distance_mm, box = observed
             seen.append(Seen(Detection(box, 1.0), bearing_deg, distance_mm))
         confirmation = self._confirmations.setdefault(target, self._make())
-        time_s = self._given / self._sensor.fps
         confirmed = confirmation.update(time_s, seen)
         return None if confirmed is None else _sighting(target, confirmed, time_s)
 
@@ -174,6 +173,11 @@ class GeometricEyes:
             now_s = self._clock.now()
             self._clock.sleep(next_tick(now_s, self._sensor.fps) - now_s)
         self._given = number
+
+
+def _glance(time_s: float, sightings: Mapping[str, Sighting | None]) -> Glance:
+    seen = {target: sighting for target, sighting in sightings.items() if sighting is not None}
+    return Glance(time_s, seen)
 
 
 def _sighting(target: str, seen: Seen, time_s: float) -> Sighting:

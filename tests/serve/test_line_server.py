@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from behaviors.line_protocol import Failure, Status, Why
+from behaviors.ports import Glance
 from nxtdrive.line_server import PreemptibleBrick
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.base import WallClock
@@ -211,7 +212,7 @@ class Blind:
         return None
 
     def glance(self, targets):
-        return {}
+        return Glance(0.0, {})
 
 
 def test_stop_breaks_off_a_motion_over_a_real_link(serving, mission_for):

@@ -29,7 +29,7 @@ class Baseline(ABC):
     """
 
     def __init__(self, robot: Robot) -> None:
-        self.body, self.eyes, self.clock = robot.body, SteadyEyes(robot.eyes), robot.clock
+        self.body, self.eyes, self.clock = robot.body, SteadyEyes(robot.eyes, robot.clock), robot.clock
         self.mission, self._observers = robot.mission, robot.observers
         self._start_s = robot.clock.now()
         limit_s = self.mission.mission.time_limit_s

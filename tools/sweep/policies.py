@@ -32,7 +32,7 @@ def _executive(make_mind: MakeMind, **adaptive: object) -> Policy:
     def run(robot: Robot) -> Report:
         profile = robot.mission.adaptive.model_copy(update=adaptive)
         mission = robot.mission.model_copy(update={"adaptive": profile})
-        eyes = robot.eyes if make_mind is AdaptiveMind else SteadyEyes(robot.eyes)
+        eyes = robot.eyes if make_mind is AdaptiveMind else SteadyEyes(robot.eyes, robot.clock)
         return Executive(mission, robot.body, eyes, robot.clock, robot.observers, make_mind).run()
 
     return run

@@ -5,14 +5,14 @@ A policy gets a `Robot` and nothing else; the simulation behind it stays out of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from random import Random
 from typing import TypeVar
 
 from behaviors.journal import Observer
 from behaviors.mission import Mission
-from behaviors.ports import Blind, Body, Clock, Eyes, Motion, Pose, Sighting, Stop
+from behaviors.ports import Blind, Body, Clock, Eyes, Glance, Motion, Pose, Sighting, Stop
 from nxtdrive import mission_run
 from nxtdrive.brick import Brick
 from nxtdrive.vision.eyes import GeometricEyes
@@ -178,21 +178,23 @@ class SteadyEyes:
 
     Args:
         eyes: Eyes that tell when they are blind.
+        clock: Tells when nothing was seen.
     """
 
-    def __init__(self, eyes: Eyes) -> None:
+    def __init__(self, eyes: Eyes, clock: Clock) -> None:
         self._eyes = eyes
+        self._clock = clock
 
     def look(self, target: str) -> Sighting | None:
         """Look; None also when no frame comes in time."""
-        return self.glance([target]).get(target)
+        return self.glance([target]).seen.get(target)
 
-    def glance(self, targets: Sequence[str]) -> Mapping[str, Sighting]:
+    def glance(self, targets: Sequence[str]) -> Glance:
         """Look for several; nothing also when no frame comes in time."""
         try:
             return self._eyes.glance(targets)
         except Blind:
-            return {}
+            return Glance(self._clock.now(), {})
 
 
 class SpoiltSensor:

@@ -109,16 +109,20 @@ def figures(lines: Sequence[Line]) -> dict[str, Estimate]:
     return {name: estimate([pair(line) for line in lines]) for name, pair in FIGURES.items()}
 
 
-def difference(ours: Sequence[Line], theirs: Sequence[Line], figure: str = "success") -> Estimate:
-    """How much more one policy reaches than another on the same scenarios, resampled by scenario."""
-    pair = FIGURES[figure]
-    other = {(line["class"], line["seed"]): pair(line) for line in theirs}
-    pairs = []
-    for line in ours:
-        mine, its = pair(line), other.get((line["class"], line["seed"]))
-        if its is not None and mine[1] == its[1]:
-            pairs.append((mine[0] - its[0], mine[1]))
-    return estimate(pairs)
+def difference(ours: Sequence[Line], theirs: Sequence[Line]) -> Estimate:
+    """How much more one policy reaches than another on the same scenarios, resampled by scenario.
+
+    A mission that broke counts as many targets as the other policy's has, and none of them reached.
+    """
+    other = {(line["class"], line["seed"]): line for line in theirs}
+    both = [(line, other[key]) for line in ours if (key := (line["class"], line["seed"])) in other]
+    return estimate([_more(*lines) for lines in both])
+
+
+def _more(line: Line, other: Line) -> Pair:
+    """How many targets more, and of how many."""
+    (reached, number), (others, same) = success_rate(line), success_rate(other)
+    return reached - others, same if line["ending"] == FAILED else number
 
 
 def percentiles(values: Sequence[float], shares: Sequence[float] = (50, 90)) -> list[float | None]:

@@ -6,11 +6,13 @@ from collections.abc import Iterator
 
 import pytest
 
-from behaviors.adaptive.floor import SOLID
+from behaviors.adaptive.approach import Approach
+from behaviors.adaptive.floor import CELL_MM, MOST, SOLID, SONAR_FORWARD_MM, cell
 from behaviors.adaptive.memory import Memory
 from behaviors.adaptive.mind import AdaptiveMind
 from behaviors.agenda import Agenda, Fate
 from behaviors.events import Event, Fact, Reason
+from behaviors.ports import Glance, Pose, Sighting
 from behaviors.recovery import Evidence
 from behaviors.skills import Senses
 from nxtdrive.brick import Brick
@@ -58,6 +60,17 @@ def test_what_the_sonar_does_not_hear_is_near_whatever_echoes_behind_it(bench, r
     assert blocker.range_mm <= 200.0
     assert not bench.memory.floor.clear_between((0.0, 0.0), (600.0, 0.0))
     assert bench.memory.floor.evidence.max() > SOLID
+
+
+def test_what_is_remembered_to_be_in_the_way_is_where_it_is_remembered(bench):
+    """The echo is of whatever else is there now."""
+    memory, target = bench.memory, bench.agenda.target
+    ahead = Sighting(target, 0.0, 2000.0, 1.0, 0.0, (100, 80, 40, 56))
+    memory.perceive(0.0, Pose(), None, [target], Glance(0.0, {target: ahead}))
+    memory.floor.evidence[cell(400.0, 0.0)] = MOST
+    fact = Approach(bench.mind._watch, minds_map=True).call()
+    assert fact.reason is Reason.BLOCKED_LONG
+    assert fact.evidence["range_mm"] == pytest.approx(400.0 - SONAR_FORWARD_MM, abs=CELL_MM)
 
 
 def test_an_oblique_view_that_flickers_does_not_make_the_target_gone(bench):

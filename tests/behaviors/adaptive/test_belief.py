@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.belief import Belief
-from behaviors.adaptive.floor import CELLS, MOST, FloorMap, centre_mm
+from behaviors.adaptive.floor import CELLS, MOST, FloorMap, cell, centre_mm
 from behaviors.ports import Pose
 from behaviors.recovery import Point
 
@@ -103,6 +103,21 @@ def test_a_wall_that_is_found_while_turning_on_the_spot_hides_what_is_behind_it(
     informed.chance_from(3000.0, 3000.0, floor)  # having been asked about somewhere else makes no difference
     informed.look(Pose(), floor, 3)
     assert _ahead(belief, 1800.0) == pytest.approx(_ahead(informed, 1800.0))
+
+
+def test_an_echo_counts_even_when_another_one_outweighs_it():
+    def chance(*places: Point) -> float:
+        """Of the last of several floors with one thing on each, asked one after the other."""
+        belief, chances = _belief(), []
+        for place in places:
+            floor = _room()
+            floor.evidence[cell(*place)] = MOST
+            chances.append(belief.chance_from(0.0, 0.0, floor))
+        return chances[-1]
+
+    moved, fresh = chance((400.0, 0.0), (1600.0, 1600.0)), chance((1600.0, 1600.0))
+    assert moved == fresh
+    assert chance((400.0, 0.0)) != fresh
 
 
 def test_a_sighting_concentrates_belief_where_it_was():

@@ -131,6 +131,7 @@ def test_what_blocks_the_way_is_in_the_way():
     assert not floor.clear_between((0.0, 0.0), (1500.0, 0.0))
     assert not floor.clear_between((1500.0, 0.0), (0.0, 0.0))
     assert not floor.clear_between((0.0, -150.0), (1500.0, 150.0))
+    assert floor.blocked_after_mm((0.0, 0.0), (1500.0, 0.0)) == pytest.approx(600.0, abs=2 * CELL_MM)
     assert floor.clear_between((0.0, 0.0), (0.0, 1500.0))
     assert floor.clear_between((0.0, 600.0), (1500.0, 600.0))
 

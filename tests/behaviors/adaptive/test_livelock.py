@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import takewhile
 from random import Random
@@ -19,7 +19,7 @@ from behaviors.events import Event, Fact, Reason
 from behaviors.executive import Ending, Executive
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
-from behaviors.ports import Motion, Pose, Sighting, Stop
+from behaviors.ports import Glance, Motion, Pose, Sighting, Stop
 from behaviors.recovery import Blocker, Choice, Detour, Evidence, Point, Recovery, Viewpoint
 
 REPEATS = 2
@@ -202,11 +202,12 @@ class Ports:
         return 8000
 
     def look(self, target: str) -> Sighting | None:
-        return self.glance([target]).get(target)
+        return self.glance([target]).seen.get(target)
 
-    def glance(self, targets: Sequence[str]) -> Mapping[str, Sighting]:
+    def glance(self, targets: Sequence[str]) -> Glance:
         self.sleep(self._random.choice((0.05, 0.3, 0.5)))
-        return {target: self._sighting(target) for target in targets if self._random.random() < self._finds}
+        seen = {target: self._sighting(target) for target in targets if self._random.random() < self._finds}
+        return Glance(self._now_s, seen)
 
     def _sighting(self, target: str) -> Sighting:
         bearing_deg, distance_mm = self._random.uniform(-25.0, 25.0), self._random.uniform(250.0, 1500.0)

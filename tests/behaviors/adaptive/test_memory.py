@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 from behaviors.adaptive.floor import SOLID
 from behaviors.adaptive.memory import SAME_PLACE_MM, Memory, Trail
 from behaviors.mission import Mission
-from behaviors.ports import Pose, Sighting
+from behaviors.ports import Glance, Pose, Sighting
 from behaviors.recovery import Point, Recovery
 
 LAG_S = 0.15
 """How old a frame is when its sighting is known."""
+NOTHING = Glance(0.0, {})
 
 
 @pytest.fixture(name="memory")
@@ -41,11 +42,11 @@ def _sighting(place: Point, pose: Pose, time_s: float, target: str = "door") -> 
 
 def _see(memory: Memory, place: Point, time_s: float, target: str = "door", pose: Pose | None = None) -> None:
     pose = pose or Pose()
-    memory.perceive(time_s, pose, None, [target], {target: _sighting(place, pose, time_s, target)})
+    memory.perceive(time_s, pose, None, [target], Glance(time_s, {target: _sighting(place, pose, time_s, target)}))
 
 
 def _stand_at(memory: Memory, place: Point) -> None:
-    memory.perceive(0.0, Pose(*place), None, [], {})
+    memory.perceive(0.0, Pose(*place), None, [], NOTHING)
 
 
 @given(rate_deg_s=st.floats(-120.0, 120.0), bearing_deg=st.floats(-180.0, 180.0))
@@ -85,7 +86,7 @@ def test_a_target_that_is_seen_while_turning_is_placed_right(memory, rate_deg_s)
         pose = Pose(0.0, 0.0, rate_deg_s * now_s)
         then_s = max(0.0, now_s - LAG_S)
         then = Pose(0.0, 0.0, rate_deg_s * then_s)
-        memory.perceive(now_s, pose, None, ["door"], {"door": _sighting(place, then, then_s)})
+        memory.perceive(now_s, pose, None, ["door"], Glance(then_s, {"door": _sighting(place, then, then_s)}))
     assert math.dist(memory.known["door"].place, place) < 20.0
     bearing_deg, distance_mm = memory.way_to(place)
     expected_deg = math.degrees(math.atan2(place[1], place[0])) - pose.heading_deg
@@ -138,7 +139,7 @@ def test_what_is_forgotten_is_not_believed_to_be_there_any_more(memory):
 
 def _look_in_vain(memory: Memory, looked_for: Sequence[str], heading_deg: float) -> None:
     for i in range(10):
-        memory.perceive(i * 0.1, Pose(0.0, 0.0, heading_deg), None, looked_for, {})
+        memory.perceive(i * 0.1, Pose(0.0, 0.0, heading_deg), None, looked_for, Glance(i * 0.1, {}))
     memory.settle()
 
 
@@ -154,15 +155,26 @@ def test_looks_in_one_direction_leave_the_others_as_they_are(memory):
     assert (90.0 - begin_deg) % 360.0 > end_deg - begin_deg
 
 
+def test_a_look_in_vain_while_turning_counts_where_its_frame_was_taken(memory):
+    for i in range(20):
+        now_s, rate_deg_s = i * 0.1, 90.0 if i > 10 else 0.0
+        pose = Pose(0.0, 0.0, rate_deg_s * (now_s - 1.0))
+        memory.perceive(now_s, pose, None, ["door"] if i > 10 else [], Glance(min(now_s, 1.0), {}))
+    memory.settle()
+    begin_deg, end_deg = memory.beliefs["door"].arc_from(0.0, 0.0, memory.floor, 36.0)
+    assert (0.0 - begin_deg) % 360.0 > end_deg - begin_deg
+    assert (90.0 - begin_deg) % 360.0 < end_deg - begin_deg
+
+
 def test_echoes_go_onto_the_floor_map_and_silence_marks_nothing(memory):
     for i in range(6):
-        memory.perceive(i * 0.1, Pose(-40.0 * (i % 2)), 500.0 + 40.0 * (i % 2), [], {})
+        memory.perceive(i * 0.1, Pose(-40.0 * (i % 2)), 500.0 + 40.0 * (i % 2), [], NOTHING)
     assert memory.floor.evidence.max() > SOLID
     silent = Memory(
         Mission.model_validate({"mission": {"targets": ["a"]}, "target": {"a": {"detector": "marker", "id": 0}}})
     )
     for i in range(6):
-        silent.perceive(i * 0.1, Pose(40.0 * i), None, [], {})
+        silent.perceive(i * 0.1, Pose(40.0 * i), None, [], NOTHING)
     assert silent.floor.evidence.max() <= 0.0
 
 

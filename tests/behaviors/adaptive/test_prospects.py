@@ -12,7 +12,7 @@ from behaviors.adaptive.floor import CELLS, MOST, centre_mm
 from behaviors.adaptive.memory import Memory
 from behaviors.adaptive.prospects import Prospects
 from behaviors.mission import AdaptiveProfile, Mission
-from behaviors.ports import Pose, Sighting
+from behaviors.ports import Glance, Pose, Sighting
 from behaviors.recovery import Point
 
 PROFILE = AdaptiveProfile()
@@ -34,7 +34,7 @@ def _memory(**seen: Point) -> Memory:
     for name, (x_mm, y_mm) in seen.items():
         bearing_deg, distance_mm = math.degrees(math.atan2(y_mm, x_mm)), math.hypot(x_mm, y_mm)
         sighting = Sighting(name, bearing_deg, distance_mm, 1.0, 0.0, (100, 80, 40, 56))
-        memory.perceive(0.0, Pose(), None, [name], {name: sighting})
+        memory.perceive(0.0, Pose(), None, [name], Glance(0.0, {name: sighting}))
     return memory
 
 

@@ -120,6 +120,14 @@ def test_policies_are_compared_on_the_same_scenarios():
     assert success_rate(lines(True)[0]) == (1.0, 1.0)
 
 
+def test_a_mission_that_broke_counts_in_a_comparison_as_many_targets_as_there_are():
+    reached = {"class": "absent", "seed": 1, "ending": "", "targets": [{"reachable": True, "success": True}]}
+    broken = {"class": "absent", "seed": 1, "ending": FAILED, "targets": []}
+    assert difference([reached], [broken]).mean == 1.0
+    assert difference([broken], [reached]).mean == -1.0
+    assert difference([broken], [reached]).number == 1
+
+
 def test_the_command_prints_tables_and_draws_maps(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["sweep", "--classes", "open", "--seeds", "100", "--policies", "oracle", "--out", "out.jsonl"]

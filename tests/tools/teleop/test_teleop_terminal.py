@@ -49,6 +49,8 @@ def _play(app, play):
     async def go():
         async with app.run_test(size=(100, 30)) as pilot:
             await play(pilot)
+            app.action_leave()  # a screen torn down under a pilot that still reports has no map to show it on
+            await _until(pilot, lambda: not app.is_running)
 
     try:
         asyncio.run(go())
