@@ -267,10 +267,11 @@ def _absent(random: Random) -> tuple[Draft, Extras]:
 
 def _moved(random: Random) -> tuple[Draft, Extras]:
     draft = _furnished(random, 2600.0, 3600.0)
+    taken = [picture["at_mm"] for picture in draft.pictures.values()]
     for target in (draft.first, draft.second):
         places = [draft.place_at_wall() for _ in range(20)]
-        others = [picture["at_mm"] for picture in draft.pictures.values()]
-        to_mm, facing_deg = max(places, key=lambda place: min(math.dist(place[0], at) for at in others))
+        to_mm, facing_deg = max(places, key=lambda place: min(math.dist(place[0], at) for at in taken))
+        taken.append(to_mm)
         draft.events.append(
             {
                 "name": f"{target} moves",

@@ -1,12 +1,13 @@
 """Scenarios: drawn from class and seed alone, always possible."""
 
+import itertools
 import math
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nxtdrive.tools.sweep.scenarios import CLASSES, draw_scenario
+from nxtdrive.tools.sweep.scenarios import APART_MM, CLASSES, draw_scenario
 from sim_backend.simulation import Simulation
 from sim_backend.world.loading import parse_world
 
@@ -47,3 +48,16 @@ def test_far_targets_are_out_of_sight_at_the_start():
         scenario = draw_scenario("far", seed)
         first = next(p for p in scenario.world.pictures if p.name == scenario.mission.mission.targets[0])
         assert math.dist(first.at_mm, scenario.world.robot.start_mm) >= 3000
+
+
+@pytest.mark.parametrize("kind", CLASSES)
+@settings(max_examples=12, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_no_picture_stands_or_comes_to_stand_before_another(kind, seed):
+    world = draw_scenario(kind, seed).world
+    places = {picture.name: [picture.at_mm] for picture in world.pictures}
+    for event in world.events:
+        if event.picture and event.to_mm:
+            places[event.picture].append(event.to_mm)
+    for one, other in itertools.combinations(places.values(), 2):
+        assert min(math.dist(a, b) for a in one for b in other) >= APART_MM
