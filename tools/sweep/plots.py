@@ -12,7 +12,7 @@ from firmware_protocol.errors import ConfigError
 
 from .performance import Line
 from .scenarios import TIME_LIMIT_S
-from .summary import by, estimate, success_rate
+from .summary import by, estimate, reached_by, success_rate
 
 
 def check_plotting() -> None:
@@ -58,10 +58,3 @@ def write_plot(lines: Sequence[Line], path: Path) -> None:
         figure.savefig(path)
     except (ValueError, OSError) as error:
         raise ConfigError(f"{path} cannot be drawn: {error}.") from None
-
-
-def reached_by(lines: Sequence[Line], times_s: np.ndarray) -> np.ndarray:
-    """Share of the targets that exist which had been reached by each of some times."""
-    targets = [target for line in lines for target in line["targets"] if target["reachable"]]
-    reached = np.sort([target["time_s"] for target in targets if target["success"]])
-    return np.searchsorted(reached, times_s, side="right") / max(1, len(targets))

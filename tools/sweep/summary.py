@@ -135,6 +135,13 @@ def times_to_goal_s(lines: Sequence[Line]) -> list[float]:
     return [target["pursuit_s"] for line in lines for target in line["targets"] if target["success"]]
 
 
+def reached_by(lines: Sequence[Line], times_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Share of the targets that exist which had been reached by each of some mission times."""
+    targets = [target for line in lines for target in line["targets"] if target["reachable"]]
+    reached = np.sort([target["time_s"] for target in targets if target["success"]])
+    return np.searchsorted(reached, times_s, side="right") / max(1, len(targets))
+
+
 def recognition_s(lines: Sequence[Line]) -> list[float]:
     """From each thing that came between to the choice that followed."""
     return [delay for line in lines for delay in line.get("recognition_s", [])]

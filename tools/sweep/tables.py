@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from .causes import FITTING, Cause
 from .performance import FAILED, Line
 from .policies import ALL_NAMES
 from .summary import (
@@ -18,6 +21,7 @@ from .summary import (
     figures,
     given_up_s,
     percentiles,
+    reached_by,
     recognition_s,
     success_rate,
     times_to_goal_s,
@@ -38,6 +42,7 @@ POLICY_COLUMNS = [
     "mission s",
     "to goal s p50 / p90",
 ]
+REACHED_BY_S = (30.0, 60.0, 120.0, 300.0)
 RECOVERY_COLUMNS = ["policy", "noticed s p50 / p90", "fitting choices", "regret s", "leaves an absent target s p50"]
 
 
@@ -101,6 +106,29 @@ def cause_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
     return ["policy", *causes], rows
 
 
+def choice_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
+    """What was chosen, by policy and cause: the columns' names, and a row for each policy and cause."""
+    rows = []
+    for policy, group in _by_policy(lines).items():
+        choices = [choice for line in group for choice in line.get("choices", [])]
+        for cause in Cause:
+            chosen = Counter(choice["choice"] for choice in choices if choice["cause"] == cause)
+            others = chosen.total() - sum(chosen[kind] for kind in FITTING.values())
+            if chosen:
+                counts = [str(chosen[kind]) for kind in FITTING.values()]
+                rows.append([policy, cause, FITTING[cause], *counts, str(others)])
+    return ["policy", "cause", "fitting", *FITTING.values(), "other"], rows
+
+
+def reached_rows(lines: Sequence[Line]) -> Rows:
+    """The share of the targets that each policy had reached by some mission times."""
+    times_s = np.array(REACHED_BY_S)
+    return [
+        [policy, *(_number(share, 2) for share in reached_by(group, times_s))]
+        for policy, group in _by_policy(lines).items()
+    ]
+
+
 def difference_rows(lines: Sequence[Line], reference: str) -> Rows:
     """How much more each policy reaches than the reference, on the same scenarios."""
     groups = _by_policy(lines)
@@ -111,10 +139,14 @@ def difference_rows(lines: Sequence[Line], reference: str) -> Rows:
 def print_tables(lines: Sequence[Line], console: Console) -> None:
     """Everything, for people."""
     _print(console, "policies", POLICY_COLUMNS, policy_rows(lines))
+    _print(
+        console, "targets reached by", ["policy", *(f"{time_s:.0f} s" for time_s in REACHED_BY_S)], reached_rows(lines)
+    )
     _print(console, "success by class", *class_rows(lines))
     if any(line.get("choices") for line in lines):
         _print(console, "recovery", RECOVERY_COLUMNS, recovery_rows(lines))
         _print(console, "choices that fitted, by cause", *cause_rows(lines))
+        _print(console, "what was chosen, by cause", *choice_rows(lines))
     if differences := difference_rows(lines, "thesis"):
         _print(console, "success beyond the thesis's, paired", ["policy", "difference [95 %]"], differences)
     for line in lines:

@@ -14,6 +14,7 @@ from nxtdrive.tools.sweep import policies
 from nxtdrive.tools.sweep.performance import FAILED, evaluate
 from nxtdrive.tools.sweep.runner import InProcess, plan, read_lines, sweep, workers
 from nxtdrive.tools.sweep.summary import aggregate, difference, estimate, success_rate
+from nxtdrive.tools.sweep.tables import choice_rows, reached_rows
 
 TASKS = plan(["open", "absent"], [100], ["thesis", "oracle"], "geometric")
 
@@ -128,11 +129,33 @@ def test_a_mission_that_broke_counts_in_a_comparison_as_many_targets_as_there_ar
     assert difference([broken], [reached]).number == 1
 
 
+def test_tables_tell_what_was_chosen_for_each_cause_and_how_soon_targets_were_reached():
+    choices = [{"cause": "missed", "choice": choice} for choice in ("rescan", "rescan", "move_to", "back_up")]
+    targets = [{"reachable": True, "success": time_s is not None, "time_s": time_s} for time_s in (20.0, 59.0, None)]
+    lines = [{"policy": "adaptive", "choices": choices, "targets": targets}]
+    columns, rows = choice_rows(lines)
+    assert [dict(zip(columns, row, strict=True)) for row in rows] == [
+        {
+            "policy": "adaptive",
+            "cause": "missed",
+            "fitting": "rescan",
+            "wait": "0",
+            "detour": "0",
+            "move_to": "1",
+            "rescan": "2",
+            "other": "1",
+        }
+    ]
+    assert reached_rows(lines) == [["adaptive", "0.33", "0.67", "0.67", "0.67"]]
+
+
 def test_the_command_prints_tables_and_draws_maps(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["sweep", "--classes", "open", "--seeds", "100", "--policies", "oracle", "--out", "out.jsonl"]
     assert main(words) == DONE
-    assert "oracle" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "oracle" in shown
+    assert "targets reached by" in shown
     assert main(words) == USAGE
     assert "--resume" in capsys.readouterr().err
     assert main([*words, "--resume", "--json"]) == DONE
