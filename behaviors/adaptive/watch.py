@@ -68,16 +68,15 @@ class Watch:
         senses.check_time()
         looked_for = [self.target, *self._others()]
         glance = self._glance(looked_for)
+        blind = glance is None
         range_mm = senses.body.range_mm()
         pose = senses.body.pose()
         now_s = self.now()
-        if glance is None:
-            seen = self.memory.perceive(now_s, pose, range_mm, [], Glance(now_s, {}))
-        else:
-            seen = self.memory.perceive(now_s, pose, range_mm, looked_for, glance)
+        looks = [] if blind else looked_for
+        seen = self.memory.perceive(now_s, pose, range_mm, looks, glance or Glance(now_s, {}))
         sighting = seen.get(self.target)
         note_look(senses, pose, range_mm, sighting)
-        return Percept(now_s, sighting, range_mm, blind=glance is None)
+        return Percept(now_s, sighting, range_mm, blind)
 
     def await_picture(self) -> bool:
         """Make sure of a picture; without one the robot stands and waits. Whether it came in time."""

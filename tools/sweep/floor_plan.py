@@ -10,16 +10,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from behaviors.adaptive.angles import wrapped_deg
 
 Point = tuple[float, float]
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Cell = tuple[int, int]
-Angle = TypeVar("Angle", float, Floats)
 
 CELL_MM = 50.0
 """Cells of the grid on which ways are sought; afterwards they are pulled taut, so lengths are better than this."""
@@ -271,11 +271,6 @@ class _Grid:
                     best[x, y], before[x, y] = total, cell
                     heapq.heappush(queue, (total + guess[x][y], (x, y)))
         return []
-
-
-def wrapped_deg(angle_deg: Angle) -> Angle:
-    """The same direction between -180 and 180 degrees; of an array, each of them."""
-    return (angle_deg + 180.0) % 360.0 - 180.0
 
 
 def _travel_s(amount: float, speed: float, acceleration: float) -> float:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 
+from behaviors.adaptive.angles import wrapped_deg
 from behaviors.events import Event, Reason
 from behaviors.ports import Stop
 from sim_backend.simulation import Simulation
 
 from .baseline import Baseline
 from .draft import ROBOT_RADIUS_MM
-from .floor_plan import Goal, Way, wrapped_deg
+from .floor_plan import Goal, Way
 from .robot import Robot
 from .survey import survey
 
