@@ -189,7 +189,7 @@ def read_trace(path: Path) -> Trace:
 
 def _whole(value: object, path: Path) -> int:
     if not isinstance(value, int) or value < 1:
-        raise ConfigError(f"{path}, line 1: max_telegram must be a whole number.")
+        raise ConfigError(f"{path}, line 1: max_telegram must be a whole number.", remedy=_RECORD)
     return value
 
 
@@ -203,7 +203,10 @@ def _entries(path: Path, lines: Iterable[str]) -> Iterator[Entry]:
         except (KeyError, TypeError, ValueError) as error:
             if number == len(lines) + 1:
                 return
-            raise ConfigError(f"{path}, line {number} is no entry of a trace: {line[:60]!r}.") from error
+            raise ConfigError(
+                f"{path}, line {number} is no entry of a trace: {line[:60]!r}.",
+                remedy="Remove the line, or record again.",
+            ) from error
 
 
 def _entry(value: dict[str, Any]) -> Entry:

@@ -170,7 +170,10 @@ def _open_terminal() -> tuple[int, int]:
     try:
         end, terminal = pty.openpty()
     except OSError as error:
-        raise ConfigError(f"no pseudo-terminal can be had: {os.strerror(error.errno or errno.EIO)}.") from error
+        raise ConfigError(
+            f"no pseudo-terminal can be had: {os.strerror(error.errno or errno.EIO)}.",
+            remedy="End programs that hold some, or serve on a TCP port: nxtdrive sim serve --tcp 0.",
+        ) from error
     tty.setraw(terminal)
     os.set_blocking(end, False)
     return end, terminal

@@ -57,4 +57,4 @@ def write_plot(lines: Sequence[Line], path: Path) -> None:
     try:
         figure.savefig(path)
     except (ValueError, OSError) as error:
-        raise ConfigError(f"{path} cannot be drawn: {error}.") from None
+        raise ConfigError(f"{path} cannot be drawn: {error}.", remedy="Name another with --plot.") from None

@@ -151,7 +151,7 @@ def read_lines(path: Path) -> list[Line]:
     except FileNotFoundError:
         return []
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path} cannot be read: {error}.") from error
+        raise ConfigError(f"{path} cannot be read: {error}.", remedy="Name another one with --out.") from error
     whole = text[: text.rfind("\n") + 1].splitlines()
     try:
         lines: list[Line] = [json.loads(line) for line in whole]
@@ -210,4 +210,6 @@ def _appending(path: Path) -> Any:  # noqa: ANN401 - a text file
             file.truncate(file.read().rfind(b"\n") + 1)
         return path.open("a", encoding="utf-8", newline="\n")
     except OSError as error:
-        raise ConfigError(f"{path} cannot be written: {error.strerror}.") from error
+        raise ConfigError(
+            f"{path} cannot be written: {error.strerror}.", remedy="Name another one with --out."
+        ) from error
