@@ -68,7 +68,7 @@ class Glance:
     seen: Mapping[str, Sighting]
 
 
-class Stop(StrEnum):
+class StopReason(StrEnum):
     """Why a motion ended."""
 
     DONE = "done"
@@ -80,7 +80,7 @@ class Stop(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class MotionResult:
     """How a motion ended and how far it came.
 
     Attributes:
@@ -89,14 +89,14 @@ class Motion:
         turned_deg: Turned, positive right, by odometry.
     """
 
-    stop: Stop
+    stop: StopReason
     distance_mm: float
     turned_deg: float
 
     @property
     def done(self) -> bool:
         """Whether it came as far as asked."""
-        return self.stop is Stop.DONE
+        return self.stop is StopReason.DONE
 
 
 class Clock(Protocol):
@@ -114,15 +114,15 @@ class Clock(Protocol):
 class Body(Protocol):
     """The robot that moves. Every method ends in bounded time; link failures raise `OSError` subclasses."""
 
-    def turn(self, angle_deg: float) -> Motion:
+    def turn(self, angle_deg: float) -> MotionResult:
         """Turn on the spot by `angle_deg` (positive right) and stop; returns when at rest."""
         ...
 
-    def straight(self, distance_mm: float) -> Motion:
+    def straight(self, distance_mm: float) -> MotionResult:
         """Drive `distance_mm` along the heading (negative: back) and stop; the safety stop may end it early."""
         ...
 
-    def drive(self, speed_mm_s: float, turn_deg_s: float) -> Stop | None:
+    def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
         """Drive on until the next call, for at most one lease; returns what the safety stop objects to, or None."""
         ...
 

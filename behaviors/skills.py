@@ -26,7 +26,7 @@ from typing import Protocol
 from behaviors.events import Event, Fact, Reason
 from behaviors.journal import Kind, Note
 from behaviors.mission import ThesisProfile
-from behaviors.ports import Body, Clock, Eyes, Pose, Sighting, Stop
+from behaviors.ports import Body, Clock, Eyes, Pose, Sighting, StopReason
 
 STEER_PER_S = 1.6
 """Turn rate per degree of bearing while approaching, 1/s; settles in about a second without swinging."""
@@ -110,9 +110,9 @@ class ObstacleWatch:
         self._senses = senses
         self._held = False
 
-    def update(self, stop: Stop | None) -> None:
+    def update(self, stop: StopReason | None) -> None:
         """Hear what the last motion objected to; None or any other end is no objection."""
-        held = stop in (Stop.OBSTACLE, Stop.CONTACT)
+        held = stop in (StopReason.OBSTACLE, StopReason.CONTACT)
         if held and not self._held:
             self._senses.report(
                 Fact(Event.OBSTACLE, Reason.OBSTACLE_AHEAD, {"stop": stop, **surroundings(self._senses)})

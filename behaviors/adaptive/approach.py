@@ -10,7 +10,7 @@ from behaviors.adaptive.floor import SONAR_FORWARD_MM
 from behaviors.adaptive.memory import Known
 from behaviors.adaptive.watch import Percept, Watch
 from behaviors.events import Event, Fact, Reason
-from behaviors.ports import Pose, Stop
+from behaviors.ports import Pose, StopReason
 from behaviors.skills import SHARP_DEG, sighting_values, steering_deg_s
 
 IN_VIEW_SHARE = 0.9
@@ -218,9 +218,9 @@ class Approach:
         stop = watch.senses.body.drive(speed_mm_s, steering_deg_s(bearing_deg))
         if stop is None:
             return None
-        if stop is Stop.CONTACT:
+        if stop is StopReason.CONTACT:
             return self._touched(percept)
-        if stop is Stop.STALLED:
+        if stop is StopReason.STALLED:
             return _failed(Reason.NO_PROGRESS, percept)
         unseen = percept.sighting is None
         return self._blocked(percept, hides=unseen and percept.time_s - self._seen_s > 0.3)

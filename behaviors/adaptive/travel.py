@@ -8,7 +8,7 @@ from itertools import pairwise
 from behaviors.adaptive.routes import Routes
 from behaviors.adaptive.watch import Percept, Watch
 from behaviors.events import Event, Fact, Reason
-from behaviors.ports import Stop
+from behaviors.ports import StopReason
 from behaviors.recovery import Point
 from behaviors.skills import sighting_values, steering_deg_s
 
@@ -103,14 +103,14 @@ class Travel:
             return None
         return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(percept.sighting)})
 
-    def _stopped(self, stop: Stop, percept: Percept) -> Fact | None:
+    def _stopped(self, stop: StopReason, percept: Percept) -> Fact | None:
         """Remember what was in the way, and look for another way."""
         watch = self._watch
         self._stops += 1
-        near_mm = percept.range_mm if stop is Stop.OBSTACLE else 0.0
+        near_mm = percept.range_mm if stop is StopReason.OBSTACLE else 0.0
         if near_mm is not None:
             watch.memory.floor.block(watch.memory.pose, near_mm)
-        if stop is not Stop.OBSTACLE:
+        if stop is not StopReason.OBSTACLE:
             watch.senses.body.straight(-RETREAT_MM)
         return self._plan_anew(watch.step())
 

@@ -10,7 +10,7 @@ from nxtdrive.cli.main import DONE, NOT_ACHIEVED
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument
 
 if TYPE_CHECKING:
-    from behaviors.ports import Stop
+    from behaviors.ports import StopReason
     from nxtdrive.brick import Brick
     from nxtdrive.ports import MotorPort
 
@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _run(brick: Brick, args: argparse.Namespace) -> int:
-    from behaviors.ports import Stop
+    from behaviors.ports import StopReason
     from nxtdrive.motion.motor import Then
     from nxtdrive.ports import in_range
 
@@ -70,7 +70,7 @@ def _run(brick: Brick, args: argparse.Namespace) -> int:
         in_range("seconds", args.seconds, 0, 3600)
         motor.dc(args.power)
         brick.sleep(args.seconds)
-        stop = Stop.STALLED if motor.done else Stop.DONE
+        stop = StopReason.STALLED if motor.done else StopReason.DONE
         motor.brake()
     return _report(brick, args, before, stop)
 
@@ -94,7 +94,7 @@ def _stop(brick: Brick, args: argparse.Namespace) -> int:
     return DONE
 
 
-def _report(brick: Brick, args: argparse.Namespace, before: float, stop: Stop) -> int:
+def _report(brick: Brick, args: argparse.Namespace, before: float, stop: StopReason) -> int:
     from nxtdrive.motion.motor import SPEED_WINDOW_S
     from nxtdrive.motion.progress import BRAKING_S
 

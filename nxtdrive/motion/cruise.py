@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from behaviors.ports import Stop
+from behaviors.ports import StopReason
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
 from nxtdrive.motion.moves import Cancelled, Steps
@@ -47,7 +47,7 @@ class Cruise:
         self._stall_s = stall_s
         self._power = 0
 
-    def steps(self, speed_deg_s: float, *, regulated: bool, until_s: float = math.inf) -> Steps[Stop]:
+    def steps(self, speed_deg_s: float, *, regulated: bool, until_s: float = math.inf) -> Steps[StopReason]:
         """Turn at `speed_deg_s` until then.
 
         Args:
@@ -64,9 +64,9 @@ class Cruise:
             if not reason.replaced:
                 with contextlib.suppress(LinkError):
                     self._brake()
-            return Stop.CANCELLED
+            return StopReason.CANCELLED
 
-    def _turn(self, goal_deg_s: float, regulated: bool, until_s: float) -> Steps[Stop]:
+    def _turn(self, goal_deg_s: float, regulated: bool, until_s: float) -> Steps[StopReason]:
         brick = self._brick
         self._accelerate(goal_deg_s, regulated, brick.request)
         standstill = Standstill(self._stall_s)
@@ -83,9 +83,9 @@ class Cruise:
                 standstill.note(reading.time_s, reading.angles_deg[0])
                 if standstill.stalled:
                     self._brake()
-                    return Stop.STALLED
+                    return StopReason.STALLED
                 yield min(until_s, now + min(WATCH_S, self._stall_s / 2))
-        return Stop.DONE
+        return StopReason.DONE
 
     def _accelerate(self, goal_deg_s: float, regulated: bool, tell: Callable[..., object]) -> None:
         """Come one step nearer to the goal, and renew the lease of that from now on."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Literal, overload
 
-from behaviors.ports import Stop
+from behaviors.ports import StopReason
 from nxtdrive.motion.cruise import Cruise
 from nxtdrive.motion.moves import Move, Steps
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, coasting, held, sample
@@ -93,7 +93,7 @@ class Motor:
         self._sign = -1 if reversed else 1
         self._zero = 0.0
         self._cruise: Cruise | None = None
-        self._move: Move[Stop] | None = None
+        self._move: Move[StopReason] | None = None
 
     def dc(self, power: int) -> None:
         """Turn with a duty cycle of -100..100 percent, whatever speed comes of it."""
@@ -107,14 +107,14 @@ class Motor:
     @overload
     def run_time(
         self, speed_deg_s: float, duration_s: float, then: Then = Then.HOLD, *, wait: Literal[True] = True
-    ) -> Stop: ...
+    ) -> StopReason: ...
     @overload
     def run_time(
         self, speed_deg_s: float, duration_s: float, then: Then = Then.HOLD, *, wait: Literal[False]
-    ) -> Move[Stop]: ...
+    ) -> Move[StopReason]: ...
     def run_time(
         self, speed_deg_s: float, duration_s: float, then: Then = Then.HOLD, *, wait: bool = True
-    ) -> Stop | Move[Stop]:
+    ) -> StopReason | Move[StopReason]:
         """Turn at `speed_deg_s` for `duration_s`; returns afterwards.
 
         Returns:
@@ -127,14 +127,14 @@ class Motor:
     @overload
     def run_angle(
         self, speed_deg_s: float, angle_deg: float, then: Then = Then.HOLD, *, wait: Literal[True] = True
-    ) -> Stop: ...
+    ) -> StopReason: ...
     @overload
     def run_angle(
         self, speed_deg_s: float, angle_deg: float, then: Then = Then.HOLD, *, wait: Literal[False]
-    ) -> Move[Stop]: ...
+    ) -> Move[StopReason]: ...
     def run_angle(
         self, speed_deg_s: float, angle_deg: float, then: Then = Then.HOLD, *, wait: bool = True
-    ) -> Stop | Move[Stop]:
+    ) -> StopReason | Move[StopReason]:
         """Turn by `angle_deg` at up to `speed_deg_s`, and return when it is there, to about 2 degrees.
 
         As in Pybricks, the direction is that of the signs together: both negative is forward.
@@ -154,14 +154,14 @@ class Motor:
     @overload
     def run_target(
         self, speed_deg_s: float, target_deg: float, then: Then = Then.HOLD, *, wait: Literal[True] = True
-    ) -> Stop: ...
+    ) -> StopReason: ...
     @overload
     def run_target(
         self, speed_deg_s: float, target_deg: float, then: Then = Then.HOLD, *, wait: Literal[False]
-    ) -> Move[Stop]: ...
+    ) -> Move[StopReason]: ...
     def run_target(
         self, speed_deg_s: float, target_deg: float, then: Then = Then.HOLD, *, wait: bool = True
-    ) -> Stop | Move[Stop]:
+    ) -> StopReason | Move[StopReason]:
         """Turn until `angle` is `target_deg`; otherwise as `run_angle`, and the sign of the speed does not matter."""
         angle_deg = target_deg - self.angle
         if wait:
@@ -188,13 +188,13 @@ class Motor:
         """Whether no motion is under way; `run` and `dc` are done when the motor is stopped, by whatever reason."""
         return self._move is None or self._move.done
 
-    def join(self) -> Stop:
+    def join(self) -> StopReason:
         """Wait for the end of the last motion; after `run` and `dc` that is a stall, or a stop by another thread.
 
         Returns:
             How it ended; DONE if there was none.
         """
-        return Stop.DONE if self._move is None else self._move.join()
+        return StopReason.DONE if self._move is None else self._move.join()
 
     @property
     def angle(self) -> float:
@@ -222,7 +222,7 @@ class Motor:
         if self._cruise is None or self._move is None:
             return False
         if self._move.done:
-            return self._move.join() is Stop.STALLED
+            return self._move.join() is StopReason.STALLED
         if abs(self._cruise.speed_deg_s) < STANDING_DEG_S:
             return False
         return abs(self.speed) < STANDING_DEG_S
@@ -232,7 +232,7 @@ class Motor:
         limit = self.settings.speed_deg_s
         return max(-limit, min(limit, speed_deg_s))
 
-    def _turn(self, speed_deg_s: float, *, regulated: bool, until_s: float = math.inf) -> Steps[Stop]:
+    def _turn(self, speed_deg_s: float, *, regulated: bool, until_s: float = math.inf) -> Steps[StopReason]:
         """Turn until then; what the motor did before gives the speed to begin with."""
         settings, before = self.settings, self._cruise
         acceleration = settings.acceleration_deg_s2 or math.inf
@@ -243,17 +243,17 @@ class Motor:
             cruise.speed_deg_s = before.speed_deg_s
         return cruise.steps(self._sign * speed_deg_s, regulated=regulated, until_s=until_s)
 
-    def _begin(self, steps: Steps[Stop]) -> Move[Stop]:
+    def _begin(self, steps: Steps[StopReason]) -> Move[StopReason]:
         self._move = self._brick.motions.start([self._output], steps)
         return self._move
 
-    def _finish(self, steps: Steps[Stop], then: Then, wait: bool) -> Stop | Move[Stop]:
+    def _finish(self, steps: Steps[StopReason], then: Then, wait: bool) -> StopReason | Move[StopReason]:
         move = self._begin(self._resting(steps, then))
         return move.join() if wait else move
 
-    def _resting(self, steps: Steps[Stop], then: Then) -> Steps[Stop]:
+    def _resting(self, steps: Steps[StopReason], then: Then) -> Steps[StopReason]:
         stop = yield from steps
-        if stop is not Stop.CANCELLED:
+        if stop is not StopReason.CANCELLED:
             self._rest(then)
         return stop
 

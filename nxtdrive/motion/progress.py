@@ -6,7 +6,7 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
-from behaviors.ports import Stop
+from behaviors.ports import StopReason
 
 CREEP_DEG_S = 60.0
 """Speed of the last stretch: six counts per regulation period."""
@@ -112,6 +112,6 @@ class Progress:
             return self._now + rest / self.speed - BRAKING_S - delay_s / 2
         return self._began + delay_s / 2 + START_S + self._first * self._direction / CREEP_DEG_S - BRAKING_S
 
-    def stalled(self) -> Stop | None:
+    def stalled(self) -> StopReason | None:
         """STALLED if some wheel has not moved for `stall_s`."""
-        return Stop.STALLED if any(wheel.stalled for wheel in self._wheels) else None
+        return StopReason.STALLED if any(wheel.stalled for wheel in self._wheels) else None

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING, Literal, overload
 
-from behaviors.ports import Motion, Pose, Stop
+from behaviors.ports import MotionResult, Pose, StopReason
 from firmware_protocol.errors import ConfigError
 from nxtdrive.motion.alignment import Alignment
 from nxtdrive.motion.moves import Move, Steps
@@ -118,7 +118,7 @@ class Rover:
             brick.now,
         )
         self._throttle = Throttle(brick, settings.lease_s, trips=TRIPS)
-        self._move: Move[Motion] | None = None
+        self._move: Move[MotionResult] | None = None
         self._driving = False
         self._asking = threading.Lock()
         self._odometry = Odometry(self._forward * self._mm_per_deg, axle_track_mm)
@@ -129,10 +129,10 @@ class Rover:
     # --- motion ---
 
     @overload
-    def straight(self, distance_mm: float, *, wait: Literal[True] = True) -> Motion: ...
+    def straight(self, distance_mm: float, *, wait: Literal[True] = True) -> MotionResult: ...
     @overload
-    def straight(self, distance_mm: float, *, wait: Literal[False]) -> Move[Motion]: ...
-    def straight(self, distance_mm: float, *, wait: bool = True) -> Motion | Move[Motion]:
+    def straight(self, distance_mm: float, *, wait: Literal[False]) -> Move[MotionResult]: ...
+    def straight(self, distance_mm: float, *, wait: bool = True) -> MotionResult | Move[MotionResult]:
         """Drive `distance_mm` along the heading, negative: back; returns at rest.
 
         The safety stop may end a drive forward. Every drive is bounded in time.
@@ -143,17 +143,17 @@ class Rover:
         return self._travel((1, 1), self._wheel_deg(distance_mm), pace, guarded=distance_mm > 0, wait=wait)
 
     @overload
-    def turn(self, angle_deg: float, *, wait: Literal[True] = True) -> Motion: ...
+    def turn(self, angle_deg: float, *, wait: Literal[True] = True) -> MotionResult: ...
     @overload
-    def turn(self, angle_deg: float, *, wait: Literal[False]) -> Move[Motion]: ...
-    def turn(self, angle_deg: float, *, wait: bool = True) -> Motion | Move[Motion]:
+    def turn(self, angle_deg: float, *, wait: Literal[False]) -> Move[MotionResult]: ...
+    def turn(self, angle_deg: float, *, wait: bool = True) -> MotionResult | Move[MotionResult]:
         """Turn on the spot by `angle_deg`, positive right; returns at rest."""
         _check_amount("angle_deg", angle_deg, TURN_RANGE_DEG)
         limit = self.settings
         pace = Pace(self._turn_deg(limit.turn_deg_s), self._turn_deg(limit.turn_acceleration_deg_s2))
         return self._travel((1, -1), self._turn_deg(angle_deg), pace, guarded=False, wait=wait)
 
-    def drive(self, speed_mm_s: float, turn_deg_s: float) -> Stop | None:
+    def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
         """Drive on until the next call, for at most one lease.
 
         On a link on which nine round trips last longer than the lease, it is renewed for so long: else questions to
@@ -183,7 +183,7 @@ class Rover:
                 wheel.begin(self._brick.now())
         if any(wheel.stalled for wheel in self._odometry.wheels):
             self.stop()
-            return Stop.STALLED
+            return StopReason.STALLED
         return None
 
     @property
@@ -240,16 +240,16 @@ class Rover:
 
     def _travel(
         self, signs: tuple[int, int], angle_deg: float, pace: Pace, *, guarded: bool, wait: bool
-    ) -> Motion | Move[Motion]:
+    ) -> MotionResult | Move[MotionResult]:
         self._brick.motions.claim(self._ports)
         move = self._move = self._brick.motions.start(self._ports, self._steps(signs, angle_deg, pace, guarded))
         return move.join() if wait else move
 
-    def _steps(self, signs: tuple[int, int], angle_deg: float, pace: Pace, guarded: bool) -> Steps[Motion]:
+    def _steps(self, signs: tuple[int, int], angle_deg: float, pace: Pace, guarded: bool) -> Steps[MotionResult]:
         begin = self.pose()
         if guarded and (objection := self._lookout.clear_to_go(begin)) is not None:
             self._throttle.brake(self._ports)
-            return Motion(objection, 0.0, 0.0)
+            return MotionResult(objection, 0.0, 0.0)
         wheels = [Wheel(port, self._forward * sign) for port, sign in zip(self._ports, signs, strict=True)]
         self._throttle = Throttle(self._brick, self.settings.lease_s, trips=TRIPS)
         guard = self._guard if guarded else unguarded
@@ -259,10 +259,10 @@ class Rover:
         self._align()
         return self._motion_since(begin, stop)
 
-    def _motion_since(self, begin: Pose, stop: Stop) -> Motion:
+    def _motion_since(self, begin: Pose, stop: StopReason) -> MotionResult:
         end, heading = self._odometry.pose, math.radians(begin.heading_deg)
         along = (end.x_mm - begin.x_mm) * math.cos(heading) + (end.y_mm - begin.y_mm) * math.sin(heading)
-        return Motion(stop, along, end.heading_deg - begin.heading_deg)
+        return MotionResult(stop, along, end.heading_deg - begin.heading_deg)
 
     def _wheel_deg(self, distance_mm: float) -> float:
         return distance_mm / self._mm_per_deg
@@ -285,7 +285,7 @@ class Rover:
         if self._alignment is not None and ((self.done and not self._driving) or self._odometry.rest_s >= REST_S):
             self._alignment.update()
 
-    def _guard(self, near: bool) -> Stop | None:
+    def _guard(self, near: bool) -> StopReason | None:
         """What objects to going on; while the program itself asks a sensor, what is known already must do."""
         mine = self._asking.acquire(blocking=False)
         try:

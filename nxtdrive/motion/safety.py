@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from behaviors.ports import Pose, Stop
+from behaviors.ports import Pose, StopReason
 from firmware_protocol.errors import BrickError
 from nxtdrive.sensors import Touch, Ultrasonic
 
@@ -92,17 +92,17 @@ class Lookout:
         """Whether the bumper is pressed; False without one."""
         return self._bumper is not None and self._bumper.pressed
 
-    def clear_to_go(self, pose: Pose) -> Stop | None:
+    def clear_to_go(self, pose: Pose) -> StopReason | None:
         """Before a motion: what objects to it, by both sensors."""
         if not self._settings.enabled:
             return None
         if self.touching():
-            return Stop.CONTACT
+            return StopReason.CONTACT
         if self._older_than(FRESH_S):
             self.range_mm(pose)
         return self._judge(pose)
 
-    def watch(self, pose: Pose, *, ask: bool = True) -> Stop | None:
+    def watch(self, pose: Pose, *, ask: bool = True) -> StopReason | None:
         """During a motion: what objects to it.
 
         One question at most, to bumper and sonar by turns. The sonar measures while the wheels are looked after, and
@@ -122,13 +122,13 @@ class Lookout:
             if not self._bumper_turn:
                 self._listen(pose)
             elif self.touching():
-                return Stop.CONTACT
+                return StopReason.CONTACT
         return self._judge(pose)
 
-    def _judge(self, pose: Pose) -> Stop | None:
+    def _judge(self, pose: Pose) -> StopReason | None:
         if self._echo is None or self._older_than(self._forgotten_s):
             return None
-        return Stop.OBSTACLE if self._echo.distance_from(pose) <= self._settings.stop_distance_mm else None
+        return StopReason.OBSTACLE if self._echo.distance_from(pose) <= self._settings.stop_distance_mm else None
 
     def _listen(self, pose: Pose) -> None:
         """Fetch the measurement that was begun last time and begin the next."""

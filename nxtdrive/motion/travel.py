@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from behaviors.ports import Stop
+from behaviors.ports import StopReason
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
 from nxtdrive.motion.moves import Cancelled, Steps
@@ -82,10 +82,10 @@ class Pace:
         return 2.0 + 2.0 * (angle_deg / self.speed_deg_s + 2 * self.speed_deg_s / self.acceleration_deg_s2)
 
 
-Guard = Callable[[bool], Stop | None]
+Guard = Callable[[bool], StopReason | None]
 
 
-def unguarded(_near: bool) -> Stop | None:
+def unguarded(_near: bool) -> StopReason | None:
     """A guard that lets everything pass."""
     return None
 
@@ -126,7 +126,7 @@ class Travel:
         self._stall_s = stall_s
         self._cycle_s = CYCLE_S
 
-    def steps(self, angle_deg: float) -> Steps[Stop]:
+    def steps(self, angle_deg: float) -> Steps[StopReason]:
         """Turn the wheels by `angle_deg` and brake them, step by step.
 
         Returns:
@@ -140,7 +140,7 @@ class Travel:
         except Cancelled:
             with contextlib.suppress(LinkError):
                 self.brake()
-            return Stop.CANCELLED
+            return StopReason.CANCELLED
         except BaseException:
             with contextlib.suppress(LinkError):
                 self.brake()
@@ -150,7 +150,7 @@ class Travel:
         """Stop all wheels now."""
         self._throttle.brake(self._ports)
 
-    def _run(self, angle_deg: float) -> Steps[Stop]:
+    def _run(self, angle_deg: float) -> Steps[StopReason]:
         start = sample(self._brick, *self._ports)
         self._goals = [at + wheel.sign * angle_deg for at, wheel in zip(start.angles_deg, self._wheels, strict=True)]
         rest = angle_deg
@@ -162,9 +162,9 @@ class Travel:
                 return stop
             if abs(rest) <= TOLERANCE_DEG:
                 break
-        return Stop.DONE if abs(rest) <= MISSED_DEG else Stop.TIMEOUT
+        return StopReason.DONE if abs(rest) <= MISSED_DEG else StopReason.TIMEOUT
 
-    def _approach(self, angle_deg: float) -> Steps[Stop | None]:
+    def _approach(self, angle_deg: float) -> Steps[StopReason | None]:
         """Drive until it is time to brake; returns what else ended it."""
         brick, progress = self._brick, Progress(self._stall_s)
         deadline = brick.now() + self._pace.duration_s(abs(angle_deg))
@@ -174,7 +174,7 @@ class Travel:
             began = brick.now()
             reading, rests = self._look()
             progress.note(reading.time_s, rests)
-            stop = stop or progress.stalled() or (Stop.TIMEOUT if began > deadline else None)
+            stop = stop or progress.stalled() or (StopReason.TIMEOUT if began > deadline else None)
             if stop is not None:
                 return stop
             brake_at = progress.brake_at(reading.delay_s)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from behaviors.ports import Stop
+from behaviors.ports import StopReason
 from firmware_protocol.direct import GetOutputState, SetOutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from nxtdrive.motion.motor import Then
@@ -60,7 +60,7 @@ def test_slow_motion_goes_on_as_long_as_it_is_renewed(lab):
 def test_an_angle_is_reached_and_held(lab, latency_ms, speed_deg_s, angle_deg):
     room = lab(latency_ms=latency_ms)
     motor = room.brick.motor("A")
-    assert motor.run_angle(speed_deg_s, angle_deg) is Stop.DONE
+    assert motor.run_angle(speed_deg_s, angle_deg) is StopReason.DONE
     room.brick.sleep(1)
     assert motor.angle == pytest.approx(angle_deg, abs=3)
 
@@ -136,7 +136,7 @@ def test_a_blocked_motor_is_a_stall_and_not_a_hang(lab):
     room = lab()
     room.attach("A", BenchMotor(locked=True))
     motor = room.brick.motor("A")
-    assert motor.run_angle(300, 360) is Stop.STALLED
+    assert motor.run_angle(300, 360) is StopReason.STALLED
     assert room.simulation.time_s < 3
     assert not motor.stalled, "it is not meant to turn"
     motor.run(300)
@@ -147,4 +147,4 @@ def test_a_blocked_motor_is_a_stall_and_not_a_hang(lab):
 def test_a_motor_that_is_too_weak_times_out(lab):
     room = lab()
     room.attach("A", BenchMotor(gain=20))
-    assert room.brick.motor("A").run_angle(500, 360) is Stop.TIMEOUT
+    assert room.brick.motor("A").run_angle(500, 360) is StopReason.TIMEOUT

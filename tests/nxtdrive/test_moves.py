@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from behaviors.ports import Stop
+from behaviors.ports import StopReason
 from firmware_protocol.errors import LinkError, LocalProtocolError
 from nxtdrive.motion.motor import MotorSettings, Then
 from nxtdrive.motion.rover import Rover, SafetyStop
@@ -28,7 +28,7 @@ def test_a_motion_goes_on_while_the_program_sleeps_or_asks(lab, latency_ms):
         assert room.brick.battery_mv
         room.brick.sleep(0.005)
         assert room.simulation.time_s < 5
-    assert (move.join(), motor.join()) == (Stop.DONE, Stop.DONE)
+    assert (move.join(), motor.join()) == (StopReason.DONE, StopReason.DONE)
     room.brick.sleep(0.5)
     assert room.output("A").rotation == pytest.approx(360, abs=3)
 
@@ -41,7 +41,7 @@ def test_three_motors_at_once_come_each_to_its_goal(lab, latency_ms, busy):
     moves = [room.brick.motor(port).run_angle(600, goal, wait=False) for port, goal in goals.items()]
     while busy and not all(move.done for move in moves):
         assert room.brick.battery_mv
-    assert {move.join() for move in moves} == {Stop.DONE}
+    assert {move.join() for move in moves} == {StopReason.DONE}
     assert room.simulation.time_s < 8
     room.simulation.advance(1000)
     for port, goal in goals.items():
@@ -53,8 +53,8 @@ def test_a_new_command_cancels_the_old_motion(lab):
     motor = room.brick.motor("A")
     first = motor.run_angle(500, 3000, wait=False)
     room.brick.sleep(1)
-    assert motor.run_target(500, 100) is Stop.DONE
-    assert first.join() is Stop.CANCELLED
+    assert motor.run_target(500, 100) is StopReason.DONE
+    assert first.join() is StopReason.CANCELLED
     assert room.output("A").rotation == pytest.approx(100, abs=3)
 
 
@@ -65,7 +65,7 @@ def test_stopping_cancels_a_motion(lab, end):
     move = motor.run_angle(500, 3000, wait=False)
     room.brick.sleep(1)
     getattr(motor, end)()
-    assert move.join() is Stop.CANCELLED
+    assert move.join() is StopReason.CANCELLED
     room.brick.sleep(1)
     assert motor.speed == 0
     assert room.output("A").rotation < 1000
@@ -91,7 +91,7 @@ def test_a_drive_without_waiting_can_be_ended(lab, end):
     assert not rover.done
     end(rover)
     motion = move.join()
-    assert (rover.done, motion.stop) == (True, Stop.CANCELLED)
+    assert (rover.done, motion.stop) == (True, StopReason.CANCELLED)
     assert 50 < motion.distance_mm < 300
     room.brick.sleep(0.5)
     assert room.simulation.truth.speed_mm_s < 1
@@ -116,7 +116,7 @@ def test_one_wheel_taken_away_ends_the_rovers_motion_and_brakes_the_other(lab):
     move = Rover(room.brick, safety=UNGUARDED).straight(3000, wait=False)
     room.brick.sleep(1)
     room.brick.motor("B").run(-200)
-    assert move.join().stop is Stop.CANCELLED
+    assert move.join().stop is StopReason.CANCELLED
     assert room.output("C").actual_speed == 0
 
 
@@ -152,7 +152,7 @@ def test_a_stall_is_an_outcome(lab, latency_ms, start):
     room.attach("A", BenchMotor(locked=True))
     motor = room.brick.motor("A")
     start(motor)
-    assert motor.join() is Stop.STALLED
+    assert motor.join() is StopReason.STALLED
     assert room.simulation.time_s < 1.5
     assert motor.stalled
 
@@ -162,7 +162,7 @@ def test_a_stall_on_the_way_is_seen_as_well(lab):
     plant = room.attach("A", BenchMotor())
     room.simulation.at(1500, lambda: plant.configure(590, 60, 12, 150, 5, True))
     move = room.brick.motor("A").run_angle(500, 2000, wait=False)
-    assert move.join() is Stop.STALLED
+    assert move.join() is StopReason.STALLED
     assert 2 < room.simulation.time_s < 3
     assert room.output("A").actual_speed == 0
 
@@ -211,6 +211,6 @@ def test_a_time_can_be_left_to_itself(lab):
     room = lab()
     move = room.brick.motor("A").run_time(400, 1.5, Then.COAST, wait=False)
     room.brick.motor("B").run_time(-400, 0.5, wait=False)
-    assert move.join() is Stop.DONE
+    assert move.join() is StopReason.DONE
     assert room.simulation.time_s == pytest.approx(1.5, abs=0.05)
     assert room.output("B").rotation == pytest.approx(-180, abs=60)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from behaviors.ports import Pose, Stop
+from behaviors.ports import Pose, StopReason
 from firmware_protocol.direct import ResetMotorPosition, SetInputMode
 from firmware_protocol.enums import InputPort, OutputPort, SensorMode, SensorType
 from firmware_protocol.errors import BrickError, ConfigError, LinkError, LinkTimeout
@@ -88,11 +88,11 @@ def test_an_obstacle_ahead_ends_the_motion_in_front_of_it(lab, latency_ms):
     rover = Rover(room.brick)
     motion = rover.straight(2000)
     settle(room)
-    assert motion.stop is Stop.OBSTACLE
+    assert motion.stop is StopReason.OBSTACLE
     assert 140 < rover.range_mm() <= 220
     assert room.simulation.truth.contacts == 0
     again = rover.straight(100)
-    assert (again.stop, again.distance_mm) == (Stop.OBSTACLE, 0.0)
+    assert (again.stop, again.distance_mm) == (StopReason.OBSTACLE, 0.0)
     assert rover.straight(-200).done
     assert rover.turn(180).done
 
@@ -101,7 +101,7 @@ def test_an_obstacle_ahead_ends_the_motion_in_front_of_it(lab, latency_ms):
 def test_the_stop_distance_can_be_chosen(lab, latency_ms):
     room = lab(BOX_AHEAD, latency_ms=latency_ms)
     rover = Rover(room.brick, safety=SafetyStop(stop_distance_mm=500))
-    assert rover.straight(2000).stop is Stop.OBSTACLE
+    assert rover.straight(2000).stop is StopReason.OBSTACLE
     assert 430 < rover.range_mm() <= 520
 
 
@@ -111,9 +111,9 @@ def test_a_pressed_bumper_ends_the_motion(lab, latency_ms):
     room.attach(1, TouchSensor(lambda: room.simulation.truth.pose.x_mm > 1300))
     rover = Rover(room.brick, ultrasonic=None)
     motion = rover.straight(1000)
-    assert motion.stop is Stop.CONTACT
+    assert motion.stop is StopReason.CONTACT
     assert 300 <= motion.distance_mm < 400
-    assert rover.straight(100).stop is Stop.CONTACT
+    assert rover.straight(100).stop is StopReason.CONTACT
     assert rover.touching()
     assert rover.straight(-100).done
 
@@ -121,7 +121,7 @@ def test_a_pressed_bumper_ends_the_motion(lab, latency_ms):
 def test_a_real_contact_presses_it(lab):
     room = lab(BOX_AHEAD)
     motion = Rover(room.brick, ultrasonic=None).straight(2000)
-    assert motion.stop is Stop.CONTACT
+    assert motion.stop is StopReason.CONTACT
     assert room.simulation.truth.contacts == 1
 
 
@@ -178,13 +178,13 @@ def test_drive_brakes_first_and_then_says_why(lab, latency_ms):
         stop = rover.drive(150, 0)
         room.brick.sleep(0.05)
         assert room.simulation.time_s < 30
-    assert stop is Stop.OBSTACLE
+    assert stop is StopReason.OBSTACLE
     settle(room)
     assert 120 < rover.range_mm() <= 220
     for _ in range(40):  # an echo may say a centimetre too much; it goes no nearer all the same
         stop = rover.drive(100, 0)
         room.brick.sleep(0.05)
-    assert stop is Stop.OBSTACLE
+    assert stop is StopReason.OBSTACLE
     assert 120 < rover.range_mm() <= 220
     assert rover.drive(-100, 0) is None
 
@@ -193,7 +193,7 @@ def test_held_wheels_are_a_stall(lab):
     room = lab()
     room.attach("B", BenchMotor(locked=True))
     motion = Rover(room.brick).straight(500)
-    assert motion.stop is Stop.STALLED
+    assert motion.stop is StopReason.STALLED
     assert room.simulation.time_s < 4
 
 
@@ -201,7 +201,7 @@ def test_weak_motors_time_out(lab):
     room = lab()
     for port in "BC":
         room.attach(port, BenchMotor(gain=20))
-    assert Rover(room.brick).straight(500).stop is Stop.TIMEOUT
+    assert Rover(room.brick).straight(500).stop is StopReason.TIMEOUT
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
@@ -325,7 +325,7 @@ def test_sensors_reset_by_a_program_are_set_up_again(lab):
     assert rover.straight(100).done
     for port in InputPort:
         room.brick.request(SetInputMode(port, SensorType.NONE, SensorMode.RAW))
-    assert rover.straight(2000).stop is Stop.OBSTACLE
+    assert rover.straight(2000).stop is StopReason.OBSTACLE
     assert rover.touching() is False
 
 

@@ -4,7 +4,7 @@ from itertools import count
 
 import pytest
 
-from behaviors.ports import Stop
+from behaviors.ports import StopReason
 from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort
 from nxtdrive.motion.progress import STALL_S, WATCH_S, Standstill
@@ -38,7 +38,7 @@ def test_held_wheels_are_a_stall_and_braked(lab, latency_ms, held, asks_pose):
     for port in held:
         room.attach(port, BenchMotor(locked=True))
     stop, took_s = drive_on(room, Rover(room.brick), 100, asks_pose=asks_pose)
-    assert stop is Stop.STALLED
+    assert stop is StopReason.STALLED
     assert STALL_S < took_s < STALL_S + 2 * WATCH_S + 3 * latency_ms / 1000
     room.simulation.advance(100)
     assert [room.brick.request(GetOutputState(port)).power for port in (OutputPort.B, OutputPort.C)] == [0, 0]
@@ -52,7 +52,7 @@ def test_wheels_caught_on_the_way_are_a_stall(lab, latency_ms):
     assert drive_on(room, rover, 100)[0] is None
     motor.locked = True
     stop, took_s = drive_on(room, rover, 100)
-    assert stop is Stop.STALLED
+    assert stop is StopReason.STALLED
     assert took_s < STALL_S + 2 * WATCH_S + 3 * latency_ms / 1000
 
 
@@ -60,9 +60,9 @@ def test_the_next_call_is_another_try(lab):
     room = lab()
     motor = room.attach("C", BenchMotor(locked=True))
     rover = Rover(room.brick)
-    assert drive_on(room, rover, 100)[0] is Stop.STALLED
+    assert drive_on(room, rover, 100)[0] is StopReason.STALLED
     stop, took_s = drive_on(room, rover, 100)
-    assert stop is Stop.STALLED
+    assert stop is StopReason.STALLED
     assert took_s > STALL_S
     motor.locked = False
     assert drive_on(room, rover, 100)[0] is None
@@ -117,7 +117,7 @@ def test_after_a_stop_for_an_obstacle_the_wheels_get_their_time_again(lab, laten
     for distance_cm in (10, 200) * 4:
         way_cm[0] = distance_cm
         stop, _ = drive_on(room, rover, 100, for_s=1.5, asks_pose=True)
-        assert stop is (Stop.OBSTACLE if distance_cm == 10 else None)
+        assert stop is (StopReason.OBSTACLE if distance_cm == 10 else None)
         for _ in range(20):  # while somebody looks on
             rover.pose()
             room.brick.sleep(CALL_S)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from random import Random
 
 from behaviors.events import Event, Reason
-from behaviors.ports import Sighting, Stop
+from behaviors.ports import Sighting, StopReason
 from behaviors.skills import NAP_S
 
 from .baseline import Baseline
@@ -95,7 +95,7 @@ class RandomWalk(Baseline):
                     self.body.stop()
                     return sighting
             self.body.stop()
-            if stop is Stop.CONTACT:
+            if stop is StopReason.CONTACT:
                 self.body.straight(-RETREAT_MM)
             self.body.turn(self._random.choice((-1, 1)) * self._random.uniform(*TURNS_DEG))
         return None

@@ -10,7 +10,7 @@ import math
 
 from behaviors.adaptive.angles import wrapped_deg
 from behaviors.events import Event, Reason
-from behaviors.ports import Stop
+from behaviors.ports import StopReason
 from sim_backend.simulation import Simulation
 
 from .baseline import Baseline
@@ -92,5 +92,5 @@ class Oracle(Baseline):
         if abs(off_deg) > AIM_DEG:
             self.body.turn(off_deg)
         motion = self.body.straight(min(LEG_MM, math.dist(way.points[0], there)))
-        if motion.stop is not Stop.DONE:
+        if motion.stop is not StopReason.DONE:
             self.body.straight(-BACK_OFF_MM)

@@ -12,7 +12,7 @@ from typing import TypeVar
 
 from behaviors.journal import Observer
 from behaviors.mission import Mission
-from behaviors.ports import Blind, Body, Clock, Eyes, Glance, Motion, Pose, Sighting, Stop
+from behaviors.ports import Blind, Body, Clock, Eyes, Glance, MotionResult, Pose, Sighting, StopReason
 from nxtdrive import mission_run
 from nxtdrive.brick import Brick
 from nxtdrive.vision.eyes import GeometricEyes
@@ -96,7 +96,7 @@ class SteadyBody:
         self._body = body
         self._clock = clock
 
-    def turn(self, angle_deg: float) -> Motion:
+    def turn(self, angle_deg: float) -> MotionResult:
         """Turn on the spot."""
         goal_deg = self.pose().heading_deg + angle_deg
         return self._move(
@@ -104,7 +104,7 @@ class SteadyBody:
             lambda: abs(goal_deg - self.pose().heading_deg) <= REST_DEG,
         )
 
-    def straight(self, distance_mm: float) -> Motion:
+    def straight(self, distance_mm: float) -> MotionResult:
         """Drive along the heading."""
         begin = self.pose()
 
@@ -116,7 +116,7 @@ class SteadyBody:
 
         return self._move(lambda: self._body.straight(left_mm()), lambda: abs(left_mm()) <= REST_MM)
 
-    def drive(self, speed_mm_s: float, turn_deg_s: float) -> Stop | None:
+    def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
         """Drive on until the next call."""
         return self._ask(lambda: self._body.drive(speed_mm_s, turn_deg_s))
 
@@ -144,7 +144,7 @@ class SteadyBody:
         """Battery voltage."""
         return self._ask(self._body.battery_mv)
 
-    def _move(self, go: Callable[[], Motion], there: Callable[[], bool]) -> Motion:
+    def _move(self, go: Callable[[], MotionResult], there: Callable[[], bool]) -> MotionResult:
         """Move, and after an outage go on until it is `there`."""
         begin = self.pose()
         while True:
@@ -155,7 +155,7 @@ class SteadyBody:
                 if there():
                     end = self.pose()
                     driven_mm = ((end.x_mm - begin.x_mm) ** 2 + (end.y_mm - begin.y_mm) ** 2) ** 0.5
-                    return Motion(Stop.DONE, driven_mm, end.heading_deg - begin.heading_deg)
+                    return MotionResult(StopReason.DONE, driven_mm, end.heading_deg - begin.heading_deg)
 
     def _ask(self, question: Callable[[], T]) -> T:
         """Ask until the brick answers.

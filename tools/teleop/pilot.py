@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from behaviors.ports import Pose, Stop
+from behaviors.ports import Pose, StopReason
 from nxtdrive.brick import Brick
 from nxtdrive.motion.rover import Rover
 
@@ -17,7 +17,11 @@ STEP_S = 0.1
 SENSES_EVERY_S = 0.25
 BATTERY_EVERY_S = 5.0
 
-_OBJECTIONS = {Stop.OBSTACLE: "obstacle ahead", Stop.CONTACT: "bumper pressed", Stop.STALLED: "wheels are stuck"}
+_OBJECTIONS = {
+    StopReason.OBSTACLE: "obstacle ahead",
+    StopReason.CONTACT: "bumper pressed",
+    StopReason.STALLED: "wheels are stuck",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,11 +114,11 @@ class Pilot:
 
     def _drive(self, speed: float, turn: float) -> str:
         if _way(speed, turn) == self._stuck:
-            return f"{_OBJECTIONS[Stop.STALLED]}, let go"
+            return f"{_OBJECTIONS[StopReason.STALLED]}, let go"
         self._stuck = None
         if speed or turn:
             objection = self._rover.drive(speed, turn)
-            if objection is Stop.STALLED:
+            if objection is StopReason.STALLED:
                 self._stuck = _way(speed, turn)
             self._moving = objection is None
             return "driving" if objection is None else _OBJECTIONS.get(objection, objection.value)

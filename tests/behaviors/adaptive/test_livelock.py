@@ -19,7 +19,7 @@ from behaviors.events import Event, Fact, Reason
 from behaviors.executive import Ending, Executive
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
-from behaviors.ports import Glance, Motion, Pose, Sighting, Stop
+from behaviors.ports import Glance, MotionResult, Pose, Sighting, StopReason
 from behaviors.recovery import Blocker, Choice, Detour, Evidence, Point, Recovery, Viewpoint
 
 REPEATS = 2
@@ -167,13 +167,13 @@ class Ports:
         self._pose = Pose(x_mm, y_mm, self._pose.heading_deg + turn_deg_s * duration_s)
         self._now_s += duration_s
 
-    def turn(self, angle_deg: float) -> Motion:
+    def turn(self, angle_deg: float) -> MotionResult:
         return self._go(0.0, angle_deg)
 
-    def straight(self, distance_mm: float) -> Motion:
+    def straight(self, distance_mm: float) -> MotionResult:
         return self._go(distance_mm, 0.0)
 
-    def drive(self, speed_mm_s: float, turn_deg_s: float) -> Stop | None:
+    def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
         self._answer()
         stop = self._hindrance()
         self._speeds = (0.0, 0.0) if stop else (self._moves * speed_mm_s, turn_deg_s)
@@ -213,18 +213,18 @@ class Ports:
         bearing_deg, distance_mm = self._random.uniform(-25.0, 25.0), self._random.uniform(250.0, 1500.0)
         return Sighting(target, bearing_deg, distance_mm, 1.0, self._now_s, (100, 80, 40, 56))
 
-    def _go(self, distance_mm: float, angle_deg: float) -> Motion:
+    def _go(self, distance_mm: float, angle_deg: float) -> MotionResult:
         self._answer()
         stop = self._hindrance()
         share = self._random.random() if stop else 1.0
         self._pose = Pose(*self._pose.ahead(share * distance_mm), self._pose.heading_deg + share * angle_deg)
         self._speeds = (0.0, 0.0)
         self._now_s += self._random.choice((0.0, 0.3))
-        return Motion(stop or Stop.DONE, share * distance_mm, share * angle_deg)
+        return MotionResult(stop or StopReason.DONE, share * distance_mm, share * angle_deg)
 
-    def _hindrance(self) -> Stop | None:
+    def _hindrance(self) -> StopReason | None:
         hindered = self._random.random() < self._hinders
-        return self._random.choice((Stop.OBSTACLE, Stop.CONTACT, Stop.STALLED)) if hindered else None
+        return self._random.choice((StopReason.OBSTACLE, StopReason.CONTACT, StopReason.STALLED)) if hindered else None
 
     def _answer(self) -> None:
         """The link breaks now and then, for a while; the robot stops by itself."""

@@ -1,0 +1,75 @@
+"""Counts lines of code by room: a line counts when it holds a token that is neither comment nor docstring.
+
+Imports count; docstrings, comments and blank lines do not.
+
+::
+
+    python tools/dev/count_lines.py [FOLDER]
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import sys
+import tokenize
+from collections import Counter
+from pathlib import Path
+
+ROOMS = ("firmware_protocol", "nxtdrive", "behaviors", "sim_backend", "tools", "tests", "examples")
+
+_SILENT = {
+    tokenize.COMMENT,
+    tokenize.NL,
+    tokenize.NEWLINE,
+    tokenize.INDENT,
+    tokenize.DEDENT,
+    tokenize.ENCODING,
+    tokenize.ENDMARKER,
+}
+
+
+def docstring_lines(tree: ast.AST) -> set[int]:
+    """Numbers of the lines that hold docstrings, those of attributes and constants included."""
+    lines: set[int] = set()
+    for node in ast.walk(tree):
+        for statement in getattr(node, "body", []) if not isinstance(node, ast.Lambda | ast.IfExp) else []:
+            if (
+                isinstance(statement, ast.Expr)
+                and isinstance(statement.value, ast.Constant)
+                and isinstance(statement.value.value, str)
+            ):
+                lines.update(range(statement.lineno, (statement.end_lineno or statement.lineno) + 1))
+    return lines
+
+
+def code_lines(source: str) -> int:
+    """Lines of code of one module."""
+    docstrings = docstring_lines(ast.parse(source))
+    lines: set[int] = set()
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type not in _SILENT:
+            lines.update(range(token.start[0], token.end[0] + 1))
+    return len(lines - docstrings)
+
+
+def main(root: Path) -> None:
+    """Print a table of files and lines by room."""
+    totals: Counter[str] = Counter()
+    files: Counter[str] = Counter()
+    docs: Counter[str] = Counter()
+    for room in ROOMS:
+        for path in sorted((root / room).rglob("*.py")):
+            source = path.read_text(encoding="utf-8")
+            name = "tools/dev" if path.is_relative_to(root / "tools" / "dev") else room
+            totals[name] += code_lines(source)
+            docs[name] += len(docstring_lines(ast.parse(source)))
+            files[name] += 1
+    print(f"{'room':20}{'files':>7}{'code':>8}{'docstrings':>12}")
+    for name in totals:
+        print(f"{name:20}{files[name]:7}{totals[name]:8}{docs[name]:12}")
+    print(f"{'total':20}{sum(files.values()):7}{sum(totals.values()):8}{sum(docs.values()):12}")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parents[2])
