@@ -17,9 +17,9 @@ from typing import Any
 
 from statemachine import HistoryState, State, StateChart
 
-from behaviors.agenda import Agenda, Fate
 from behaviors.events import Event, Fact
 from behaviors.recovery import Choice, Recovery
+from behaviors.target_queue import TargetOutcome, TargetQueue
 
 Decide = Callable[[], Choice]
 
@@ -28,7 +28,7 @@ class MissionChart(StateChart[Any]):
     """A mission from start to finish.
 
     Args:
-        agenda: The targets; guards ask it whether more are left.
+        queue: The targets; guards ask it whether more are left.
         decide: Called on entry of `select`; its choice leads on.
         listeners: Objects with ``after_transition(event, source, target, ...)``, for journals and displays.
     """
@@ -113,8 +113,8 @@ class MissionChart(StateChart[Any]):
     # a parallel state is only done when all regions are; a finished mission ends the chart by itself
     robot.to(done, cond="In('finished')")
 
-    def __init__(self, agenda: Agenda, decide: Decide, listeners: Sequence[object] = ()) -> None:
-        self.agenda = agenda
+    def __init__(self, queue: TargetQueue, decide: Decide, listeners: Sequence[object] = ()) -> None:
+        self.queue = queue
         self._decide = decide
         self.choice: Choice | None = None
         super().__init__(listeners=list(listeners))
@@ -139,8 +139,8 @@ class MissionChart(StateChart[Any]):
 
     @property
     def more_targets(self) -> bool:
-        """Guard: whether the agenda goes on."""
-        return self.agenda.more_targets
+        """Guard: whether more targets are left."""
+        return self.queue.more_targets
 
     def chose_wait(self) -> bool:
         """Guard: the policy chose to wait."""
@@ -172,19 +172,19 @@ class MissionChart(StateChart[Any]):
 
     def on_enter_reached(self) -> None:
         """Write the success down."""
-        self.agenda.decide(Fate.REACHED)
+        self.queue.decide(TargetOutcome.REACHED)
 
     def on_enter_gave_up(self) -> None:
         """Write the failure down."""
-        self.agenda.decide(Fate.GIVEN_UP)
+        self.queue.decide(TargetOutcome.GIVEN_UP)
 
     def next_target(self) -> None:
-        """Go on along the agenda."""
-        self.agenda.next_target()
+        """Go on to the next target."""
+        self.queue.next_target()
 
     def chosen_target(self) -> None:
         """Go on with the target for which the present one was left, if the policy named one."""
-        self.agenda.next_target(self.choice.instead if self.choice else "")
+        self.queue.next_target(self.choice.instead if self.choice else "")
 
     def raise_suspend(self) -> None:
         """A lost link suspends the mission."""

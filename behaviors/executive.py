@@ -13,16 +13,16 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, cast
 
-from behaviors.agenda import Agenda, Errand
 from behaviors.chart import MISSION_STATES, MissionChart
 from behaviors.events import Event, Fact, Reason
 from behaviors.journal import Kind, Observer, Record, plain
-from behaviors.mind import MakeMind
 from behaviors.mission import Mission
 from behaviors.ports import Body, Clock, Eyes
-from behaviors.profiles import PROFILES
+from behaviors.profiles.profile import MakeProfile
+from behaviors.profiles.registry import PROFILES
 from behaviors.recovery import Choice, Evidence
-from behaviors.skills import Reply, Senses, Service, TimeUp
+from behaviors.skills import Reply, Service, SkillContext, TimeUp
+from behaviors.target_queue import TargetProgress, TargetQueue
 
 LINK_FAILURES = (ConnectionError, TimeoutError)
 """What a body raises when the brick no longer answers."""
@@ -57,14 +57,14 @@ class Report:
 
     Attributes:
         ending: How it ended.
-        errands: What became of each target.
+        targets: What became of each target.
         path: The states gone through, in order.
         duration_s: Mission time it took.
         error: What broke the link, or an empty string.
     """
 
     ending: Ending
-    errands: Sequence[Errand]
+    targets: Sequence[TargetProgress]
     path: Sequence[str]
     duration_s: float
     error: str = ""
@@ -98,7 +98,7 @@ class Executive:
         eyes: Eyes,
         clock: Clock,
         observers: Sequence[Observer] = (),
-        make_mind: MakeMind | None = None,
+        make_profile: MakeProfile | None = None,
     ) -> None:
         self._mission = mission
         self._body = body
@@ -107,10 +107,10 @@ class Executive:
         self._start_s = clock.now()
         limit_s = mission.mission.time_limit_s
         deadline_s = math.inf if limit_s is None else self._start_s + limit_s
-        self._senses = Senses(body, eyes, clock, mission.thesis, self.note, self._report, deadline_s)
-        self._agenda = Agenda(mission.mission.targets, mission.mission.rounds)
-        self._mind = (make_mind or PROFILES[mission.mission.profile])(self._senses, mission, self._agenda)
-        self._chart = MissionChart(self._agenda, self._decide, [self])
+        self._context = SkillContext(body, eyes, clock, mission.thesis, self.note, self._report, deadline_s)
+        self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
+        self._mind = (make_profile or PROFILES[mission.mission.profile])(self._context, mission, self._queue)
+        self._chart = MissionChart(self._queue, self._decide, [self])
         self._service: Service | None = None
         self._failure = Fact(Event.START, Reason.MISSION_STARTED)
         self._exist = False
@@ -138,9 +138,9 @@ class Executive:
             raise
         finally:
             self._stop_motors()
-            fates = {errand.target: errand.fate.value for errand in self._agenda.errands}
-            self.note(Kind.END, ending=ending, targets=fates, error=self._error)
-        return Report(ending, self._agenda.errands, self._path, self.now(), self._error)
+            outcomes = {progress.target: progress.outcome.value for progress in self._queue.targets}
+            self.note(Kind.END, ending=ending, targets=outcomes, error=self._error)
+        return Report(ending, self._queue.targets, self._path, self.now(), self._error)
 
     def now(self) -> float:
         """Mission time in seconds."""
@@ -149,7 +149,7 @@ class Executive:
     def note(self, kind: Kind, **data: object) -> None:
         """Tell every observer."""
         values = cast("Mapping[str, Any]", plain(data))
-        record = Record(round(self.now(), 3), kind, self._chart.mission_state, self._agenda.target, values)
+        record = Record(round(self.now(), 3), kind, self._chart.mission_state, self._queue.target, values)
         for observer in self._observers:
             observer(record)
 
@@ -161,7 +161,7 @@ class Executive:
             if entered != "suspended" and event != Event.RESUME:
                 self._service = None  # what was suspended goes on where it was
         if entered in ("reached", "gave_up"):
-            self._agenda.errand.time_s = self.now()
+            self._queue.current.time_s = self.now()
             self._researches = 0
         reason = {} if fact is None else {"reason": fact.reason, "evidence": fact.evidence}
         self.note(Kind.TRANSITION, source=source.id, to=entered, event=event, **reason)
@@ -170,7 +170,7 @@ class Executive:
         try:
             self._report(Fact(Event.START, Reason.MISSION_STARTED))
             while not self._chart.is_terminated:
-                self._senses.check_time()
+                self._context.check_time()
                 try:
                     fact = self._serve()
                 except LINK_FAILURES as error:
@@ -189,7 +189,7 @@ class Executive:
             self._error = str(error)
             self._report(Fact(Event.ABORT, Reason.LINK_LOST))
             return Ending.LINK_LOST
-        return Ending.ACHIEVED if self._agenda.achieved else Ending.EXHAUSTED
+        return Ending.ACHIEVED if self._queue.achieved else Ending.EXHAUSTED
 
     def _outlast(self, error: Exception) -> None:
         """Suspend the mission until the brick answers again; the leases have stopped the robot meanwhile.
@@ -200,7 +200,7 @@ class Executive:
         lost_s = self._clock.now()
         self._report(Fact(Event.LINK_LOST, Reason.LINK_LOST, {"error": str(error)}))
         while True:
-            self._senses.check_time()
+            self._context.check_time()
             try:
                 self._body.stop()
                 self._body.battery_mv()  # stopping takes no answer, and silence is no failure of it
@@ -239,7 +239,7 @@ class Executive:
         state = self._chart.mission_state
         if state == "search":
             self._exist = False
-            self._agenda.errand.attempts += 1
+            self._queue.current.attempts += 1
         return self._mind.service(state, self._chart.choice)
 
     def _decide(self) -> Choice:
@@ -247,7 +247,7 @@ class Executive:
         if self._clock.now() <= self._decided_s:
             raise Livelock(f"two decisions at {self.now():.3f} s; every service must let time pass")
         self._decided_s = self._clock.now()
-        failure = Evidence(self._agenda.target, self._failure.reason, self._exist, self._researches)
+        failure = Evidence(self._queue.target, self._failure.reason, self._exist, self._researches)
         self.note(Kind.CALL, verb="select")
         self.note(Kind.REPLY, verb="select", value=int(self._exist))
         evidence = self._mind.evidence(failure, self._failure)

@@ -18,7 +18,7 @@ Each line is answered, in order, by one integer in decimal and LF.
     ============== ===================================== =========================================
 
 The first five are the thesis's; the others are ours, so that a client of 2017 meets no reply that it does not know.
-What cannot be done is answered by a negative number, see `Failure`.
+What cannot be done is answered by a negative number, see `ErrorReply`.
 
 Source: docs/thesis.md, architecture and services, reading A7; docs/agentspeak.md.
 """
@@ -55,7 +55,7 @@ MOTIONS = frozenset({Verb.ARRIVE, Verb.MOVE_TO})
 """Verbs that take their time; what moves nothing is never broken off."""
 
 
-class Failure(IntEnum):
+class ErrorReply(IntEnum):
     """Answers to what was not, or not wholly, done."""
 
     UNKNOWN_VERB = -1
@@ -68,7 +68,7 @@ class Failure(IntEnum):
 
 
 class Status(IntEnum):
-    """Answers to ``status``; a link that is down answers `Failure.LINK_DOWN`."""
+    """Answers to ``status``; a link that is down answers `ErrorReply.LINK_DOWN`."""
 
     IDLE = 0
     UNDER_WAY = 1
@@ -117,7 +117,7 @@ _LINE = re.compile(r"(?P<verb>\w+)(?:\s*\((?P<term>.*)\)|\s+(?P<rest>.*))?", re.
 _QUOTED = re.compile(r"(['\"])(.*)\1", re.DOTALL)
 
 
-def parse(line: bytes) -> Request | Failure:
+def parse(line: bytes) -> Request | ErrorReply:
     """Understand one line.
 
     Args:
@@ -127,10 +127,10 @@ def parse(line: bytes) -> Request | Failure:
         The request, or the answer to a line that is none.
     """
     if len(line) > LINE_LIMIT:
-        return Failure.BAD_ARGUMENT
+        return ErrorReply.BAD_ARGUMENT
     match = _LINE.fullmatch(line.decode("utf-8", errors="replace").strip())
     if match is None or match["verb"] not in Verb.__members__.values():
-        return Failure.UNKNOWN_VERB
+        return ErrorReply.UNKNOWN_VERB
     verb, argument = Verb(match["verb"]), (match["term"] or match["rest"] or "").strip()
     if quoted := _QUOTED.fullmatch(argument):
         argument = quoted[2]
@@ -138,21 +138,21 @@ def parse(line: bytes) -> Request | Failure:
         case Verb.MOVE_TO:
             return _move_to(argument)
         case Verb.TARGET:
-            return Request(verb, argument) if argument else Failure.BAD_ARGUMENT
+            return Request(verb, argument) if argument else ErrorReply.BAD_ARGUMENT
         case Verb.ARRIVE:
             return Request(verb, argument)
-    return Failure.BAD_ARGUMENT if argument else Request(verb)
+    return ErrorReply.BAD_ARGUMENT if argument else Request(verb)
 
 
-def _move_to(argument: str) -> Request | Failure:
+def _move_to(argument: str) -> Request | ErrorReply:
     try:
         direction_deg = float(argument)
     except ValueError:
-        return Failure.BAD_ARGUMENT
+        return ErrorReply.BAD_ARGUMENT
     # the comparison is false for NaN, too
     if abs(direction_deg) <= DIRECTION_LIMIT_DEG:
         return Request(Verb.MOVE_TO, direction_deg=direction_deg)
-    return Failure.BAD_ARGUMENT
+    return ErrorReply.BAD_ARGUMENT
 
 
 class RequestReader:
@@ -160,7 +160,7 @@ class RequestReader:
 
     def __init__(self) -> None:
         self._line = bytearray()
-        self._requests: deque[Request | Failure] = deque()
+        self._requests: deque[Request | ErrorReply] = deque()
 
     def __len__(self) -> int:
         """How many lines wait to be answered."""
@@ -175,7 +175,7 @@ class RequestReader:
             self._line.clear()
         self._add(rest)
 
-    def take(self) -> Request | Failure | None:
+    def take(self) -> Request | ErrorReply | None:
         """The next line as a request or as the answer to what is none; None when there is no whole line."""
         return self._requests.popleft() if self._requests else None
 

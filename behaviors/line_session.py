@@ -16,10 +16,10 @@ from typing import Any, cast
 from behaviors.events import Event, Fact, Reason
 from behaviors.executive import LINK_FAILURES, REPLIES
 from behaviors.journal import Kind, Observer, Record, plain
-from behaviors.line_protocol import Failure, Request, Status, Verb, Why
+from behaviors.line_protocol import ErrorReply, Request, Status, Verb, Why
 from behaviors.mission import Mission
 from behaviors.ports import Body, Clock, Eyes
-from behaviors.skills import Arrive, MoveTo, Search, Senses
+from behaviors.skills import MoveTo, SkillContext, ThesisArriveSkill, ThesisSearchSkill
 
 DONE = 1
 """Answer of a verb that has nothing else to say."""
@@ -32,7 +32,7 @@ class Preempted(Exception):
 class Session:
     """One client's conversation.
 
-    A service under way ends when a port raises `Preempted`, and the command is answered by `Failure.STOPPED`.
+    A service under way ends when a port raises `Preempted`, and the command is answered by `ErrorReply.STOPPED`.
 
     Args:
         mission: Its targets are those that can be asked for, the first one is the present one; its numbers count.
@@ -40,7 +40,7 @@ class Session:
         eyes: Its camera.
         clock: Time.
         connect: Makes sure that the brick answers; raises an error of `LINK_FAILURES` when it does not.
-        faults: What else body and eyes raise when something is broken; answered by `Failure.FAULT`.
+        faults: What else body and eyes raise when something is broken; answered by `ErrorReply.FAULT`.
         observers: Hear a record of each call, reply and look.
 
     Attributes:
@@ -67,10 +67,10 @@ class Session:
         self._faults = faults
         self._observers = observers
         self._start_s = clock.now()
-        self._senses = Senses(body, eyes, clock, mission.thesis, self._note, self._report)
+        self._context = SkillContext(body, eyes, clock, mission.thesis, self._note, self._report)
         self._state = "idle"
         self._exist = self._sighted = self._held = False
-        self._approach: Arrive | None = None
+        self._approach: ThesisArriveSkill | None = None
         self._move: MoveTo | None = None
         self._why = Why.NOTHING_YET
         self._verbs: Mapping[Verb, Callable[[Request], int]] = {
@@ -89,7 +89,8 @@ class Session:
         """Do what is asked.
 
         Returns:
-            The answer, see `behaviors.line_protocol`. After `Failure.LINK_DOWN` and `Failure.FAULT`, `error` says more.
+            The answer, see `behaviors.line_protocol`. After `ErrorReply.LINK_DOWN` and `ErrorReply.FAULT`, `error` has
+            the details.
 
         Raises:
             Exception: What is not among `faults`; the motors are off.
@@ -100,11 +101,11 @@ class Session:
         try:
             value = self._verbs[request.verb](request)
         except Preempted:
-            value = self._break_off(Failure.STOPPED, Why.OPERATOR_STOP)
+            value = self._break_off(ErrorReply.STOPPED, Why.OPERATOR_STOP)
         except LINK_FAILURES as error:
-            value = self._break_off(Failure.LINK_DOWN, Why.LINK_LOST, error)
+            value = self._break_off(ErrorReply.LINK_DOWN, Why.LINK_LOST, error)
         except self._faults as error:
-            value = self._break_off(Failure.FAULT, Why.FAULT, error)
+            value = self._break_off(ErrorReply.FAULT, Why.FAULT, error)
         except BaseException:
             self.end()
             raise
@@ -118,7 +119,7 @@ class Session:
         with suppress(*LINK_FAILURES, *self._faults):
             self._body.stop()
 
-    def _break_off(self, value: Failure, why: Why, error: Exception | None = None) -> Failure:
+    def _break_off(self, value: ErrorReply, why: Why, error: Exception | None = None) -> ErrorReply:
         self.error = "" if error is None else str(error)
         self._why = why
         self.end()
@@ -148,18 +149,18 @@ class Session:
 
     def _do_target(self, request: Request) -> int:
         self._move = None
-        return DONE if self._choose(request.name) else Failure.BAD_ARGUMENT
+        return DONE if self._choose(request.name) else ErrorReply.BAD_ARGUMENT
 
     def _do_arrive(self, request: Request) -> int:
         """The first call searches; once the target is in view, each further call drives for a while."""
         self._move = None
         if request.name and not self._choose(request.name):
-            return Failure.BAD_ARGUMENT
+            return ErrorReply.BAD_ARGUMENT
         if not self._sighted:
             fact = self._search()
         else:
             self._state = "arrive"
-            self._approach = self._approach or Arrive(self._senses, self._target)
+            self._approach = self._approach or ThesisArriveSkill(self._context, self._target)
             fact = self._approach.call()
         why = Why.__members__.get(fact.reason.name, Why.OTHER)
         self._why = Why.OBSTACLE_AHEAD if self._held else why
@@ -170,7 +171,7 @@ class Session:
     def _search(self) -> Fact:
         self._state = "search"
         self._exist = False
-        fact = Search(self._senses, self._target).call()
+        fact = ThesisSearchSkill(self._context, self._target).call()
         self._sighted = self._exist = fact.event is Event.TARGET_SEEN
         return fact
 
@@ -183,12 +184,12 @@ class Session:
         if self._sighted:
             self._halt()
         self._state = "move_to"
-        self._move = self._move or MoveTo(self._senses)
+        self._move = self._move or MoveTo(self._context)
         done = self._move.call(request.direction_deg)
         self._why = Why.OBSTACLE_AHEAD if self._held else Why.MOVED
         if done:
             self._forget()
-        return Failure.SAFETY_STOP if self._held else done
+        return ErrorReply.SAFETY_STOP if self._held else done
 
     def _do_status(self, _: Request) -> int:
         self._body.battery_mv()

@@ -29,7 +29,7 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-class ThesisProfile(_Table):
+class ThesisParameters(_Table):
     """The numbers of the thesis; where it gives none, the reading of docs/thesis.md.
 
     Attributes:
@@ -63,7 +63,7 @@ class ThesisProfile(_Table):
     cruise_mm_s: float = Field(default=150.0, ge=20, le=400)
 
 
-class AdaptiveProfile(_Table):
+class AdaptiveParameters(_Table):
     """The numbers of the adaptive profile; most were found by trying on tuning seeds, see docs/evaluation.md.
 
     Attributes:
@@ -222,8 +222,8 @@ class Mission(_Table):
 
     mission: MissionTable
     target: dict[str, Target]
-    thesis: ThesisProfile = ThesisProfile()
-    adaptive: AdaptiveProfile = AdaptiveProfile()
+    thesis: ThesisParameters = ThesisParameters()
+    adaptive: AdaptiveParameters = AdaptiveParameters()
     robot: RobotTable = RobotTable()
     camera: CameraTable = CameraTable()
 
@@ -341,8 +341,8 @@ def _advice(path: Sequence[int | str]) -> str:
 def _known_keys(path: Sequence[int | str]) -> set[str]:
     tables: dict[str, type[BaseModel]] = {
         "mission": MissionTable,
-        "thesis": ThesisProfile,
-        "adaptive": AdaptiveProfile,
+        "thesis": ThesisParameters,
+        "adaptive": AdaptiveParameters,
         "robot": RobotTable,
         "camera": CameraTable,
     }

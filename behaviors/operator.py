@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
-from behaviors.recovery import Choice, Evidence, Option, Recovery, RecoveryPolicy, ThesisPolicy
+from behaviors.recovery import Candidate, Choice, Evidence, Recovery, RecoveryPolicy, ThesisPolicy
 
 OPERATORS_WISH = "the operator wished it"
 
@@ -15,13 +15,13 @@ OPERATORS_WISH = "the operator wished it"
 class Weighing(Protocol):
     """A policy that can tell what it has weighed."""
 
-    def options(self, evidence: Evidence) -> Sequence[Option]:
+    def options(self, evidence: Evidence) -> Sequence[Candidate]:
         """All candidates for a choice."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
-class Candidate:
+class OperatorChoice:
     """Something that could be done.
 
     Attributes:
@@ -30,7 +30,7 @@ class Candidate:
     """
 
     choice: Choice
-    option: Option | None = None
+    option: Candidate | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,19 +45,19 @@ class Question:
 
     evidence: Evidence
     proposed: Choice
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[OperatorChoice, ...]
 
 
 Ask = Callable[[Question], Choice]
 """Returns one of the candidates' choices; `KeyboardInterrupt` ends the mission as Ctrl-C does."""
 
 
-def candidates(policy: RecoveryPolicy, evidence: Evidence) -> tuple[Candidate, ...]:
+def candidates(policy: RecoveryPolicy, evidence: Evidence) -> tuple[OperatorChoice, ...]:
     """What could be done as a policy sees it, without giving the target up unless that is what it weighs."""
     if isinstance(policy, Weighing):
-        return tuple(Candidate(option.choice, option) for option in policy.options(evidence))
+        return tuple(OperatorChoice(option.choice, option) for option in policy.options(evidence))
     if isinstance(policy, ThesisPolicy):
-        return tuple(Candidate(choice) for choice in policy.recoveries())
+        return tuple(OperatorChoice(choice) for choice in policy.recoveries())
     return ()
 
 
@@ -65,10 +65,10 @@ def question(policy: RecoveryPolicy, evidence: Evidence) -> Question:
     """What a policy proposes, and what could be done instead; another target always can be pursued first."""
     proposed = policy.select(evidence)
     known = candidates(policy, evidence)
-    first = next((each for each in known if each.choice == proposed), Candidate(proposed))
+    first = next((each for each in known if each.choice == proposed), OperatorChoice(proposed))
     others = [each for each in known if each is not first]
     if proposed.kind is not Recovery.CHANGE_TARGET:
-        others.append(Candidate(Choice(Recovery.CHANGE_TARGET, OPERATORS_WISH)))
+        others.append(OperatorChoice(Choice(Recovery.CHANGE_TARGET, OPERATORS_WISH)))
     return Question(evidence, proposed, (first, *others))
 
 

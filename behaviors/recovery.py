@@ -15,7 +15,7 @@ from typing import Any, Protocol, Self
 from pydantic import TypeAdapter
 
 from behaviors.events import Reason
-from behaviors.mission import ThesisProfile
+from behaviors.mission import ThesisParameters
 
 Point = tuple[float, float]
 """x_mm, y_mm in the frame of the robot's start."""
@@ -84,7 +84,7 @@ class Viewpoint:
 
 
 @dataclass(frozen=True, slots=True)
-class Other:
+class AlternativeTarget:
     """Another target that is not reached yet, was seen, and may be gone for instead.
 
     Attributes:
@@ -131,7 +131,7 @@ class Evidence:
     detour: Detour | None = None
     here: Viewpoint | None = None
     viewpoints: tuple[Viewpoint, ...] = ()
-    others: tuple[Other, ...] = ()
+    others: tuple[AlternativeTarget, ...] = ()
     repeats: Mapping[Recovery, int] = field(default_factory=dict)
 
     def known(self) -> dict[str, Any]:
@@ -219,7 +219,7 @@ class RecoveryPolicy(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Option:
+class Candidate:
     """A candidate for a choice.
 
     Attributes:
@@ -253,7 +253,7 @@ class ThesisPolicy:
     max_researches: int = 2
 
     @classmethod
-    def of(cls, profile: ThesisProfile) -> Self:
+    def of(cls, profile: ThesisParameters) -> Self:
         """The rule with a mission's numbers."""
         return cls(profile.wait_s, profile.turn_deg, profile.max_researches)
 

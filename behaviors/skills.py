@@ -1,13 +1,13 @@
 """What the robot does in each state: the thesis's services over the ports.
 
 Each service is called as the thesis's client called it over TCP: one call, one small integer back, the robot at rest or
-driving on in between. `Search` has no verb of its own there: the first call of ``arrive`` searches until the target is
-in view.
+driving on in between. `ThesisSearchSkill` has no verb of its own there: the first call of ``arrive`` searches until
+the target is in view.
 
     ======== ============================== =====================================
     verb     service here                   answers
     ======== ============================== =====================================
-    arrive   `Search`, then `Arrive`        0 continue, 1 arrived, 2 failed
+    arrive   `ThesisSearchSkill`, then `ThesisArriveSkill`        0 continue, 1 arrived, 2 failed
     select   the record `exist`             0 never recognised, 1 recognised
     move_to  `MoveTo`                       0 moving, 1 done
     ======== ============================== =====================================
@@ -25,7 +25,7 @@ from typing import Protocol
 
 from behaviors.events import Event, Fact, Reason
 from behaviors.journal import Kind, Note
-from behaviors.mission import ThesisProfile
+from behaviors.mission import ThesisParameters
 from behaviors.ports import Body, Clock, Eyes, Pose, Sighting, StopReason
 
 STEER_PER_S = 1.6
@@ -60,7 +60,7 @@ class Reply(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Senses:
+class SkillContext:
     """What every service works with.
 
     Attributes:
@@ -76,7 +76,7 @@ class Senses:
     body: Body
     eyes: Eyes
     clock: Clock
-    profile: ThesisProfile
+    profile: ThesisParameters
     note: Note
     report: Callable[[Fact], None]
     deadline_s: float = math.inf
@@ -103,44 +103,44 @@ class ObstacleWatch:
     """Tells the chart when the safety stop holds the robot and when it lets go.
 
     Args:
-        senses: What to work with.
+        context: What to work with.
     """
 
-    def __init__(self, senses: Senses) -> None:
-        self._senses = senses
+    def __init__(self, context: SkillContext) -> None:
+        self._context = context
         self._held = False
 
     def update(self, stop: StopReason | None) -> None:
         """Hear what the last motion objected to; None or any other end is no objection."""
         held = stop in (StopReason.OBSTACLE, StopReason.CONTACT)
         if held and not self._held:
-            self._senses.report(
-                Fact(Event.OBSTACLE, Reason.OBSTACLE_AHEAD, {"stop": stop, **surroundings(self._senses)})
+            self._context.report(
+                Fact(Event.OBSTACLE, Reason.OBSTACLE_AHEAD, {"stop": stop, **surroundings(self._context)})
             )
         elif self._held and not held:
-            self._senses.report(Fact(Event.OBSTACLE_GONE, Reason.WAY_CLEAR))
+            self._context.report(Fact(Event.OBSTACLE_GONE, Reason.WAY_CLEAR))
         self._held = held
 
 
-class Search:
+class ThesisSearchSkill:
     """Stop and look every few degrees through one full turn to the right.
 
     Args:
-        senses: What to work with.
+        context: What to work with.
         target: Name of the target.
     """
 
-    def __init__(self, senses: Senses, target: str) -> None:
-        self._senses = senses
+    def __init__(self, context: SkillContext, target: str) -> None:
+        self._context = context
         self._target = target
 
     def call(self) -> Fact:
         """Search until the target is confirmed or the turn is complete; the robot is at rest afterwards."""
-        profile, body = self._senses.profile, self._senses.body
+        profile, body = self._context.profile, self._context.body
         start_deg = body.pose().heading_deg
         stops = max(1, round(360.0 / profile.look_every_deg))
         for i in range(stops + 1):
-            self._senses.check_time()
+            self._context.check_time()
             if i:
                 # aimed at the heading wanted in all, so that the errors of single turns do not add up
                 body.turn(start_deg + i * 360.0 / stops - body.pose().heading_deg)
@@ -152,30 +152,30 @@ class Search:
         return Fact(Event.SEARCH_FAILED, Reason.FULL_TURN_WITHOUT_SIGHTING, {"looks": stops})
 
     def _look(self) -> Sighting | None:
-        senses = self._senses
-        senses.clock.sleep(senses.profile.settle_s)
+        context = self._context
+        context.clock.sleep(context.profile.settle_s)
         sighting = None
-        for _ in range(senses.profile.looks_per_stop):
-            sighting = senses.eyes.look(self._target)
+        for _ in range(context.profile.looks_per_stop):
+            sighting = context.eyes.look(self._target)
             if sighting:
                 break
-        note_look(senses, senses.body.pose(), senses.body.range_mm(), sighting)
+        note_look(context, context.body.pose(), context.body.range_mm(), sighting)
         return sighting
 
 
-class Arrive:
+class ThesisArriveSkill:
     """Drive towards what the camera sees.
 
     Args:
-        senses: What to work with.
+        context: What to work with.
         target: Name of the target.
     """
 
-    def __init__(self, senses: Senses, target: str) -> None:
-        self._senses = senses
+    def __init__(self, context: SkillContext, target: str) -> None:
+        self._context = context
         self._target = target
-        self._begun_s = self._seen_s = senses.clock.now()
-        self._watch = ObstacleWatch(senses)
+        self._begun_s = self._seen_s = context.clock.now()
+        self._watch = ObstacleWatch(context)
 
     def call(self) -> Fact:
         """Drive for one slice.
@@ -183,22 +183,22 @@ class Arrive:
         Returns:
             CONTINUED with the robot driving on under its lease; ARRIVED or ARRIVE_FAILED with the robot at rest.
         """
-        slice_end_s = self._senses.clock.now() + self._senses.profile.continue_every_s
-        while self._senses.clock.now() < slice_end_s:
-            self._senses.check_time()
+        slice_end_s = self._context.clock.now() + self._context.profile.continue_every_s
+        while self._context.clock.now() < slice_end_s:
+            self._context.check_time()
             fact = self._step()
             if fact:
-                self._senses.body.stop()
+                self._context.body.stop()
                 self._watch.update(None)
                 return fact
         return Fact(Event.CONTINUED, Reason.DRIVING_ON)
 
     def _step(self) -> Fact | None:
         """Look once and steer by it; a fact when the approach is over."""
-        senses, profile = self._senses, self._senses.profile
-        sighting = senses.eyes.look(self._target)
-        now_s = senses.clock.now()
-        note_look(senses, senses.body.pose(), senses.body.range_mm(), sighting)
+        context, profile = self._context, self._context.profile
+        sighting = context.eyes.look(self._target)
+        now_s = context.clock.now()
+        note_look(context, context.body.pose(), context.body.range_mm(), sighting)
         if sighting:
             self._seen_s = now_s
             if sighting.distance_mm <= profile.arrive_mm:
@@ -206,30 +206,30 @@ class Arrive:
             self._steer(sighting)
         unseen_s = now_s - self._seen_s
         if unseen_s >= profile.lost_after_s:
-            return Fact(Event.ARRIVE_FAILED, Reason.TARGET_LOST, {"unseen_s": unseen_s, **surroundings(senses)})
+            return Fact(Event.ARRIVE_FAILED, Reason.TARGET_LOST, {"unseen_s": unseen_s, **surroundings(context)})
         if now_s - self._begun_s >= profile.approach_limit_s:
             taken = {"approach_s": now_s - self._begun_s}
-            return Fact(Event.ARRIVE_FAILED, Reason.APPROACH_TIMEOUT, {**taken, **surroundings(senses)})
+            return Fact(Event.ARRIVE_FAILED, Reason.APPROACH_TIMEOUT, {**taken, **surroundings(context)})
         if unseen_s > BLIND_DRIVE_S:
-            senses.body.stop()
+            context.body.stop()
         return None
 
     def _steer(self, sighting: Sighting) -> None:
         bearing_deg = sighting.bearing_deg
-        speed_mm_s = self._senses.profile.cruise_mm_s * max(0.0, 1.0 - abs(bearing_deg) / SHARP_DEG)
-        self._watch.update(self._senses.body.drive(speed_mm_s, steering_deg_s(bearing_deg)))
+        speed_mm_s = self._context.profile.cruise_mm_s * max(0.0, 1.0 - abs(bearing_deg) / SHARP_DEG)
+        self._watch.update(self._context.body.drive(speed_mm_s, steering_deg_s(bearing_deg)))
 
 
 class MoveTo:
     """Turn right by an angle, then advance step by step: eleven calls for ten advances.
 
     Args:
-        senses: What to work with.
+        context: What to work with.
     """
 
-    def __init__(self, senses: Senses) -> None:
-        self._senses = senses
-        self._watch = ObstacleWatch(senses)
+    def __init__(self, context: SkillContext) -> None:
+        self._context = context
+        self._watch = ObstacleWatch(context)
         self._count = 0
 
     def call(self, direction_deg: float) -> int:
@@ -241,20 +241,20 @@ class MoveTo:
         Returns:
             0 after an advance, 1 when all have been made.
         """
-        body, profile = self._senses.body, self._senses.profile
+        body, profile = self._context.body, self._context.profile
         if self._count >= profile.advances:
             self._count = 0
             self._watch.update(None)
             return 1
         if self._count == 0:
             turned = body.turn(direction_deg)
-            self._senses.note(
+            self._context.note(
                 Kind.STEP, what="turn", stop=turned.stop, turned_deg=turned.turned_deg, pose=pose_values(body.pose())
             )
         advanced = body.straight(profile.advance_mm)
         self._watch.update(advanced.stop)
         self._count += 1
-        self._senses.note(
+        self._context.note(
             Kind.STEP,
             what="advance",
             stop=advanced.stop,
@@ -264,57 +264,57 @@ class MoveTo:
         return 0
 
 
-class Moving:
+class ThesisMoveSkill:
     """The state move_to: the service, called until it is done.
 
     Args:
-        senses: What to work with.
+        context: What to work with.
         direction_deg: Turn before the first advance, positive right.
     """
 
-    def __init__(self, senses: Senses, direction_deg: float) -> None:
-        self._senses = senses
+    def __init__(self, context: SkillContext, direction_deg: float) -> None:
+        self._context = context
         self._direction_deg = direction_deg
-        self._service = MoveTo(senses)
+        self._service = MoveTo(context)
 
     def call(self) -> Fact:
         """Move off; the robot is at rest afterwards."""
         calls = 0
         done = 0
         while not done:
-            self._senses.check_time()
-            self._senses.note(Kind.CALL, verb="move_to", direction_deg=self._direction_deg)
+            self._context.check_time()
+            self._context.note(Kind.CALL, verb="move_to", direction_deg=self._direction_deg)
             done = self._service.call(self._direction_deg)
-            self._senses.note(Kind.REPLY, verb="move_to", value=done)
+            self._context.note(Kind.REPLY, verb="move_to", value=done)
             calls += 1
         return Fact(Event.RECOVERY_DONE, Reason.MOVED, {"calls": calls})
 
 
-class Waiting:
+class ThesisWaitSkill:
     """The state wait: at rest, the brick kept awake, for a fixed time.
 
     The remaining time is kept here and not in the chart, so that a wait that was interrupted goes on where it was.
 
     Args:
-        senses: What to work with.
+        context: What to work with.
         wait_s: How long.
     """
 
-    def __init__(self, senses: Senses, wait_s: float) -> None:
-        self._senses = senses
+    def __init__(self, context: SkillContext, wait_s: float) -> None:
+        self._context = context
         self._wait_s = wait_s
         self._left_s = wait_s
 
     def call(self) -> Fact:
         """Wait for what is left of the time."""
-        senses = self._senses
-        senses.body.stop()
-        senses.body.keep_alive()
+        context = self._context
+        context.body.stop()
+        context.body.keep_alive()
         while self._left_s > INSTANT_S:
-            senses.check_time()
-            begun_s = senses.clock.now()
-            senses.clock.sleep(min(NAP_S, self._left_s))
-            self._left_s -= senses.clock.now() - begun_s
+            context.check_time()
+            begun_s = context.clock.now()
+            context.clock.sleep(min(NAP_S, self._left_s))
+            self._left_s -= context.clock.now() - begun_s
         return Fact(Event.RECOVERY_DONE, Reason.WAITED, {"waited_s": self._wait_s})
 
 
@@ -323,9 +323,9 @@ def steering_deg_s(bearing_deg: float, per_s: float = STEER_PER_S, limit_deg_s: 
     return max(-limit_deg_s, min(limit_deg_s, per_s * bearing_deg))
 
 
-def note_look(senses: Senses, pose: Pose, range_mm: float | None, sighting: Sighting | None) -> None:
+def note_look(context: SkillContext, pose: Pose, range_mm: float | None, sighting: Sighting | None) -> None:
     """Write a look down, with where it was taken from and the echo heard there."""
-    senses.note(
+    context.note(
         Kind.LOOK,
         pose=pose_values(pose),
         range_mm=range_mm,
@@ -338,9 +338,9 @@ def pose_values(pose: Pose) -> list[float]:
     return [round(pose.x_mm, 1), round(pose.y_mm, 1), round(pose.heading_deg, 1)]
 
 
-def surroundings(senses: Senses) -> dict[str, float | bool | None]:
+def surroundings(context: SkillContext) -> dict[str, float | bool | None]:
     """What the sensors ahead say, as plain values."""
-    return {"range_mm": senses.body.range_mm(), "touching": senses.body.touching()}
+    return {"range_mm": context.body.range_mm(), "touching": context.body.touching()}
 
 
 def sighting_values(sighting: Sighting) -> dict[str, float | list[int]]:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from behaviors.journal import Observer
-from behaviors.line_protocol import MOTIONS, Failure, Request, RequestReader, Verb
+from behaviors.line_protocol import MOTIONS, ErrorReply, Request, RequestReader, Verb
 from behaviors.line_session import Preempted, Session
 from behaviors.mission import Mission
 from behaviors.ports import Eyes
@@ -112,7 +112,7 @@ class _Client:
 
 
 class LineServer:
-    """One client at a time; a second is answered `Failure.BUSY` and closed.
+    """One client at a time; a second is answered `ErrorReply.BUSY` and closed.
 
     A client may be silent for as long as it likes. When it is gone, the motors are off.
 
@@ -181,8 +181,8 @@ class LineServer:
         if client.gone:
             self._dismiss(client)
 
-    def _answer(self, session: Session, request: Request | Failure) -> int:
-        if isinstance(request, Failure):
+    def _answer(self, session: Session, request: Request | ErrorReply) -> int:
+        if isinstance(request, ErrorReply):
             return request
         self._moving = request.verb in MOTIONS
         try:
@@ -227,7 +227,7 @@ class LineServer:
             self._client = client
             self._say(f"client {client.name} is here")
             return
-        client.tell(Failure.BUSY)
+        client.tell(ErrorReply.BUSY)
         connection.close()
         self._say(f"client {client.name} was sent away: {self._client.name} is being served")
 

@@ -16,18 +16,18 @@ from contextlib import contextmanager
 from functools import partial
 from itertools import product
 
-from behaviors.adaptive.memory import Memory
-from behaviors.adaptive.mind import AdaptiveMind
-from behaviors.adaptive.scan import Scan
-from behaviors.adaptive.watch import Watch
-from behaviors.agenda import Agenda
+from behaviors.adaptive.perception import Perception
+from behaviors.adaptive.scan import ScanSkill
+from behaviors.adaptive.world_model import WorldModel
 from behaviors.chart import MissionChart
 from behaviors.events import Event, Fact, Reason
 from behaviors.executive import Executive
 from behaviors.mission import Mission
 from behaviors.ports import Glance, Pose, Sighting
+from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.recovery import Choice, Evidence, Recovery
-from behaviors.skills import Senses
+from behaviors.skills import SkillContext
+from behaviors.target_queue import TargetQueue
 from nxtdrive.brick import Brick
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
@@ -83,7 +83,7 @@ WAYS: dict[str, tuple[Event, ...]] = {
 
 def searching_chart() -> MissionChart:
     """The chart of a robot that searches."""
-    chart = MissionChart(Agenda(["lena", "rilakkuma"]), lambda: Choice(Recovery.WAIT, "measured"))
+    chart = MissionChart(TargetQueue(["lena", "rilakkuma"]), lambda: Choice(Recovery.WAIT, "measured"))
     chart.report(Fact(Event.START, Reason.MISSION_STARTED))
     return chart
 
@@ -121,7 +121,7 @@ def _each_us(report: Callable[[Fact], None], events: Sequence[Event], turns: int
     return statistics.median(rounds)
 
 
-class TimedMemory(Memory):
+class TimedMemory(WorldModel):
     """A memory that notes what it costs to take in a frame.
 
     Args:
@@ -145,18 +145,18 @@ class TimedMemory(Memory):
         return believed
 
 
-class TimedMind(AdaptiveMind):
+class TimedMind(AdaptiveProfile):
     """The adaptive mind, which notes what each decision costs: the evidence and the choice that follows.
 
     Args:
         times_s: Takes the CPU times.
-        senses: What to work with.
+        context: What to work with.
         mission: What to do.
-        agenda: Whose present target is pursued.
+        queue: Whose present target is pursued.
     """
 
-    def __init__(self, times_s: list[float], senses: Senses, mission: Mission, agenda: Agenda) -> None:
-        super().__init__(senses, mission, agenda)
+    def __init__(self, times_s: list[float], context: SkillContext, mission: Mission, queue: TargetQueue) -> None:
+        super().__init__(context, mission, queue)
         self._times_s = times_s
         self._gathered_s = 0.0
 
@@ -191,10 +191,10 @@ def _unheard(*_: object, **__: object) -> None:
 def frame_times_s(kind: str, seed: int) -> list[float]:
     """CPU time of each frame of the first look round in a mission of the sweep."""
     with _robot(kind, seed) as robot:
-        mission, memory = robot.mission, TimedMemory(robot.mission)
-        senses = Senses(robot.body, robot.eyes, robot.clock, mission.thesis, _unheard, _unheard)
-        Scan(Watch(senses, mission.adaptive, memory, Agenda(mission.mission.targets))).call()
-    return memory.times_s
+        mission, world = robot.mission, TimedMemory(robot.mission)
+        context = SkillContext(robot.body, robot.eyes, robot.clock, mission.thesis, _unheard, _unheard)
+        ScanSkill(Perception(context, mission.adaptive, world, TargetQueue(mission.mission.targets))).call()
+    return world.times_s
 
 
 def decision_times_s(kind: str, seed: int) -> list[float]:

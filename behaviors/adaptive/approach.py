@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from behaviors.adaptive.doubt import Doubt, Verdict
-from behaviors.adaptive.floor import SONAR_FORWARD_MM
-from behaviors.adaptive.memory import Known
-from behaviors.adaptive.watch import Percept, Watch
+from behaviors.adaptive.occupancy_grid import SONAR_FORWARD_MM
+from behaviors.adaptive.perception import Observation, Perception
+from behaviors.adaptive.target_verifier import TargetVerifier, Verdict
+from behaviors.adaptive.world_model import TargetEstimate
 from behaviors.events import Event, Fact, Reason
 from behaviors.ports import Pose, StopReason
 from behaviors.skills import SHARP_DEG, sighting_values, steering_deg_s
@@ -39,22 +39,22 @@ RETREAT_MM = 80.0
 """What was touched is left so far behind."""
 
 
-class Approach:
+class ApproachSkill:
     """The state arrive.
 
     Args:
-        watch: What to work with.
+        perception: What to work with.
         minds_map: Whether what is remembered to be in the way stops it, too.
     """
 
-    def __init__(self, watch: Watch, *, minds_map: bool) -> None:
-        self._watch = watch
+    def __init__(self, perception: Perception, *, minds_map: bool) -> None:
+        self._perception = perception
         self._minds_map = minds_map
-        self._begun_s = self._stepped_s = self._pictured_s = self._seen_s = watch.now()
-        self._doubt = Doubt()
+        self._begun_s = self._stepped_s = self._pictured_s = self._seen_s = perception.now()
+        self._verifier = TargetVerifier()
         self._oblique = False
         self._shut = 0
-        self._open_s = watch.now()
+        self._open_s = perception.now()
         self._stood_s: float | None = None
         self._driven: deque[tuple[float, Pose, float]] = deque()
 
@@ -64,186 +64,190 @@ class Approach:
         Returns:
             CONTINUED with the robot driving on under its lease; ARRIVED or ARRIVE_FAILED with the robot at rest.
         """
-        watch = self._watch
-        end_s = watch.now() + watch.senses.profile.continue_every_s
-        while watch.now() < end_s:
+        perception = self._perception
+        end_s = perception.now() + perception.context.profile.continue_every_s
+        while perception.now() < end_s:
             fact = self._step()
             if fact is not None:
-                watch.senses.body.stop()
+                perception.context.body.stop()
                 return fact
         return Fact(Event.CONTINUED, Reason.DRIVING_ON)
 
     def _step(self) -> Fact | None:
-        watch = self._watch
-        percept = watch.step()
-        if self._blinded(percept):
-            return _failed(Reason.CAMERA_LOST, percept, blind_s=percept.time_s - self._pictured_s)
-        known = watch.memory.known.get(watch.target)
+        perception = self._perception
+        observation = perception.step()
+        if self._blinded(observation):
+            return _failed(Reason.CAMERA_LOST, observation, blind_s=observation.time_s - self._pictured_s)
+        known = perception.world.known.get(perception.target)
         if known is None:
-            return _failed(Reason.TARGET_LOST, percept)
-        bearing_deg, distance_mm = watch.memory.way_to(known.place)
-        if not percept.blind:
-            self._weigh(percept, bearing_deg, distance_mm)
-        fact = self._arrived(percept) or self._hindered(percept, known, bearing_deg, distance_mm)
+            return _failed(Reason.TARGET_LOST, observation)
+        bearing_deg, distance_mm = perception.world.way_to(known.place)
+        if not observation.blind:
+            self._weigh(observation, bearing_deg, distance_mm)
+        fact = self._arrived(observation) or self._hindered(observation, known, bearing_deg, distance_mm)
         if fact is not None:
             return fact
-        return self._drive(percept, bearing_deg, distance_mm)
+        return self._drive(observation, bearing_deg, distance_mm)
 
-    def _blinded(self, percept: Percept) -> bool:
+    def _blinded(self, observation: Observation) -> bool:
         """Whether the camera has given no picture for too long; what cannot be seen is not missed meanwhile."""
-        since_s, self._stepped_s = self._stepped_s, percept.time_s
-        if percept.blind:
-            self._seen_s += percept.time_s - since_s
+        since_s, self._stepped_s = self._stepped_s, observation.time_s
+        if observation.blind:
+            self._seen_s += observation.time_s - since_s
         else:
-            self._pictured_s = percept.time_s
-        return percept.time_s - self._pictured_s >= self._watch.profile.lost_after_s / 2
+            self._pictured_s = observation.time_s
+        return observation.time_s - self._pictured_s >= self._perception.profile.lost_after_s / 2
 
-    def _weigh(self, percept: Percept, bearing_deg: float, distance_mm: float) -> None:
+    def _weigh(self, observation: Observation, bearing_deg: float, distance_mm: float) -> None:
         """Shift the odds that it is the target."""
-        sighting = percept.sighting
+        sighting = observation.sighting
         if sighting is not None:
-            self._oblique = self._watch.memory.oblique(self._watch.target, sighting)
-            self._seen_s = percept.time_s
+            self._oblique = self._perception.world.oblique(self._perception.target, sighting)
+            self._seen_s = observation.time_s
         if self._should_be_seen(bearing_deg, distance_mm):
-            self._doubt.frame(hit=sighting is not None)
+            self._verifier.frame(hit=sighting is not None)
         elif sighting is None:
-            self._seen_s = max(self._seen_s, percept.time_s - self._watch.profile.lost_after_s / 2)
-            self._doubt.forget_misses()
+            self._seen_s = max(self._seen_s, observation.time_s - self._perception.profile.lost_after_s / 2)
+            self._verifier.forget_misses()
 
     def _should_be_seen(self, bearing_deg: float, distance_mm: float) -> bool:
         """Whether the place of the target is well within what the camera shows and the detector finds."""
-        memory = self._watch.memory
+        world = self._perception.world
         return (
-            abs(bearing_deg) <= IN_VIEW_SHARE * memory.half_view_deg
-            and distance_mm <= IN_VIEW_SHARE * memory.seen_from_mm[self._watch.target]
+            abs(bearing_deg) <= IN_VIEW_SHARE * world.half_view_deg
+            and distance_mm <= IN_VIEW_SHARE * world.seen_from_mm[self._perception.target]
         )
 
-    def _arrived(self, percept: Percept) -> Fact | None:
+    def _arrived(self, observation: Observation) -> Fact | None:
         """Whether it is there; or whether that is not the target at all."""
-        sighting = percept.sighting
-        if self._doubt.verdict is Verdict.MISTAKEN:
-            return self._mistaken(percept)
-        if sighting is None or sighting.distance_mm > self._watch.profile.arrive_mm:
+        sighting = observation.sighting
+        if self._verifier.verdict is Verdict.MISTAKEN:
+            return self._mistaken(observation)
+        if sighting is None or sighting.distance_mm > self._perception.profile.arrive_mm:
             return None
-        decide = self._stood_s is not None and percept.time_s - self._stood_s >= DECIDE_S and self._doubt.odds > 0
-        if decide or self._doubt.verdict is Verdict.REAL:
-            evidence = {"sighting": sighting_values(sighting), "odds": self._doubt.odds}
+        decide = (
+            self._stood_s is not None and observation.time_s - self._stood_s >= DECIDE_S and self._verifier.odds > 0
+        )
+        if decide or self._verifier.verdict is Verdict.REAL:
+            evidence = {"sighting": sighting_values(sighting), "odds": self._verifier.odds}
             return Fact(Event.ARRIVED, Reason.WITHIN_REACH, evidence)
         return None
 
-    def _mistaken(self, percept: Percept) -> Fact:
+    def _mistaken(self, observation: Observation) -> Fact:
         if self._oblique:
             # so far aside the real one flickers, too; it has to be seen from elsewhere first
-            return _failed(Reason.TARGET_LOST, percept, odds=self._doubt.odds, oblique=True)
-        self._watch.memory.unmask(self._watch.target)
-        return _failed(Reason.WRONG_TARGET, percept, odds=self._doubt.odds)
+            return _failed(Reason.TARGET_LOST, observation, odds=self._verifier.odds, oblique=True)
+        self._perception.world.unmask(self._perception.target)
+        return _failed(Reason.WRONG_TARGET, observation, odds=self._verifier.odds)
 
-    def _hindered(self, percept: Percept, known: Known, bearing_deg: float, distance_mm: float) -> Fact | None:
+    def _hindered(
+        self, observation: Observation, known: TargetEstimate, bearing_deg: float, distance_mm: float
+    ) -> Fact | None:
         """Why it cannot go on, if so."""
-        watch, now_s = self._watch, percept.time_s
+        perception, now_s = self._perception, observation.time_s
         unseen_s = now_s - self._seen_s
         before = (
-            percept.range_mm is not None
+            observation.range_mm is not None
             and abs(bearing_deg) <= AHEAD_DEG
-            and percept.range_mm <= min(SHUT_MM, distance_mm - BEFORE_MM)
+            and observation.range_mm <= min(SHUT_MM, distance_mm - BEFORE_MM)
         )
         self._shut = self._shut + 1 if before else 0
         if not before:
             self._open_s = now_s
-        if self._shut >= ECHOES and distance_mm > watch.profile.arrive_mm:
-            return self._blocked(percept, hides=unseen_s > watch.profile.lost_after_s / 2)
+        if self._shut >= ECHOES and distance_mm > perception.profile.arrive_mm:
+            return self._blocked(observation, hides=unseen_s > perception.profile.lost_after_s / 2)
         if self._minds_map and distance_mm > NEAR_MM and abs(bearing_deg) <= AHEAD_DEG:
             remembered_mm = self._remembered_mm(known, distance_mm)
             if remembered_mm is not None:
-                return _failed(Reason.BLOCKED_LONG, percept, hides=False, remembered=True, range_mm=remembered_mm)
-        if unseen_s >= watch.profile.lost_after_s:
-            behind = percept.range_mm is not None and percept.range_mm <= distance_mm - BEFORE_MM
+                return _failed(Reason.BLOCKED_LONG, observation, hides=False, remembered=True, range_mm=remembered_mm)
+        if unseen_s >= perception.profile.lost_after_s:
+            behind = observation.range_mm is not None and observation.range_mm <= distance_mm - BEFORE_MM
             reason = Reason.LOST_BEHIND if behind and abs(bearing_deg) <= AHEAD_DEG else Reason.TARGET_LOST
-            return _failed(reason, percept, unseen_s=unseen_s)
-        if now_s - self._begun_s >= watch.profile.approach_limit_s:
-            return _failed(Reason.APPROACH_TIMEOUT, percept)
-        return self._stuck(percept, known)
+            return _failed(reason, observation, unseen_s=unseen_s)
+        if now_s - self._begun_s >= perception.profile.approach_limit_s:
+            return _failed(Reason.APPROACH_TIMEOUT, observation)
+        return self._stuck(observation, known)
 
-    def _remembered_mm(self, known: Known, distance_mm: float) -> float | None:
+    def _remembered_mm(self, known: TargetEstimate, distance_mm: float) -> float | None:
         """How far before the sonar the next stretch is blocked as far as is remembered; None where it is free.
 
         Beside the beam there may be more than the sonar hears now.
         """
-        memory = self._watch.memory
+        world = self._perception.world
         share = min(1.0, STRETCH_MM / distance_mm)
-        x_mm, y_mm = memory.here
+        x_mm, y_mm = world.here
         end = x_mm + share * (known.place[0] - x_mm), y_mm + share * (known.place[1] - y_mm)
-        blocked_mm = memory.floor.blocked_after_mm(memory.here, end, elbow_mm=ELBOW_MM)
+        blocked_mm = world.floor.blocked_after_mm(world.here, end, elbow_mm=ELBOW_MM)
         return None if blocked_mm is None else max(0.0, blocked_mm - SONAR_FORWARD_MM)
 
-    def _blocked(self, percept: Percept, *, hides: bool) -> Fact:
+    def _blocked(self, observation: Observation, *, hides: bool) -> Fact:
         """Something is before it: perhaps for short if it hides the target, since that may be a person."""
-        sudden = percept.time_s - self._open_s < RECENT_S
+        sudden = observation.time_s - self._open_s < RECENT_S
         reason = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG
-        return _failed(reason, percept, hides=hides, sudden=sudden)
+        return _failed(reason, observation, hides=hides, sudden=sudden)
 
-    def _stuck(self, percept: Percept, known: Known) -> Fact | None:
+    def _stuck(self, observation: Observation, known: TargetEstimate) -> Fact | None:
         """Whether it was told to drive and came nowhere: by its wheels, or by the picture that grows no larger."""
-        pose = self._watch.memory.pose
-        while self._driven and self._driven[0][0] < percept.time_s - PROGRESS_S - 0.5:
+        pose = self._perception.world.pose
+        while self._driven and self._driven[0][0] < observation.time_s - PROGRESS_S - 0.5:
             self._driven.popleft()
-        if not self._driven or self._driven[0][0] > percept.time_s - PROGRESS_S:
+        if not self._driven or self._driven[0][0] > observation.time_s - PROGRESS_S:
             return None
         _, then, then_mm = self._driven[0]
         moved_mm = math.hypot(pose.x_mm - then.x_mm, pose.y_mm - then.y_mm)
         if moved_mm < PROGRESS_MM:
-            return _failed(Reason.NO_PROGRESS, percept, moved_mm=moved_mm)
+            return _failed(Reason.NO_PROGRESS, observation, moved_mm=moved_mm)
         if (
-            percept.sighting is not None
+            observation.sighting is not None
             and moved_mm > 3 * PROGRESS_MM
             and then_mm - known.distance_mm < PROGRESS_MM / 2
         ):
-            return _failed(Reason.SLIPPED, percept, moved_mm=moved_mm)
+            return _failed(Reason.SLIPPED, observation, moved_mm=moved_mm)
         return None
 
-    def _drive(self, percept: Percept, bearing_deg: float, distance_mm: float) -> Fact | None:
+    def _drive(self, observation: Observation, bearing_deg: float, distance_mm: float) -> Fact | None:
         """Steer to where it is; stand before what is doubtful."""
-        watch, profile = self._watch, self._watch.profile
-        sighting = percept.sighting
+        perception, profile = self._perception, self._perception.profile
+        sighting = observation.sighting
         known_mm = sighting.distance_mm if sighting else distance_mm
         if known_mm <= profile.arrive_mm:
-            return self._stand(percept, bearing_deg)
+            return self._stand(observation, bearing_deg)
         ahead = max(0.0, 1.0 - abs(bearing_deg) / SHARP_DEG)
         near = min(1.0, max(SLOWEST, (distance_mm - profile.arrive_mm) / SLOW_MM))
         speed_mm_s = profile.cruise_mm_s * ahead * near
         if ahead < 0.5:
             self._driven.clear()
         else:
-            self._driven.append((percept.time_s, watch.memory.pose, known_mm))
-        stop = watch.senses.body.drive(speed_mm_s, steering_deg_s(bearing_deg))
+            self._driven.append((observation.time_s, perception.world.pose, known_mm))
+        stop = perception.context.body.drive(speed_mm_s, steering_deg_s(bearing_deg))
         if stop is None:
             return None
         if stop is StopReason.CONTACT:
-            return self._touched(percept)
+            return self._touched(observation)
         if stop is StopReason.STALLED:
-            return _failed(Reason.NO_PROGRESS, percept)
-        unseen = percept.sighting is None
-        return self._blocked(percept, hides=unseen and percept.time_s - self._seen_s > 0.3)
+            return _failed(Reason.NO_PROGRESS, observation)
+        unseen = observation.sighting is None
+        return self._blocked(observation, hides=unseen and observation.time_s - self._seen_s > 0.3)
 
-    def _touched(self, percept: Percept) -> Fact:
+    def _touched(self, observation: Observation) -> Fact:
         """It ran into something that it neither saw nor heard: remember it, and back off."""
-        watch = self._watch
-        watch.memory.floor.block(watch.memory.pose, 0.0)
-        watch.senses.body.straight(-RETREAT_MM)
-        return _failed(Reason.BLOCKED_LONG, percept, touched=True, hides=percept.sighting is None)
+        perception = self._perception
+        perception.world.floor.block(perception.world.pose, 0.0)
+        perception.context.body.straight(-RETREAT_MM)
+        return _failed(Reason.BLOCKED_LONG, observation, touched=True, hides=observation.sighting is None)
 
-    def _stand(self, percept: Percept, bearing_deg: float) -> Fact | None:
+    def _stand(self, observation: Observation, bearing_deg: float) -> Fact | None:
         """Near enough by now: stand and look until it is clear what this is."""
-        watch = self._watch
+        perception = self._perception
         if abs(bearing_deg) > AHEAD_DEG:
-            watch.senses.body.drive(0.0, steering_deg_s(bearing_deg))
+            perception.context.body.drive(0.0, steering_deg_s(bearing_deg))
         else:
-            watch.senses.body.stop()
+            perception.context.body.stop()
         self._driven.clear()
         if self._stood_s is None:
-            self._stood_s = percept.time_s
-        return self._mistaken(percept) if percept.time_s - self._stood_s >= 2 * DECIDE_S else None
+            self._stood_s = observation.time_s
+        return self._mistaken(observation) if observation.time_s - self._stood_s >= 2 * DECIDE_S else None
 
 
-def _failed(reason: Reason, percept: Percept, **evidence: object) -> Fact:
-    return Fact(Event.ARRIVE_FAILED, reason, {"range_mm": percept.range_mm, **evidence})
+def _failed(reason: Reason, observation: Observation, **evidence: object) -> Fact:
+    return Fact(Event.ARRIVE_FAILED, reason, {"range_mm": observation.range_mm, **evidence})

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.adaptive.angles import wrapped_deg
-from behaviors.adaptive.floor import CELL_MM, CELLS, DIRECTIONS, HINT, KNOWN, FloorMap, Grid
+from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, DIRECTIONS, HINT, KNOWN, Grid, OccupancyGrid
 from behaviors.ports import Pose
 from behaviors.recovery import Point
 
@@ -117,7 +117,7 @@ class Belief:
         self._stand: _Stand | None = None
         self._plausible_on: tuple[Grid, Array] | None = None
 
-    def look(self, pose: Pose, floor: FloorMap, frames: int) -> None:
+    def look(self, pose: Pose, floor: OccupancyGrid, frames: int) -> None:
         """Take in that it was not seen in so many frames from a pose."""
         view = self._view(pose.x_mm, pose.y_mm, floor)
         if self._stand is None or math.dist(self._stand.at, view.at) > STAND_MM:
@@ -167,11 +167,11 @@ class Belief:
             self._stand.missed = (1.0 - share) * self._stand.missed + share
             self._stand.left = (1.0 - share) * self._stand.left + share
 
-    def chance_from(self, x_mm: float, y_mm: float, floor: FloorMap) -> float:
+    def chance_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> float:
         """Probability that one look round from there finds it."""
         return float(self._gain(x_mm, y_mm, floor).sum())
 
-    def arc_from(self, x_mm: float, y_mm: float, floor: FloorMap, turn_deg_s: float) -> tuple[float, float]:
+    def arc_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid, turn_deg_s: float) -> tuple[float, float]:
         """The arc of bearings that is most worth being looked at, from and to in degrees clockwise.
 
         Args:
@@ -193,7 +193,7 @@ class Belief:
         best, first = np.unravel_index(int(np.argmax(worth)), worth.shape)
         return float(first * ARC_STEP_DEG), float((first + widths[best]) * ARC_STEP_DEG)
 
-    def _gain(self, x_mm: float, y_mm: float, floor: FloorMap) -> Array:
+    def _gain(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> Array:
         """Probability of finding it at each place by looking round from here, (places,)."""
         view = self._view(x_mm, y_mm, floor)
         missed, left = np.ones(len(self._x)), np.ones_like(self._mass)
@@ -204,7 +204,7 @@ class Belief:
         plausible = self._mass * self._plausible(floor)[:, None]
         return np.asarray((plausible * np.maximum(0.0, found)).sum(axis=1) / plausible.sum())
 
-    def _view(self, x_mm: float, y_mm: float, floor: FloorMap) -> _View:
+    def _view(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> _View:
         """What can be seen from a place, turning round."""
         dx, dy = self._x - x_mm, self._y - y_mm
         distance = np.hypot(dx, dy)
@@ -219,7 +219,7 @@ class Belief:
         step = np.clip((distance - SPACING_MM) / CELL_MM, 0, sight.shape[1] - 1).astype(np.int64)
         return _View((x_mm, y_mm), by_slant * sight[direction, step][:, None], each, bearing_deg)
 
-    def _plausible(self, floor: FloorMap) -> Array:
+    def _plausible(self, floor: OccupancyGrid) -> Array:
         """How likely a place may hold a picture at all, as far as the floor map tells, (places,)."""
         if self._plausible_on is None or not np.array_equal(self._plausible_on[0], floor.evidence):
             half = int(SPACING_MM / CELL_MM / 2)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from rich.table import Table
 from rich.text import Text
 
-from behaviors.operator import Candidate
+from behaviors.operator import OperatorChoice
 from behaviors.recovery import Evidence
 from nxtdrive.recording.wording import choice_words, evidence_lines
 
@@ -21,7 +21,7 @@ def known_lines(evidence: Evidence) -> Text:
     return Text("\n".join(evidence_lines(evidence)))
 
 
-def candidate_table(candidates: Sequence[Candidate], marks: Iterable[str], chosen: int | None = None) -> Table:
+def candidate_table(candidates: Sequence[OperatorChoice], marks: Iterable[str], chosen: int | None = None) -> Table:
     """The candidates with what the policy expects of them.
 
     Args:
@@ -40,7 +40,7 @@ def candidate_table(candidates: Sequence[Candidate], marks: Iterable[str], chose
     return table
 
 
-def _expected(candidate: Candidate) -> tuple[str, str, str]:
+def _expected(candidate: OperatorChoice) -> tuple[str, str, str]:
     option = candidate.option
     if option is None:
         return "-", "-", "-"

@@ -12,7 +12,7 @@ from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument, add_policy_argument
 
 if TYPE_CHECKING:
-    from behaviors.operator import Candidate
+    from behaviors.operator import OperatorChoice
     from behaviors.recovery import Choice
     from nxtdrive.recording.decisions import Decision, Replay
     from nxtdrive.recording.explanation import Explanation
@@ -99,7 +99,7 @@ def _plain_decision(decision: Decision) -> dict[str, Any]:
     }
 
 
-def _plain_candidate(candidate: Candidate, decision: Decision) -> dict[str, Any]:
+def _plain_candidate(candidate: OperatorChoice, decision: Decision) -> dict[str, Any]:
     from nxtdrive.recording.decisions import same
 
     option, chosen = candidate.option, decision.choice

@@ -52,12 +52,12 @@ height_mm = 100            # real height of the patch; distances are measured by
 
 def template() -> str:
     """The text of a mission file that loads as it is."""
-    from behaviors.mission import AdaptiveProfile, CameraTable, RobotTable, ThesisProfile
+    from behaviors.mission import AdaptiveParameters, CameraTable, RobotTable, ThesisParameters
 
     parts = [_HEAD]
     tables: dict[str, type[BaseModel]] = {
-        "adaptive": AdaptiveProfile,
-        "thesis": ThesisProfile,
+        "adaptive": AdaptiveParameters,
+        "thesis": ThesisParameters,
         "robot": RobotTable,
         "camera": CameraTable,
     }

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from behaviors.executive import Executive, Report
     from behaviors.journal import Observer, Record
-    from behaviors.mind import MakeMind
     from behaviors.mission import Mission
+    from behaviors.profiles.profile import MakeProfile
     from nxtdrive.brick import Brick
     from nxtdrive.recording.recording import Recording
     from nxtdrive.recording.status_line import StatusLine
@@ -92,9 +92,9 @@ def run(args: argparse.Namespace) -> int:
         mission_run.watch(camera, brick, recording.frame, VIDEO_FPS)
         status = stack.enter_context(StatusLine())
         observers: list[Observer] = [recording, _print_json] if args.json else [recording, console, status]
-        make_mind = _supervised(mission, status) if args.confirm_recovery else None
+        make_profile = _supervised(mission, status) if args.confirm_recovery else None
         rover = mission_run.build_rover(brick, mission)
-        executive = Executive(mission, rover, eyes, brick, observers, make_mind)
+        executive = Executive(mission, rover, eyes, brick, observers, make_profile)
         details: dict[str, object] = {"mission": mission.mission.name, "nxt": args.nxt, "camera": source}
         report = _pursue(executive, recording, details)
     _say_where(report, recording, details, as_json=args.json)
@@ -127,8 +127,8 @@ def _mission(args: argparse.Namespace) -> Mission:
     return mission.model_copy(update={"mission": table})
 
 
-def _supervised(mission: Mission, status: StatusLine) -> MakeMind:
-    from behaviors.profiles import supervised
+def _supervised(mission: Mission, status: StatusLine) -> MakeProfile:
+    from behaviors.profiles.registry import supervised
     from nxtdrive.cli.confirm import TerminalOperator
 
     return supervised(mission, TerminalOperator(status))
@@ -162,9 +162,9 @@ def _say_where(report: Report, recording: Recording, details: dict[str, object],
         )
         return
     print(f"{report.ending.replace('_', ' ')} after {report.duration_s:.1f} s")
-    for errand in report.errands:
-        when = "" if errand.time_s is None else f" at {errand.time_s:.1f} s"
-        print(f"  {errand.target}: {errand.fate.replace('_', ' ')}{when}, searches: {errand.attempts}")
+    for progress in report.targets:
+        when = "" if progress.time_s is None else f" at {progress.time_s:.1f} s"
+        print(f"  {progress.target}: {progress.outcome.replace('_', ' ')}{when}, searches: {progress.attempts}")
     if report.error:
         print(f"nxtdrive: {report.error}", file=sys.stderr)
     for path in recording.files():

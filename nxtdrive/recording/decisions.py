@@ -12,7 +12,7 @@ from behaviors.chart import MISSION_STATES
 from behaviors.events import Event
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
-from behaviors.operator import Candidate, Weighing, candidates
+from behaviors.operator import OperatorChoice, Weighing, candidates
 from behaviors.recovery import Choice, Evidence, RecoveryPolicy, choice_from, evidence_from
 
 WEIGHED = ("blocker", "here", "viewpoints")
@@ -135,7 +135,7 @@ def profile_of(mission: Mission | None, made: Sequence[Decision]) -> str:
     return "adaptive" if any(each.weighed for each in made) else "thesis"
 
 
-def weighed_by(policy: RecoveryPolicy, decision: Decision) -> tuple[Candidate, ...]:
+def weighed_by(policy: RecoveryPolicy, decision: Decision) -> tuple[OperatorChoice, ...]:
     """The candidates of a decision as a policy weighs them, and what was chosen, if that is none of them."""
     chosen = decision.choice
     if decision.evidence is None or not decision.weighed or not isinstance(policy, Weighing):
@@ -143,7 +143,7 @@ def weighed_by(policy: RecoveryPolicy, decision: Decision) -> tuple[Candidate, .
     found = candidates(policy, decision.evidence)
     if chosen is None or any(same(each.choice, chosen) for each in found):
         return found
-    return (*found, Candidate(chosen))
+    return (*found, OperatorChoice(chosen))
 
 
 def replay(policy: RecoveryPolicy, decision: Decision) -> Replay:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from behaviors.mission import Mission
-from behaviors.operator import Candidate
-from behaviors.profiles import make_policy
+from behaviors.operator import OperatorChoice
+from behaviors.profiles.registry import make_policy
 from nxtdrive.recording.decisions import Decision, Replay, decisions, profile_of, replay, weighed_by
 from nxtdrive.recording.run_reader import PastRun
 
@@ -27,7 +27,7 @@ class Explained:
     """
 
     decision: Decision
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[OperatorChoice, ...]
     replay: Replay
 
 

@@ -70,12 +70,12 @@ def summary(report: Report | None, error: str, details: dict[str, object]) -> di
         "duration_s": round(report.duration_s, 3),
         "targets": [
             {
-                "target": errand.target,
-                "fate": errand.fate.value,
-                "time_s": None if errand.time_s is None else round(errand.time_s, 3),
-                "searches": errand.attempts,
+                "target": progress.target,
+                "fate": progress.outcome.value,
+                "time_s": None if progress.time_s is None else round(progress.time_s, 3),
+                "searches": progress.attempts,
             }
-            for errand in report.errands
+            for progress in report.targets
         ],
         "path": list(report.path),
         **details,

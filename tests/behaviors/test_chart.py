@@ -6,18 +6,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from behaviors.agenda import Agenda, Fate
 from behaviors.chart import MISSION_STATES, MissionChart
 from behaviors.diagram import arrows, mermaid, transition_table
 from behaviors.events import Event, Fact, Reason
 from behaviors.recovery import Choice, Recovery
+from behaviors.target_queue import TargetOutcome, TargetQueue
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "statechart.md"
 
 
 def _chart(*choices: Recovery, targets: tuple[str, ...] = ("lena", "rilakkuma")) -> MissionChart:
     left = list(choices)
-    return MissionChart(Agenda(targets), lambda: Choice(left.pop(0) if left else Recovery.CHANGE_TARGET, "test"))
+    return MissionChart(TargetQueue(targets), lambda: Choice(left.pop(0) if left else Recovery.CHANGE_TARGET, "test"))
 
 
 def _send(chart: MissionChart, *events: Event) -> list[str]:
@@ -41,10 +41,10 @@ def test_a_target_reached_leads_to_the_next_and_the_last_one_ends_the_mission():
     chart = _chart()
     path = _send(chart, Event.START, Event.TARGET_SEEN, Event.CONTINUED, Event.ARRIVED)
     assert path == ["search", "arrive", "arrive", "search"]
-    assert chart.agenda.target == "rilakkuma"
+    assert chart.queue.target == "rilakkuma"
     assert _send(chart, Event.TARGET_SEEN, Event.ARRIVED) == ["arrive", "finished"]
     assert chart.is_terminated
-    assert chart.agenda.achieved
+    assert chart.queue.achieved
 
 
 def test_failures_pass_through_select_and_the_recovery_leads_back_to_search():
@@ -58,7 +58,7 @@ def test_failures_pass_through_select_and_the_recovery_leads_back_to_search():
 def test_giving_up_changes_the_target_and_giving_up_the_last_ends_the_mission():
     chart = _chart(Recovery.CHANGE_TARGET, Recovery.CHANGE_TARGET)
     assert _send(chart, Event.START, Event.SEARCH_FAILED) == ["search", "search"]
-    assert [errand.fate for errand in chart.agenda.errands] == [Fate.GIVEN_UP, Fate.PENDING]
+    assert [progress.outcome for progress in chart.queue.targets] == [TargetOutcome.GIVEN_UP, TargetOutcome.PENDING]
     assert _send(chart, Event.SEARCH_FAILED) == ["finished"]
     assert chart.is_terminated
 
@@ -71,23 +71,23 @@ def test_a_decision_that_is_broken_off_does_not_repeat_the_one_before():
             return choice
         raise KeyboardInterrupt
 
-    chart = MissionChart(Agenda(("lena", "rilakkuma"), rounds=2), decide)
+    chart = MissionChart(TargetQueue(("lena", "rilakkuma"), rounds=2), decide)
     _send(chart, Event.START, Event.SEARCH_FAILED)
     with pytest.raises(KeyboardInterrupt):
         _send(chart, Event.SEARCH_FAILED)
     assert _send(chart, Event.TRIP) == ["finished"]
-    assert [errand.fate for errand in chart.agenda.errands] == [Fate.GIVEN_UP, Fate.PENDING]
+    assert [progress.outcome for progress in chart.queue.targets] == [TargetOutcome.GIVEN_UP, TargetOutcome.PENDING]
 
 
 def test_the_policy_may_say_which_target_is_next_and_that_counts_once():
     decisions = iter([Choice(Recovery.CHANGE_TARGET, "test", instead="box"), Choice(Recovery.CHANGE_TARGET, "test")])
-    chart = MissionChart(Agenda(("lena", "fox", "box"), rounds=2), lambda: next(decisions))
+    chart = MissionChart(TargetQueue(("lena", "fox", "box"), rounds=2), lambda: next(decisions))
     _send(chart, Event.START, Event.SEARCH_FAILED)
-    assert chart.agenda.target == "box"
+    assert chart.queue.target == "box"
     _send(chart, Event.TARGET_SEEN, Event.ARRIVED)
-    assert chart.agenda.target == "fox"
+    assert chart.queue.target == "fox"
     _send(chart, Event.SEARCH_FAILED)
-    assert chart.agenda.target == "lena"
+    assert chart.queue.target == "lena"
 
 
 @pytest.mark.parametrize("state", ["search", "arrive", "wait"])
@@ -110,7 +110,7 @@ def test_an_exception_in_the_policy_surfaces():
     def broken() -> Choice:
         raise RuntimeError("no choice")
 
-    chart = MissionChart(Agenda(["lena"]), broken)
+    chart = MissionChart(TargetQueue(["lena"]), broken)
     _send(chart, Event.START)
     with pytest.raises(RuntimeError, match="no choice"):
         _send(chart, Event.SEARCH_FAILED)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from behaviors.agenda import Agenda
 from behaviors.chart import MissionChart
 from behaviors.events import Event, Fact, Reason
 from behaviors.recovery import Choice, Recovery
+from behaviors.target_queue import TargetQueue
 
 WAYS = {
     "idle": ([], Recovery.WAIT),
@@ -48,7 +48,7 @@ LEADS_TO = {
 @pytest.mark.parametrize("state", list(WAYS))
 def test_every_event_in_every_state(state, event):
     way, kind = WAYS[state]
-    chart = MissionChart(Agenda(["lena", "rilakkuma"]), lambda: Choice(kind, "test"))
+    chart = MissionChart(TargetQueue(["lena", "rilakkuma"]), lambda: Choice(kind, "test"))
     for step in way:
         chart.report(Fact(step, Reason.SIGHTED))
     assert chart.mission_state == state
@@ -58,7 +58,7 @@ def test_every_event_in_every_state(state, event):
 
 
 def test_a_resume_asked_for_while_the_link_is_down_changes_nothing():
-    chart = MissionChart(Agenda(["lena"]), lambda: Choice(Recovery.WAIT, "test"))
+    chart = MissionChart(TargetQueue(["lena"]), lambda: Choice(Recovery.WAIT, "test"))
     for event in (Event.START, Event.LINK_LOST, Event.RESUME):
         chart.report(Fact(event, Reason.SIGHTED))
     assert chart.mission_state == "suspended"

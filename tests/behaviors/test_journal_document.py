@@ -10,12 +10,12 @@ import pytest
 from behaviors.chart import MISSION_STATES
 from behaviors.events import Reason
 from behaviors.journal import Kind
-from behaviors.recovery import Blocker, Choice, Detour, Evidence, Other, Recovery, Viewpoint
+from behaviors.recovery import AlternativeTarget, Blocker, Choice, Detour, Evidence, Recovery, Viewpoint
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "journal.md").read_text(encoding="utf-8")
 KEYS = {
     field.name
-    for values in (Blocker, Choice, Detour, Evidence, Other, Viewpoint)
+    for values in (Blocker, Choice, Detour, Evidence, AlternativeTarget, Viewpoint)
     for field in dataclasses.fields(values)
 }
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.line_protocol import LINE_LIMIT, Failure, Request, RequestReader, Verb, parse
+from behaviors.line_protocol import LINE_LIMIT, ErrorReply, Request, RequestReader, Verb, parse
 
 
 @pytest.mark.parametrize(
@@ -32,20 +32,20 @@ def test_a_line_is_a_verb_and_perhaps_an_argument(line, request_):
 @pytest.mark.parametrize(
     ("line", "failure"),
     [
-        (b"", Failure.UNKNOWN_VERB),
-        (b"dance", Failure.UNKNOWN_VERB),
-        (b"ARRIVE", Failure.UNKNOWN_VERB),
-        (b"arrivelena", Failure.UNKNOWN_VERB),
-        (b"(90)", Failure.UNKNOWN_VERB),
-        (b"\xff\xfe", Failure.UNKNOWN_VERB),
-        (b"move_to", Failure.BAD_ARGUMENT),
-        (b"move_to right", Failure.BAD_ARGUMENT),
-        (b"move_to nan", Failure.BAD_ARGUMENT),
-        (b"move_to -inf", Failure.BAD_ARGUMENT),
-        (b"move_to 361", Failure.BAD_ARGUMENT),
-        (b"target", Failure.BAD_ARGUMENT),
-        (b"stop now", Failure.BAD_ARGUMENT),
-        (b"arrive " + b"x" * LINE_LIMIT, Failure.BAD_ARGUMENT),
+        (b"", ErrorReply.UNKNOWN_VERB),
+        (b"dance", ErrorReply.UNKNOWN_VERB),
+        (b"ARRIVE", ErrorReply.UNKNOWN_VERB),
+        (b"arrivelena", ErrorReply.UNKNOWN_VERB),
+        (b"(90)", ErrorReply.UNKNOWN_VERB),
+        (b"\xff\xfe", ErrorReply.UNKNOWN_VERB),
+        (b"move_to", ErrorReply.BAD_ARGUMENT),
+        (b"move_to right", ErrorReply.BAD_ARGUMENT),
+        (b"move_to nan", ErrorReply.BAD_ARGUMENT),
+        (b"move_to -inf", ErrorReply.BAD_ARGUMENT),
+        (b"move_to 361", ErrorReply.BAD_ARGUMENT),
+        (b"target", ErrorReply.BAD_ARGUMENT),
+        (b"stop now", ErrorReply.BAD_ARGUMENT),
+        (b"arrive " + b"x" * LINE_LIMIT, ErrorReply.BAD_ARGUMENT),
     ],
 )
 def test_what_is_no_request_has_its_answer(line, failure):
@@ -54,7 +54,7 @@ def test_what_is_no_request_has_its_answer(line, failure):
 
 @given(st.binary(max_size=2 * LINE_LIMIT))
 def test_any_bytes_are_a_request_or_a_failure(line):
-    assert isinstance(parse(line), Request | Failure)
+    assert isinstance(parse(line), Request | ErrorReply)
 
 
 @given(st.lists(st.sampled_from([b"arrive(lena)", b"stop", b"x" * 300, b"\xff", b"", b"move_to 9"])), st.data())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from behaviors.line_protocol import LINE_LIMIT, Failure, Verb, Why
+from behaviors.line_protocol import LINE_LIMIT, ErrorReply, Verb, Why
 
 TEXT = (Path(__file__).parents[2] / "docs" / "agentspeak.md").read_text(encoding="utf-8")
 
@@ -16,7 +16,7 @@ def test_every_verb_is_listed_in_order():
 
 def test_every_number_is_listed():
     listed = re.findall(r"^\| (-?\d+) \| (\w+) \|", TEXT, re.MULTILINE)
-    assert listed == [(str(member.value), member.name.lower()) for numbers in (Failure, Why) for member in numbers]
+    assert listed == [(str(member.value), member.name.lower()) for numbers in (ErrorReply, Why) for member in numbers]
 
 
 def test_the_limit_of_a_line_is_named():

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.mission import BUILT_IN, MissionError, PictureTarget, ThesisProfile, load_mission
+from behaviors.mission import BUILT_IN, MissionError, PictureTarget, ThesisParameters, load_mission
 
 GOOD = """
 [mission]
@@ -31,7 +31,7 @@ def _complaint(folder: Path, text: str) -> str:
 
 def test_the_defaults_are_the_thesis(tmp_path):
     thesis = load_mission(_write(tmp_path, GOOD)).thesis
-    assert thesis == ThesisProfile()
+    assert thesis == ThesisParameters()
     numbers = (thesis.wait_s, thesis.turn_deg, thesis.advances, thesis.advance_mm, thesis.max_researches)
     assert numbers == (15.0, 90.0, 10, 150.0, 2)
 

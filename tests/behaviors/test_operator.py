@@ -14,11 +14,11 @@ from behaviors.events import Reason
 from behaviors.journal import Kind, Record, plain
 from behaviors.operator import OPERATORS_WISH, ConfirmedPolicy, Question, question
 from behaviors.recovery import (
+    AlternativeTarget,
     Blocker,
     Choice,
     Detour,
     Evidence,
-    Other,
     Recovery,
     ThesisPolicy,
     Viewpoint,
@@ -43,9 +43,9 @@ EVIDENCE = st.builds(
     detour=st.none() | st.builds(Detour, NUMBERS, ROUTES),
     here=st.none() | VIEWPOINTS,
     viewpoints=st.lists(VIEWPOINTS, max_size=2).map(tuple),
-    others=st.lists(st.builds(Other, st.sampled_from(["fox", "box"]), NUMBERS, NUMBERS, NUMBERS), max_size=2).map(
-        tuple
-    ),
+    others=st.lists(
+        st.builds(AlternativeTarget, st.sampled_from(["fox", "box"]), NUMBERS, NUMBERS, NUMBERS), max_size=2
+    ).map(tuple),
     repeats=st.dictionaries(st.sampled_from(Recovery), st.integers(1, 9)),
 )
 HEAD = ("t", "kind", "state", "target")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from behaviors.events import Event
-from behaviors.mission import ThesisProfile
-from behaviors.skills import Senses, Waiting
+from behaviors.mission import ThesisParameters
+from behaviors.skills import SkillContext, ThesisWaitSkill
 
 
 class CoarseClock:
@@ -35,7 +35,7 @@ class Still:
 @pytest.mark.parametrize("wait_s", [0.0, 0.7, 14.999, 15.0])
 def test_a_wait_ends_on_time_although_clocks_round(wait_s):
     clock = CoarseClock()
-    senses = Senses(Still(), None, clock, ThesisProfile(), lambda *_: None, lambda _: None)
+    context = SkillContext(Still(), None, clock, ThesisParameters(), lambda *_: None, lambda _: None)
     begun_s = clock.now()
-    assert Waiting(senses, wait_s).call().event is Event.RECOVERY_DONE
+    assert ThesisWaitSkill(context, wait_s).call().event is Event.RECOVERY_DONE
     assert clock.now() - begun_s == pytest.approx(wait_s, abs=0.002)

@@ -12,7 +12,7 @@ from behaviors.executive import Executive, Report
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.operator import Ask
-from behaviors.profiles import supervised
+from behaviors.profiles.registry import supervised
 from nxtdrive import mission_run
 from nxtdrive.brick import Brick
 from nxtdrive.transports.sim import SimTransport
@@ -84,8 +84,8 @@ def perform(
         else:
             eyes = mission_run.camera_eyes(mission_run.open_mission_camera("sim", brick), mission)
         rover = mission_run.build_rover(brick, mission)
-        make_mind = supervised(mission, ask) if ask else None
-        executive = Executive(mission, rover, eyes, brick, [done.records.append, console], make_mind)
+        make_profile = supervised(mission, ask) if ask else None
+        executive = Executive(mission, rover, eyes, brick, [done.records.append, console], make_profile)
         start_ms = simulation.now_ms
 
         def sample() -> None:

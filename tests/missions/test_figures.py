@@ -29,7 +29,7 @@ def test_figure_7_the_target_is_changed(perform, mission_for):
     at = done.lines.index("[client2] change target!")
     assert done.lines[at - 2 : at + 3] == FIGURE_7
     assert done.lines[:at].count("[client2] Failed") == 3, "one search and two re-searches"
-    assert [errand.fate for errand in done.report.errands] == ["given_up", "reached"]
+    assert [progress.outcome for progress in done.report.targets] == ["given_up", "reached"]
     assert done.simulation.truth.distance_mm("rilakkuma") < 500
 
 

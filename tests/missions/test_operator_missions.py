@@ -6,7 +6,7 @@ import pytest
 
 from behaviors.executive import Ending
 from behaviors.journal import Kind
-from behaviors.profiles import make_policy
+from behaviors.profiles.registry import make_policy
 from behaviors.recovery import Recovery
 from nxtdrive.recording.decisions import Result, decisions, replay, weighed_by
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from behaviors.line_protocol import Failure, Status, Why
+from behaviors.line_protocol import ErrorReply, Status, Why
 from behaviors.ports import Glance
 from nxtdrive.line_server import PreemptibleBrick
 from nxtdrive.transports import open_transport
@@ -24,7 +24,7 @@ from sim_backend.simulation import Simulation
 LONG_MM = 1500.0
 """An advance of some eight seconds, and there is room for it in world open."""
 
-EVERY_ANSWER = {*Failure, 0, 1, 2, *Why}
+EVERY_ANSWER = {*ErrorReply, 0, 1, 2, *Why}
 
 
 def test_connect_makes_connectable(serve):
@@ -97,8 +97,8 @@ def test_a_bare_arrive_means_the_present_target(serve):
 
 def test_a_target_that_nobody_described_is_a_bad_argument(serve):
     client = serve().client()
-    assert client.ask("arrive santa") == Failure.BAD_ARGUMENT
-    assert client.ask("target santa") == Failure.BAD_ARGUMENT
+    assert client.ask("arrive santa") == ErrorReply.BAD_ARGUMENT
+    assert client.ask("target santa") == ErrorReply.BAD_ARGUMENT
     assert client.ask("arrive") == 0, "the present target is still lena"
 
 
@@ -117,7 +117,7 @@ def test_the_safety_stop_is_told_and_cuts_the_advance(serve):
     client = served.client()
     answers = [client.ask("move_to 0") for _ in range(10)]
     assert answers == sorted(answers, reverse=True), "first it advances, then it does not"
-    assert set(answers) == {0, Failure.SAFETY_STOP}
+    assert set(answers) == {0, ErrorReply.SAFETY_STOP}
     assert client.ask("why") == Why.OBSTACLE_AHEAD
     assert client.ask("status") == Status.HELD
     assert served.at_rest
@@ -134,7 +134,7 @@ def test_stop_breaks_off_what_is_going_on(serve, command):
     client = served.client()
     served.after(1.0, lambda: client.send("stop\n"))
     start_ms = served.simulation.now_ms
-    assert client.ask(command) == Failure.STOPPED
+    assert client.ask(command) == ErrorReply.STOPPED
     assert int(client.hear()) == 1
     assert served.simulation.now_ms - start_ms < 1500
     assert served.at_rest
@@ -146,8 +146,8 @@ def test_what_was_asked_before_a_stop_does_not_begin_any_more(serve):
     served = serve(advance_mm=LONG_MM)
     client = served.client()
     served.after(1.0, lambda: client.send("move_to 90\nselect\nstop\nstatus\n"))
-    assert client.ask("move_to 0") == Failure.STOPPED
-    assert [int(client.hear()) for _ in range(4)] == [Failure.STOPPED, 0, 1, Status.IDLE]
+    assert client.ask("move_to 0") == ErrorReply.STOPPED
+    assert [int(client.hear()) for _ in range(4)] == [ErrorReply.STOPPED, 0, 1, Status.IDLE]
     assert served.simulation.truth.pose.heading_deg == pytest.approx(0, abs=3)
 
 
@@ -200,7 +200,7 @@ def test_the_end_of_the_server_stops_the_motors(serve):
     served = serve(advance_mm=LONG_MM)
     client = served.client()
     served.after(1.0, served.end.set)
-    assert client.ask("move_to 0") == Failure.STOPPED
+    assert client.ask("move_to 0") == ErrorReply.STOPPED
     served.thread.join()
     assert served.at_rest
 
@@ -232,7 +232,7 @@ def test_stop_breaks_off_a_motion_over_a_real_link(serving, mission_for):
             with serving(brick, simulation, mission, Blind()) as served:
                 client = served.client()
                 served.after(1.0, lambda: client.send("stop\n"))
-                assert client.ask("move_to 0") == Failure.STOPPED
+                assert client.ask("move_to 0") == ErrorReply.STOPPED
                 assert int(client.hear()) == 1
                 assert client.ask("status") == Status.IDLE
     finally:
@@ -253,7 +253,7 @@ def test_a_second_client_is_told_so_and_closed(serve):
     first, second = served.client(), None
     assert first.ask("connect") == 1
     second = served.client()
-    assert second.hear() == b"%d" % Failure.BUSY
+    assert second.hear() == b"%d" % ErrorReply.BUSY
     assert second.hear() == b""
     assert first.ask("status") == Status.IDLE
 
@@ -265,7 +265,7 @@ def test_a_second_client_does_not_wait_for_a_command_to_end(serve):
     served.after(0.5, served.client)
     served.after(1.0, lambda: heard.append(served.clients[1].hear()))
     assert first.ask("move_to 0") == 0
-    assert heard == [b"%d" % Failure.BUSY]
+    assert heard == [b"%d" % ErrorReply.BUSY]
 
 
 def test_a_client_that_asks_and_leaves_moves_nothing(serve):
@@ -293,10 +293,10 @@ def test_a_client_that_floods_is_sent_away(serve):
 def test_a_link_that_breaks_is_told_and_connect_mends_it(serve):
     served = serve(advance_mm=LONG_MM, faults=LinkFaults(unplugged_ms=((1000, 5000),)))
     client = served.client()
-    assert client.ask("move_to 0") == Failure.LINK_DOWN
+    assert client.ask("move_to 0") == ErrorReply.LINK_DOWN
     assert client.ask("why") == Why.LINK_LOST
-    assert client.ask("status") == Failure.LINK_DOWN
-    assert client.ask("connect") == Failure.LINK_DOWN
+    assert client.ask("status") == ErrorReply.LINK_DOWN
+    assert client.ask("connect") == ErrorReply.LINK_DOWN
     served.simulation.advance(6000)
     assert served.simulation.truth.speed_mm_s < 1.0, "the lease has stopped the motors"
     assert client.ask("connect") == 1

@@ -12,11 +12,11 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any, cast
 
-from behaviors.agenda import Agenda, Fate
 from behaviors.events import Event, Reason
 from behaviors.executive import LINK_FAILURES, Ending, Report
 from behaviors.journal import Kind, Record, plain
-from behaviors.skills import Arrive, Search, Senses, TimeUp
+from behaviors.skills import SkillContext, ThesisArriveSkill, ThesisSearchSkill, TimeUp
+from behaviors.target_queue import TargetOutcome, TargetQueue
 
 from .robot import Robot, SteadyEyes
 
@@ -34,10 +34,10 @@ class Baseline(ABC):
         self._start_s = robot.clock.now()
         limit_s = self.mission.mission.time_limit_s
         self.deadline_s = math.inf if limit_s is None else self._start_s + limit_s
-        self.senses = Senses(
+        self.context = SkillContext(
             self.body, self.eyes, self.clock, self.mission.thesis, self.note, lambda _: None, self.deadline_s
         )
-        self.agenda = Agenda(self.mission.mission.targets)
+        self.queue = TargetQueue(self.mission.mission.targets)
         self._state = "idle"
         self._path: list[str] = []
 
@@ -58,9 +58,9 @@ class Baseline(ABC):
         finally:
             with suppress(*LINK_FAILURES):
                 self.body.stop()
-            fates = {errand.target: errand.fate.value for errand in self.agenda.errands}
-            self.note(Kind.END, ending=ending, targets=fates, error=error)
-        return Report(ending, self.agenda.errands, self._path, self.now(), error)
+            outcomes = {progress.target: progress.outcome.value for progress in self.queue.targets}
+            self.note(Kind.END, ending=ending, targets=outcomes, error=error)
+        return Report(ending, self.queue.targets, self._path, self.now(), error)
 
     def now(self) -> float:
         """Mission time in seconds."""
@@ -69,7 +69,7 @@ class Baseline(ABC):
     def note(self, kind: Kind, **data: object) -> None:
         """Tell every observer."""
         values = cast("Mapping[str, Any]", plain(data))
-        record = Record(round(self.now(), 3), kind, self._state, self.agenda.target, values)
+        record = Record(round(self.now(), 3), kind, self._state, self.queue.target, values)
         for observer in self._observers:
             observer(record)
 
@@ -87,27 +87,27 @@ class Baseline(ABC):
     def search(self, target: str) -> Reason:
         """The thesis's search; SIGHTED or why not."""
         self.enter("search")
-        self.agenda.errand.attempts += 1
-        return Search(self.senses, target).call().reason
+        self.queue.current.attempts += 1
+        return ThesisSearchSkill(self.context, target).call().reason
 
     def arrive(self, target: str) -> Reason:
         """The thesis's approach to its end; WITHIN_REACH or why not."""
         self.enter("arrive", Event.TARGET_SEEN, Reason.SIGHTED)
-        service = Arrive(self.senses, target)
+        service = ThesisArriveSkill(self.context, target)
         while True:
-            self.senses.check_time()
+            self.context.check_time()
             fact = service.call()
             if fact.event is not Event.CONTINUED:
                 return fact.reason
 
     def _pursue_all(self) -> Ending:
         while True:
-            reached = self.pursue(self.agenda.target)
+            reached = self.pursue(self.queue.target)
             if not reached:
-                self.senses.check_time()
-            self.agenda.decide(Fate.REACHED if reached else Fate.GIVEN_UP)
-            self.agenda.errand.time_s = self.now()
+                self.context.check_time()
+            self.queue.decide(TargetOutcome.REACHED if reached else TargetOutcome.GIVEN_UP)
+            self.queue.current.time_s = self.now()
             self.enter("reached" if reached else "gave_up")
-            if not self.agenda.more_targets:
-                return Ending.ACHIEVED if self.agenda.achieved else Ending.EXHAUSTED
-            self.agenda.next_target()
+            if not self.queue.more_targets:
+                return Ending.ACHIEVED if self.queue.achieved else Ending.EXHAUSTED
+            self.queue.next_target()

@@ -56,7 +56,7 @@ class Nav2List(Baseline):
         else:
             end_s = self.clock.now() + WAIT_S
             while self.clock.now() < end_s:
-                self.senses.check_time()
+                self.context.check_time()
                 self.clock.sleep(NAP_S)
 
 
@@ -72,11 +72,11 @@ class RandomWalk(Baseline):
 
     def pursue(self, target: str) -> bool:
         """Walk about until the target is reached or its share of the time is over."""
-        errands = self.agenda.errands
-        left = len(errands) - errands.index(self.agenda.errand)
+        items = self.queue.targets
+        left = len(items) - items.index(self.queue.current)
         give_up_s = self.clock.now() + (self.deadline_s - self.clock.now()) / left
         while self.clock.now() < give_up_s:
-            self.agenda.errand.attempts += 1
+            self.queue.current.attempts += 1
             if self._wander(target, give_up_s) and self.arrive(target) is Reason.WITHIN_REACH:
                 return True
         return False
@@ -87,7 +87,7 @@ class RandomWalk(Baseline):
         while self.clock.now() < until_s:
             leg_end_s = min(until_s, self.clock.now() + self._random.uniform(*LEG_S))
             while self.clock.now() < leg_end_s:
-                self.senses.check_time()
+                self.context.check_time()
                 stop = self.body.drive(self.mission.thesis.cruise_mm_s, 0.0)
                 if stop is not None:
                     break

@@ -50,10 +50,10 @@ class Oracle(Baseline):
     def pursue(self, target: str) -> bool:
         """Drive to where a stop counts."""
         self.enter("search")
-        self.agenda.errand.attempts += 1
+        self.queue.current.attempts += 1
         waited_s = 0.0
         while target in self._simulation.truth.pictures and waited_s < PATIENCE_S:
-            self.senses.check_time()
+            self.context.check_time()
             way = self._plan(target)
             if way is None:
                 waited_s += LOOK_S

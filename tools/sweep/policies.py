@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from behaviors.adaptive.mind import AdaptiveMind
 from behaviors.executive import Executive, Report
-from behaviors.mind import MakeMind, ThesisMind
 from behaviors.mission import Mission
+from behaviors.profiles.adaptive import AdaptiveProfile
+from behaviors.profiles.profile import MakeProfile, ThesisProfile
 from behaviors.recovery import ThesisPolicy
 from sim_backend.simulation import Simulation
 
@@ -26,35 +26,35 @@ NEVER = 10**9
 Policy = Callable[[Robot], Report]
 
 
-def _executive(make_mind: MakeMind, **adaptive: object) -> Policy:
+def _executive(make_profile: MakeProfile, **adaptive: object) -> Policy:
     """The mission's executive with a profile; and with other numbers for the adaptive one."""
 
     def run(robot: Robot) -> Report:
         profile = robot.mission.adaptive.model_copy(update=adaptive)
         mission = robot.mission.model_copy(update={"adaptive": profile})
-        eyes = robot.eyes if make_mind is AdaptiveMind else SteadyEyes(robot.eyes, robot.clock)
-        return Executive(mission, robot.body, eyes, robot.clock, robot.observers, make_mind).run()
+        eyes = robot.eyes if make_profile is AdaptiveProfile else SteadyEyes(robot.eyes, robot.clock)
+        return Executive(mission, robot.body, eyes, robot.clock, robot.observers, make_profile).run()
 
     return run
 
 
 POLICIES: dict[str, Policy] = {
-    "thesis": _executive(ThesisMind),
-    "thesis-unlimited": _executive(partial(ThesisMind, policy=ThesisPolicy(max_researches=NEVER))),
-    "adaptive": _executive(AdaptiveMind),
+    "thesis": _executive(ThesisProfile),
+    "thesis-unlimited": _executive(partial(ThesisProfile, policy=ThesisPolicy(max_researches=NEVER))),
+    "adaptive": _executive(AdaptiveProfile),
     "nav2-list": lambda robot: Nav2List(robot).run(),
     "random-walk": lambda robot: RandomWalk(robot).run(),
 }
 THESIS_BUDGET = {"rounds": 1, "max_researches": 2}
 """Two searches after the first, and a target given up is not tried again."""
 ABLATIONS: dict[str, Policy] = {
-    "adaptive-thesis-budget": _executive(AdaptiveMind, **THESIS_BUDGET),
-    "adaptive-one-round": _executive(AdaptiveMind, rounds=1),
-    "adaptive-fixed-wait": _executive(AdaptiveMind, fixed_wait_s=15.0),
-    "adaptive-no-detour": _executive(AdaptiveMind, detours=False),
-    "adaptive-no-viewpoints": _executive(AdaptiveMind, chooses_viewpoints=False),
-    "adaptive-in-order": _executive(AdaptiveMind, in_order=True),
-    "adaptive-no-memory": _executive(AdaptiveMind, remembers_others=False),
+    "adaptive-thesis-budget": _executive(AdaptiveProfile, **THESIS_BUDGET),
+    "adaptive-one-round": _executive(AdaptiveProfile, rounds=1),
+    "adaptive-fixed-wait": _executive(AdaptiveProfile, fixed_wait_s=15.0),
+    "adaptive-no-detour": _executive(AdaptiveProfile, detours=False),
+    "adaptive-no-viewpoints": _executive(AdaptiveProfile, chooses_viewpoints=False),
+    "adaptive-in-order": _executive(AdaptiveProfile, in_order=True),
+    "adaptive-no-memory": _executive(AdaptiveProfile, remembers_others=False),
 }
 """The adaptive profile without one of its faculties; only when asked for by name."""
 ORACLE = "oracle"

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from behaviors.adaptive.policy import AdaptivePolicy
 from behaviors.events import Reason
 from behaviors.journal import plain
-from behaviors.recovery import Blocker, Choice, Detour, Evidence, Other, Recovery, Viewpoint, evidence_from
+from behaviors.recovery import AlternativeTarget, Blocker, Choice, Detour, Evidence, Recovery, Viewpoint, evidence_from
 
 POLICY = AdaptivePolicy()
 ROUTE = ((300.0, 400.0), (900.0, 100.0))
@@ -21,7 +21,7 @@ PERSON = Blocker(400.0, 0.0, moving=True, hides=True)
 FURNITURE = Blocker(400.0, 300.0, moving=False, hides=True)
 HERE, NOT_HERE = Viewpoint(0.0, 8.0, 0.6), Viewpoint(0.0, 8.0, 0.05)
 GOOD, POOR = Viewpoint(6.0, 7.0, 0.5, ROUTE), Viewpoint(12.0, 7.0, 0.1, ((0.0, 900.0),))
-NEAR, FAR = Other("rilakkuma", 8.0, 5.0, 0.9), Other("rilakkuma", 40.0, 5.0, 0.9)
+NEAR, FAR = AlternativeTarget("rilakkuma", 8.0, 5.0, 0.9), AlternativeTarget("rilakkuma", 40.0, 5.0, 0.9)
 LONG = 3600.0
 """A search that has lasted longer than any budget."""
 
@@ -148,7 +148,9 @@ EVIDENCE = st.builds(
     detour=st.none() | st.builds(Detour, _thousandths(0.5, 120.0), ROUTES),
     here=st.none() | st.builds(Viewpoint, TIMES_S, _thousandths(1.0, 20.0), CHANCES),
     viewpoints=st.lists(st.builds(Viewpoint, TIMES_S, _thousandths(1.0, 20.0), CHANCES, ROUTES), max_size=3).map(tuple),
-    others=st.lists(st.builds(Other, st.just("rilakkuma"), TIMES_S, TIMES_S, CHANCES), max_size=1).map(tuple),
+    others=st.lists(st.builds(AlternativeTarget, st.just("rilakkuma"), TIMES_S, TIMES_S, CHANCES), max_size=1).map(
+        tuple
+    ),
     repeats=st.dictionaries(st.sampled_from(list(Recovery)), COUNTS),
 )
 

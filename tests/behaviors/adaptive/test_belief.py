@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.belief import Belief
-from behaviors.adaptive.floor import CELLS, MOST, FloorMap, cell, centre_mm
+from behaviors.adaptive.occupancy_grid import CELLS, MOST, OccupancyGrid, cell, centre_mm
 from behaviors.ports import Pose
 from behaviors.recovery import Point
 
@@ -24,9 +24,9 @@ def _belief() -> Belief:
     return Belief(RANGE_MM, HALF_VIEW_DEG)
 
 
-def _room() -> FloorMap:
+def _room() -> OccupancyGrid:
     """Free floor, 4 m square."""
-    floor = FloorMap()
+    floor = OccupancyGrid()
     middle = np.abs(centre_mm(np.arange(CELLS))) < 2000.0
     floor.evidence[np.ix_(middle, middle)] = -1.0
     return floor
@@ -179,7 +179,7 @@ def test_the_arc_covers_where_the_target_was_seen(bearing_deg):
 
 
 def test_the_arc_is_nearly_the_whole_turn_for_who_knows_nothing():
-    assert _width_deg(_belief().arc_from(0.0, 0.0, FloorMap(), TURN_DEG_S)) >= 300.0
+    assert _width_deg(_belief().arc_from(0.0, 0.0, OccupancyGrid(), TURN_DEG_S)) >= 300.0
 
 
 def test_the_arc_leaves_out_what_was_looked_at():
@@ -192,7 +192,7 @@ def test_the_arc_leaves_out_what_was_looked_at():
 
 
 def test_a_viewpoint_nearer_to_the_mass_has_the_greater_chance():
-    belief, floor = _belief(), FloorMap()
+    belief, floor = _belief(), OccupancyGrid()
     belief.see((3200.0, 0.0), (0.0, 0.0))
     chances = [belief.chance_from(x_mm, 0.0, floor) for x_mm in (-800.0, 300.0, 1200.0, 2000.0)]
     assert chances == sorted(chances)

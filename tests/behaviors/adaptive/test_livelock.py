@@ -11,9 +11,8 @@ from random import Random
 
 import pytest
 
-from behaviors.adaptive.memory import SAME_PLACE_MM, Memory
 from behaviors.adaptive.policy import AdaptivePolicy
-from behaviors.agenda import Agenda
+from behaviors.adaptive.world_model import SAME_PLACE_MM, WorldModel
 from behaviors.chart import MissionChart
 from behaviors.events import Event, Fact, Reason
 from behaviors.executive import Ending, Executive
@@ -21,6 +20,7 @@ from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.ports import Glance, MotionResult, Pose, Sighting, StopReason
 from behaviors.recovery import Blocker, Choice, Detour, Evidence, Point, Recovery, Viewpoint
+from behaviors.target_queue import TargetQueue
 
 REPEATS = 2
 SEQUENCES = 10_000
@@ -50,14 +50,14 @@ class Decider:
     """Decides as the adaptive mind does, on evidence that is drawn; checks what it chooses.
 
     Attributes:
-        memory: Keeps where what was chosen.
+        world: Keeps what was chosen where.
         random: Draws the evidence.
         targets_left: As in the evidence.
         places: Where the robot may be.
         made: How often each choice was made, by target, kind, place and destination.
     """
 
-    memory: Memory
+    world: WorldModel
     random: Random
     targets_left: int = 2
     places: Sequence[Point] = PLACES
@@ -65,25 +65,25 @@ class Decider:
 
     def decide(self, target: str) -> Choice:
         """Choose at a place that is drawn, and remember it."""
-        self.memory.pose = Pose(*self.random.choice(self.places))
+        self.world.pose = Pose(*self.random.choice(self.places))
         evidence = self._evidence(target)
         choice = AdaptivePolicy(repeats=REPEATS).select(evidence)
         destination = choice.route[-1] if choice.route else None
-        self.memory.chose(target, choice.kind, destination)
+        self.world.chose(target, choice.kind, destination)
         if choice.kind is not Recovery.CHANGE_TARGET:
             # a way is another one when it leads elsewhere; a detour always leads past the same thing
             to = destination if choice.kind is Recovery.MOVE_TO else None
-            self.made[target, choice.kind, self.memory.here, to] += 1
+            self.made[target, choice.kind, self.world.here, to] += 1
         return choice
 
     def _evidence(self, target: str) -> Evidence:
-        random, memory = self.random, self.memory
+        random, world = self.random, self.world
         blocker = Blocker(400.0, random.uniform(0.0, 60.0), random.random() < 0.5, random.random() < 0.7)
         detour = Detour(random.uniform(1.0, 40.0), ((500.0, 500.0),))
         viewpoints = [
             Viewpoint(random.uniform(1.0, 20.0), 7.0, random.random(), (place,))
             for place in PLACES
-            if place != memory.here and not memory.tried(target, place)
+            if place != world.here and not world.tried(target, place)
         ]
         return Evidence(
             target,
@@ -96,7 +96,7 @@ class Decider:
             detour=detour if random.random() < 0.5 else None,
             here=Viewpoint(0.0, 8.0, random.random()) if random.random() < 0.8 else None,
             viewpoints=tuple(viewpoints),
-            repeats=memory.repeats(target),
+            repeats=world.repeats(target),
         )
 
 
@@ -104,7 +104,7 @@ def test_no_sequence_of_failures_makes_it_do_the_same_a_third_time_at_one_place(
     mission, decisions = _mission(["a"]), 0
     for seed in range(SEQUENCES):
         random = Random(seed)
-        decider = Decider(Memory(mission), random, random.randint(1, 2), PLACES[: random.randint(1, 3)])
+        decider = Decider(WorldModel(mission), random, random.randint(1, 2), PLACES[: random.randint(1, 3)])
         for _ in range(random.randint(2, 9)):
             decider.decide("a")
             decisions += 1
@@ -116,18 +116,18 @@ def test_no_sequence_of_failures_makes_it_do_the_same_a_third_time_at_one_place(
 def test_any_sequence_of_facts_in_which_nothing_is_reached_ends_the_mission(seed):
     """Everything at every place can be tried only so often, so the targets are given up in the end."""
     random, rounds = Random(seed), 3
-    agenda = Agenda(["a", "b"], rounds)
-    decider = Decider(Memory(_mission()), random)
-    chart = MissionChart(agenda, lambda: decider.decide(agenda.target))
+    queue = TargetQueue(["a", "b"], rounds)
+    decider = Decider(WorldModel(_mission()), random)
+    chart = MissionChart(queue, lambda: decider.decide(queue.target))
     chart.report(Fact(Event.START, Reason.MISSION_STARTED))
-    at_most = len(agenda.errands) * (rounds + len(PLACES) * (3 * REPEATS + len(PLACES)))
+    at_most = len(queue.targets) * (rounds + len(PLACES) * (3 * REPEATS + len(PLACES)))
     decisions = 0
     while not chart.is_terminated:
         event = random.choice(FACTS[chart.mission_state])
         decisions += event in (Event.SEARCH_FAILED, Event.ARRIVE_FAILED, Event.RECOVERY_FAILED)
         assert decisions <= at_most
         chart.report(Fact(event, Reason.NEVER_SEEN))
-    assert not agenda.achieved
+    assert not queue.achieved
     assert max(decider.made.values()) <= REPEATS
 
 

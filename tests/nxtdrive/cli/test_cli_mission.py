@@ -5,7 +5,7 @@ import json
 import pytest
 
 from behaviors.diagram import mermaid, transition_table
-from behaviors.mission import AdaptiveProfile, MissionError, ThesisProfile, load_mission
+from behaviors.mission import AdaptiveParameters, MissionError, ThesisParameters, load_mission
 from nxtdrive.cli.main import DONE, USAGE, _exit_code, main
 from nxtdrive.cli.mission_template import meanings, template
 
@@ -70,7 +70,7 @@ def test_show_prints_numbers_table_and_diagram(good, capsys):
     assert mermaid() in text
     rows = {line[2:].split()[0]: line for line in text.splitlines() if line.startswith(("* ", "  ")) and line.strip()}
     assert rows["color"].startswith("* color")
-    assert rows["arrive_mm"].split()[:2] == ["arrive_mm", f"{ThesisProfile().arrive_mm:g}"]
+    assert rows["arrive_mm"].split()[:2] == ["arrive_mm", f"{ThesisParameters().arrive_mm:g}"]
     assert "Apparent distance" in rows["arrive_mm"]
 
 
@@ -116,7 +116,7 @@ def test_the_template_says_the_defaults(tmp_path):
     assert load_mission(path) == as_it_is
 
 
-@pytest.mark.parametrize("profile", [ThesisProfile, AdaptiveProfile])
+@pytest.mark.parametrize("profile", [ThesisParameters, AdaptiveParameters])
 def test_every_number_of_a_profile_has_a_meaning(profile):
     assert set(meanings(profile)) == set(profile.model_fields)
 

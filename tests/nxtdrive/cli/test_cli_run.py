@@ -15,7 +15,7 @@ import cv2
 import pytest
 
 from behaviors.mission import MissionTable
-from behaviors.profiles import PROFILES
+from behaviors.profiles.registry import PROFILES
 from nxtdrive.cli import options
 from nxtdrive.cli.main import main
 

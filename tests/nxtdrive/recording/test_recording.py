@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
-from behaviors.agenda import Errand, Fate
 from behaviors.executive import Ending, Report
 from behaviors.journal import Kind, Record
+from behaviors.target_queue import TargetOutcome, TargetProgress
 from firmware_protocol.errors import ConfigError
 from nxtdrive.recording.map_picture import STATE_COLORS, draw_map, gather
 from nxtdrive.recording.recording import Recording
@@ -103,7 +103,7 @@ def test_the_video_keeps_the_missions_time(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "report", [None, Report(Ending.ACHIEVED, [Errand("lena", Fate.REACHED, 3.0, 1)], ["search"], 3.0)]
+    "report", [None, Report(Ending.ACHIEVED, [TargetProgress("lena", TargetOutcome.REACHED, 3.0, 1)], ["search"], 3.0)]
 )
 def test_a_finished_recording_is_complete_even_when_the_run_broke(tmp_path, report):
     recording = Recording(new_run_folder(tmp_path, "x"))

@@ -6,15 +6,15 @@ from collections.abc import Iterator
 
 import pytest
 
-from behaviors.adaptive.approach import Approach
-from behaviors.adaptive.floor import CELL_MM, MOST, SOLID, SONAR_FORWARD_MM, cell
-from behaviors.adaptive.memory import Memory
-from behaviors.adaptive.mind import AdaptiveMind
-from behaviors.agenda import Agenda, Fate
+from behaviors.adaptive.approach import ApproachSkill
+from behaviors.adaptive.occupancy_grid import CELL_MM, MOST, SOLID, SONAR_FORWARD_MM, cell
+from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Fact, Reason
 from behaviors.ports import Glance, Pose, Sighting
+from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.recovery import Evidence
-from behaviors.skills import Senses
+from behaviors.skills import SkillContext
+from behaviors.target_queue import TargetOutcome, TargetQueue
 from nxtdrive.brick import Brick
 from nxtdrive.tools.sweep.robot import GEOMETRIC, build_robot
 from nxtdrive.tools.sweep.scenarios import draw_scenario
@@ -28,16 +28,16 @@ class Bench:
     def __init__(self, brick: Brick, simulation: Simulation) -> None:
         scenario = draw_scenario("open", 100)
         robot = build_robot(scenario, simulation, brick, GEOMETRIC, [])
-        senses = Senses(
+        context = SkillContext(
             robot.body, robot.eyes, robot.clock, robot.mission.thesis, lambda *_, **__: None, lambda _: None
         )
-        self.agenda = Agenda(robot.mission.mission.targets)
-        self.mind = AdaptiveMind(senses, robot.mission, self.agenda)
-        self.memory: Memory = self.mind._memory
+        self.queue = TargetQueue(robot.mission.mission.targets)
+        self.mind = AdaptiveProfile(context, robot.mission, self.queue)
+        self.world: WorldModel = self.mind._world
 
     def evidence(self, event: Event, reason: Reason, **measured: object) -> Evidence:
         """What is known after a failure with these measurements."""
-        failure = Evidence(self.agenda.target, reason, exist=True, researches=0)
+        failure = Evidence(self.queue.target, reason, exist=True, researches=0)
         return self.mind.evidence(failure, Fact(event, reason, measured))
 
 
@@ -58,23 +58,23 @@ def test_what_the_sonar_does_not_hear_is_near_whatever_echoes_behind_it(bench, r
     blocker = bench.evidence(Event.ARRIVE_FAILED, reason, range_mm=2000.0, **measured).blocker
     assert blocker is not None
     assert blocker.range_mm <= 200.0
-    assert not bench.memory.floor.clear_between((0.0, 0.0), (600.0, 0.0))
-    assert bench.memory.floor.evidence.max() > SOLID
+    assert not bench.world.floor.clear_between((0.0, 0.0), (600.0, 0.0))
+    assert bench.world.floor.evidence.max() > SOLID
 
 
 def test_what_is_remembered_to_be_in_the_way_is_where_it_is_remembered(bench):
     """The echo is of whatever else is there now."""
-    memory, target = bench.memory, bench.agenda.target
+    world, target = bench.world, bench.queue.target
     ahead = Sighting(target, 0.0, 2000.0, 1.0, 0.0, (100, 80, 40, 56))
-    memory.perceive(0.0, Pose(), None, [target], Glance(0.0, {target: ahead}))
-    memory.floor.evidence[cell(400.0, 0.0)] = MOST
-    fact = Approach(bench.mind._watch, minds_map=True).call()
+    world.perceive(0.0, Pose(), None, [target], Glance(0.0, {target: ahead}))
+    world.floor.evidence[cell(400.0, 0.0)] = MOST
+    fact = ApproachSkill(bench.mind._perception, minds_map=True).call()
     assert fact.reason is Reason.BLOCKED_LONG
     assert fact.evidence["range_mm"] == pytest.approx(400.0 - SONAR_FORWARD_MM, abs=CELL_MM)
 
 
 def test_an_oblique_view_that_flickers_does_not_make_the_target_gone(bench):
-    belief = bench.memory.beliefs[bench.agenda.target]
+    belief = bench.world.beliefs[bench.queue.target]
     belief.see((1000.0, 0.0), (0.0, 0.0))
     before = belief.held_at((1000.0, 0.0))
     bench.evidence(Event.ARRIVE_FAILED, Reason.TARGET_LOST, oblique=True)
@@ -84,11 +84,11 @@ def test_an_oblique_view_that_flickers_does_not_make_the_target_gone(bench):
 
 
 def test_a_target_whose_turns_are_over_does_not_wait(bench):
-    first, second = bench.agenda.errands
-    bench.agenda.rounds = 1
+    first, second = bench.queue.targets
+    bench.queue.rounds = 1
     assert bench.evidence(Event.SEARCH_FAILED, Reason.NEVER_SEEN).targets_left == 2
-    bench.agenda.decide(Fate.GIVEN_UP)
-    bench.agenda.next_target()
-    assert bench.agenda.errand is second
-    assert first.fate is Fate.GIVEN_UP
+    bench.queue.decide(TargetOutcome.GIVEN_UP)
+    bench.queue.next_target()
+    assert bench.queue.current is second
+    assert first.outcome is TargetOutcome.GIVEN_UP
     assert bench.evidence(Event.SEARCH_FAILED, Reason.NEVER_SEEN).targets_left == 1

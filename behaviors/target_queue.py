@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 
-class Fate(StrEnum):
+class TargetOutcome(StrEnum):
     """What became of a target."""
 
     PENDING = "pending"
@@ -16,7 +16,7 @@ class Fate(StrEnum):
 
 
 @dataclass(slots=True)
-class Errand:
+class TargetProgress:
     """One target of the mission.
 
     Attributes:
@@ -28,13 +28,13 @@ class Errand:
     """
 
     target: str
-    fate: Fate = Fate.PENDING
+    outcome: TargetOutcome = TargetOutcome.PENDING
     time_s: float | None = None
     attempts: int = 0
     turns: int = 0
 
 
-class Agenda:
+class TargetQueue:
     """The targets in order; with more than one round, those given up are tried again after the last.
 
     Args:
@@ -43,19 +43,19 @@ class Agenda:
     """
 
     def __init__(self, targets: Sequence[str], rounds: int = 1) -> None:
-        self.errands = [Errand(target) for target in targets]
+        self.targets = [TargetProgress(target) for target in targets]
         self.rounds = rounds
-        self._begin(self.errands[0])
+        self._begin(self.targets[0])
 
     @property
     def target(self) -> str:
         """Name of the target being pursued."""
-        return self.errand.target
+        return self.current.target
 
     @property
     def round(self) -> int:
         """How often it has been the present target's turn, from 1."""
-        return self.errand.turns
+        return self.current.turns
 
     @property
     def more_targets(self) -> bool:
@@ -65,23 +65,23 @@ class Agenda:
     @property
     def achieved(self) -> bool:
         """Whether every target has been reached."""
-        return all(errand.fate is Fate.REACHED for errand in self.errands)
+        return all(progress.outcome is TargetOutcome.REACHED for progress in self.targets)
 
     @property
     def later(self) -> list[str]:
         """Further targets whose turn is still to come, or to come again."""
-        return [errand.target for errand in self._waiting() if errand is not self.errand]
+        return [progress.target for progress in self._waiting() if progress is not self.current]
 
     @property
     def earlier(self) -> list[str]:
         """Targets that may be gone for before this one's next turn, if it has one: their turn has come less often."""
-        if self.errand.turns == self.rounds:
+        if self.current.turns == self.rounds:
             return []
-        return [errand.target for errand in self._waiting() if errand.turns < self.errand.turns]
+        return [progress.target for progress in self._waiting() if progress.turns < self.current.turns]
 
-    def decide(self, fate: Fate) -> None:
+    def decide(self, outcome: TargetOutcome) -> None:
         """Write down what became of the present target."""
-        self.errand.fate = fate
+        self.current.outcome = outcome
 
     def next_target(self, preferred: str = "") -> None:
         """Go on to the next target; the caller has checked `more_targets`.
@@ -91,14 +91,14 @@ class Agenda:
         """
         waiting = self._waiting()
         if not waiting:
-            raise IndexError("no target is left on the agenda")
-        fewest = min(errand.turns for errand in waiting)
-        first = [errand for errand in waiting if errand.turns == fewest]
-        self._begin(next((errand for errand in first if errand.target == preferred), first[0]))
+            raise IndexError("no target is left in the queue")
+        fewest = min(progress.turns for progress in waiting)
+        first = [progress for progress in waiting if progress.turns == fewest]
+        self._begin(next((progress for progress in first if progress.target == preferred), first[0]))
 
-    def _waiting(self) -> list[Errand]:
-        return [each for each in self.errands if each.fate is not Fate.REACHED and each.turns < self.rounds]
+    def _waiting(self) -> list[TargetProgress]:
+        return [each for each in self.targets if each.outcome is not TargetOutcome.REACHED and each.turns < self.rounds]
 
-    def _begin(self, errand: Errand) -> None:
-        errand.turns += 1
-        self.errand = errand
+    def _begin(self, progress: TargetProgress) -> None:
+        progress.turns += 1
+        self.current = progress

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from behaviors.adaptive.routes import Routes
-from behaviors.adaptive.watch import Percept, Watch
+from behaviors.adaptive.path_planner import PathPlanner
+from behaviors.adaptive.perception import Observation, Perception
 from behaviors.events import Event, Fact, Reason
 from behaviors.ports import StopReason
 from behaviors.recovery import Point
@@ -36,96 +36,96 @@ SLOW_MM, SLOW_SHARE = 450.0, 0.6
 """An echo from nearer than this slows it down to this share: beside the beam there may be more."""
 
 
-class Travel:
+class FollowPathSkill:
     """A way to a place.
 
     Args:
-        watch: What to work with.
+        perception: What to work with.
         route: Points to drive through. It ends early when the target is seen and the straight way to it free.
     """
 
-    def __init__(self, watch: Watch, route: tuple[Point, ...]) -> None:
-        self._watch = watch
+    def __init__(self, perception: Perception, route: tuple[Point, ...]) -> None:
+        self._perception = perception
         self._route = list(route)
         self._goal = route[-1]
-        self._begin = watch.memory.here
+        self._begin = perception.world.here
         self._stops = 0
         self._end_s = math.inf
 
     def call(self) -> Fact:
         """Drive there; the robot is at rest afterwards."""
-        watch = self._watch
-        begun_s = watch.now()
-        length_mm = sum(math.dist(one, other) for one, other in pairwise([watch.memory.here, *self._route]))
-        self._end_s = begun_s + LEEWAY_S + LEEWAY * length_mm / watch.profile.cruise_mm_s
+        perception = self._perception
+        begun_s = perception.now()
+        length_mm = sum(math.dist(one, other) for one, other in pairwise([perception.world.here, *self._route]))
+        self._end_s = begun_s + LEEWAY_S + LEEWAY * length_mm / perception.profile.cruise_mm_s
         while self._route:
             fact = self._leg(self._route[0])
             if fact is not None:
-                watch.senses.body.stop()
+                perception.context.body.stop()
                 return fact
-        watch.senses.body.stop()
-        return Fact(Event.RECOVERY_DONE, Reason.THERE, {"travel_s": watch.now() - begun_s})
+        perception.context.body.stop()
+        return Fact(Event.RECOVERY_DONE, Reason.THERE, {"travel_s": perception.now() - begun_s})
 
     def _leg(self, point: Point) -> Fact | None:
         """Drive to the next corner of the way; None when it was reached or the way was planned anew."""
-        watch = self._watch
-        renew_s = watch.now() + RENEW_S
+        perception = self._perception
+        renew_s = perception.now() + RENEW_S
         while True:
-            percept = watch.step()
-            if (fact := self._seen(percept)) is not None:
+            observation = perception.step()
+            if (fact := self._seen(observation)) is not None:
                 return fact
-            bearing_deg, distance_mm = watch.memory.way_to(point)
+            bearing_deg, distance_mm = perception.world.way_to(point)
             if distance_mm <= NEAR_MM:
                 self._route.pop(0)
                 return None
-            if percept.time_s > self._end_s or self._stops > STOPS:
-                return self._no_way(percept)
-            if percept.time_s >= renew_s:
-                return self._plan_anew(percept)
-            stop = watch.senses.body.drive(*self._speeds(bearing_deg, percept))
+            if observation.time_s > self._end_s or self._stops > STOPS:
+                return self._no_way(observation)
+            if observation.time_s >= renew_s:
+                return self._plan_anew(observation)
+            stop = perception.context.body.drive(*self._speeds(bearing_deg, observation))
             if stop is not None:
-                return self._stopped(stop, percept)
+                return self._stopped(stop, observation)
 
-    def _speeds(self, bearing_deg: float, percept: Percept) -> tuple[float, float]:
+    def _speeds(self, bearing_deg: float, observation: Observation) -> tuple[float, float]:
         """How fast to drive, mm/s, and to turn, deg/s."""
         share = max(0.0, 1.0 - abs(bearing_deg) / PIVOT_DEG)
-        if percept.range_mm is not None and percept.range_mm < SLOW_MM:
+        if observation.range_mm is not None and observation.range_mm < SLOW_MM:
             share *= SLOW_SHARE
-        return self._watch.profile.cruise_mm_s * share, steering_deg_s(bearing_deg, STEER_PER_S, STEER_LIMIT_DEG_S)
+        return self._perception.profile.cruise_mm_s * share, steering_deg_s(bearing_deg, STEER_PER_S, STEER_LIMIT_DEG_S)
 
-    def _seen(self, percept: Percept) -> Fact | None:
+    def _seen(self, observation: Observation) -> Fact | None:
         """Whether the target came into view, and can be driven to."""
-        memory = self._watch.memory
-        known = memory.known.get(self._watch.target)
-        if percept.sighting is None or known is None:
+        world = self._perception.world
+        known = world.known.get(self._perception.target)
+        if observation.sighting is None or known is None:
             return None
-        if not memory.floor.clear_between(memory.here, known.place, STANDOFF_MM, ELBOW_MM):
+        if not world.floor.clear_between(world.here, known.place, STANDOFF_MM, ELBOW_MM):
             return None
-        return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(percept.sighting)})
+        return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(observation.sighting)})
 
-    def _stopped(self, stop: StopReason, percept: Percept) -> Fact | None:
+    def _stopped(self, stop: StopReason, observation: Observation) -> Fact | None:
         """Remember what was in the way, and look for another way."""
-        watch = self._watch
+        perception = self._perception
         self._stops += 1
-        near_mm = percept.range_mm if stop is StopReason.OBSTACLE else 0.0
+        near_mm = observation.range_mm if stop is StopReason.OBSTACLE else 0.0
         if near_mm is not None:
-            watch.memory.floor.block(watch.memory.pose, near_mm)
+            perception.world.floor.block(perception.world.pose, near_mm)
         if stop is not StopReason.OBSTACLE:
-            watch.senses.body.straight(-RETREAT_MM)
-        return self._plan_anew(watch.step())
+            perception.context.body.straight(-RETREAT_MM)
+        return self._plan_anew(perception.step())
 
-    def _plan_anew(self, percept: Percept) -> Fact | None:
+    def _plan_anew(self, observation: Observation) -> Fact | None:
         """Take the best way from here, by what is known by now."""
-        memory = self._watch.memory
-        routes = Routes(memory.floor, memory.here, self._watch.profile.cruise_mm_s)
+        world = self._perception.world
+        routes = PathPlanner(world.floor, world.here, self._perception.profile.cruise_mm_s)
         if not routes.reaches(self._goal):
-            return self._no_way(percept)
+            return self._no_way(observation)
         self._route = list(routes.route_to(self._goal))
         return None
 
-    def _no_way(self, percept: Percept) -> Fact:
+    def _no_way(self, observation: Observation) -> Fact:
         """It goes no further; from far enough along the way it is worth looking round, too."""
-        memory = self._watch.memory
-        if math.dist(memory.here, self._begin) >= FAR_ENOUGH_MM:
+        world = self._perception.world
+        if math.dist(world.here, self._begin) >= FAR_ENOUGH_MM:
             return Fact(Event.RECOVERY_DONE, Reason.NO_WAY, {"stops": self._stops})
-        return Fact(Event.RECOVERY_FAILED, Reason.NO_WAY, {"range_mm": percept.range_mm, "stops": self._stops})
+        return Fact(Event.RECOVERY_FAILED, Reason.NO_WAY, {"range_mm": observation.range_mm, "stops": self._stops})

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from behaviors.adaptive.angles import wrapped_deg
 from behaviors.adaptive.belief import Belief
-from behaviors.adaptive.floor import FloorMap
+from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.mission import Mission
 from behaviors.ports import Glance, Pose, Sighting
 from behaviors.recovery import Point, Recovery
@@ -48,7 +48,7 @@ SAME_PLACE_MM = 250.0
 
 
 @dataclass(slots=True)
-class Known:
+class TargetEstimate:
     """A target that was seen.
 
     Attributes:
@@ -102,7 +102,7 @@ class _Unseen:
     frames: int
 
 
-class Memory:
+class WorldModel:
     """Everything remembered in one mission.
 
     Args:
@@ -119,10 +119,10 @@ class Memory:
     """
 
     def __init__(self, mission: Mission) -> None:
-        self.floor = FloorMap()
+        self.floor = OccupancyGrid()
         self.trail = Trail()
         self.pose = Pose()
-        self.known: dict[str, Known] = {}
+        self.known: dict[str, TargetEstimate] = {}
         self.half_view_deg = mission.camera.hfov_deg * HALF_VIEW_SHARE
         self.seen_from_mm = {
             name: min(FARTHEST_MM, target.height_mm * RANGE_HEIGHTS[target.detector])
@@ -264,7 +264,7 @@ class Memory:
         towards_deg = math.degrees(math.atan2(here[1] - place[1], here[0] - place[0]))
         if before is not None and math.dist(before.place, place) <= JUMP_MM:
             towards_deg = before.seen_deg + TURNS * wrapped_deg(towards_deg - before.seen_deg)
-        self.known[target] = Known(place, here, towards_deg, sighting.time_s, sighting.distance_mm)
+        self.known[target] = TargetEstimate(place, here, towards_deg, sighting.time_s, sighting.distance_mm)
 
     def oblique(self, target: str, sighting: Sighting) -> bool:
         """Whether it is seen from far aside: it looks clearly narrower than at its widest, which is kept here."""

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.floor import SOLID
-from behaviors.adaptive.memory import SAME_PLACE_MM, Memory, Trail
+from behaviors.adaptive.occupancy_grid import SOLID
+from behaviors.adaptive.world_model import SAME_PLACE_MM, Trail, WorldModel
 from behaviors.mission import Mission
 from behaviors.ports import Glance, Pose, Sighting
 from behaviors.recovery import Point, Recovery
@@ -21,9 +21,9 @@ LAG_S = 0.15
 NOTHING = Glance(0.0, {})
 
 
-@pytest.fixture(name="memory")
-def _memory() -> Memory:
-    return Memory(
+@pytest.fixture(name="world")
+def _world() -> WorldModel:
+    return WorldModel(
         Mission.model_validate(
             {
                 "mission": {"targets": ["door", "window"]},
@@ -40,13 +40,13 @@ def _sighting(place: Point, pose: Pose, time_s: float, target: str = "door") -> 
     return Sighting(target, bearing_deg, math.hypot(dx, dy), 1.0, time_s, (100, 80, 40, 56))
 
 
-def _see(memory: Memory, place: Point, time_s: float, target: str = "door", pose: Pose | None = None) -> None:
+def _see(world: WorldModel, place: Point, time_s: float, target: str = "door", pose: Pose | None = None) -> None:
     pose = pose or Pose()
-    memory.perceive(time_s, pose, None, [target], Glance(time_s, {target: _sighting(place, pose, time_s, target)}))
+    world.perceive(time_s, pose, None, [target], Glance(time_s, {target: _sighting(place, pose, time_s, target)}))
 
 
-def _stand_at(memory: Memory, place: Point) -> None:
-    memory.perceive(0.0, Pose(*place), None, [], NOTHING)
+def _stand_at(world: WorldModel, place: Point) -> None:
+    world.perceive(0.0, Pose(*place), None, [], NOTHING)
 
 
 @given(rate_deg_s=st.floats(-120.0, 120.0), bearing_deg=st.floats(-180.0, 180.0))
@@ -78,7 +78,7 @@ def test_a_trail_keeps_the_last_seconds_only():
 
 
 @pytest.mark.parametrize("rate_deg_s", [-60.0, -20.0, 40.0, 90.0])
-def test_a_target_that_is_seen_while_turning_is_placed_right(memory, rate_deg_s):
+def test_a_target_that_is_seen_while_turning_is_placed_right(world, rate_deg_s):
     """The frame is older than the pose at which its sighting becomes known."""
     place, pose = (1200.0, 300.0), Pose()
     for i in range(20):
@@ -86,91 +86,91 @@ def test_a_target_that_is_seen_while_turning_is_placed_right(memory, rate_deg_s)
         pose = Pose(0.0, 0.0, rate_deg_s * now_s)
         then_s = max(0.0, now_s - LAG_S)
         then = Pose(0.0, 0.0, rate_deg_s * then_s)
-        memory.perceive(now_s, pose, None, ["door"], Glance(then_s, {"door": _sighting(place, then, then_s)}))
-    assert math.dist(memory.known["door"].place, place) < 20.0
-    bearing_deg, distance_mm = memory.way_to(place)
+        world.perceive(now_s, pose, None, ["door"], Glance(then_s, {"door": _sighting(place, then, then_s)}))
+    assert math.dist(world.known["door"].place, place) < 20.0
+    bearing_deg, distance_mm = world.way_to(place)
     expected_deg = math.degrees(math.atan2(place[1], place[0])) - pose.heading_deg
     assert bearing_deg == pytest.approx((expected_deg + 180.0) % 360.0 - 180.0)
     assert distance_mm == pytest.approx(math.hypot(*place))
 
 
-def test_the_estimate_settles_among_noisy_sightings(memory):
+def test_the_estimate_settles_among_noisy_sightings(world):
     random, place = Random(7), (1500.0, -400.0)
     noisy = [(place[0] + random.gauss(0.0, 80.0), place[1] + random.gauss(0.0, 80.0)) for _ in range(60)]
     errors = []
     for i, each in enumerate(noisy):
-        _see(memory, each, i * 0.1)
-        errors.append(math.dist(memory.known["door"].place, place))
+        _see(world, each, i * 0.1)
+        errors.append(math.dist(world.known["door"].place, place))
     single = sum(math.dist(each, place) for each in noisy[10:]) / 50
     assert sum(errors[10:]) / 50 < 0.7 * single
 
 
-def test_a_target_that_moves_a_little_is_followed(memory):
+def test_a_target_that_moves_a_little_is_followed(world):
     for i in range(30):
-        _see(memory, (1500.0, -400.0 + 5.0 * i), i * 0.1)
-    assert math.dist(memory.known["door"].place, (1500.0, -255.0)) < 30.0
+        _see(world, (1500.0, -400.0 + 5.0 * i), i * 0.1)
+    assert math.dist(world.known["door"].place, (1500.0, -255.0)) < 30.0
 
 
-def test_a_jump_replaces_the_estimate(memory):
+def test_a_jump_replaces_the_estimate(world):
     for i in range(10):
-        _see(memory, (1500.0, -400.0), i * 0.1)
-    _see(memory, (900.0, 700.0), 1.0)
-    assert memory.known["door"].place == pytest.approx((900.0, 700.0))
+        _see(world, (1500.0, -400.0), i * 0.1)
+    _see(world, (900.0, 700.0), 1.0)
+    assert world.known["door"].place == pytest.approx((900.0, 700.0))
 
 
-def test_what_is_known_tells_from_where_and_when_it_was_seen(memory):
-    _see(memory, (1500.0, 0.0), 4.0, pose=Pose(300.0, 100.0))
-    known = memory.known["door"]
+def test_what_is_known_tells_from_where_and_when_it_was_seen(world):
+    _see(world, (1500.0, 0.0), 4.0, pose=Pose(300.0, 100.0))
+    known = world.known["door"]
     assert known.seen_from == (300.0, 100.0)
     assert known.time_s == 4.0
     assert known.distance_mm == pytest.approx(math.dist((300.0, 100.0), (1500.0, 0.0)))
-    assert "window" not in memory.known
+    assert "window" not in world.known
 
 
-def test_what_is_forgotten_is_not_believed_to_be_there_any_more(memory):
+def test_what_is_forgotten_is_not_believed_to_be_there_any_more(world):
     place = (1200.0, 0.0)
-    _see(memory, place, 0.0)
-    seen = memory.beliefs["door"].chance_from(0.0, 0.0, memory.floor)
-    memory.forget("door")
-    memory.forget("window")
-    assert not memory.known
-    assert memory.beliefs["door"].chance_from(0.0, 0.0, memory.floor) < 0.5 * seen
+    _see(world, place, 0.0)
+    seen = world.beliefs["door"].chance_from(0.0, 0.0, world.floor)
+    world.forget("door")
+    world.forget("window")
+    assert not world.known
+    assert world.beliefs["door"].chance_from(0.0, 0.0, world.floor) < 0.5 * seen
 
 
-def _look_in_vain(memory: Memory, looked_for: Sequence[str], heading_deg: float) -> None:
+def _look_in_vain(world: WorldModel, looked_for: Sequence[str], heading_deg: float) -> None:
     for i in range(10):
-        memory.perceive(i * 0.1, Pose(0.0, 0.0, heading_deg), None, looked_for, Glance(i * 0.1, {}))
-    memory.settle()
+        world.perceive(i * 0.1, Pose(0.0, 0.0, heading_deg), None, looked_for, Glance(i * 0.1, {}))
+    world.settle()
 
 
-def test_looks_in_vain_count_for_those_that_were_looked_for(memory):
-    _look_in_vain(memory, ["door"], 0.0)
-    door, window = (memory.beliefs[name].chance_from(0.0, 0.0, memory.floor) for name in ("door", "window"))
+def test_looks_in_vain_count_for_those_that_were_looked_for(world):
+    _look_in_vain(world, ["door"], 0.0)
+    door, window = (world.beliefs[name].chance_from(0.0, 0.0, world.floor) for name in ("door", "window"))
     assert door < window
 
 
-def test_looks_in_one_direction_leave_the_others_as_they_are(memory):
-    _look_in_vain(memory, ["door"], 90.0)
-    begin_deg, end_deg = memory.beliefs["door"].arc_from(0.0, 0.0, memory.floor, 36.0)
+def test_looks_in_one_direction_leave_the_others_as_they_are(world):
+    _look_in_vain(world, ["door"], 90.0)
+    begin_deg, end_deg = world.beliefs["door"].arc_from(0.0, 0.0, world.floor, 36.0)
     assert (90.0 - begin_deg) % 360.0 > end_deg - begin_deg
 
 
-def test_a_look_in_vain_while_turning_counts_where_its_frame_was_taken(memory):
+def test_a_look_in_vain_while_turning_counts_where_its_frame_was_taken(world):
     for i in range(20):
         now_s, rate_deg_s = i * 0.1, 90.0 if i > 10 else 0.0
         pose = Pose(0.0, 0.0, rate_deg_s * (now_s - 1.0))
-        memory.perceive(now_s, pose, None, ["door"] if i > 10 else [], Glance(min(now_s, 1.0), {}))
-    memory.settle()
-    begin_deg, end_deg = memory.beliefs["door"].arc_from(0.0, 0.0, memory.floor, 36.0)
+        world.perceive(now_s, pose, None, ["door"] if i > 10 else [], Glance(min(now_s, 1.0), {}))
+    world.settle()
+    begin_deg, end_deg = world.beliefs["door"].arc_from(0.0, 0.0, world.floor, 36.0)
     assert (0.0 - begin_deg) % 360.0 > end_deg - begin_deg
     assert (90.0 - begin_deg) % 360.0 < end_deg - begin_deg
 
 
-def test_echoes_go_onto_the_floor_map_and_silence_marks_nothing(memory):
+def test_echoes_go_onto_the_floor_map_and_silence_marks_nothing(world):
     for i in range(6):
-        memory.perceive(i * 0.1, Pose(-40.0 * (i % 2)), 500.0 + 40.0 * (i % 2), [], NOTHING)
-    assert memory.floor.evidence.max() > SOLID
-    silent = Memory(
+        world.perceive(i * 0.1, Pose(-40.0 * (i % 2)), 500.0 + 40.0 * (i % 2), [], NOTHING)
+    assert world.floor.evidence.max() > SOLID
+    silent = WorldModel(
         Mission.model_validate({"mission": {"targets": ["a"]}, "target": {"a": {"detector": "marker", "id": 0}}})
     )
     for i in range(6):
@@ -178,19 +178,19 @@ def test_echoes_go_onto_the_floor_map_and_silence_marks_nothing(memory):
     assert silent.floor.evidence.max() <= 0.0
 
 
-def test_repetitions_are_counted_for_each_place_target_and_recovery(memory):
-    _stand_at(memory, (0.0, 0.0))
-    assert memory.repeats("door") == {}
-    memory.chose("door", Recovery.WAIT)
-    memory.chose("door", Recovery.WAIT)
-    memory.chose("door", Recovery.RESCAN)
-    memory.chose("window", Recovery.DETOUR)
-    assert memory.repeats("door") == {Recovery.WAIT: 2, Recovery.RESCAN: 1}
-    assert memory.repeats("window") == {Recovery.DETOUR: 1}
-    _stand_at(memory, (0.8 * SAME_PLACE_MM, 0.0))
-    assert memory.repeats("door") == {Recovery.WAIT: 2, Recovery.RESCAN: 1}
-    _stand_at(memory, (1.2 * SAME_PLACE_MM, 0.0))
-    assert memory.repeats("door") == {}
-    memory.chose("door", Recovery.WAIT)
-    _stand_at(memory, (0.6 * SAME_PLACE_MM, 0.0))
-    assert memory.repeats("door") == {Recovery.WAIT: 3, Recovery.RESCAN: 1}, "both places are near"
+def test_repetitions_are_counted_for_each_place_target_and_recovery(world):
+    _stand_at(world, (0.0, 0.0))
+    assert world.repeats("door") == {}
+    world.chose("door", Recovery.WAIT)
+    world.chose("door", Recovery.WAIT)
+    world.chose("door", Recovery.RESCAN)
+    world.chose("window", Recovery.DETOUR)
+    assert world.repeats("door") == {Recovery.WAIT: 2, Recovery.RESCAN: 1}
+    assert world.repeats("window") == {Recovery.DETOUR: 1}
+    _stand_at(world, (0.8 * SAME_PLACE_MM, 0.0))
+    assert world.repeats("door") == {Recovery.WAIT: 2, Recovery.RESCAN: 1}
+    _stand_at(world, (1.2 * SAME_PLACE_MM, 0.0))
+    assert world.repeats("door") == {}
+    world.chose("door", Recovery.WAIT)
+    _stand_at(world, (0.6 * SAME_PLACE_MM, 0.0))
+    assert world.repeats("door") == {Recovery.WAIT: 3, Recovery.RESCAN: 1}, "both places are near"

@@ -26,7 +26,7 @@ WAITS = tuple(0.125 * i for i in range(25))
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class BlockerHypothesis:
     """A kind of thing that gets in the way.
 
     Attributes:
@@ -54,7 +54,7 @@ class Kind:
         return time_s if math.isinf(self.stays_s) else self.stays_s * (1.0 - math.exp(-time_s / self.stays_s))
 
 
-def kinds(blocker: Blocker) -> tuple[Kind, ...]:
+def hypotheses(blocker: Blocker) -> tuple[BlockerHypothesis, ...]:
     """What it may be: what moves is somebody; what can be looked over, or has not moved for long, is furniture."""
     if not blocker.hides:
         weights = (0.02, 0.02, 0.96)
@@ -62,19 +62,23 @@ def kinds(blocker: Blocker) -> tuple[Kind, ...]:
         weights = (0.45, 0.45, 0.10)
     else:
         weights = (0.25, 0.30, 0.45)
-    prior = [Kind(PASSING_S, weights[0]), Kind(LINGERING_S, weights[1]), Kind(math.inf, weights[2])]
+    prior = [
+        BlockerHypothesis(PASSING_S, weights[0]),
+        BlockerHypothesis(LINGERING_S, weights[1]),
+        BlockerHypothesis(math.inf, weights[2]),
+    ]
     left = [kind.weight * kind.survival(blocker.age_s) for kind in prior]
-    return tuple(Kind(kind.stays_s, weight / sum(left)) for kind, weight in zip(prior, left, strict=True))
+    return tuple(BlockerHypothesis(kind.stays_s, weight / sum(left)) for kind, weight in zip(prior, left, strict=True))
 
 
-def cost_s(things: Sequence[Kind], wait_s: float, round_s: float) -> float:
+def cost_s(things: Sequence[BlockerHypothesis], wait_s: float, round_s: float) -> float:
     """Mean cost of waiting up to `wait_s` and then going round; another longest wait, if no way leads."""
     if math.isinf(round_s):
         round_s = LONGEST_S
     return sum(kind.weight * kind.cost_s(wait_s, round_s) for kind in things)
 
 
-def best_wait_s(things: Sequence[Kind], round_s: float) -> float:
+def best_wait_s(things: Sequence[BlockerHypothesis], round_s: float) -> float:
     """How long to wait before going round.
 
     Args:
@@ -93,7 +97,7 @@ def best_wait_s(things: Sequence[Kind], round_s: float) -> float:
     return min(LONGEST_S, min(sound, key=lambda wait_s: cost_s(things, wait_s, round_s)))
 
 
-def _bounded(kind: Kind, wait_s: float, round_s: float) -> bool:
+def _bounded(kind: BlockerHypothesis, wait_s: float, round_s: float) -> bool:
     if kind.weight < NEGLIGIBLE:
         return True
     return kind.cost_s(wait_s, round_s) <= BOUND * kind.clairvoyant_s(round_s) + 1e-9

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from functools import partial
 
-from behaviors.adaptive.mind import AdaptiveMind
 from behaviors.adaptive.policy import AdaptivePolicy
-from behaviors.mind import MakeMind, ThesisMind
 from behaviors.mission import Mission
 from behaviors.operator import Ask, ConfirmedPolicy
+from behaviors.profiles.adaptive import AdaptiveProfile
+from behaviors.profiles.profile import MakeProfile, ThesisProfile
 from behaviors.recovery import RecoveryPolicy, ThesisPolicy
 
-PROFILES: dict[str, type[ThesisMind] | type[AdaptiveMind]] = {"thesis": ThesisMind, "adaptive": AdaptiveMind}
+PROFILES: dict[str, type[ThesisProfile] | type[AdaptiveProfile]] = {
+    "thesis": ThesisProfile,
+    "adaptive": AdaptiveProfile,
+}
 """What is done in each state, and chosen after a failure."""
 
 
@@ -22,7 +25,7 @@ def make_policy(profile: str, mission: Mission) -> RecoveryPolicy:
     return AdaptivePolicy.of(mission.adaptive)
 
 
-def supervised(mission: Mission, ask: Ask) -> MakeMind:
+def supervised(mission: Mission, ask: Ask) -> MakeProfile:
     """The mission's profile with a person who has the last word on every recovery."""
     profile = mission.mission.profile
     return partial(PROFILES[profile], policy=ConfirmedPolicy(make_policy(profile, mission), ask))

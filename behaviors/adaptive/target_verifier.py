@@ -27,7 +27,7 @@ class Verdict(StrEnum):
 
 
 @dataclass(slots=True)
-class Doubt:
+class TargetVerifier:
     """The odds that what is approached is the target.
 
     Attributes:

@@ -5,14 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from behaviors.agenda import Agenda
 from behaviors.events import Fact
 from behaviors.mission import Mission
 from behaviors.recovery import Choice, Evidence, RecoveryPolicy, ThesisPolicy
-from behaviors.skills import Arrive, Moving, Search, Senses, Service, Waiting
+from behaviors.skills import (
+    Service,
+    SkillContext,
+    ThesisArriveSkill,
+    ThesisMoveSkill,
+    ThesisSearchSkill,
+    ThesisWaitSkill,
+)
+from behaviors.target_queue import TargetQueue
 
 
-class Mind(Protocol):
+class Profile(Protocol):
     """A profile at work in one mission."""
 
     def service(self, state: str, choice: Choice | None) -> Service:
@@ -41,34 +48,36 @@ class Mind(Protocol):
         ...
 
 
-MakeMind = Callable[[Senses, Mission, Agenda], Mind]
+MakeProfile = Callable[[SkillContext, Mission, TargetQueue], Profile]
 
 
-class ThesisMind:
+class ThesisProfile:
     """The profile of the thesis.
 
     Args:
-        senses: What to work with.
+        context: What to work with.
         mission: Its table ``thesis`` has the numbers.
-        agenda: Whose present target is pursued.
+        queue: Whose present target is pursued.
         policy: Another rule for the recoveries than the thesis's.
     """
 
-    def __init__(self, senses: Senses, mission: Mission, agenda: Agenda, policy: RecoveryPolicy | None = None) -> None:
-        self._senses = senses
-        self._agenda = agenda
+    def __init__(
+        self, context: SkillContext, mission: Mission, queue: TargetQueue, policy: RecoveryPolicy | None = None
+    ) -> None:
+        self._context = context
+        self._queue = queue
         self._policy = policy or ThesisPolicy.of(mission.thesis)
 
     def service(self, state: str, choice: Choice | None) -> Service:
         """One of the thesis's services."""
         if state == "search":
-            return Search(self._senses, self._agenda.target)
+            return ThesisSearchSkill(self._context, self._queue.target)
         if state == "arrive":
-            return Arrive(self._senses, self._agenda.target)
+            return ThesisArriveSkill(self._context, self._queue.target)
         if state == "wait" and choice:
-            return Waiting(self._senses, choice.wait_s)
+            return ThesisWaitSkill(self._context, choice.wait_s)
         if state == "move_to" and choice:
-            return Moving(self._senses, choice.turn_deg)
+            return ThesisMoveSkill(self._context, choice.turn_deg)
         raise KeyError(state)
 
     def evidence(self, failure: Evidence, fact: Fact) -> Evidence:  # noqa: ARG002 - another mind's may need it

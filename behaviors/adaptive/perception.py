@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from behaviors.adaptive.memory import Memory
-from behaviors.agenda import Agenda, Fate
-from behaviors.mission import AdaptiveProfile
+from behaviors.adaptive.world_model import WorldModel
+from behaviors.mission import AdaptiveParameters
 from behaviors.ports import Blind, Glance, Sighting
-from behaviors.skills import Senses, note_look
+from behaviors.skills import SkillContext, note_look
+from behaviors.target_queue import TargetOutcome, TargetQueue
 
 BLIND_NAP_S = 0.2
 """A camera without a picture is asked again so often."""
@@ -17,7 +17,7 @@ PATIENCE_S = 20.0
 
 
 @dataclass(frozen=True, slots=True)
-class Percept:
+class Observation:
     """What was perceived in one step.
 
     Attributes:
@@ -33,67 +33,69 @@ class Percept:
     blind: bool = False
 
 
-class Watch:
+class Perception:
     """What every service of the adaptive mind works with.
 
     Args:
-        senses: The ports.
+        context: The ports.
         profile: The numbers.
         memory: Takes in what is perceived.
-        agenda: Which target is looked for.
+        queue: Which target is looked for.
     """
 
-    def __init__(self, senses: Senses, profile: AdaptiveProfile, memory: Memory, agenda: Agenda) -> None:
-        self.senses = senses
+    def __init__(
+        self, context: SkillContext, profile: AdaptiveParameters, world: WorldModel, queue: TargetQueue
+    ) -> None:
+        self.context = context
         self.profile = profile
-        self.memory = memory
-        self._agenda = agenda
+        self.world = world
+        self._queue = queue
 
     @property
     def target(self) -> str:
         """The target being pursued."""
-        return self._agenda.target
+        return self._queue.target
 
     def now(self) -> float:
         """Present time on the mission's clock."""
-        return self.senses.clock.now()
+        return self.context.clock.now()
 
-    def step(self) -> Percept:
+    def step(self) -> Observation:
         """Look at the next frame and listen for an echo.
 
         Raises:
             TimeUp: The mission's time is over.
         """
-        senses = self.senses
-        senses.check_time()
+        context = self.context
+        context.check_time()
         looked_for = [self.target, *self._others()]
         glance = self._glance(looked_for)
         blind = glance is None
-        range_mm = senses.body.range_mm()
-        pose = senses.body.pose()
+        range_mm = context.body.range_mm()
+        pose = context.body.pose()
         now_s = self.now()
         looks = [] if blind else looked_for
-        seen = self.memory.perceive(now_s, pose, range_mm, looks, glance or Glance(now_s, {}))
+        seen = self.world.perceive(now_s, pose, range_mm, looks, glance or Glance(now_s, {}))
         sighting = seen.get(self.target)
-        note_look(senses, pose, range_mm, sighting)
-        return Percept(now_s, sighting, range_mm, blind)
+        note_look(context, pose, range_mm, sighting)
+        return Observation(now_s, sighting, range_mm, blind)
 
     def await_picture(self) -> bool:
         """Make sure of a picture; without one the robot stands and waits. Whether it came in time."""
         if not self.step().blind:
             return True
-        self.senses.body.stop()
+        self.context.body.stop()
         end_s = self.now() + PATIENCE_S
         while self.now() < end_s:
             if not self.step().blind:
                 return True
-            self.senses.clock.sleep(BLIND_NAP_S)
+            self.context.clock.sleep(BLIND_NAP_S)
         return False
 
     def _glance(self, looked_for: list[str]) -> Glance | None:
         """What the next frame shows; None without one."""
         try:
-            return self.senses.eyes.glance(looked_for)
+            return self.context.eyes.glance(looked_for)
         except Blind:
             return None
 
@@ -101,5 +103,5 @@ class Watch:
         """Further targets that are not reached yet."""
         if not self.profile.remembers_others:
             return []
-        pending = [errand.target for errand in self._agenda.errands if errand.fate is not Fate.REACHED]
+        pending = [progress.target for progress in self._queue.targets if progress.outcome is not TargetOutcome.REACHED]
         return [target for target in dict.fromkeys(pending) if target != self.target]

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.floor import CELL_MM, CELLS, FADES_S, HINT, MOST, NEAR_MM, SOLID, FloorMap, cell
+from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, FADES_S, HINT, MOST, NEAR_MM, SOLID, OccupancyGrid, cell
 from behaviors.ports import Pose
 
 ORIGIN = Pose()
@@ -18,11 +18,11 @@ FARTHEST_ECHO_MM = 2550.0
 POSES = st.builds(Pose, *[st.floats(-1.5 * OUTSIDE_MM, 1.5 * OUTSIDE_MM)] * 2, st.floats(-1000.0, 1000.0))
 
 
-def _evidence_at(floor: FloorMap, x_mm: float, y_mm: float) -> float:
+def _evidence_at(floor: OccupancyGrid, x_mm: float, y_mm: float) -> float:
     return float(floor.evidence[cell(x_mm, y_mm)])
 
 
-def _listen(floor: FloorMap, range_mm: float, times: int = 6, at: Pose = ORIGIN) -> tuple[float, float]:
+def _listen(floor: OccupancyGrid, range_mm: float, times: int = 6, at: Pose = ORIGIN) -> tuple[float, float]:
     """Hear the same thing several times while moving to and fro a little.
 
     Returns:
@@ -36,25 +36,25 @@ def _listen(floor: FloorMap, range_mm: float, times: int = 6, at: Pose = ORIGIN)
 
 
 def test_echoes_from_near_mark_what_they_hit():
-    floor = FloorMap()
+    floor = OccupancyGrid()
     assert _evidence_at(floor, *_listen(floor, 0.7 * NEAR_MM)) > SOLID
 
 
 def test_one_echo_is_not_yet_believed_and_its_repetition_says_nothing_new():
-    floor = FloorMap()
+    floor = OccupancyGrid()
     for _ in range(10):
         floor.echo(ORIGIN, 500.0)
     assert HINT < _evidence_at(floor, 600.0, 0.0) <= SOLID
 
 
 def test_echoes_from_afar_only_hint():
-    floor = FloorMap()
+    floor = OccupancyGrid()
     place = _listen(floor, NEAR_MM + 500.0, times=50)
     assert HINT < _evidence_at(floor, *place) < SOLID
 
 
 def test_an_echo_frees_the_beam_before_it_and_nothing_behind_it():
-    floor = FloorMap()
+    floor = OccupancyGrid()
     _listen(floor, 600.0)
     assert _evidence_at(floor, 400.0, 0.0) < 0.0
     assert _evidence_at(floor, 400.0, 50.0) < 0.0
@@ -63,7 +63,7 @@ def test_an_echo_frees_the_beam_before_it_and_nothing_behind_it():
 
 
 def test_a_free_beam_clears_what_has_left():
-    floor = FloorMap()
+    floor = OccupancyGrid()
     floor.block(ORIGIN, 300.0)
     assert floor.evidence.max() > SOLID
     for heading_deg in range(-60, 61, 2):
@@ -73,13 +73,13 @@ def test_a_free_beam_clears_what_has_left():
 
 
 def test_an_echo_from_too_far_marks_nothing():
-    floor = FloorMap()
+    floor = OccupancyGrid()
     _listen(floor, FARTHEST_ECHO_MM)
     assert floor.evidence.max() == 0.0
 
 
 def test_beside_the_beam_nothing_is_marked():
-    floor = FloorMap()
+    floor = OccupancyGrid()
     place = _listen(floor, 600.0)
     assert _evidence_at(floor, *place) > SOLID
     for off_deg in (-25.0, 25.0):
@@ -88,7 +88,7 @@ def test_beside_the_beam_nothing_is_marked():
 
 @pytest.mark.parametrize("heading_deg", [0.0, 37.0, 90.0, 180.0, -135.0, 720.0 + 45.0])
 def test_positive_is_right_in_the_map_too(heading_deg):
-    floor = FloorMap()
+    floor = OccupancyGrid()
     _listen(floor, 500.0, at=Pose(300.0, -700.0, heading_deg))
     place = Pose(300.0, -700.0, heading_deg).ahead(600.0)
     marked = np.argwhere(floor.evidence > SOLID)
@@ -97,7 +97,7 @@ def test_positive_is_right_in_the_map_too(heading_deg):
 
 
 def test_evidence_fades_to_about_a_third():
-    floor = FloorMap()
+    floor = OccupancyGrid()
     place = _listen(floor, 500.0)
     floor.fade(0.0)
     before = floor.evidence.copy()
@@ -108,7 +108,7 @@ def test_evidence_fades_to_about_a_third():
 
 
 def test_the_first_look_at_the_clock_fades_nothing():
-    floor = FloorMap()
+    floor = OccupancyGrid()
     place = _listen(floor, 500.0)
     before = _evidence_at(floor, *place)
     floor.fade(1e6)
@@ -116,7 +116,7 @@ def test_the_first_look_at_the_clock_fades_nothing():
 
 
 def test_where_the_robot_stands_nothing_else_is():
-    floor = FloorMap()
+    floor = OccupancyGrid()
     floor.block(ORIGIN, 0.0)
     floor.stands_on(ORIGIN)
     assert _evidence_at(floor, 0.0, 0.0) < 0.0
@@ -125,7 +125,7 @@ def test_where_the_robot_stands_nothing_else_is():
 
 
 def test_what_blocks_the_way_is_in_the_way():
-    floor = FloorMap()
+    floor = OccupancyGrid()
     assert floor.clear_between((0.0, 0.0), (1500.0, 0.0))
     floor.block(ORIGIN, 500.0)
     assert not floor.clear_between((0.0, 0.0), (1500.0, 0.0))
@@ -137,7 +137,7 @@ def test_what_blocks_the_way_is_in_the_way():
 
 
 def test_a_way_that_ends_before_the_obstacle_is_clear():
-    floor = FloorMap()
+    floor = OccupancyGrid()
     floor.block(ORIGIN, 1000.0)
     assert floor.clear_between((0.0, 0.0), (1500.0, 0.0), short_mm=900.0)
     assert not floor.clear_between((0.0, 0.0), (1500.0, 0.0), short_mm=100.0)
@@ -145,14 +145,14 @@ def test_a_way_that_ends_before_the_obstacle_is_clear():
 
 @pytest.mark.parametrize("short_mm", [0.0, 300.0])
 def test_no_way_at_all_is_clear(short_mm):
-    floor = FloorMap()
+    floor = OccupancyGrid()
     floor.block(ORIGIN, 0.0)
     assert floor.clear_between((50.0, 50.0), (50.0, 50.0), short_mm)
 
 
 @given(heading_deg=st.floats(0.0, 360.0), range_mm=st.floats(0.0, FARTHEST_ECHO_MM))
 def test_what_is_out_of_the_grid_is_not_mapped(heading_deg, range_mm):
-    floor, far_away = FloorMap(), Pose(2 * OUTSIDE_MM, -2 * OUTSIDE_MM, heading_deg)
+    floor, far_away = OccupancyGrid(), Pose(2 * OUTSIDE_MM, -2 * OUTSIDE_MM, heading_deg)
     floor.echo(far_away, range_mm)
     floor.block(far_away, range_mm)
     floor.stands_on(far_away)
@@ -167,7 +167,7 @@ ACTIONS = st.tuples(
 
 @given(actions=st.lists(ACTIONS, max_size=30))
 def test_evidence_stays_within_its_bounds(actions):
-    floor, now_s = FloorMap(), 0.0
+    floor, now_s = OccupancyGrid(), 0.0
     for action, pose, range_mm in actions:
         match action:
             case "echo":

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.doubt import Doubt, Verdict
+from behaviors.adaptive.target_verifier import TargetVerifier, Verdict
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "adaptive.md"
 SEQUENCES = 2000
@@ -21,11 +21,11 @@ FRAMES = 300
 
 def _judge(rate: float, seed: int) -> tuple[Verdict, int]:
     """The verdict on something that is found in that share of the frames, and after how many frames it is given."""
-    random, doubt = Random(f"{rate}/{seed}"), Doubt()
+    random, verifier = Random(f"{rate}/{seed}"), TargetVerifier()
     for frame in range(1, FRAMES + 1):
-        doubt.frame(hit=random.random() < rate)
-        if doubt.verdict is not Verdict.OPEN:
-            return doubt.verdict, frame
+        verifier.frame(hit=random.random() < rate)
+        if verifier.verdict is not Verdict.OPEN:
+            return verifier.verdict, frame
     return Verdict.OPEN, FRAMES
 
 
@@ -52,35 +52,35 @@ def test_the_target_is_accepted_and_a_look_alike_rejected_in_a_bounded_number_of
 
 def test_nothing_is_decided_by_one_frame():
     for hit in (True, False):
-        doubt = Doubt()
-        doubt.frame(hit=hit)
-        assert doubt.verdict is Verdict.OPEN
+        verifier = TargetVerifier()
+        verifier.frame(hit=hit)
+        assert verifier.verdict is Verdict.OPEN
 
 
 @given(misses=st.integers(1, 1000))
 def test_a_hidden_target_is_not_doubted_until_it_is_found_again(misses):
-    doubt = Doubt()
+    verifier = TargetVerifier()
     for _ in range(misses):
-        doubt.frame(hit=False)
-    assert doubt.odds == 0.0
-    assert doubt.verdict is Verdict.OPEN
+        verifier.frame(hit=False)
+    assert verifier.odds == 0.0
+    assert verifier.verdict is Verdict.OPEN
 
 
 @given(misses=st.integers(0, 100), hits=st.integers(1, 30))
 def test_misses_that_are_forgotten_never_count(misses, hits):
-    plain, hidden = Doubt(), Doubt()
+    plain, hidden = TargetVerifier(), TargetVerifier()
     for _ in range(misses):
         hidden.frame(hit=False)
     hidden.forget_misses()
-    for doubt in (plain, hidden):
+    for verifier in (plain, hidden):
         for _ in range(hits):
-            doubt.frame(hit=True)
+            verifier.frame(hit=True)
     assert hidden == plain
 
 
 @given(misses=st.integers(1, 100))
 def test_misses_between_two_hits_do_count(misses):
-    steady, patchy = Doubt(), Doubt()
+    steady, patchy = TargetVerifier(), TargetVerifier()
     for hit in (True, *[False] * misses, True):
         patchy.frame(hit=hit)
     for _ in range(2):
@@ -91,9 +91,9 @@ def test_misses_between_two_hits_do_count(misses):
 @given(hits=st.lists(st.booleans(), max_size=500))
 def test_the_odds_can_always_be_turned_again(hits):
     """However long something looked like the target, a hundred frames of the other kind turn the verdict."""
-    doubt = Doubt()
+    verifier = TargetVerifier()
     for hit in hits:
-        doubt.frame(hit=hit)
+        verifier.frame(hit=hit)
     for frame in range(100):
-        doubt.frame(hit=frame % 10 == 9)
-    assert doubt.verdict is Verdict.MISTAKEN
+        verifier.frame(hit=frame % 10 == 9)
+    assert verifier.verdict is Verdict.MISTAKEN

@@ -8,11 +8,11 @@ from collections.abc import Iterable
 import numpy as np
 
 from behaviors.adaptive.angles import wrapped_deg
-from behaviors.adaptive.memory import Known, Memory
-from behaviors.adaptive.routes import Routes
-from behaviors.adaptive.travel import ELBOW_MM
-from behaviors.mission import AdaptiveProfile
-from behaviors.recovery import Detour, Other, Point, Viewpoint
+from behaviors.adaptive.follow_path import ELBOW_MM
+from behaviors.adaptive.path_planner import PathPlanner
+from behaviors.adaptive.world_model import TargetEstimate, WorldModel
+from behaviors.mission import AdaptiveParameters
+from behaviors.recovery import AlternativeTarget, Detour, Point, Viewpoint
 
 SPACING_MM = 400.0
 """Between places that are considered as viewpoints."""
@@ -39,7 +39,7 @@ NEWS_S = 60.0
 """Where another target was seen it still is, in one case out of e, after so long."""
 
 
-class Prospects:
+class CandidateGenerator:
     """What the map and the beliefs promise, from where the robot is.
 
     Args:
@@ -47,20 +47,20 @@ class Prospects:
         profile: The numbers.
     """
 
-    def __init__(self, memory: Memory, profile: AdaptiveProfile) -> None:
-        self._memory = memory
+    def __init__(self, world: WorldModel, profile: AdaptiveParameters) -> None:
+        self._world = world
         self._profile = profile
         self._routes = self._plan()
         if not self._routes.lead_out(SPACING_MM):
-            memory.floor.forget_obstacles()
+            world.floor.forget_obstacles()
             self._routes = self._plan()
 
-    def _plan(self) -> Routes:
-        return Routes(self._memory.floor, self._memory.here, self._profile.cruise_mm_s)
+    def _plan(self) -> PathPlanner:
+        return PathPlanner(self._world.floor, self._world.here, self._profile.cruise_mm_s)
 
     def detour(self, target: str) -> Detour | None:
         """The quickest way to a place from which the straight way to a target that was seen is free."""
-        known = self._memory.known.get(target)
+        known = self._world.known.get(target)
         way = known and self._way_round(known)
         if not known or not way:
             return None
@@ -69,54 +69,54 @@ class Prospects:
 
     def here(self, target: str) -> Viewpoint:
         """Another look round from here."""
-        memory = self._memory
-        return Viewpoint(0.0, RESCAN_S, memory.beliefs[target].chance_from(*memory.here, memory.floor))
+        world = self._world
+        return Viewpoint(0.0, RESCAN_S, world.beliefs[target].chance_from(*world.here, world.floor))
 
     def viewpoints(self, target: str) -> tuple[Viewpoint, ...]:
         """The places from which looking is most worth its time."""
         if not self._profile.chooses_viewpoints:
             return (Viewpoint(MOVING_OFF_S, SCAN_S, 1.0),)
-        memory, routes = self._memory, self._routes
+        world, routes = self._world, self._routes
         places = routes.places(SPACING_MM, known=True)
         travel_s = routes.seconds_to(places) + TURN_S
-        far = np.hypot(places[:, 0] - memory.pose.x_mm, places[:, 1] - memory.pose.y_mm) >= NEAREST_MM
+        far = np.hypot(places[:, 0] - world.pose.x_mm, places[:, 1] - world.pose.y_mm) >= NEAREST_MM
         places, travel_s = places[far], travel_s[far]
-        order = [i for i in np.argsort(travel_s)[:CANDIDATES] if not memory.tried(target, (places[i, 0], places[i, 1]))]
-        belief = memory.beliefs[target]
+        order = [i for i in np.argsort(travel_s)[:CANDIDATES] if not world.tried(target, (places[i, 0], places[i, 1]))]
+        belief = world.beliefs[target]
         found = []
         for i in order:
             place = float(places[i, 0]), float(places[i, 1])
-            chance = belief.chance_from(*place, memory.floor) * memory.novelty(target, place)
+            chance = belief.chance_from(*place, world.floor) * world.novelty(target, place)
             found.append((chance, float(travel_s[i]), place))
         found.sort(key=lambda each: -each[0] / (each[1] + SCAN_S))
         return tuple(
             Viewpoint(seconds, SCAN_S, chance, routes.route_to(place)) for chance, seconds, place in found[:OFFERED]
         )
 
-    def others(self, targets: Iterable[str], now_s: float) -> tuple[Other, ...]:
+    def others(self, targets: Iterable[str], now_s: float) -> tuple[AlternativeTarget, ...]:
         """Those of other targets that were seen and to which a way leads."""
         found = []
         for target in targets:
-            known = self._memory.known.get(target)
+            known = self._world.known.get(target)
             travel_s = math.inf if known is None else self._seconds_to(known)
             if known is not None and math.isfinite(travel_s):
                 age_s = now_s - known.time_s
-                found.append(Other(target, travel_s, age_s, math.exp(-age_s / NEWS_S)))
+                found.append(AlternativeTarget(target, travel_s, age_s, math.exp(-age_s / NEWS_S)))
         return tuple(found)
 
-    def _seconds_to(self, known: Known) -> float:
+    def _seconds_to(self, known: TargetEstimate) -> float:
         """Time to a target that was seen; infinity where the map knows no way."""
-        if self._memory.floor.clear_between(self._memory.here, known.place, NEAREST_END_MM):
+        if self._world.floor.clear_between(self._world.here, known.place, NEAREST_END_MM):
             return TURN_S + self._straight_s(known)
         way = self._way_round(known)
         return 2 * TURN_S + way[1] if way else math.inf
 
-    def _straight_s(self, known: Known) -> float:
-        return math.dist(self._memory.here, known.place) / self._profile.cruise_mm_s
+    def _straight_s(self, known: TargetEstimate) -> float:
+        return math.dist(self._world.here, known.place) / self._profile.cruise_mm_s
 
-    def _way_round(self, known: Known) -> tuple[Point, float] | None:
+    def _way_round(self, known: TargetEstimate) -> tuple[Point, float] | None:
         """Where a way ends from which the straight way to the target is free, and the time to the target that way."""
-        memory, routes = self._memory, self._routes
+        world, routes = self._world, self._routes
         places = routes.places(BESIDE_MM, known=False)
         dx, dy = places[:, 0] - known.place[0], places[:, 1] - known.place[1]
         away_mm = np.hypot(dx, dy)
@@ -130,6 +130,6 @@ class Prospects:
         for elbow_mm in ELBOWS_MM:
             for i in order:
                 place = float(places[i, 0]), float(places[i, 1])
-                if memory.floor.clear_between(place, known.place, NEAREST_END_MM, elbow_mm):
+                if world.floor.clear_between(place, known.place, NEAREST_END_MM, elbow_mm):
                     return place, float(seconds[i])
         return None

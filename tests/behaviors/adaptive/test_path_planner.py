@@ -10,8 +10,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.floor import CELL_MM, CELLS, FOOTPRINT_MM, MOST, SOLID, FloorMap, cell, centre_mm
-from behaviors.adaptive.routes import Routes
+from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, FOOTPRINT_MM, MOST, SOLID, OccupancyGrid, cell, centre_mm
+from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.ports import Pose
 from behaviors.recovery import Point
 
@@ -23,16 +23,16 @@ Y_MM = centre_mm(np.arange(CELLS))[None, :]
 Disc = tuple[float, float, float]
 
 
-def _room() -> FloorMap:
+def _room() -> OccupancyGrid:
     """A square room that is known to be free, with solid walls around it."""
-    floor = FloorMap()
+    floor = OccupancyGrid()
     distance_mm = np.maximum(np.abs(X_MM), np.abs(Y_MM))
     floor.evidence[distance_mm < HALF_ROOM_MM] = -1.0
     floor.evidence[(distance_mm >= HALF_ROOM_MM) & (distance_mm < HALF_ROOM_MM + 3 * CELL_MM)] = MOST
     return floor
 
 
-def _with_discs(discs: list[Disc]) -> FloorMap:
+def _with_discs(discs: list[Disc]) -> OccupancyGrid:
     floor = _room()
     for x_mm, y_mm, radius_mm in discs:
         floor.evidence[np.hypot(X_MM - x_mm, Y_MM - y_mm) <= radius_mm] = MOST
@@ -43,7 +43,7 @@ def _route_mm(route: tuple[Point, ...], start: Point = START) -> float:
     return sum(math.dist(one, other) for one, other in pairwise([start, *route]))
 
 
-def _solid_on(floor: FloorMap, route: tuple[Point, ...], start: Point = START) -> list[Point]:
+def _solid_on(floor: OccupancyGrid, route: tuple[Point, ...], start: Point = START) -> list[Point]:
     """Places on the straight legs of a way that are solid."""
     solid = []
     for one, other in pairwise([start, *route]):
@@ -56,7 +56,7 @@ def _solid_on(floor: FloorMap, route: tuple[Point, ...], start: Point = START) -
 
 @pytest.mark.parametrize("goal", [(1200.0, 0.0), (0.0, -1200.0), (900.0, 900.0), (1200.0, -500.0), (-700.0, 1300.0)])
 def test_on_free_floor_the_way_is_straight_and_takes_its_time(goal):
-    routes = Routes(_room(), START, SPEED_MM_S)
+    routes = PathPlanner(_room(), START, SPEED_MM_S)
     straight_s = math.dist(START, goal) / SPEED_MM_S
     cell_s = CELL_MM / SPEED_MM_S
     (seconds,) = routes.seconds_to(np.array([goal]))
@@ -68,7 +68,7 @@ def test_a_wall_is_gone_round():
     floor = _room()
     floor.evidence[(X_MM > 800.0) & (X_MM < 1000.0) & (np.abs(Y_MM) <= 1000.0)] = MOST
     goal = (1500.0, 0.0)
-    routes = Routes(floor, START, SPEED_MM_S)
+    routes = PathPlanner(floor, START, SPEED_MM_S)
     route = routes.route_to(goal)
     around_mm = 2 * math.hypot(900.0, 1000.0)
     assert routes.seconds_to(np.array([goal]))[0] >= around_mm * 0.9 / SPEED_MM_S
@@ -85,7 +85,7 @@ def test_a_door_of_480_mm_is_passed(shift_mm, along_x):
     door = np.abs(along - shift_mm) < 240.0
     floor.evidence[(np.abs(across - 1000.0) < 100.0) & ~door] = MOST
     goal = (1500.0, 0.0) if along_x else (0.0, 1500.0)
-    routes = Routes(floor, START, SPEED_MM_S)
+    routes = PathPlanner(floor, START, SPEED_MM_S)
     assert routes.reaches(goal)
     assert not _solid_on(floor, routes.route_to(goal))
     assert routes.seconds_to(np.array([goal]))[0] < 3 * 1500.0 / SPEED_MM_S
@@ -94,13 +94,13 @@ def test_a_door_of_480_mm_is_passed(shift_mm, along_x):
 def test_a_gap_narrower_than_the_robot_is_no_door():
     floor = _room()
     floor.evidence[(np.abs(X_MM - 1000.0) < 100.0) & (np.abs(Y_MM) > 100.0)] = MOST
-    assert not Routes(floor, START, SPEED_MM_S).reaches((1500.0, 0.0))
+    assert not PathPlanner(floor, START, SPEED_MM_S).reaches((1500.0, 0.0))
 
 
 def test_where_no_way_leads_it_takes_for_ever():
     floor = _room()
     floor.evidence[np.abs(X_MM[:, 0] - 1000.0) < 100.0] = MOST
-    routes = Routes(floor, START, SPEED_MM_S)
+    routes = PathPlanner(floor, START, SPEED_MM_S)
     behind, here = (1500.0, 0.0), (500.0, 0.0)
     seconds = routes.seconds_to(np.array([behind, here]))
     assert math.isinf(seconds[0])
@@ -110,13 +110,13 @@ def test_where_no_way_leads_it_takes_for_ever():
 
 
 def test_far_beyond_what_is_known_no_way_leads():
-    routes = Routes(_room(), START, SPEED_MM_S)
+    routes = PathPlanner(_room(), START, SPEED_MM_S)
     assert not routes.reaches((6500.0, 6500.0))
     assert not routes.reaches((1e6, -1e6))
 
 
 def test_unknown_floor_may_be_crossed_but_takes_longer_than_free_floor():
-    known, unknown = (Routes(floor, START, SPEED_MM_S) for floor in (_room(), FloorMap()))
+    known, unknown = (PathPlanner(floor, START, SPEED_MM_S) for floor in (_room(), OccupancyGrid()))
     goal = np.array([(480.0, 0.0)])
     assert known.seconds_to(goal)[0] < unknown.seconds_to(goal)[0] < math.inf
 
@@ -125,7 +125,7 @@ def test_the_robot_can_leave_a_place_that_is_too_near_to_something():
     """As after a contact: what blocks the way has just been marked right before the robot."""
     floor = _room()
     floor.block(Pose(), 0.0)
-    routes = Routes(floor, START, SPEED_MM_S)
+    routes = PathPlanner(floor, START, SPEED_MM_S)
     behind, beyond = (-800.0, 0.0), (1500.0, 0.0)
     assert routes.reaches(behind)
     assert routes.reaches(beyond)
@@ -135,7 +135,7 @@ def test_the_robot_can_leave_a_place_that_is_too_near_to_something():
 
 
 def test_a_place_in_the_present_cell_is_reached_at_once():
-    routes = Routes(_room(), (10.0, 10.0), SPEED_MM_S)
+    routes = PathPlanner(_room(), (10.0, 10.0), SPEED_MM_S)
     assert routes.route_to((30.0, 40.0)) == ((30.0, 40.0),)
     assert routes.seconds_to(np.array([(30.0, 40.0)]))[0] == 0.0
 
@@ -149,7 +149,7 @@ GOALS = st.tuples(st.floats(-1900.0, 1900.0), st.floats(-1900.0, 1900.0))
 @given(discs=DISCS, goal=GOALS)
 def test_the_straight_legs_of_a_way_cross_nothing_solid(discs, goal):
     floor = _with_discs(discs)
-    routes = Routes(floor, START, SPEED_MM_S)
+    routes = PathPlanner(floor, START, SPEED_MM_S)
     assume(routes.reaches(goal))
     route = routes.route_to(goal)
     assert route[-1] == goal
@@ -158,7 +158,7 @@ def test_the_straight_legs_of_a_way_cross_nothing_solid(discs, goal):
 
 @given(discs=DISCS, goal=GOALS)
 def test_a_way_is_never_quicker_than_the_straight_line_nor_much_longer_than_its_time_says(discs, goal):
-    routes = Routes(_with_discs(discs), START, SPEED_MM_S)
+    routes = PathPlanner(_with_discs(discs), START, SPEED_MM_S)
     assume(routes.reaches(goal))
     (seconds,) = routes.seconds_to(np.array([goal]))
     assert seconds * SPEED_MM_S >= math.dist(START, goal) - 2 * CELL_MM
@@ -168,7 +168,7 @@ def test_a_way_is_never_quicker_than_the_straight_line_nor_much_longer_than_its_
 @given(discs=DISCS, known=st.booleans())
 def test_places_can_be_reached(discs, known):
     floor = _with_discs(discs)
-    routes = Routes(floor, START, SPEED_MM_S)
+    routes = PathPlanner(floor, START, SPEED_MM_S)
     places = routes.places(400.0, known=known)
     assert len(places) >= 1
     assert np.isfinite(routes.seconds_to(places)).all()

@@ -9,7 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.stay import BOUND, LONGEST_S, NEGLIGIBLE, WAITS, Kind, best_wait_s, cost_s, kinds
+from behaviors.adaptive.dwell_time import (
+    BOUND,
+    LONGEST_S,
+    NEGLIGIBLE,
+    WAITS,
+    BlockerHypothesis,
+    best_wait_s,
+    cost_s,
+    hypotheses,
+)
 from behaviors.recovery import Blocker
 
 ROUNDS_S = st.floats(0.1, 120.0)
@@ -19,14 +28,14 @@ SLACK = 1e-6
 
 
 @st.composite
-def mixtures(draw: st.DrawFn) -> list[Kind]:
+def mixtures(draw: st.DrawFn) -> list[BlockerHypothesis]:
     """Anything that things may be, weights adding up to 1."""
     stays_s = draw(st.lists(st.floats(0.2, 3600.0) | st.just(math.inf), min_size=1, max_size=5))
     shares = draw(st.lists(st.floats(0.01, 1.0), min_size=len(stays_s), max_size=len(stays_s)))
-    return [Kind(stay_s, share / sum(shares)) for stay_s, share in zip(stays_s, shares, strict=True)]
+    return [BlockerHypothesis(stay_s, share / sum(shares)) for stay_s, share in zip(stays_s, shares, strict=True)]
 
 
-def _ratio(kind: Kind, wait_s: float, round_s: float) -> float:
+def _ratio(kind: BlockerHypothesis, wait_s: float, round_s: float) -> float:
     return kind.cost_s(wait_s, round_s) / kind.clairvoyant_s(round_s)
 
 
@@ -37,7 +46,7 @@ def _cost_s(leaves_s: float, wait_s: float, round_s: float) -> float:
 
 def _wait_s(round_s: float, age_s: float = 0.0, *, moving: bool) -> float:
     """The wait for something that hides the target."""
-    return best_wait_s(kinds(Blocker(500.0, age_s, moving, hides=True)), round_s)
+    return best_wait_s(hypotheses(Blocker(500.0, age_s, moving, hides=True)), round_s)
 
 
 @given(things=mixtures(), round_s=ROUNDS_S)
@@ -51,7 +60,7 @@ def test_no_kind_of_thing_costs_more_than_twice_what_a_clairvoyant_needs(things,
 
 @given(blocker=BLOCKERS, round_s=st.floats(0.1, LONGEST_S))
 def test_the_bound_holds_for_what_blockers_may_be_at_any_age(blocker, round_s):
-    things = kinds(blocker)
+    things = hypotheses(blocker)
     assert sum(kind.weight for kind in things) == pytest.approx(1.0)
     wait_s = best_wait_s(things, round_s)
     assert all(_ratio(kind, wait_s, round_s) <= BOUND + SLACK for kind in things if kind.weight >= NEGLIGIBLE)
@@ -59,7 +68,7 @@ def test_the_bound_holds_for_what_blockers_may_be_at_any_age(blocker, round_s):
 
 @given(round_s=st.floats(0.1, LONGEST_S), moving=st.booleans(), still_moving=st.booleans())
 def test_deciding_again_after_a_wait_in_vain_keeps_the_bound(round_s, moving, still_moving):
-    things = kinds(Blocker(500.0, 0.0, moving, hides=True))
+    things = hypotheses(Blocker(500.0, 0.0, moving, hides=True))
     first_s = _wait_s(round_s, moving=moving)
     second_s = _wait_s(round_s, first_s, moving=still_moving)
     assert all(_ratio(kind, first_s + second_s, round_s) <= BOUND + SLACK for kind in things)
@@ -91,7 +100,7 @@ def test_without_a_way_round_it_waits_as_long_as_it_may_and_expects_a_finite_cos
 
 @given(age_s=AGES_S, moving=st.booleans(), round_s=st.floats(0.1, LONGEST_S))
 def test_what_can_be_looked_over_is_not_waited_for(age_s, moving, round_s):
-    things = kinds(Blocker(500.0, age_s, moving, hides=False))
+    things = hypotheses(Blocker(500.0, age_s, moving, hides=False))
     assert best_wait_s(things, round_s) == 0.0
     assert cost_s(things, 0.0, round_s) == pytest.approx(round_s)
 
@@ -108,7 +117,7 @@ def test_what_moves_is_waited_for_longer_when_the_way_round_is_long():
 
 @given(moving=st.booleans(), ages_s=st.tuples(AGES_S, AGES_S))
 def test_the_longer_something_stays_the_more_it_is_furniture(moving, ages_s):
-    young, old = (kinds(Blocker(500.0, age_s, moving, hides=True)) for age_s in sorted(ages_s))
+    young, old = (hypotheses(Blocker(500.0, age_s, moving, hides=True)) for age_s in sorted(ages_s))
     assert old[-1].stays_s == math.inf
     assert old[-1].weight >= young[-1].weight - SLACK
 

@@ -62,7 +62,7 @@ Grid = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
 
-class FloorMap:
+class OccupancyGrid:
     """A grid of evidence for obstacles, (CELLS, CELLS), indexed [x, y]; the start lies in the middle."""
 
     def __init__(self) -> None:

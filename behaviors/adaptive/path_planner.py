@@ -7,7 +7,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.floor import CELL_MM, CELLS, FOOTPRINT_MM, HINT, SOLID, FloorMap, Mask, cell, centre_mm
+from behaviors.adaptive.occupancy_grid import (
+    CELL_MM,
+    CELLS,
+    FOOTPRINT_MM,
+    HINT,
+    SOLID,
+    Mask,
+    OccupancyGrid,
+    cell,
+    centre_mm,
+)
 from behaviors.recovery import Point
 
 ELBOW_MM = 40.0
@@ -30,7 +40,7 @@ ROUNDS = 400
 _NEIGHBOURS = [(i, j, math.hypot(i, j)) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
 
 
-class Routes:
+class PathPlanner:
     """All ways from one place.
 
     Args:
@@ -39,7 +49,7 @@ class Routes:
         speed_mm_s: How fast it drives.
     """
 
-    def __init__(self, floor: FloorMap, start: Point, speed_mm_s: float) -> None:
+    def __init__(self, floor: OccupancyGrid, start: Point, speed_mm_s: float) -> None:
         self._window, self._cost = _costs(floor, start)
         i, j = cell(*start)
         self._start = (i - self._window[0].start, j - self._window[1].start)
@@ -115,7 +125,7 @@ class Routes:
         return float(np.mean(self._cost[i, j])) * length <= 1.02 * float(self._field[other] - self._field[one]) + 0.5
 
 
-def _costs(floor: FloorMap, start: Point) -> tuple[tuple[slice, slice], NDArray[np.float64]]:
+def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDArray[np.float64]]:
     """The known part of the floor, and how many times longer than on free floor it takes to cross each cell."""
     evidence = floor.evidence
     known = np.abs(evidence) > TOUCHED

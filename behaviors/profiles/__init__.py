@@ -1,0 +1,1 @@
+"""The profiles: what a mission does in each state, and what it chooses after a failure."""
