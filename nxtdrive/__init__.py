@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from firmware_protocol.errors import NXTError
     from nxtdrive.brick import Brick, BrickInfo, open_brick
     from nxtdrive.motion.motor import Motor, MotorSettings, Then
-    from nxtdrive.motion.rover import DriveSettings, Rover, SafetyStop
+    from nxtdrive.motion.rover import DriveSettings, Rover, SafetyLimits
     from nxtdrive.sensors import Touch, Ultrasonic
     from nxtdrive.transports import open_transport
 
@@ -31,7 +31,7 @@ __all__ = [
     "MotorSettings",
     "NXTError",
     "Rover",
-    "SafetyStop",
+    "SafetyLimits",
     "Then",
     "Touch",
     "Ultrasonic",
@@ -42,7 +42,7 @@ __all__ = [
 _HOMES = {
     "nxtdrive.brick": ("Brick", "BrickInfo", "open_brick"),
     "nxtdrive.motion.motor": ("Motor", "MotorSettings", "Then"),
-    "nxtdrive.motion.rover": ("DriveSettings", "Rover", "SafetyStop"),
+    "nxtdrive.motion.rover": ("DriveSettings", "Rover", "SafetyLimits"),
     "nxtdrive.sensors": ("Touch", "Ultrasonic"),
     "nxtdrive.transports": ("open_transport",),
     "firmware_protocol.errors": ("NXTError",),

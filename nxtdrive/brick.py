@@ -20,9 +20,9 @@ from firmware_protocol.direct import (
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
 from firmware_protocol.system import GetDeviceInfo, GetVersions
-from nxtdrive.link import CLOSING_S, Link
-from nxtdrive.motion.moves import MoveBoard
+from nxtdrive.link.link import CLOSING_S, Link
 from nxtdrive.motion.outputs import braked, coasting
+from nxtdrive.motion.scheduler import MotionScheduler
 from nxtdrive.ports import MotorPort, SensorPort, in_range
 from nxtdrive.termination import TerminationAsExit
 from nxtdrive.transports import open_transport
@@ -113,7 +113,7 @@ class Brick(Link):
         self._moved: set[OutputPort] = set()
         self._files: Files | None = None
         self._inline = transport.simulated
-        self.motions = MoveBoard(self)
+        self.motions = MotionScheduler(self)
         self._termination = TerminationAsExit()
 
     def sleep(self, duration_s: float) -> None:

@@ -30,7 +30,7 @@ from firmware_protocol.system import (
 )
 
 if TYPE_CHECKING:
-    from nxtdrive.link import Link
+    from nxtdrive.link.link import Link
 
 NAME_LIMIT = 19
 """Characters of a name, the dot included. Source: docs/firmware.md section 5, "File system"."""

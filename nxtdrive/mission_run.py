@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from behaviors.mission import BUILT_IN, Mission, MissionError, load_mission
 from firmware_protocol.errors import CameraError, ConfigError
-from nxtdrive.motion.rover import Rover, SafetyStop
+from nxtdrive.motion.rover import Rover, SafetyLimits
 from nxtdrive.transports.record import recorded
 from nxtdrive.transports.sim import SimTransport
 
@@ -56,7 +56,7 @@ def build_rover(brick: Brick, mission: Mission) -> Rover:
         ultrasonic=robot.ultrasonic or None,
         touch=robot.touch or None,
         compass=robot.compass or None,
-        safety=SafetyStop(stop_distance_mm=robot.stop_distance_mm),
+        safety=SafetyLimits(stop_distance_mm=robot.stop_distance_mm),
     )
 
 

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Iterable, Iterator
 
 from nxtdrive.brick import Brick
-from nxtdrive.motion.rover import Rover, SafetyStop
+from nxtdrive.motion.rover import Rover, SafetyLimits
 from nxtdrive.tools.bench import Figure
 from nxtdrive.tools.sweep.scenarios import COMPASS_PORT, draw_scenario
 from nxtdrive.transports.sim import SimTransport
@@ -25,7 +25,7 @@ IRON = Magnet(at_mm=(1800.0, 2000.0), radius_mm=800.0, deflection_deg=45.0)
 ROOMS = range(100, 130)
 """Seeds of the rooms."""
 LEGS = 30
-NEAR = SafetyStop(stop_distance_mm=150.0)
+NEAR = SafetyLimits(stop_distance_mm=150.0)
 
 
 def measure_compass() -> Iterable[Figure]:

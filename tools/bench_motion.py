@@ -20,7 +20,7 @@ from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort
 from nxtdrive.brick import Brick, open_brick
 from nxtdrive.motion.motor import FASTEST_DEG_S, Then
-from nxtdrive.motion.rover import Rover, SafetyStop
+from nxtdrive.motion.rover import Rover, SafetyLimits
 from nxtdrive.tools.bench import Figure
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
@@ -37,7 +37,7 @@ SHORTEST_DEG, LONGEST_DEG = 90, 720
 REST_S = 1.5
 """After this time whatever turned stands."""
 MISMATCH_PERCENT = 5.0
-FREE = SafetyStop(enabled=False)
+FREE = SafetyLimits(enabled=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ Two motors drive it (B left, C right), an ultrasonic sensor looks ahead (4), a t
 
 from dataclasses import dataclass
 
-from nxtdrive import Brick, SafetyStop, open_brick
+from nxtdrive import Brick, SafetyLimits, open_brick
 
 LEG_MM = 400
 KEEP_CLEAR_MM = 250
@@ -29,7 +29,7 @@ class Trip:
 
 def explore(brick: Brick, duration_s: float) -> Trip:
     """Wander about for some time and stop."""
-    rover = brick.rover(left="B", right="C", ultrasonic=4, touch=1, safety=SafetyStop(stop_distance_mm=KEEP_CLEAR_MM))
+    rover = brick.rover(left="B", right="C", ultrasonic=4, touch=1, safety=SafetyLimits(stop_distance_mm=KEEP_CLEAR_MM))
     trip = Trip()
     end = brick.now() + duration_s
     while brick.now() < end:

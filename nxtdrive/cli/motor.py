@@ -95,8 +95,8 @@ def _stop(brick: Brick, args: argparse.Namespace) -> int:
 
 
 def _report(brick: Brick, args: argparse.Namespace, before: float, stop: StopReason) -> int:
+    from nxtdrive.motion.brake_predictor import BRAKING_S
     from nxtdrive.motion.motor import SPEED_WINDOW_S
-    from nxtdrive.motion.progress import BRAKING_S
 
     brick.sleep(SPEED_WINDOW_S + BRAKING_S)
     angle = brick.motor(args.port).angle

@@ -8,12 +8,12 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Literal, overload
 
 from behaviors.ports import StopReason
-from nxtdrive.motion.cruise import Cruise
-from nxtdrive.motion.moves import Move, Steps
+from nxtdrive.motion.brake_predictor import STALL_S
+from nxtdrive.motion.leased_speed import LEASE_RANGE_S, LEASE_S
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, coasting, held, sample
-from nxtdrive.motion.progress import STALL_S
-from nxtdrive.motion.throttle import LEASE_RANGE_S, LEASE_S
-from nxtdrive.motion.travel import Pace, Travel, Wheel
+from nxtdrive.motion.position_move import Pace, PositionMove, Wheel
+from nxtdrive.motion.scheduler import Motion, Steps
+from nxtdrive.motion.velocity_move import VelocityMove
 from nxtdrive.ports import MotorPort, in_range, output_port
 
 if TYPE_CHECKING:
@@ -92,8 +92,8 @@ class Motor:
         self._output = output_port(port)
         self._sign = -1 if reversed else 1
         self._zero = 0.0
-        self._cruise: Cruise | None = None
-        self._move: Move[StopReason] | None = None
+        self._velocity: VelocityMove | None = None
+        self._motion: Motion[StopReason] | None = None
 
     def dc(self, power: int) -> None:
         """Turn with a duty cycle of -100..100 percent, whatever speed comes of it."""
@@ -111,10 +111,10 @@ class Motor:
     @overload
     def run_time(
         self, speed_deg_s: float, duration_s: float, then: Then = Then.HOLD, *, wait: Literal[False]
-    ) -> Move[StopReason]: ...
+    ) -> Motion[StopReason]: ...
     def run_time(
         self, speed_deg_s: float, duration_s: float, then: Then = Then.HOLD, *, wait: bool = True
-    ) -> StopReason | Move[StopReason]:
+    ) -> StopReason | Motion[StopReason]:
         """Turn at `speed_deg_s` for `duration_s`; returns afterwards.
 
         Returns:
@@ -131,10 +131,10 @@ class Motor:
     @overload
     def run_angle(
         self, speed_deg_s: float, angle_deg: float, then: Then = Then.HOLD, *, wait: Literal[False]
-    ) -> Move[StopReason]: ...
+    ) -> Motion[StopReason]: ...
     def run_angle(
         self, speed_deg_s: float, angle_deg: float, then: Then = Then.HOLD, *, wait: bool = True
-    ) -> StopReason | Move[StopReason]:
+    ) -> StopReason | Motion[StopReason]:
         """Turn by `angle_deg` at up to `speed_deg_s`, and return when it is there, to about 2 degrees.
 
         As in Pybricks, the direction is that of the signs together: both negative is forward.
@@ -147,8 +147,8 @@ class Motor:
         pace = Pace(abs(self._limited(speed_deg_s)), settings.acceleration_deg_s2 or ACCELERATION_DEG_S2)
         wheel = Wheel(self._output, self._sign if speed_deg_s > 0 else -self._sign)
         stall_s = settings.stall_s or STALL_S
-        travel = Travel(self._brick, [wheel], pace, lease_s=settings.lease_s, stall_s=stall_s)
-        self._cruise = None
+        travel = PositionMove(self._brick, [wheel], pace, lease_s=settings.lease_s, stall_s=stall_s)
+        self._velocity = None
         return self._finish(travel.steps(angle_deg), then, wait)
 
     @overload
@@ -158,10 +158,10 @@ class Motor:
     @overload
     def run_target(
         self, speed_deg_s: float, target_deg: float, then: Then = Then.HOLD, *, wait: Literal[False]
-    ) -> Move[StopReason]: ...
+    ) -> Motion[StopReason]: ...
     def run_target(
         self, speed_deg_s: float, target_deg: float, then: Then = Then.HOLD, *, wait: bool = True
-    ) -> StopReason | Move[StopReason]:
+    ) -> StopReason | Motion[StopReason]:
         """Turn until `angle` is `target_deg`; otherwise as `run_angle`, and the sign of the speed does not matter."""
         angle_deg = target_deg - self.angle
         if wait:
@@ -186,7 +186,7 @@ class Motor:
     @property
     def done(self) -> bool:
         """Whether no motion is under way; `run` and `dc` are done when the motor is stopped, by whatever reason."""
-        return self._move is None or self._move.done
+        return self._motion is None or self._motion.done
 
     def join(self) -> StopReason:
         """Wait for the end of the last motion; after `run` and `dc` that is a stall, or a stop by another thread.
@@ -194,7 +194,7 @@ class Motor:
         Returns:
             How it ended; DONE if there was none.
         """
-        return StopReason.DONE if self._move is None else self._move.join()
+        return StopReason.DONE if self._motion is None else self._motion.join()
 
     @property
     def angle(self) -> float:
@@ -219,11 +219,11 @@ class Motor:
 
         Measured over a tenth of a second.
         """
-        if self._cruise is None or self._move is None:
+        if self._velocity is None or self._motion is None:
             return False
-        if self._move.done:
-            return self._move.join() is StopReason.STALLED
-        if abs(self._cruise.speed_deg_s) < STANDING_DEG_S:
+        if self._motion.done:
+            return self._motion.join() is StopReason.STALLED
+        if abs(self._velocity.speed_deg_s) < STANDING_DEG_S:
             return False
         return abs(self.speed) < STANDING_DEG_S
 
@@ -234,20 +234,20 @@ class Motor:
 
     def _turn(self, speed_deg_s: float, *, regulated: bool, until_s: float = math.inf) -> Steps[StopReason]:
         """Turn until then; what the motor did before gives the speed to begin with."""
-        settings, before = self.settings, self._cruise
+        settings, before = self.settings, self._velocity
         acceleration = settings.acceleration_deg_s2 or math.inf
-        self._cruise = cruise = Cruise(
+        self._velocity = velocity = VelocityMove(
             self._brick, self._output, settings.lease_s, acceleration, settings.stall_s or math.inf
         )
         if before is not None and not self.done:
-            cruise.speed_deg_s = before.speed_deg_s
-        return cruise.steps(self._sign * speed_deg_s, regulated=regulated, until_s=until_s)
+            velocity.speed_deg_s = before.speed_deg_s
+        return velocity.steps(self._sign * speed_deg_s, regulated=regulated, until_s=until_s)
 
-    def _begin(self, steps: Steps[StopReason]) -> Move[StopReason]:
-        self._move = self._brick.motions.start([self._output], steps)
-        return self._move
+    def _begin(self, steps: Steps[StopReason]) -> Motion[StopReason]:
+        self._motion = self._brick.motions.start([self._output], steps)
+        return self._motion
 
-    def _finish(self, steps: Steps[StopReason], then: Then, wait: bool) -> StopReason | Move[StopReason]:
+    def _finish(self, steps: Steps[StopReason], then: Then, wait: bool) -> StopReason | Motion[StopReason]:
         move = self._begin(self._resting(steps, then))
         return move.join() if wait else move
 
@@ -260,7 +260,7 @@ class Motor:
     def _take(self) -> None:
         """Whatever moves this motor shall not do so any more."""
         self._brick.motions.claim([self._output])
-        self._cruise = None
+        self._velocity = None
 
     def _rest(self, then: Then) -> None:
         self._brick.forget(self._output.name)

@@ -7,8 +7,8 @@ import threading
 from dataclasses import dataclass
 
 from behaviors.ports import Pose
+from nxtdrive.motion.brake_predictor import Standstill
 from nxtdrive.motion.outputs import Sample
-from nxtdrive.motion.progress import Standstill
 
 JUMP_DEG, JUMP_DEG_S = 180.0, 1200.0
 """Counts beyond these, and faster than any motor, were not turned: the counter was reset."""

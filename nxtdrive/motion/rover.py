@@ -11,21 +11,21 @@ from typing import TYPE_CHECKING, Literal, overload
 
 from behaviors.ports import MotionResult, Pose, StopReason
 from firmware_protocol.errors import ConfigError
-from nxtdrive.motion.alignment import Alignment
-from nxtdrive.motion.moves import Move, Steps
+from nxtdrive.motion.brake_predictor import SEEN_DEG_S, WATCH_S
+from nxtdrive.motion.compass_correction import CompassCorrection
+from nxtdrive.motion.leased_speed import LEASE_RANGE_S, LEASE_S, LeasedSpeed
+from nxtdrive.motion.obstacle_monitor import ObstacleMonitor, SafetyLimits
 from nxtdrive.motion.odometry import Odometry
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, sample
-from nxtdrive.motion.progress import SEEN_DEG_S, WATCH_S
-from nxtdrive.motion.safety import Lookout, SafetyStop
-from nxtdrive.motion.throttle import LEASE_RANGE_S, LEASE_S, Throttle
-from nxtdrive.motion.travel import Pace, Travel, Wheel, unguarded
+from nxtdrive.motion.position_move import Pace, PositionMove, Wheel, unguarded
+from nxtdrive.motion.scheduler import Motion, Steps
 from nxtdrive.ports import MotorPort, SensorPort, output_port
 from nxtdrive.sensors import Compass, Touch, Ultrasonic
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
 
-__all__ = ["DriveSettings", "Rover", "SafetyStop"]
+__all__ = ["DriveSettings", "Rover", "SafetyLimits"]
 
 FASTEST_DEG_S = 0.75 * FULL_SPEED_DEG_S
 """A wheel's highest speed: regulation needs a reserve, and a battery of 7.2 V turns the motor at no more than 770."""
@@ -58,7 +58,7 @@ class DriveSettings:
     lease_s: float = LEASE_S
 
 
-SAFETY = SafetyStop()
+SAFETY = SafetyLimits()
 SETTINGS = DriveSettings()
 START = Pose()
 
@@ -79,7 +79,7 @@ class Rover:
         ultrasonic: Port of the sonar, or None.
         touch: Port of the bumper, or None.
         compass: Port of a compass that corrects the heading whenever the robot has come to rest, or None; see
-            `nxtdrive.motion.alignment`.
+            `nxtdrive.motion.compass_correction`.
         safety: When driving forward ends by itself.
         settings: How fast it moves.
         reversed: Whether positive power drives the robot backwards.
@@ -99,7 +99,7 @@ class Rover:
         ultrasonic: SensorPort | None = 4,
         touch: SensorPort | None = 1,
         compass: SensorPort | None = None,
-        safety: SafetyStop = SAFETY,
+        safety: SafetyLimits = SAFETY,
         settings: DriveSettings = SETTINGS,
         reversed: bool = False,
     ) -> None:
@@ -111,19 +111,21 @@ class Rover:
         self._forward = -1 if reversed else 1
         self._mm_per_deg = math.pi * wheel_diameter_mm / 360.0
         self._track_mm = axle_track_mm
-        self._lookout = Lookout(
+        self._monitor = ObstacleMonitor(
             Ultrasonic(brick, ultrasonic) if ultrasonic is not None else None,
             Touch(brick, touch) if touch is not None else None,
             safety,
             brick.now,
         )
-        self._throttle = Throttle(brick, settings.lease_s, trips=TRIPS)
-        self._move: Move[MotionResult] | None = None
+        self._speed = LeasedSpeed(brick, settings.lease_s, trips=TRIPS)
+        self._motion: Motion[MotionResult] | None = None
         self._driving = False
         self._asking = threading.Lock()
         self._odometry = Odometry(self._forward * self._mm_per_deg, axle_track_mm)
-        self._alignment = (
-            Alignment(Compass(brick, compass), self._odometry, self._read_wheels) if compass is not None else None
+        self._compass_correction = (
+            CompassCorrection(Compass(brick, compass), self._odometry, self._read_wheels)
+            if compass is not None
+            else None
         )
 
     # --- motion ---
@@ -131,8 +133,8 @@ class Rover:
     @overload
     def straight(self, distance_mm: float, *, wait: Literal[True] = True) -> MotionResult: ...
     @overload
-    def straight(self, distance_mm: float, *, wait: Literal[False]) -> Move[MotionResult]: ...
-    def straight(self, distance_mm: float, *, wait: bool = True) -> MotionResult | Move[MotionResult]:
+    def straight(self, distance_mm: float, *, wait: Literal[False]) -> Motion[MotionResult]: ...
+    def straight(self, distance_mm: float, *, wait: bool = True) -> MotionResult | Motion[MotionResult]:
         """Drive `distance_mm` along the heading, negative: back; returns at rest.
 
         The safety stop may end a drive forward. Every drive is bounded in time.
@@ -145,8 +147,8 @@ class Rover:
     @overload
     def turn(self, angle_deg: float, *, wait: Literal[True] = True) -> MotionResult: ...
     @overload
-    def turn(self, angle_deg: float, *, wait: Literal[False]) -> Move[MotionResult]: ...
-    def turn(self, angle_deg: float, *, wait: bool = True) -> MotionResult | Move[MotionResult]:
+    def turn(self, angle_deg: float, *, wait: Literal[False]) -> Motion[MotionResult]: ...
+    def turn(self, angle_deg: float, *, wait: bool = True) -> MotionResult | Motion[MotionResult]:
         """Turn on the spot by `angle_deg`, positive right; returns at rest."""
         _check_amount("angle_deg", angle_deg, TURN_RANGE_DEG)
         limit = self.settings
@@ -166,11 +168,11 @@ class Rover:
             for 0.7 s though it was told to turn at 20 deg/s or more. The next call is another try.
         """
         self._brick.motions.claim(self._ports)
-        if self._alignment is not None and not self._driving:
+        if self._compass_correction is not None and not self._driving:
             self.pose()
         elif (speed_mm_s or turn_deg_s) and self._unread_for_s > WATCH_S:
             self._read_wheels()
-        if speed_mm_s > 0 and (objection := self._lookout.watch(self._odometry.pose)) is not None:
+        if speed_mm_s > 0 and (objection := self._monitor.watch(self._odometry.pose)) is not None:
             self.stop()
             return objection
         forward, sideways = self._wheel_deg(speed_mm_s), self._turn_deg(turn_deg_s)
@@ -178,7 +180,7 @@ class Rover:
         excess = max(1.0, *(abs(speed) / FASTEST_DEG_S for speed in speeds))
         self._driving = True
         for port, wheel, speed in zip(self._ports, self._odometry.wheels, speeds, strict=True):
-            turning = self._throttle.run(port, self._forward * speed / excess)
+            turning = self._speed.run(port, self._forward * speed / excess)
             if not turning or abs(speed) / excess < SEEN_DEG_S:
                 wheel.begin(self._brick.now())
         if any(wheel.stalled for wheel in self._odometry.wheels):
@@ -189,13 +191,13 @@ class Rover:
     @property
     def done(self) -> bool:
         """Whether neither `straight` nor `turn` is under way."""
-        return self._move is None or self._move.done
+        return self._motion is None or self._motion.done
 
     def stop(self) -> None:
         """Motors off, brakes on, now."""
         self._driving = False
         self._brick.motions.claim(self._ports)
-        self._throttle.brake(self._ports)
+        self._speed.brake(self._ports)
 
     # --- senses ---
 
@@ -215,18 +217,18 @@ class Rover:
         """Call the present place `pose`."""
         before = self.pose()
         self._odometry.put(pose)
-        if self._alignment is not None:
-            self._alignment.rename(pose.heading_deg - before.heading_deg)
+        if self._compass_correction is not None:
+            self._compass_correction.rename(pose.heading_deg - before.heading_deg)
 
     def range_mm(self) -> float | None:
         """Distance ahead by ultrasound, or None without an echo or without a sensor."""
         with self._asking:
-            return self._lookout.range_mm(self._odometry.pose)
+            return self._monitor.range_mm(self._odometry.pose)
 
     def touching(self) -> bool:
         """Whether the bumper is pressed; False without a sensor."""
         with self._asking:
-            return self._lookout.touching()
+            return self._monitor.touching()
 
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off."""
@@ -240,21 +242,21 @@ class Rover:
 
     def _travel(
         self, signs: tuple[int, int], angle_deg: float, pace: Pace, *, guarded: bool, wait: bool
-    ) -> MotionResult | Move[MotionResult]:
+    ) -> MotionResult | Motion[MotionResult]:
         self._brick.motions.claim(self._ports)
-        move = self._move = self._brick.motions.start(self._ports, self._steps(signs, angle_deg, pace, guarded))
+        move = self._motion = self._brick.motions.start(self._ports, self._steps(signs, angle_deg, pace, guarded))
         return move.join() if wait else move
 
     def _steps(self, signs: tuple[int, int], angle_deg: float, pace: Pace, guarded: bool) -> Steps[MotionResult]:
         begin = self.pose()
-        if guarded and (objection := self._lookout.clear_to_go(begin)) is not None:
-            self._throttle.brake(self._ports)
+        if guarded and (objection := self._monitor.clear_to_go(begin)) is not None:
+            self._speed.brake(self._ports)
             return MotionResult(objection, 0.0, 0.0)
         wheels = [Wheel(port, self._forward * sign) for port, sign in zip(self._ports, signs, strict=True)]
-        self._throttle = Throttle(self._brick, self.settings.lease_s, trips=TRIPS)
+        self._speed = LeasedSpeed(self._brick, self.settings.lease_s, trips=TRIPS)
         guard = self._guard if guarded else unguarded
         self._driving, note = False, self._odometry.note
-        travel = Travel(self._brick, wheels, pace, guard=guard, note=note, lease_s=self.settings.lease_s)
+        travel = PositionMove(self._brick, wheels, pace, guard=guard, note=note, lease_s=self.settings.lease_s)
         stop = yield from travel.steps(angle_deg)
         self._align()
         return self._motion_since(begin, stop)
@@ -282,14 +284,16 @@ class Rover:
 
     def _align(self) -> None:
         """Let the compass, if there is one, correct the heading of a robot at rest."""
-        if self._alignment is not None and ((self.done and not self._driving) or self._odometry.rest_s >= REST_S):
-            self._alignment.update()
+        if self._compass_correction is not None and (
+            (self.done and not self._driving) or self._odometry.rest_s >= REST_S
+        ):
+            self._compass_correction.update()
 
     def _guard(self, near: bool) -> StopReason | None:
         """What objects to going on; while the program itself asks a sensor, what is known already must do."""
         mine = self._asking.acquire(blocking=False)
         try:
-            return self._lookout.watch(self._odometry.pose, ask=mine and not near)
+            return self._monitor.watch(self._odometry.pose, ask=mine and not near)
         finally:
             if mine:
                 self._asking.release()

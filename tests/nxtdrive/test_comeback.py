@@ -9,7 +9,7 @@ from firmware_protocol.direct import GetOutputState, PlayTone
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import BrickNotFound, LinkLost, LinkTimeout
 from nxtdrive.brick import Brick
-from nxtdrive.comeback import FIRST_PAUSE_S, LONGEST_PAUSE_S, Comeback, Interrupted
+from nxtdrive.link.reconnect import FIRST_PAUSE_S, LONGEST_PAUSE_S, Interrupted, Reconnector
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
 from sim_backend.simulation import LinkFaults
 
@@ -21,7 +21,7 @@ SET_OUTPUT_STATE, SET_INPUT_MODE, IO_MAP_WRITE = 0x04, 0x05, 0x95
 @pytest.fixture
 def cable(direct, monkeypatch):
     """A direct link, on the wall clock, with a cable that can be pulled; `cable.end` is the driver's end of it."""
-    monkeypatch.setattr("nxtdrive.link.PROBE_S", 0.05)
+    monkeypatch.setattr("nxtdrive.link.link.PROBE_S", 0.05)
 
     class Cable:
         def __init__(self):
@@ -164,7 +164,7 @@ def test_pauses_double_up_to_the_longest():
         attempts.append(now[0])
         raise BrickNotFound("not yet.")
 
-    way = Comeback(lambda: now[0], reopen)
+    way = Reconnector(lambda: now[0], reopen)
     way.begin(LinkLost("gone."), lambda: True)
     for _ in range(8):
         way.attempt()  # not due
@@ -177,7 +177,7 @@ def test_pauses_double_up_to_the_longest():
 
 
 def test_a_loss_that_somebody_has_mended_meanwhile_is_none():
-    way = Comeback(lambda: 0.0, lambda: None)
+    way = Reconnector(lambda: 0.0, lambda: None)
     way.begin(LinkLost("gone."), lambda: False)
     assert way.lost is None
 
@@ -240,7 +240,7 @@ def test_who_has_joined_a_motion_is_not_told_again(lab):
 
 
 def test_a_motion_that_meets_the_loss_first_leaves_it_to_the_program_to_hear_of_it(cable, monkeypatch):
-    monkeypatch.setattr("nxtdrive.link.PULSE_S", 1e9)
+    monkeypatch.setattr("nxtdrive.link.link.PULSE_S", 1e9)
     with Brick(cable.end, reconnecting=True) as brick:
         brick.motor("B").run(300)
         cable.plugged = False

@@ -12,16 +12,16 @@ from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import ConfigError, LinkError, LocalProtocolError
 from nxtdrive import open_brick
+from nxtdrive.motion.leased_speed import LEASE_S
 from nxtdrive.motion.motor import MotorSettings
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
-from nxtdrive.motion.rover import TRIPS, DriveSettings, Rover, SafetyStop
-from nxtdrive.motion.throttle import LEASE_S
+from nxtdrive.motion.rover import TRIPS, DriveSettings, Rover, SafetyLimits
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.simulation import LinkFaults
 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
 SLOW = pytest.mark.parametrize("latency_ms", [80, 100, 150, 300])
-UNGUARDED = SafetyStop(enabled=False)
+UNGUARDED = SafetyLimits(enabled=False)
 FOR_EVER_MS = 10**9
 COAST_S = 0.2
 """A motor that is let go covers less than its speed times this: 100 ms until PWM is off, then 150 ms of inertia."""
@@ -155,11 +155,11 @@ PROGRAM = """
 import signal
 import sys
 signal.signal(signal.SIGHUP, signal.SIG_DFL)  # whoever started the tests may ignore it
-from nxtdrive import DriveSettings, SafetyStop, open_brick
+from nxtdrive import DriveSettings, SafetyLimits, open_brick
 from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort
 with open_brick(sys.argv[1], timeout_s=5) as brick:
-    rover = brick.rover(safety=SafetyStop(enabled=False))
+    rover = brick.rover(safety=SafetyLimits(enabled=False))
     move = rover.straight(8000, wait=False) if sys.argv[2] == "straight" else None
     for number in range(1000):
         if move is None:

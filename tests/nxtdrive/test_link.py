@@ -9,8 +9,8 @@ from firmware_protocol.enums import InputPort, OutputPort, SensorMode, SensorTyp
 from firmware_protocol.errors import LinkLost, LinkTimeout
 from nxtdrive import open_brick
 from nxtdrive.brick import Brick
+from nxtdrive.link.priority_lock import PriorityLock
 from nxtdrive.motion.outputs import coasting
-from nxtdrive.turns import Turns
 from sim_backend.simulation import LinkFaults
 
 PATIENCE_S = 10
@@ -46,7 +46,7 @@ class Crowd:
 
 
 def test_who_waits_is_served_in_order_and_the_urgent_first():
-    turns = Turns()
+    turns = PriorityLock()
     crowd = Crowd(turns)
     with turns.wire:
         crowd.join("poll 1", urgent=False)
@@ -60,7 +60,7 @@ def test_who_waits_is_served_in_order_and_the_urgent_first():
 
 
 def test_a_wire_that_does_not_become_free_is_a_timeout_and_leaves_nobody_in_the_queue():
-    turns = Turns()
+    turns = PriorityLock()
     with turns.wire:
         with pytest.raises(LinkTimeout, match="other threads"):
             turns.wait(urgent=False, timeout_s=0.01)

@@ -7,12 +7,12 @@ import pytest
 from behaviors.ports import StopReason
 from firmware_protocol.errors import LinkError, LocalProtocolError
 from nxtdrive.motion.motor import MotorSettings, Then
-from nxtdrive.motion.rover import Rover, SafetyStop
+from nxtdrive.motion.rover import Rover, SafetyLimits
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.simulation import LinkFaults
 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
-UNGUARDED = SafetyStop(enabled=False)
+UNGUARDED = SafetyLimits(enabled=False)
 FOR_EVER_MS = 10**9
 BOX_AHEAD = '[[boxes]]\nname = "box"\nat_mm = [2500, 1500]\nsize_mm = [200, 1000]\nheight_mm = 300\n'
 

@@ -8,14 +8,14 @@ from behaviors.ports import Pose, StopReason
 from firmware_protocol.direct import ResetMotorPosition, SetInputMode
 from firmware_protocol.enums import InputPort, OutputPort, SensorMode, SensorType
 from firmware_protocol.errors import BrickError, ConfigError, LinkError, LinkTimeout
-from nxtdrive.motion.rover import DriveSettings, Rover, SafetyStop
+from nxtdrive.motion.rover import DriveSettings, Rover, SafetyLimits
 from sim_backend.devices import TouchSensor, UltrasonicSensor
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.simulation import LinkFaults
 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
 BOX_AHEAD = '[[boxes]]\nname = "box"\nat_mm = [2500, 1500]\nsize_mm = [200, 1000]\nheight_mm = 300\n'
-UNGUARDED = SafetyStop(enabled=False)
+UNGUARDED = SafetyLimits(enabled=False)
 FOR_EVER_MS = 10**9
 TURN_TOLERANCE_DEG = 2
 STRAIGHT_TOLERANCE_MM = 10
@@ -100,7 +100,7 @@ def test_an_obstacle_ahead_ends_the_motion_in_front_of_it(lab, latency_ms):
 @LINKS
 def test_the_stop_distance_can_be_chosen(lab, latency_ms):
     room = lab(BOX_AHEAD, latency_ms=latency_ms)
-    rover = Rover(room.brick, safety=SafetyStop(stop_distance_mm=500))
+    rover = Rover(room.brick, safety=SafetyLimits(stop_distance_mm=500))
     assert rover.straight(2000).stop is StopReason.OBSTACLE
     assert 430 < rover.range_mm() <= 520
 

@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from behaviors.ports import Pose
 from firmware_protocol.errors import BrickError, ConfigError
 from nxtdrive import mission_run
-from nxtdrive.motion.alignment import NEEDLE_DEG, VEER_DEG_PER_M, CompassFilter
+from nxtdrive.motion.compass_correction import NEEDLE_DEG, VEER_DEG_PER_M, CompassFilter
 from nxtdrive.motion.odometry import Trip
-from nxtdrive.motion.rover import Rover, SafetyStop
+from nxtdrive.motion.rover import Rover, SafetyLimits
 from sim_backend.devices.digital import Compass
 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
 COMPASS = '[[sensors]]\nkind = "compass"\nport = 2\n'
-UNGUARDED = SafetyStop(enabled=False)
+UNGUARDED = SafetyLimits(enabled=False)
 STILL_DEG = 4.0
 """A heading that a compass keeps is this good: the needle's noise, and what a turn leaves."""
 

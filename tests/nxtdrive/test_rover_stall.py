@@ -7,14 +7,14 @@ import pytest
 from behaviors.ports import StopReason
 from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort
-from nxtdrive.motion.progress import STALL_S, WATCH_S, Standstill
-from nxtdrive.motion.rover import DriveSettings, Rover, SafetyStop
+from nxtdrive.motion.brake_predictor import STALL_S, WATCH_S, Standstill
+from nxtdrive.motion.rover import DriveSettings, Rover, SafetyLimits
 from sim_backend.devices import UltrasonicSensor
 from sim_backend.firmware.bench_motor import BenchMotor
 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
 ASKS = pytest.mark.parametrize("asks_pose", [True, False], ids=["asks the pose", "does not ask"])
-UNGUARDED = SafetyStop(enabled=False)
+UNGUARDED = SafetyLimits(enabled=False)
 CALL_S = 0.05
 
 

@@ -13,7 +13,7 @@ from nxtdrive import open_brick
 from nxtdrive.brick import Brick
 from nxtdrive.cli.main import DONE, LINK_LOST, NOT_ACHIEVED, USAGE, main
 from nxtdrive.mission_run import default_camera
-from nxtdrive.motion.rover import SafetyStop
+from nxtdrive.motion.rover import SafetyLimits
 from nxtdrive.transports.record import RecordTransport, recorded
 from nxtdrive.transports.replay import ReplayTransport
 from nxtdrive.transports.sim import SimTransport
@@ -88,7 +88,7 @@ def test_a_recording_stands_in_for_the_brick(record):
 @pytest.mark.parametrize("latency_ms", [2, 45])
 def test_recorded_motions_replay_exactly(record, latency_ms):
     def talk(brick):
-        motor, rover = brick.motor("A"), brick.rover(safety=SafetyStop(enabled=False))
+        motor, rover = brick.motor("A"), brick.rover(safety=SafetyLimits(enabled=False))
         arm = motor.run_angle(500, 200, wait=False)
         asked = [brick.battery_mv for _ in range(5)]
         motions = [arm.join(), rover.straight(120), rover.turn(-50), motor.run_target(700, -30)]

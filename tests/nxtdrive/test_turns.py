@@ -6,12 +6,12 @@ import threading
 
 import pytest
 
-from nxtdrive.turns import Turns
+from nxtdrive.link.priority_lock import PriorityLock
 
 WITHIN_S = 5.0
 
 
-def _user(turns: Turns, served: list[str], name: str, *, urgent: bool = False) -> threading.Thread:
+def _user(turns: PriorityLock, served: list[str], name: str, *, urgent: bool = False) -> threading.Thread:
     """A thread that uses the wire once, as requests do, and is waiting for it when this returns."""
     waiting = len(turns.queue)
 
@@ -34,7 +34,7 @@ def _user(turns: Turns, served: list[str], name: str, *, urgent: bool = False) -
 
 def test_who_waits_for_somebody_without_a_place_is_called():
     # the heartbeat sends between requests; a motor command that queued up meanwhile was once left waiting for ever
-    turns, served = Turns(), []
+    turns, served = PriorityLock(), []
     with turns.aside():
         waiting = _user(turns, served, "motor", urgent=True)
     waiting.join(WITHIN_S / 2)
@@ -44,7 +44,7 @@ def test_who_waits_for_somebody_without_a_place_is_called():
 
 @pytest.mark.parametrize("aside", [True, False])
 def test_all_who_wait_are_served_urgent_ones_first(aside):
-    turns, served = Turns(), []
+    turns, served = PriorityLock(), []
     if aside:
         with turns.aside():
             threads = [_user(turns, served, name, urgent=name == "motor") for name in ("one", "two", "motor")]

@@ -42,7 +42,7 @@ class Cancelled(Exception):
         self.replaced = replaced
 
 
-class Move(Generic[R]):
+class Motion(Generic[R]):
     """A motion under way, or what has become of it.
 
     Attributes:
@@ -51,7 +51,9 @@ class Move(Generic[R]):
         due: When it goes on, on the link's clock; infinity when it is over.
     """
 
-    def __init__(self, board: MoveBoard, ports: frozenset[OutputPort], steps: Steps[R], transport: Transport) -> None:
+    def __init__(
+        self, board: MotionScheduler, ports: frozenset[OutputPort], steps: Steps[R], transport: Transport
+    ) -> None:
         self.ports = ports
         self.transport = transport
         self.due = math.inf
@@ -114,7 +116,7 @@ class Move(Generic[R]):
         self._ended.set()
 
 
-class MoveBoard:
+class MotionScheduler:
     """The motions of a brick; no motor takes part in two.
 
     Args:
@@ -129,19 +131,19 @@ class MoveBoard:
         self._brick = brick
         self._inline = brick.transport.simulated
         self._lock = threading.RLock()
-        self._moves: list[Move[Any]] = []
-        self._current: Move[Any] | None = None
+        self._moves: list[Motion[Any]] = []
+        self._current: Motion[Any] | None = None
         self._stepper = 0
         self._thread: threading.Thread | None = None
         self._nudged = threading.Event()
 
-    def start(self, ports: Iterable[OutputPort], steps: Steps[R]) -> Move[R]:
+    def start(self, ports: Iterable[OutputPort], steps: Steps[R]) -> Motion[R]:
         """Begin a motion: run its first step now, and the others when they are due. Others of its motors are cancelled.
 
         Raises:
             NXTError: What ended it in its first step.
         """
-        move = Move(self, frozenset(ports), steps, self._brick.transport)
+        move = Motion(self, frozenset(ports), steps, self._brick.transport)
         with self._lock:
             self.claim(move.ports)
             self._moves.append(move)
@@ -180,7 +182,7 @@ class MoveBoard:
             finally:
                 self._stepper = 0
 
-    def end(self, move: Move[Any], reason: Cancelled) -> None:
+    def end(self, move: Motion[Any], reason: Cancelled) -> None:
         """Cancel a motion.
 
         Raises:
@@ -218,7 +220,7 @@ class MoveBoard:
                 alive = move.transport is self._brick.transport and not self._brick.lost
                 self._advance(move, None if alive else _lost())
 
-    def _advance(self, move: Move[Any], reason: BaseException | None = None) -> None:
+    def _advance(self, move: Motion[Any], reason: BaseException | None = None) -> None:
         outer, self._current = self._current, move
         try:
             move.advance(reason)

@@ -21,7 +21,7 @@ TRIPS = 8
 
 
 @dataclass(frozen=True, slots=True)
-class SafetyStop:
+class SafetyLimits:
     """When driving forward ends by itself.
 
     Attributes:
@@ -56,7 +56,7 @@ class Echo:
         return self.distance_mm - driven_mm
 
 
-class Lookout:
+class ObstacleMonitor:
     """Watches the way ahead with few questions: on a slow link each costs as much as a look at the wheels.
 
     Args:
@@ -67,7 +67,7 @@ class Lookout:
     """
 
     def __init__(
-        self, sonar: Ultrasonic | None, bumper: Touch | None, settings: SafetyStop, now: Callable[[], float]
+        self, sonar: Ultrasonic | None, bumper: Touch | None, settings: SafetyLimits, now: Callable[[], float]
     ) -> None:
         self._sonar = sonar
         self._bumper = bumper

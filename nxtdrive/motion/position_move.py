@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING
 from behaviors.ports import StopReason
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
-from nxtdrive.motion.moves import Cancelled, Steps
+from nxtdrive.motion.brake_predictor import CREEP_DEG_S, STALL_S, BrakePredictor
+from nxtdrive.motion.leased_speed import LEASE_S, LeasedSpeed
 from nxtdrive.motion.outputs import Sample, sample
-from nxtdrive.motion.progress import CREEP_DEG_S, STALL_S, Progress
-from nxtdrive.motion.throttle import LEASE_S, Throttle
+from nxtdrive.motion.scheduler import Cancelled, Steps
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -90,7 +90,7 @@ def unguarded(_near: bool) -> StopReason | None:
     return None
 
 
-class Travel:
+class PositionMove:
     """One motion of some wheels, all by the same angle, each in its own direction.
 
     Args:
@@ -122,7 +122,7 @@ class Travel:
         self._guard = guard
         self._note = note
         self._goals: list[float] = []
-        self._throttle = Throttle(brick, lease_s)
+        self._speed = LeasedSpeed(brick, lease_s)
         self._stall_s = stall_s
         self._cycle_s = CYCLE_S
 
@@ -148,7 +148,7 @@ class Travel:
 
     def brake(self) -> None:
         """Stop all wheels now."""
-        self._throttle.brake(self._ports)
+        self._speed.brake(self._ports)
 
     def _run(self, angle_deg: float) -> Steps[StopReason]:
         start = sample(self._brick, *self._ports)
@@ -166,7 +166,7 @@ class Travel:
 
     def _approach(self, angle_deg: float) -> Steps[StopReason | None]:
         """Drive until it is time to brake; returns what else ended it."""
-        brick, progress = self._brick, Progress(self._stall_s)
+        brick, progress = self._brick, BrakePredictor(self._stall_s)
         deadline = brick.now() + self._pace.duration_s(abs(angle_deg))
         near = driven = False
         while True:
@@ -182,7 +182,7 @@ class Travel:
                 near, driven = self._drive(progress, rests, reading.delay_s), True
             if brake_at - brick.now() <= self._cycle_s:
                 if brake_at > brick.now():
-                    self._throttle.brake_at(self._ports, brake_at)
+                    self._speed.brake_at(self._ports, brake_at)
                     yield brake_at
                 return None
             yield began + CYCLE_S
@@ -198,7 +198,7 @@ class Travel:
         ]
         return reading, rests
 
-    def _drive(self, progress: Progress, rests: list[float], delay_s: float) -> bool:
+    def _drive(self, progress: BrakePredictor, rests: list[float], delay_s: float) -> bool:
         """Set each wheel's speed by the profile, and keep the wheels together; returns whether the goal is near."""
         creeping = CREEP_DEG + CREEP_DEG_S * (delay_s + self._cycle_s)
         ahead = progress.speed * (delay_s + REGULATION_LAG_S)
@@ -207,7 +207,7 @@ class Travel:
         for number, (wheel, rest) in enumerate(zip(self._wheels, rests, strict=True)):
             wanted = math.copysign(speed, progress.rest) + SYNC_PER_S * (rest - progress.rest)
             left_deg = abs(rest) - progress.speed * delay_s + BEHIND_DEG
-            if not self._throttle.run(wheel.port, wheel.sign * wanted, left_deg):
+            if not self._speed.run(wheel.port, wheel.sign * wanted, left_deg):
                 progress.begin(number, self._brick.now())
         return left <= creeping
 

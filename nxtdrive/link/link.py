@@ -18,10 +18,10 @@ from firmware_protocol.direct import GetInputValues, KeepAlive, SetInputMode
 from firmware_protocol.errors import LinkError, LinkLost
 from firmware_protocol.framing import USB_TELEGRAM_LIMIT
 from firmware_protocol.telegram import Command, Reply
-from nxtdrive.comeback import PATIENCE_S, PROBE_S, QUESTIONS, Comeback, Interrupted, interrupted
-from nxtdrive.heartbeat import Heartbeat
+from nxtdrive.link.priority_lock import PREEMPTING, PriorityLock
+from nxtdrive.link.reconnect import PATIENCE_S, PROBE_S, QUESTIONS, Interrupted, Reconnector, interrupted
+from nxtdrive.link.timers import Heartbeat
 from nxtdrive.transports import reopen_transport
-from nxtdrive.turns import URGENT, Turns
 
 if TYPE_CHECKING:
     from firmware_protocol.enums import InputPort
@@ -67,7 +67,7 @@ class Link:
     def __init__(self, transport: Transport, *, timeout_s: float | None = None, reconnecting: bool = False) -> None:
         self.timeout_s = answer_s(transport) if timeout_s is None else timeout_s
         self.patience_s = PATIENCE_S
-        self._turns = Turns()
+        self._turns = PriorityLock()
         self._wire, self._queue, self._busy = self._turns.wire, self._turns.queue, self._turns.wire.locked
         self._dialogue = Dialogue()
         self._use(transport)
@@ -76,7 +76,7 @@ class Link:
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
         self._modes: dict[InputPort, SetInputMode] = {}
         self._driven = self._measuring = False
-        self._comeback = Comeback(self.now, self.reconnect)
+        self._comeback = Reconnector(self.now, self.reconnect)
         self._gone = threading.Event()
         self._pulse: threading.Thread | None = None
         self.reconnecting = reconnecting
@@ -102,7 +102,7 @@ class Link:
             if now >= self._attention:
                 now = self._attend(now)
             if self._queue or self._busy():
-                self._turns.wait(isinstance(command, URGENT), timeout_s)
+                self._turns.wait(isinstance(command, PREEMPTING), timeout_s)
                 now = self.now()
             with self._wire:
                 self._send(self._dialogue.open(command, now, timeout_s))
@@ -135,7 +135,7 @@ class Link:
         telegram, known = command.encode(want_reply=False), self.lost
         try:
             if self._queue or self._busy():
-                self._turns.wait(isinstance(command, URGENT), self.timeout_s)
+                self._turns.wait(isinstance(command, PREEMPTING), self.timeout_s)
             with self._wire:
                 self._send(telegram)
                 now = self.now()

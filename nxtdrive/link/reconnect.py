@@ -53,7 +53,7 @@ class Interrupted(LinkLost):
     """The link was lost and is back; motors were driven before, and their motion is over."""
 
 
-class Comeback:
+class Reconnector:
     """A lost link's way back. One thread tries at a time.
 
     Args:

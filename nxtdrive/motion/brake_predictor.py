@@ -55,7 +55,7 @@ class Standstill:
         return self._now_s - self._since_s > self._stall_s
 
 
-class Progress:
+class BrakePredictor:
     """How a motion comes along.
 
     Attributes:

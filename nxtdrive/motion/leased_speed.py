@@ -27,7 +27,7 @@ def lease_deg(speed_deg_s: float, lease_s: float) -> int:
     return round(max(LEASE_DEG, abs(speed_deg_s) * lease_s))
 
 
-class Throttle:
+class LeasedSpeed:
     """Sets motors' speeds; a call with what has not changed sends nothing before half the lease is over.
 
     Whoever holds the throttle has the motor: what `Motor.run` and `Motor.dc` have begun is not renewed any more.

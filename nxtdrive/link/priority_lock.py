@@ -16,7 +16,7 @@ Who uses it looks, takes the lock, and leaves::
             turns.leave()
 
 Nothing of this but the lock costs anything while nobody waits. Who needs the wire only for a moment and cannot wait,
-such as the heartbeat, takes it with `Turns.aside`; taking the bare lock would leave those uncalled who queued up
+such as the heartbeat, takes it with `PriorityLock.aside`; taking the bare lock would leave those uncalled who queued up
 meanwhile.
 """
 
@@ -32,7 +32,7 @@ from firmware_protocol.direct import ResetMotorPosition, SetOutputState, UpdateR
 from firmware_protocol.errors import LinkTimeout
 from firmware_protocol.system import IOMapWrite
 
-URGENT = (SetOutputState, IOMapWrite, ResetMotorPosition, UpdateResetCount)
+PREEMPTING = (SetOutputState, IOMapWrite, ResetMotorPosition, UpdateResetCount)
 """Commands that drive motors; they overtake others that wait for the wire."""
 
 
@@ -46,7 +46,7 @@ class _Place:
     called: threading.Event = field(compare=False, default_factory=threading.Event)
 
 
-class Turns:
+class PriorityLock:
     """The queue in front of a wire.
 
     Attributes:

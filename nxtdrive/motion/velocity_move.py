@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 from behaviors.ports import StopReason
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
-from nxtdrive.motion.moves import Cancelled, Steps
+from nxtdrive.motion.brake_predictor import WATCH_S, Standstill
+from nxtdrive.motion.leased_speed import RENEWALS, lease_deg
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, driven, sample
-from nxtdrive.motion.progress import WATCH_S, Standstill
-from nxtdrive.motion.throttle import RENEWALS, lease_deg
+from nxtdrive.motion.scheduler import Cancelled, Steps
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -22,7 +22,7 @@ RAMP_S = 0.1
 """Time between two speeds while speeding up or slowing down; the regulator acts no more often."""
 
 
-class Cruise:
+class VelocityMove:
     """One motor, at one speed after the other.
 
     Args:

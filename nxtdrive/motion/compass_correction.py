@@ -84,7 +84,7 @@ class CompassFilter:
         self._north_deg -= by_deg
 
 
-class Alignment:
+class CompassCorrection:
     """Keeps odometry's heading aligned with a compass: one reading for each rest of the robot.
 
     Only at rest: motors under power are magnets themselves, and needle and wheels are asked at different moments.

@@ -1,0 +1,1 @@
+"""The owner of the wire: requests, timers, reconnection."""
