@@ -1,48 +1,42 @@
-"""The brick: typed questions and answers over any transport, and whatever hangs on its ports."""
+"""The brick: a facade over its link, its ports and what is on board."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
-from firmware_protocol.direct import (
-    GetBatteryLevel,
-    MessageRead,
-    MessageWrite,
-    PlaySoundFile,
-    PlayTone,
-    SetOutputState,
-    StopSoundPlayback,
-)
-from firmware_protocol.enums import OutputPort
+from firmware_protocol.direct import GetBatteryLevel
+from firmware_protocol.enums import InputPort, OutputPort
 from firmware_protocol.errors import LinkError
-from firmware_protocol.system import GetDeviceInfo, GetVersions
-from nxtdrive.link.link import CLOSING_S, Link
+from firmware_protocol.system import GetDeviceInfo, GetVersions, SetBrickName
+from firmware_protocol.telegram import Command, Reply
+from nxtdrive.link.link import Link
+from nxtdrive.link.threads import THREADS, Threads
 from nxtdrive.motion.outputs import braked, coasting
-from nxtdrive.motion.scheduler import MotionScheduler
-from nxtdrive.ports import MotorPort, SensorPort, in_range
+from nxtdrive.ports import MotorPort, SensorPort, input_port, output_port
 from nxtdrive.termination import TerminationAsExit
 from nxtdrive.transports import open_transport
 
 if TYPE_CHECKING:
-    from nxtdrive.files import Files
     from nxtdrive.motion.motor import Motor, MotorSettings
     from nxtdrive.motion.rover import Rover
+    from nxtdrive.onboard.display import Picture
+    from nxtdrive.onboard.files import Files
+    from nxtdrive.onboard.programs import Programs
+    from nxtdrive.onboard.speaker import Speaker
     from nxtdrive.sensors import ColorSensor, Compass, I2CSensor, Light, Sound, Temperature, Touch, Ultrasonic
     from nxtdrive.transports.address import Address
     from nxtdrive.transports.base import Transport
 
-RESOLUTION_S = 0.0005
-"""Sleeping is exact to half a step of the simulator; sums of binary fractions are not exact either."""
+R = TypeVar("R", bound=Reply)
+P = TypeVar("P")
+
 BRAKING_S = 0.15
 """How long motors are braked before they are switched off when the program leaves."""
-TONE_HZ = (220, 14080)
-"""What the firmware can play. Source: docs/firmware.md section 4, 0x03."""
-MAILBOXES = 10
-"""Mailboxes each way, outgoing ones behind incoming ones. Source: docs/firmware.md section 4, 0x13."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,55 +80,58 @@ def open_brick(
     transport = open_transport(address) if timeout_s is None else open_transport(address, timeout_s=timeout_s)
     brick = Brick(transport, timeout_s=timeout_s, reconnecting=reconnect)
     try:
-        brick.keep_alive()
+        brick.link.keep_alive()
     except BaseException:
         brick.close()
         raise
     return brick
 
 
-class Brick(Link):
+class Brick:
     """A brick behind an open transport. May be used from several threads.
 
     As a context manager it stops, on leaving, the motors that were used, and closes the link, however the block ends:
-    SIGTERM and SIGHUP, unless the program has plans for them, end the block as an exception does.
+    SIGTERM and SIGHUP, unless the program handles them, end the block as an exception does.
+
+    Motors and sensors are one object for each port: asking for a port again returns the same one, until another kind is
+    asked for.
+
+    Args:
+        transport: The way to it, open.
+        timeout_s: How long it may take to reply when a request does not say.
+        reconnecting: Whether a lost link is opened again by itself.
+        threads: How the link starts its thread and waits for others.
 
     Attributes:
-        transport: The way to it.
-        motions: Those under way.
-        timeout_s: How long an answer may take when the request does not say.
-        max_telegram: Longest telegram of this link, bytes.
-        now: The link's clock: seconds since an arbitrary start.
-        patience_s: How long a request waits for a lost link; see `Link`.
+        link: Requests, timers and losses, for programs that need more than is here.
     """
 
-    def __init__(self, transport: Transport, *, timeout_s: float | None = None, reconnecting: bool = False) -> None:
-        super().__init__(transport, timeout_s=timeout_s, reconnecting=reconnecting)
-        self._moved: set[OutputPort] = set()
-        self._files: Files | None = None
-        self._inline = transport.simulated
-        self.motions = MotionScheduler(self)
+    def __init__(
+        self,
+        transport: Transport,
+        *,
+        timeout_s: float | None = None,
+        reconnecting: bool = False,
+        threads: Threads = THREADS,
+    ) -> None:
+        self.link = Link(transport, timeout_s=timeout_s, reconnecting=reconnecting, threads=threads)
+        self._parts: dict[object, Any] = {}
         self._termination = TerminationAsExit()
 
-    def sleep(self, duration_s: float) -> None:
-        """See `Link.sleep`; in the simulator, motions go on meanwhile, and any wait takes a step of its clock."""
-        if not self._inline:
-            return super().sleep(duration_s)
-        end = self.now() + (max(duration_s, 2 * RESOLUTION_S) if duration_s > 0 else 0.0)
-        self.motions.run_due()
-        while (left := end - self.now()) > RESOLUTION_S:
-            super().sleep(min(left, max(2 * RESOLUTION_S, self.motions.due - self.now())))
-            if end - self.now() > RESOLUTION_S:
-                self.motions.run_due()
-        return None
+    def request(self, command: Command[R], timeout_s: float | None = None) -> R:
+        """Send a command and return its reply; see `Link.request`."""
+        return self.link.request(command, timeout_s)
 
-    def moves(self, port: OutputPort) -> None:
-        """Remember that this motor is driven, and to stop it in the end."""
-        self._moved.add(port)
-        self._driven = True
+    def now(self) -> float:
+        """The link's clock: seconds since an arbitrary start; simulated ones in the simulator."""
+        return self.link.now()
+
+    def sleep(self, duration_s: float) -> None:
+        """Let time pass on the link's clock; motions go on meanwhile. See `Link.sleep`."""
+        self.link.sleep(duration_s)
 
     def info(self) -> BrickInfo:
-        """Name, addresses, versions and state, in three questions."""
+        """Name, addresses, versions and state, in three requests."""
         device, versions = self.request(GetDeviceInfo()), self.request(GetVersions())
         address = ":".join(f"{byte:02X}" for byte in device.address[:6])
         return BrickInfo(
@@ -143,163 +140,170 @@ class Brick(Link):
             firmware=versions.firmware,
             protocol=versions.protocol,
             free_flash=device.free_flash,
-            battery_mv=self.battery_mv,
+            battery_mv=self.request(GetBatteryLevel()).voltage_mv,
         )
 
     @property
-    def battery_mv(self) -> int:
-        """Battery voltage, millivolts."""
-        return self.request(GetBatteryLevel()).voltage_mv
+    def name(self) -> str:
+        """As shown on its display, 1 to 15 characters; it may be set."""
+        return self.request(GetDeviceInfo()).name
+
+    @name.setter
+    def name(self, name: str) -> None:
+        self.request(SetBrickName(name))
 
     @property
     def battery_v(self) -> float:
         """Battery voltage, volts."""
-        return self.battery_mv / 1000
+        return self.request(GetBatteryLevel()).voltage_mv / 1000
+
+    @property
+    def volume(self) -> int:
+        """Loudness, 0..4, until it is switched off; it may be set. Needs firmware 1.28 or later."""
+        return self.speaker.volume
+
+    @volume.setter
+    def volume(self, level: int) -> None:
+        self.speaker.volume = level
 
     def tone(self, frequency_hz: int, duration_ms: int) -> None:
         """Play a tone, 220..14080 Hz, 10..65535 ms; returns while it sounds."""
-        in_range("frequency_hz", frequency_hz, *TONE_HZ)
-        in_range("duration_ms", duration_ms, 10, 0xFFFF)
-        self.request(PlayTone(frequency_hz, duration_ms))
+        self.speaker.tone(frequency_hz, duration_ms)
 
-    def play_sound_file(self, name: str, *, loop: bool = False) -> None:
-        """Play a sound file that is on the brick, such as ``Hello.rso``."""
-        self.request(PlaySoundFile(loop, name))
+    def screenshot(self) -> Picture:
+        """What the display shows: (64, 100) booleans, row 0 on top, true where a pixel is black."""
+        from nxtdrive.onboard.display import Display
 
-    def stop_sound(self) -> None:
-        """Be quiet."""
-        self.request(StopSoundPlayback())
+        return Display(self.link).image()
 
-    @property
+    @cached_property
+    def speaker(self) -> Speaker:
+        """Sound files and tones."""
+        from nxtdrive.onboard.speaker import Speaker
+
+        return Speaker(self.link)
+
+    @cached_property
     def files(self) -> Files:
         """The files on the brick."""
-        if self._files is None:
-            from nxtdrive.files import Files
+        from nxtdrive.onboard.files import Files
 
-            self._files = Files(self)
-        return self._files
+        return Files(self.link)
 
-    @property
-    def program(self) -> str | None:
-        """Name of the program that runs on the brick; None if none runs."""
-        from nxtdrive.programs import running_program
+    @cached_property
+    def programs(self) -> Programs:
+        """The programs on the brick, and messages to the one that runs."""
+        from nxtdrive.onboard.programs import Programs
 
-        return running_program(self)
-
-    def start_program(self, name: str) -> None:
-        """Start a program that is on the brick; see `nxtdrive.programs.start_program`."""
-        from nxtdrive.programs import start_program
-
-        start_program(self, name)
-
-    def stop_program(self) -> bool:
-        """Stop the program that runs; see `nxtdrive.programs.stop_program`."""
-        from nxtdrive.programs import stop_program
-
-        return stop_program(self)
-
-    def message_write(self, box: int, message: str) -> None:
-        """Put a message of at most 58 characters into mailbox 1..10 of the program that runs on the brick."""
-        in_range("box", box, 1, MAILBOXES)
-        self.request(MessageWrite.text(box - 1, message))
-
-    def message_read(self, box: int, *, remove: bool = True) -> str:
-        """Take the next message that the running program has put into mailbox 1..10.
-
-        Raises:
-            MailboxEmpty: There is none.
-        """
-        in_range("box", box, 1, MAILBOXES)
-        return self.request(MessageRead(MAILBOXES + box - 1, box - 1, remove)).text
+        return Programs(self.link, self.files, self.stop_motors)
 
     def motor(self, port: MotorPort, *, reversed: bool = False, settings: MotorSettings | None = None) -> Motor:
         """The motor on port "A", "B" or "C"; `reversed` if it is built in the other way round."""
         from nxtdrive.motion.motor import SETTINGS, Motor
 
-        return Motor(self, port, reversed=reversed, settings=settings or SETTINGS)
+        how = (reversed, settings or SETTINGS)
+        return self._part(output_port(port), how, lambda: Motor(self.link, port, reversed=reversed, settings=how[1]))
 
     def touch(self, port: SensorPort) -> Touch:
         """The touch sensor on port 1..4."""
         from nxtdrive.sensors import Touch
 
-        return Touch(self, port)
+        return self._part(input_port(port), Touch, lambda: Touch(self.link, port))
 
     def ultrasonic(self, port: SensorPort) -> Ultrasonic:
         """The ultrasonic sensor on port 1..4."""
         from nxtdrive.sensors import Ultrasonic
 
-        return Ultrasonic(self, port)
+        return self._part(input_port(port), Ultrasonic, lambda: Ultrasonic(self.link, port))
 
     def light(self, port: SensorPort, *, lamp: bool = True) -> Light:
         """The light sensor on port 1..4, its lamp on or off."""
         from nxtdrive.sensors import Light
 
-        return Light(self, port, lamp=lamp)
+        sensor = self._part(input_port(port), Light, lambda: Light(self.link, port))
+        sensor.lamp = lamp
+        return sensor
 
     def sound(self, port: SensorPort, *, dba: bool = False) -> Sound:
         """The sound sensor on port 1..4; with `dba`, only what the ear hears counts."""
         from nxtdrive.sensors import Sound
 
-        return Sound(self, port, dba=dba)
+        sensor = self._part(input_port(port), Sound, lambda: Sound(self.link, port))
+        sensor.dba = dba
+        return sensor
 
     def color(self, port: SensorPort) -> ColorSensor:
         """The colour sensor on port 1..4."""
         from nxtdrive.sensors import ColorSensor
 
-        return ColorSensor(self, port)
+        return self._part(input_port(port), ColorSensor, lambda: ColorSensor(self.link, port))
 
     def temperature(self, port: SensorPort) -> Temperature:
         """LEGO's digital temperature sensor on port 1..4."""
         from nxtdrive.sensors import Temperature
 
-        return Temperature(self, port)
+        return self._part(input_port(port), Temperature, lambda: Temperature(self.link, port))
 
     def compass(self, port: SensorPort) -> Compass:
         """HiTechnic's compass on port 1..4."""
         from nxtdrive.sensors import Compass
 
-        return Compass(self, port)
+        return self._part(input_port(port), Compass, lambda: Compass(self.link, port))
 
     def i2c(self, port: SensorPort, address: int = 0x02) -> I2CSensor:
         """Any digital sensor on port 1..4 by its registers; `address` is its 8-bit write address."""
         from nxtdrive.sensors import I2CSensor
 
-        return I2CSensor(self, port, address)
+        return self._part(input_port(port), (I2CSensor, address), lambda: I2CSensor(self.link, port, address))
 
-    def rover(self, **parts: Any) -> Rover:  # noqa: ANN401 - the arguments are Rover's
+    def rover(
+        self,
+        left: MotorPort = "B",
+        right: MotorPort = "C",
+        *,
+        ultrasonic: SensorPort | None = 4,
+        touch: SensorPort | None = 1,
+        compass: SensorPort | None = None,
+        **parts: Any,  # noqa: ANN401 - the arguments are Rover's
+    ) -> Rover:
         """This brick as a vehicle; the arguments are those of `nxtdrive.motion.rover.Rover`."""
         from nxtdrive.motion.rover import Rover
 
-        return Rover(self, **parts)
+        return Rover(
+            self.link,
+            left,
+            right,
+            ultrasonic=None if ultrasonic is None else self.ultrasonic(ultrasonic),
+            touch=None if touch is None else self.touch(touch),
+            compass=None if compass is None else self.compass(compass),
+            **parts,
+        )
 
     def stop_motors(self) -> None:
         """Brake the motors that were used, then switch them off, so that none stays under power."""
-        self.motions.end_all()
-        ports = sorted(self._moved)
-        self._moved.clear()
+        link = self.link
+        link.end_motions()
+        ports = sorted(link.driven_ports)
+        link.driven_ports.clear()
         for port in ports:
-            self.forget(port.name)
+            link.cancel_timer(port.name)
         if ports:
             try:
-                self._tell(braked, ports)
-                self.transport.sleep(BRAKING_S)
+                for port in ports:
+                    link.send(braked(port))
+                link.transport.sleep(BRAKING_S)
             finally:
-                self._tell(coasting, ports)
+                for port in ports:
+                    link.send(coasting(port))
 
     def close(self) -> None:
         """Stop what moves and close the link; may be called again, and does not fail when the link is gone."""
-        if self._gone.is_set():
-            return
-        self._reconnecting = False
+        self.link.reconnecting = False
         try:
             with contextlib.suppress(LinkError):
                 self.stop_motors()
         finally:
-            self._gone.set()
-            if self._pulse is not None:
-                self._pulse.join(CLOSING_S)
-            with self._turns.aside():
-                self.transport.close()
+            self.link.close()
 
     def __enter__(self) -> Self:
         self._termination.begin()
@@ -313,19 +317,10 @@ class Brick(Link):
         finally:
             self._termination.end()
 
-    def _unheard(self) -> bool:
-        """See `Link._unheard`: the steps of motions have their own way of telling, `Move.join`."""
-        return self.motions.stepping
-
-    def _attend(self, now: float) -> float:
-        """See `Link._attend`; in the simulator, motions that are due go on first."""
-        if not self._inline:
-            return super()._attend(now)
-        self.motions.run_due()
-        now = super()._attend(now)
-        self.attend_by(self.motions.due)
-        return now
-
-    def _tell(self, rest: Callable[[OutputPort], SetOutputState], ports: list[OutputPort]) -> None:
-        for port in ports:
-            self.send(rest(port))
+    def _part(self, port: InputPort | OutputPort, kind: object, make: Callable[[], P]) -> P:
+        """What is plugged into a port: the object of the call before if that was of the same kind, else a new one."""
+        key = (type(port), port)
+        if key not in self._parts or self._parts[key][0] != kind:
+            self._parts[key] = kind, make()
+        part: P = self._parts[key][1]
+        return part

@@ -74,12 +74,12 @@ def repeat(exchanges: Sequence[Exchange], brick: Brick) -> list[Exchange]:
     Raises:
         LinkError: The link is lost.
     """
-    transport, started_s = brick.transport, brick.now()
+    transport, started_s = brick.link.transport, brick.now()
     repeated = []
     for exchange in exchanges:
         transport.sleep(started_s + exchange.time_s - brick.now())
         for port in _driven(exchange.request):
-            brick.moves(port)
+            brick.link.mark_driven(port)
         sent_s = brick.now() - started_s
         transport.send(exchange.request)
         outcome = []

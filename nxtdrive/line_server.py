@@ -1,6 +1,6 @@
 """Serves the thesis's line protocol on a TCP port: somebody else's agent decides, the robot obeys.
 
-Nothing watches the client beside the command that runs: `PreemptibleBrick` calls the server back before each request
+Nothing watches the client beside the command that runs: the link calls the server back before each request
 and each rest, some fifty times a second, and the server looks whether something has arrived. So ``stop``, a client that
 is gone and the end of the server break a motion off at a moment when no answer is due from the brick. On real links the
 driver steers a motion in a thread of its own; what is raised there reaches the command, which waits for that thread.
@@ -21,7 +21,7 @@ from behaviors.line_session import Preempted, Session
 from behaviors.mission import Mission
 from behaviors.ports import Eyes
 from firmware_protocol.errors import BrickNotFound, ConfigError, LinkError, LinkLost, NXTError
-from firmware_protocol.telegram import Command, Reply
+from firmware_protocol.telegram import Reply
 from nxtdrive.brick import Brick
 from nxtdrive.mission_run import build_rover
 
@@ -39,29 +39,7 @@ TICK_S = 0.02
 """Steps in which simulated time passes while nothing is asked."""
 
 
-class PreemptibleBrick(Brick):
-    """A brick whose user can be broken off before a request and before a rest, never in the midst of one.
-
-    Attributes:
-        before_each: Called there; what it raises reaches the user.
-    """
-
-    before_each: Callable[[], None] = staticmethod(lambda: None)
-
-    def request(self, command: Command[R], timeout_s: float | None = None) -> R:
-        """See `Brick.request`."""
-        self.before_each()
-        return super().request(command, timeout_s)
-
-    def sleep(self, duration_s: float) -> None:
-        """See `Brick.sleep`."""
-        self.before_each()
-        super().sleep(duration_s)
-
-
-def sessions(
-    mission: Mission, brick: PreemptibleBrick, eyes: Eyes, observers: Sequence[Observer]
-) -> Callable[[], Session]:
+def sessions(mission: Mission, brick: Brick, eyes: Eyes, observers: Sequence[Observer]) -> Callable[[], Session]:
     """Makes conversations about one robot, one after the other.
 
     Args:
@@ -74,10 +52,10 @@ def sessions(
 
     def connect() -> None:
         try:
-            brick.keep_alive()
+            brick.link.keep_alive()
         except LinkError:
             try:
-                brick.reconnect()
+                brick.link.reconnect()
             except (LinkError, BrickNotFound) as error:
                 raise LinkLost(str(error)) from error
 
@@ -131,7 +109,7 @@ class LineServer:
 
     def __init__(
         self,
-        brick: PreemptibleBrick,
+        brick: Brick,
         new_session: Callable[[], Session],
         *,
         port: int,
@@ -147,7 +125,7 @@ class LineServer:
         self._passing = passing
         self._client: _Client | None = None
         self._moving = False
-        brick.before_each = self._look_up
+        brick.link.before_request = self._look_up
 
     @property
     def address(self) -> tuple[str, int]:

@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 from behaviors.mission import BUILT_IN, Mission, MissionError, load_mission
 from firmware_protocol.errors import CameraError, ConfigError
-from nxtdrive.motion.rover import Rover, SafetyLimits
+from nxtdrive.motion.obstacle_monitor import SafetyLimits
 from nxtdrive.transports.record import recorded
 from nxtdrive.transports.sim import SimTransport
 
 if TYPE_CHECKING:
     from behaviors.ports import Eyes
     from nxtdrive.brick import Brick
+    from nxtdrive.motion.rover import Rover
     from nxtdrive.vision.camera import Camera, Frame
     from nxtdrive.vision.detection import TargetDetector
     from nxtdrive.vision.eyes import CameraEyes
@@ -47,8 +48,7 @@ def load(path: Path | None) -> Mission:
 def build_rover(brick: Brick, mission: Mission) -> Rover:
     """The robot a mission describes."""
     robot = mission.robot
-    return Rover(
-        brick,
+    return brick.rover(
         left=robot.left,
         right=robot.right,
         wheel_diameter_mm=robot.wheel_diameter_mm,
@@ -103,7 +103,7 @@ def open_mission_camera(source: str, brick: Brick) -> Camera:
     frames = _simulated_webcam(brick)
     if frames is None:
         raise CameraError(
-            f"{brick.transport.address} has no simulated camera.",
+            f"{brick.link.transport.address} has no simulated camera.",
             remedy="Name a camera: --camera 0 is the first webcam; `nxtdrive sim serve` prints its camera's URL.",
         )
     return SimulatedCamera(frames, brick, frames.size)
@@ -123,7 +123,7 @@ def watch(camera: Camera, brick: Brick, observer: Callable[[Frame], None], fps: 
 
     if isinstance(camera, LiveCamera):
         camera.on_frame(observer)
-    elif isinstance(camera, SimulatedCamera) and isinstance(transport := recorded(brick.transport), SimTransport):
+    elif isinstance(camera, SimulatedCamera) and isinstance(transport := recorded(brick.link.transport), SimTransport):
         numbers = count()
         transport.on_frame(lambda image, time_s: observer(Frame(image, time_s, next(numbers))), fps)
 
@@ -152,5 +152,5 @@ def camera_eyes(camera: Camera, mission: Mission) -> CameraEyes:
 
 
 def _simulated_webcam(brick: Brick) -> Any:  # noqa: ANN401 - it serves both kinds of eyes
-    transport = recorded(brick.transport)
+    transport = recorded(brick.link.transport)
     return transport.webcam if isinstance(transport, SimTransport) else None

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, TypeVar
 
 from firmware_protocol.enums import InputPort, OutputPort
 from firmware_protocol.errors import LocalProtocolError
+
+T = TypeVar("T")
 
 MotorPort = Literal["A", "B", "C"]
 SensorPort = Literal[1, 2, 3, 4]
@@ -15,14 +17,15 @@ _INPUTS = {1: InputPort.IN_1, 2: InputPort.IN_2, 3: InputPort.IN_3, 4: InputPort
 
 
 def output_port(name: str) -> OutputPort:
-    """The wire's number of a motor port.
+    """The wire's number of a motor port; upper and lower case are the same.
 
     Raises:
         LocalProtocolError: There is no such port.
     """
-    if name not in _OUTPUTS:
+    port = _OUTPUTS.get(name.upper()) if isinstance(name, str) else None
+    if port is None:
         raise LocalProtocolError(f"{name!r} is no motor port.", remedy="Motors are plugged into 'A', 'B' or 'C'.")
-    return _OUTPUTS[name]
+    return port
 
 
 def input_port(number: int) -> InputPort:
@@ -31,7 +34,7 @@ def input_port(number: int) -> InputPort:
     Raises:
         LocalProtocolError: There is no such port.
     """
-    if number not in _INPUTS or isinstance(number, bool):
+    if not isinstance(number, int) or isinstance(number, bool) or number not in _INPUTS:
         raise LocalProtocolError(f"{number!r} is no sensor port.", remedy="Sensors are plugged into 1, 2, 3 or 4.")
     return _INPUTS[number]
 
@@ -40,8 +43,23 @@ def in_range(name: str, value: float, minimum: float, maximum: float) -> float:
     """`value` itself.
 
     Raises:
-        LocalProtocolError: It is outside `minimum`..`maximum`; the message names it.
+        LocalProtocolError: It is no number, or outside `minimum`..`maximum`; the message names it.
     """
-    if not minimum <= value <= maximum:
+    if not isinstance(value, int | float) or isinstance(value, bool) or not minimum <= value <= maximum:
         raise LocalProtocolError(f"{name} must be from {minimum:g} to {maximum:g}, not {value!r}.")
     return value
+
+
+def of_type(name: str, value: T, kind: type[T]) -> T:
+    """`value` itself.
+
+    Raises:
+        LocalProtocolError: It is something else than a `kind`; the message names it.
+    """
+    if not isinstance(value, kind):
+        raise LocalProtocolError(f"{name} must be {_article(kind.__name__)}, not {value!r}.")
+    return value
+
+
+def _article(noun: str) -> str:
+    return f"an {noun}" if noun[0] in "AEIOU" else f"a {noun}"

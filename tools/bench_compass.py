@@ -50,7 +50,7 @@ def turned_error_deg(*, compass: bool, iron: bool) -> float:
     )
     simulation = Simulation(file)
     with Brick(SimTransport(simulation)) as brick:
-        rover = Rover(brick, compass=COMPASS_PORT if compass else None)
+        rover = Rover(brick.link, compass=COMPASS_PORT if compass else None)
         for _ in range(TURNS):
             rover.turn(360)
         return abs(rover.pose().heading_deg - simulation.truth.pose.heading_deg)
@@ -76,7 +76,7 @@ def _walk(seed: int, compass: bool, iron: bool, slip: bool) -> Iterator[float]:
     simulation = Simulation(file, seed=seed)
     draw = random.Random(seed)  # noqa: S311 - repeatable
     with Brick(SimTransport(simulation)) as brick:
-        rover = Rover(brick, compass=COMPASS_PORT if compass else None, safety=NEAR)
+        rover = Rover(brick.link, compass=COMPASS_PORT if compass else None, safety=NEAR)
         rover.reset_pose()
         start_deg = simulation.truth.pose.heading_deg
         for _ in range(LEGS):

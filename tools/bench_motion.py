@@ -105,7 +105,7 @@ def heading_errors(latency_ms: float, number: int = 12, slip_percent: float = 0.
         simulation = _simulation(seed, slip_percent)
         draw = random.Random(seed)  # noqa: S311 - repeatable
         with Brick(SimTransport(simulation, latency_ms=latency_ms)) as brick:
-            rover = Rover(brick, safety=FREE)
+            rover = Rover(brick.link, safety=FREE)
             turn_deg, distance_mm = draw.choice((-1, 1)) * draw.uniform(15, 360), draw.uniform(500, 2000)
             heading_deg = simulation.truth.pose.heading_deg
             rover.straight(distance_mm)
@@ -124,7 +124,7 @@ def cut_motor(latency_ms: float, power: int, seed: int) -> Cut:
     brick = Brick(SimTransport(simulation, latency_ms=latency_ms))
     brick.motor("A").dc(power)
     brick.sleep(1 + random.Random(seed).random())  # noqa: S311 - repeatable
-    brick.transport.close()
+    brick.link.transport.close()
     return _until_rest(simulation, lambda: simulation.brick.output.outputs[OutputPort.A].control.rotation)
 
 
@@ -132,12 +132,12 @@ def cut_rover(latency_ms: float, speed_mm_s: float, seed: int) -> Cut:
     """The same while the robot drives; true millimetres."""
     simulation = _simulation(seed)
     brick = Brick(SimTransport(simulation, latency_ms=latency_ms))
-    rover = Rover(brick, safety=FREE)
+    rover = Rover(brick.link, safety=FREE)
     end = 1 + random.Random(seed).random()  # noqa: S311 - repeatable
     while brick.now() < end:
         rover.drive(speed_mm_s, 0)
         brick.sleep(min(0.05, end - brick.now()))
-    brick.transport.close()
+    brick.link.transport.close()
     return _until_rest(simulation, lambda: simulation.truth.pose.x_mm)
 
 
@@ -167,7 +167,7 @@ def _cut_real(address: str, power: int) -> Cut:
     motor = brick.motor("A")
     motor.dc(power)
     brick.sleep(1.0)
-    begin, transport = motor.angle, brick.transport
+    begin, transport = motor.angle, brick.link.transport
     transport.close()
     transport.sleep(motor.settings.lease_s * 2 + REST_S)
     brick.close()

@@ -84,8 +84,8 @@ def look(brick: Brick, sensors: Mapping[int, Measuring[Any]]) -> Snapshot:
     """
     return Snapshot(
         time_s=round(brick.now(), 3),
-        battery_mv=brick.battery_mv,
-        latency_ms=round(brick.latency_s * 1000, 1),
+        battery_mv=round(brick.battery_v * 1000),
+        latency_ms=round(brick.link.latency_s * 1000, 1),
         motors=tuple(_motor(brick, port) for port in MOTOR_PORTS),
         sensors=tuple(_sensor(brick, port, sensors.get(port)) for port in SENSOR_PORTS),
     )

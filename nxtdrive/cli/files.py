@@ -17,7 +17,7 @@ from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argum
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
-    from nxtdrive.files import Progress
+    from nxtdrive.onboard.files import Progress
 
 DESCRIPTION = """\
 List, fetch, send and delete files on a brick. Names on the brick have at most

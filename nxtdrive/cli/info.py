@@ -36,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
     with open_brick(args.nxt) as brick:
         info = brick.info()
         sleep_s = brick.request(KeepAlive()).sleep_ms / 1000
-        address, latency_s = brick.transport.address, brick.latency_s
+        address, latency_s = brick.link.transport.address, brick.link.latency_s
     if args.json:
         print(json.dumps({"address": address, **asdict(info), "sleep_s": sleep_s, "latency_s": latency_s}, indent=2))
         return DONE

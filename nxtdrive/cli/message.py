@@ -47,7 +47,7 @@ def _write(args: argparse.Namespace) -> int:
     from nxtdrive.brick import open_brick
 
     with open_brick(args.nxt) as brick:
-        brick.message_write(args.box, args.text)
+        brick.programs.write_message(args.box, args.text)
     return DONE
 
 
@@ -58,7 +58,7 @@ def _read(args: argparse.Namespace) -> int:
         deadline = brick.now() + args.wait
         while True:
             try:
-                text = brick.message_read(args.box, remove=not args.keep)
+                text = brick.programs.read_message(args.box, remove=not args.keep)
                 break
             except MailboxEmpty:
                 if brick.now() >= deadline:

@@ -89,7 +89,7 @@ def _stop(brick: Brick, args: argparse.Namespace) -> int:
     ports: list[MotorPort] = args.ports or list(PORTS)
     for port in ports:
         brick.motor(port).brake()
-        brick.moves(output_port(port))
+        brick.link.mark_driven(output_port(port))
     print(json.dumps({"stopped": ports}) if args.json else f"stopped {' '.join(ports)}")
     return DONE
 

@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
 
     with open_brick(args.nxt) as brick:
         args.action(args, brick)
-        running = brick.program
+        running = brick.programs.running
     if args.json:
         print(json.dumps({"running": running}))
     else:
@@ -51,11 +51,11 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _start(args: argparse.Namespace, brick: Brick) -> None:
-    brick.start_program(args.name)
+    brick.programs.start(args.name)
 
 
 def _stop(_: argparse.Namespace, brick: Brick) -> None:
-    brick.stop_program()
+    brick.programs.stop()
 
 
 def _status(_: argparse.Namespace, brick: Brick) -> None:

@@ -106,8 +106,8 @@ def _outlast_losses(brick: Brick) -> None:
 
     Nobody pulls the simulated cable of an address, and looking after it would shift the simulation by milliseconds.
     """
-    brick.patience_s = 0.0
-    brick.reconnecting = not brick.transport.simulated
+    brick.link.reconnect_timeout_s = 0.0
+    brick.link.reconnecting = not brick.link.transport.simulated
 
 
 def _mission(args: argparse.Namespace) -> Mission:

@@ -12,7 +12,7 @@ from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument
 
 if TYPE_CHECKING:
-    from nxtdrive.display import Picture
+    from nxtdrive.onboard.display import Picture
 
 DESCRIPTION = """\
 Save what a brick's display shows, 100 x 64 pixels, each drawn as a square.
@@ -48,11 +48,11 @@ _scale.__name__ = "scale"  # argparse says "invalid scale value"
 def run(args: argparse.Namespace) -> int:
     """Read the display and write the file."""
     from nxtdrive.brick import open_brick
-    from nxtdrive.display import Display
+    from nxtdrive.onboard.display import Display
 
     with open_brick(args.nxt) as brick:
-        image = Display(brick).image()
-        address = brick.transport.address
+        image = Display(brick.link).image()
+        address = brick.link.transport.address
     _save(image, args.scale, args.out)
     height, width = (side * args.scale for side in image.shape)
     if args.json:

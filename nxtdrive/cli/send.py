@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
     command = build(args.name, args.fields)
     with open_brick(args.nxt) as brick:
         if args.no_reply:
-            brick.send(command)
+            brick.link.send(command)
             return _sent(command, args.json)
         reply = brick.request(command)
     return _replied(type(command).encode_reply(reply), args.json)

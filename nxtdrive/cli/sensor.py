@@ -115,13 +115,13 @@ def _sensor(brick: Brick, port: SensorPort, kind: str | None) -> Measuring[Any]:
     from nxtdrive.sensors.kinds import KINDS, make_sensor
 
     if kind is None:
-        identity = identify(brick, port)
+        identity = identify(brick.link, port)
         kind = identity.kind if identity else ""
         if kind not in KINDS:
             raise ConfigError(
                 f"the sensor on port {port} does not say what it is.", remedy=f"Name it: {', '.join(KINDS)}."
             )
-    return make_sensor(kind, brick, port)
+    return make_sensor(kind, brick.link, port)
 
 
 def _print(sensor: Measuring[Any], reading: Reading[Any], *, as_json: bool) -> None:
@@ -137,7 +137,7 @@ def _print(sensor: Measuring[Any], reading: Reading[Any], *, as_json: bool) -> N
 def _identify(args: argparse.Namespace, brick: Brick) -> None:
     from nxtdrive.sensors import identify
 
-    found = {port: identify(brick, port) for port in PORTS}
+    found = {port: identify(brick.link, port) for port in PORTS}
     if args.json:
         print(json.dumps({port: asdict(who) if who else None for port, who in found.items()}, indent=2))
         return

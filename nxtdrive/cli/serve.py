@@ -49,7 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Serve until a signal comes; returns the exit code."""
     from nxtdrive import mission_run
-    from nxtdrive.line_server import LineServer, PreemptibleBrick, sessions
+    from nxtdrive.brick import Brick
+    from nxtdrive.line_server import LineServer, sessions
     from nxtdrive.recording.status_line import StatusLine
     from nxtdrive.transports import open_transport
     from nxtdrive.transports.address import Address
@@ -57,12 +58,12 @@ def run(args: argparse.Namespace) -> int:
     mission = mission_run.load(args.mission)
     with ExitStack() as stack:
         stopped = stack.enter_context(until_signal())
-        brick = stack.enter_context(PreemptibleBrick(open_transport(in_real_time(args.nxt))))
-        brick.keep_alive()
+        brick = stack.enter_context(Brick(open_transport(in_real_time(args.nxt))))
+        brick.link.keep_alive()
         source = args.camera or mission_run.default_camera(brick)
         camera = stack.enter_context(closing(mission_run.open_mission_camera(source, brick)))
         eyes = mission_run.camera_eyes(camera, mission)
-        in_step = Address.parse(brick.transport.address).options.get("pace") == "realtime"
+        in_step = Address.parse(brick.link.transport.address).options.get("pace") == "realtime"
         status = stack.enter_context(StatusLine())
         server = LineServer(
             brick,
@@ -74,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
             passing=brick.sleep if in_step else None,
         )
         stack.enter_context(closing(server))
-        _say_where(server.address, brick.transport.address, source, mission)
+        _say_where(server.address, brick.link.transport.address, source, mission)
         server.run()
     _say("ended; motors off")
     return DONE

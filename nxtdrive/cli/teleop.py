@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
         rover = build_rover(brick, mission)
         controls = Controls(args.speed, rover.settings.turn_deg_s)
         spotter = stack.enter_context(closing(_spotter(args, brick, mission, target, stack))) if target else None
-        app = Teleop(Pilot(brick, rover, controls, spotter), controls, brick.now, brick.transport.address, gamepad)
+        app = Teleop(Pilot(brick, rover, controls, spotter), controls, brick.now, brick.link.transport.address, gamepad)
         stack.callback(app.finish)
         app.run()
     if app.failure is not None:
@@ -123,5 +123,5 @@ def _spotter(args: argparse.Namespace, brick: Brick, mission: Mission, target: s
     source = args.camera or mission_run.default_camera(brick)
     camera = stack.enter_context(closing(mission_run.open_mission_camera(source, brick)))
     eyes = mission_run.camera_eyes(camera, mission)
-    spotter = TurnSpotter if brick.transport.simulated else ThreadSpotter
+    spotter = TurnSpotter if brick.link.transport.simulated else ThreadSpotter
     return spotter(eyes, target)

@@ -1,7 +1,9 @@
-"""The owner of the wire: questions and answers over a transport, from any thread, and what keeps them going.
+"""The owner of the wire: requests over a transport, from any thread, and the work that is due beside them.
 
-One request is on the wire at a time. Commands that drive motors overtake questions that wait. What is due again and
-again (`Heartbeat`) goes out between requests. A link that is lost can be opened again, by itself if that is wished.
+One request is on the wire at a time; commands that drive motors overtake requests that wait. `LinkCore` says what else
+is due: telegrams at their time, steps of motions, attempts to reopen a lost link. Two ways lead to that work. With real
+hardware a thread waits for it. In the simulator, where time passes only while the program waits, the program does it
+before each request and while it sleeps. Both call `Link._work`.
 """
 
 from __future__ import annotations
@@ -9,38 +11,53 @@ from __future__ import annotations
 import math
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from statistics import median
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
-from firmware_protocol.dialogue import Dialogue
-from firmware_protocol.direct import GetInputValues, KeepAlive, SetInputMode
-from firmware_protocol.errors import LinkError, LinkLost
+from firmware_protocol.direct import (
+    GetInputValues,
+    KeepAlive,
+    ResetMotorPosition,
+    SetInputMode,
+    SetOutputState,
+    UpdateResetCount,
+)
+from firmware_protocol.enums import OutputPort
+from firmware_protocol.errors import LinkError, LinkLost, NXTError
 from firmware_protocol.framing import USB_TELEGRAM_LIMIT
+from firmware_protocol.system import IOMapWrite
 from firmware_protocol.telegram import Command, Reply
-from nxtdrive.link.priority_lock import PREEMPTING, PriorityLock
-from nxtdrive.link.reconnect import PATIENCE_S, PROBE_S, QUESTIONS, Interrupted, Reconnector, interrupted
-from nxtdrive.link.timers import Heartbeat
+from nxtdrive.link.core import IDEMPOTENT, Interrupted, LinkCore, LinkState
+from nxtdrive.link.priority_lock import PriorityLock
+from nxtdrive.link.scheduler import RESOLUTION_S, Motion, MotionScheduler, Steps
+from nxtdrive.link.threads import THREADS, Lock, Threads
 from nxtdrive.transports import reopen_transport
-
-if TYPE_CHECKING:
-    from firmware_protocol.enums import InputPort
-    from nxtdrive.transports.base import Transport
+from nxtdrive.transports.base import Transport
 
 R = TypeVar("R", bound=Reply)
+T = TypeVar("T")
+
+PREEMPTING = (SetOutputState, IOMapWrite, ResetMotorPosition, UpdateResetCount)
+"""Commands that drive motors; they overtake others that wait for the wire."""
 
 AWAKE, PROBE = "awake", "probe"
 LONGEST_SILENCE_S = 60.0
 """A brick that is set never to sleep, or late, is told to stay awake this often."""
-PULSE_S = 0.1
-"""How often the background thread looks whether something is due."""
+PROBE_S = 2.0
+"""How often a link that reconnects by itself is tried out while nothing else is sent."""
+RECONNECT_TIMEOUT_S = 30.0
+"""How long a request waits for a lost link; a brick that was switched off and on answers over USB within 10 s."""
+SLICE_S = 0.1
+"""How often a program that waits finds out about a loss of the link that another thread has met."""
 CLOSING_S = 2.0
-"""So long closing waits for the background thread, which may be at an attempt to open a lost link again."""
-RESOLUTION_S = 0.0005
-"""Sleeping is exact to half a step of the simulator; sums of binary fractions are not exact either."""
+"""How long closing waits for the link's thread, which may be at an attempt to reconnect."""
+STEP_S = 2 * RESOLUTION_S
+"""Shortest wait in the simulator: one step of its clock."""
 
 CABLE_ANSWER_S = 1.0
-"""How long an answer may take over USB, where 2 ms are usual."""
+"""How long a reply may take over USB, where 2 ms are usual."""
 RADIO_ANSWER_S = 2.0
 """Over Bluetooth, which loses nothing but falters. Source: the RWTH toolbox (docs/connecting.md)."""
 
@@ -53,46 +70,67 @@ LATENCIES = 15
 class Link:
     """A conversation over a transport. May be used from several threads.
 
+    Args:
+        transport: The way to the brick, open.
+        timeout_s: How long a reply may take when the request does not say; by default as usual on such a link.
+        reconnecting: Whether a lost link is opened again by itself.
+        threads: How threads start and wait, where the transport is not simulated.
+
     Attributes:
-        transport: The way to the brick.
-        timeout_s: How long an answer may take when the request does not say.
+        transport: The way to the brick; another one after a reconnection.
+        timeout_s: How long a reply may take when the request does not say.
+        reconnect_timeout_s: How long a request waits for a lost link that is being opened again; with 0 it fails at
+            once, and the program itself finds out when the brick is back.
         max_telegram: Longest telegram of this link, bytes.
         now: The link's clock: seconds since an arbitrary start.
-        patience_s: How long a request waits for a lost link that is being opened again; with 0 it fails at once, and
-            the program itself finds out when the brick is back.
+        driven_ports: Output ports that have been driven.
+        before_request: Called before each request and each wait of the program; what it raises reaches the program.
     """
 
-    _send: Callable[[bytes], None]
+    now: Callable[[], float]
 
-    def __init__(self, transport: Transport, *, timeout_s: float | None = None, reconnecting: bool = False) -> None:
+    def __init__(
+        self,
+        transport: Transport,
+        *,
+        timeout_s: float | None = None,
+        reconnecting: bool = False,
+        threads: Threads = THREADS,
+    ) -> None:
         self.timeout_s = answer_s(transport) if timeout_s is None else timeout_s
-        self.patience_s = PATIENCE_S
-        self._turns = PriorityLock()
-        self._wire, self._queue, self._busy = self._turns.wire, self._turns.queue, self._turns.wire.locked
-        self._dialogue = Dialogue()
+        self.reconnect_timeout_s = RECONNECT_TIMEOUT_S
+        self.driven_ports: set[OutputPort] = set()
+        self.before_request: Callable[[], None] | None = None
+        self._core = LinkCore()
+        self._dialogue = self._core.dialogue
         self._use(transport)
-        self._heartbeat = Heartbeat()
+        self._stepped = transport.simulated
+        self._threads = threads
+        self._lock = PriorityLock(threads)
+        self._motions = MotionScheduler(self, threads.lock(reentrant=True))
         self._attention = -math.inf
+        self._measuring = False
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
-        self._modes: dict[InputPort, SetInputMode] = {}
-        self._driven = self._measuring = False
-        self._comeback = Reconnector(self.now, self.reconnect)
-        self._gone = threading.Event()
-        self._pulse: threading.Thread | None = None
+        self._thread: threading.Thread | None = None
+        self._news = threading.Event()
+        self._attempting = 0
+        self._reconnecting = False
         self.reconnecting = reconnecting
 
+    # --- requests ---
+
     def request(self, command: Command[R], timeout_s: float | None = None) -> R:
-        """Ask, and wait for the answer.
+        """Send a command and return its reply.
 
         Ends within `timeout_s`, or twice that after a request that was not answered. If the link is lost while
-        `reconnecting`, this waits until it is open again, `patience_s` at most. Then a mere question is asked again,
-        unless motors were driven since the last loss: those have stopped meanwhile, and only the caller can decide
-        whether to go on.
+        `reconnecting`, this waits until it is open again, `reconnect_timeout_s` at most. Then a command that changes
+        nothing is sent again, unless motors were driven since the last loss: those have stopped meanwhile, and only the
+        caller can decide whether to go on.
 
         Raises:
             LocalProtocolError: The command does not fit its fields; nothing was sent.
-            LinkError: Lost, closed, or (LinkTimeout) no answer in time.
-            RemoteProtocolError: The answer is not what this command is answered with.
+            LinkError: Lost, closed, or (LinkTimeout) no reply in time.
+            RemoteProtocolError: The reply is not the one of this command.
             BrickError: The brick refused; see its `status`.
         """
         if timeout_s is None:
@@ -101,30 +139,30 @@ class Link:
             now = self.now()
             if now >= self._attention:
                 now = self._attend(now)
-            if self._queue or self._busy():
-                self._turns.wait(isinstance(command, PREEMPTING), timeout_s)
+            lock, dialogue = self._lock, self._dialogue
+            if not lock.try_acquire():
+                lock.acquire(isinstance(command, PREEMPTING), timeout_s)
                 now = self.now()
-            with self._wire:
-                self._send(self._dialogue.open(command, now, timeout_s))
-                telegram = self._receive(timeout_s)
-                reply = None if telegram is None else self._dialogue.feed(telegram)
+            try:
+                self._send(dialogue.open(command, now, timeout_s))
+                wait_s = min(timeout_s, self._attention - now)
+                telegram = self._receive(wait_s) if wait_s > 0 else None
+                reply = None if telegram is None else dialogue.feed(telegram)
                 if reply is None:
                     reply = self._await()
                 if self._measuring:
-                    self._measure(now)
+                    self._latencies.append(self.now() - now)
+                    self._measuring = False
                 return reply  # type: ignore[return-value]
+            finally:
+                lock.release()
         except LinkLost as error:
             lost = error
-        finally:
-            if self._queue:
-                self._turns.leave()
-        driven, mere_question = self._come_back(lost, self.patience_s), isinstance(command, QUESTIONS)
-        if driven or not mere_question:
-            raise interrupted(command) from lost
+        self._outlast(lost, self.reconnect_timeout_s, command)
         return self.request(command, timeout_s)
 
     def send(self, command: Command[Any]) -> None:
-        """Tell, without asking for an answer; whether the brick obeys is not known.
+        """Send a command without asking for a reply; whether the brick obeys is not known.
 
         If the link is lost meanwhile, this waits as `request` does; if that is known already, it fails at once.
 
@@ -134,51 +172,127 @@ class Link:
         """
         telegram, known = command.encode(want_reply=False), self.lost
         try:
-            if self._queue or self._busy():
-                self._turns.wait(isinstance(command, PREEMPTING), self.timeout_s)
-            with self._wire:
+            self._check()
+            with self._lock.exclusive():
                 self._send(telegram)
-                now = self.now()
-                if now >= self._heartbeat.due:
-                    self._beat(now)
+                self._send_due(self.now())
             return
         except LinkLost as error:
             lost = error
-        finally:
-            if self._queue:
-                self._turns.leave()
-        self._come_back(lost, 0.0 if known else self.patience_s)
-        raise interrupted(command) from lost
+        self._outlast(lost, 0.0 if known else self.reconnect_timeout_s, command)
+        raise _interrupted(command) from lost
 
     def sleep(self, duration_s: float) -> None:
-        """Let time pass on the link's clock, and keep brick and motors going meanwhile.
+        """Let time pass on the link's clock; brick, motions and a lost link are looked after meanwhile.
 
-        A lost link is opened again meanwhile, if it comes back and that is wished; how long this lasts does not depend
-        on it.
+        How long this lasts does not depend on the link being there.
 
         Raises:
-            LinkLost: The link was lost and is not to be opened again; or it is back, but motors were driven before.
+            LinkLost: The link was lost and does not reconnect; or it is back, but motors were driven before.
         """
-        end = self.now() + duration_s
+        if self.before_request:
+            self.before_request()
+        end = self.now() + (max(duration_s, STEP_S) if self._stepped and duration_s > 0 else duration_s)
+        if self._stepped:
+            self._motions.run_due()
         while (left := end - self.now()) > RESOLUTION_S:
-            self.transport.sleep(min(left, self._pause_s()))
-            self._tend()
-            if self._send == self._interrupt:
-                with self._turns.aside():
-                    self._interrupt()
+            if self._stepped:
+                self.transport.sleep(min(left, max(STEP_S, self._core.due - self.now())))
+                self._work(step=end - self.now() > RESOLUTION_S)
+            else:
+                self.transport.sleep(min(left, SLICE_S))
+            self._check()
 
     def keep_alive(self) -> None:
-        """Keep the brick from switching itself off, now and, as long as it is open, from now on."""
+        """Keep the brick from switching itself off, now and, while the link is open, from now on."""
         sleep_ms = self.request(KeepAlive()).sleep_ms
         interval_s = min(LONGEST_SILENCE_S, sleep_ms / 3000) if sleep_ms else LONGEST_SILENCE_S
         self.repeat(AWAKE, KeepAlive(), interval_s)
 
     @property
+    def latency_s(self) -> float:
+        """How long a reply takes: the median of the last round trips that were measured."""
+        if not self._latencies:
+            self.request(KeepAlive())
+        return median(self._latencies)
+
+    # --- work at its time ---
+
+    def repeat(self, name: str, command: Command[Any], interval_s: float, until_s: float = math.inf) -> None:
+        """Send `command`, without asking for a reply, every `interval_s`, not after `until_s`; see `cancel_timer`."""
+        self._core.timers.repeat(name, command.encode(want_reply=False), interval_s, self.now(), until_s)
+        self.announce()
+
+    def send_at(self, name: str, command: Command[Any], time_s: float) -> None:
+        """Send `command` once, at that time on the link's clock, even amid a request; see `cancel_timer`."""
+        self._core.timers.once(name, command.encode(want_reply=False), time_s)
+        self.announce()
+
+    def cancel_timer(self, name: str) -> None:
+        """End what `repeat` or `send_at` began under `name`."""
+        self._core.timers.cancel(name)
+
+    def start_motion(self, ports: Iterable[OutputPort], steps: Steps[T]) -> Motion[T]:
+        """Begin a motion: run its first step now, the others at their time. Other motions of its motors are cancelled.
+
+        Raises:
+            NXTError: What ended it in its first step.
+        """
+        return self._motions.start(ports, steps)
+
+    def claim(self, ports: Iterable[OutputPort]) -> None:
+        """Cancel the motions in which these motors take part: they get other commands from now on."""
+        self._motions.claim(ports)
+
+    def mark_driven(self, port: OutputPort) -> None:
+        """Remember that a motor is under power, to tell of it after a loss and to stop it in the end."""
+        self.driven_ports.add(port)
+        self._core.driven = True
+
+    def schedule(self, due: float) -> None:
+        """Run the next step of a motion at that time."""
+        self._core.steps_due = due
+        if self._stepped:
+            self._attention = min(self._attention, due)
+
+    def announce(self) -> None:
+        """Have a look at what is due: before the next request, and in the link's thread."""
+        self._attention = -math.inf
+        self._news.set()
+        if not self._stepped and self._thread is None and self._core.state is not LinkState.CLOSED:
+            self._thread = self._threads.start(self._run, "nxtdrive link")
+
+    def wait_for(self, motion: Motion[Any]) -> None:
+        """Let time pass until a motion may have gone on."""
+        if not self._stepped:
+            self._threads.wait(motion.ended)
+        elif (left := motion.due - self.now()) > RESOLUTION_S:
+            self.sleep(left)
+        else:
+            self._motions.run_due()
+
+    def lock(self) -> Lock:
+        """A lock that may be held during a request; not reentrant."""
+        return self._threads.lock()
+
+    # --- losses ---
+
+    @property
+    def state(self) -> LinkState:
+        """Whether the link is open, lost, being opened again, or closed."""
+        return self._core.state
+
+    @property
+    def lost(self) -> bool:
+        """Whether the link is known to be lost, and to be opened again when the brick is back."""
+        return math.isfinite(self._core.attempt_due)
+
+    @property
     def reconnecting(self) -> bool:
         """Whether a lost link is opened again by itself: by the next request, and also while the program is idle.
 
-        A loss is noticed within some 2 s: that often something is said. In the simulator, idle is who sleeps on the
-        link's clock.
+        A loss is noticed within some 2 s: that often something is sent. In the simulator, a program is idle while it
+        sleeps on the link's clock.
         """
         return self._reconnecting
 
@@ -188,51 +302,20 @@ class Link:
         if wished:
             self.repeat(PROBE, KeepAlive(), PROBE_S)
         else:
-            self.forget(PROBE)
-        self._live()
+            self.cancel_timer(PROBE)
 
-    @property
-    def lost(self) -> bool:
-        """Whether the link is known to be lost, and to be opened again when the brick is back."""
-        return self._comeback.lost is not None
-
-    def repeat(self, name: str, command: Command[Any], interval_s: float, until_s: float = math.inf) -> None:
-        """Send `command`, without asking for an answer, every `interval_s`, not after `until_s`; see `forget`."""
-        self._heartbeat.repeat(name, command.encode(want_reply=False), interval_s, self.now(), until_s)
-        self._attention = -math.inf
-
-    def send_at(self, name: str, command: Command[Any], time_s: float) -> None:
-        """Send `command` once, at that time on the link's clock, even amid a request; see `forget`.
-
-        On real links this is so for requests made from now on.
-        """
-        self._heartbeat.once(name, command.encode(want_reply=False), time_s)
-        self._attention = -math.inf
-
-    def forget(self, name: str) -> None:
-        """End what `repeat` or `send_at` began under `name`."""
-        self._heartbeat.forget(name)
-
-    def remember(self, mode: SetInputMode) -> None:
+    def restore_mode(self, mode: SetInputMode) -> None:
         """Set an input port to this mode again after a reconnection, should it have lost it."""
-        self._modes[mode.port] = mode
+        self._core.modes[mode.port] = mode
 
-    def forget_input_modes(self) -> None:
-        """Set no input port again after a reconnection: a program on the brick does with them what it wants."""
-        self._modes.clear()
+    def forget_modes(self) -> None:
+        """Set no input port again after a reconnection: a program on the brick uses them from now on."""
+        self._core.modes.clear()
 
     def acknowledge(self) -> None:
-        """The program knows that the link was lost and its motors have stopped; it need not be told again."""
-        with self._turns.aside():
-            if self.lost or self._send == self._interrupt:
-                self._send, self._driven = self.transport.send, False
-
-    @property
-    def latency_s(self) -> float:
-        """How long an answer takes: the median of the last round trips that were measured."""
-        if not self._latencies:
-            self.request(KeepAlive())
-        return median(self._latencies)
+        """Take in that the program knows of a loss and that its motors have stopped; it is not told again."""
+        if self.lost or self._core.interrupted:
+            self._core.acknowledge()
 
     def reconnect(self) -> None:
         """Open the link again after it was lost: same address, same brick, input ports in the same modes.
@@ -241,159 +324,201 @@ class Link:
 
         Raises:
             BrickNotFound: It is not back yet.
-            LinkError: It is back, but does not let us in.
+            LinkError: It is back, but cannot be opened.
         """
-        with self._turns.aside():
-            self.transport.close()  # not amid a request; opening it takes long, and needs nobody's turn
-        transport = reopen_transport(self.transport, timeout_s=self.timeout_s)
-        with self._turns.aside():
-            if self._gone.is_set():
-                transport.close()
-                raise LinkLost(f"{transport.address} is closed.", remedy="Open the brick again.")
-            self._use(transport)
-            self._dialogue.reset()
-            self._heartbeat.clear()
-            self._driven = self._driven and self._comeback.mine
-            if self._driven:
-                self._send = self._interrupt
-        self.reconnecting = self._reconnecting  # begins to say something again
-        self.keep_alive()
-        for port, mode in self._modes.items():
-            values = self.request(GetInputValues(port))
-            if (values.type, values.mode) != (mode.type, mode.mode):
-                self.request(mode)
-        self._comeback.end(transport.address)
+        if self._core.begin_attempt():
+            self._core.acknowledge()
+            self._reopen()
 
-    def attend_by(self, due: float) -> None:
-        """Call `_attend` before the first request from that time on, if not earlier."""
-        self._attention = min(self._attention, due)
+    def end_motions(self) -> None:
+        """Cancel every motion."""
+        self._motions.end_all()
 
-    def _attend(self, now: float) -> float:
-        """See to what is due before a request; returns the time afterwards."""
-        with self._turns.aside():
-            self._beat(now)
-        self._attention = -math.inf if self._heartbeat.punctual else min(self._heartbeat.due, now + LATENCY_EVERY_S)
-        self._measuring = True
-        return self.now()
-
-    def _measure(self, asked: float) -> None:
-        """Note how long the answer to a question took that was asked then."""
-        self._latencies.append(self.now() - asked)
-        self._measuring = False
-
-    def _await(self) -> Reply:
-        """Wait for the answer to the open request."""
-        dialogue = self._dialogue
-        while True:
-            now = self.now()
-            if now >= self._heartbeat.due:
-                self._beat(now)
-            if held_back := dialogue.follow_up(now):
-                self._send(held_back)
-            left = dialogue.deadline - now
-            if left <= 0:
-                raise dialogue.expire()
-            telegram = self._receive(min(left, self._heartbeat.due - now))
-            if telegram is not None and (reply := dialogue.feed(telegram)) is not None:
-                return reply
-
-    def _come_back(self, lost: LinkLost, patience_s: float) -> bool:
-        """Wait until the lost link is open again, and take part in that.
-
-        Returns:
-            Whether motors were driven since the last loss.
-
-        Raises:
-            LinkLost: This is not wished, or lasts too long.
-        """
-        if isinstance(lost, Interrupted):
-            raise lost
-        self._lose(lost)
-        if self._unheard():
-            raise lost
-        deadline = self.now() + patience_s
-        while self._comeback.lost is not None:
-            if self.now() >= deadline or self._gone.is_set():
-                self._driven = False
-                waited = f"did not come back within {patience_s:g} s" if patience_s else "is not back yet"
-                raise LinkLost(f"the link is lost, and the brick {waited}.", remedy="Is it on?") from lost
-            self.transport.sleep(min(PULSE_S, self._comeback.due - self.now()))
-            self._comeback.attempt()
-        with self._turns.aside():
-            self._send = self.transport.send
-            driven, self._driven = self._driven, False
-        return driven
-
-    def _lose(self, lost: LinkLost) -> None:
-        """Note that the link is lost; what is to be opened again raises nothing."""
-        transport = self.transport
-        if not self._reconnecting or self._comeback.mine or self._gone.is_set():
-            raise lost
-        self._comeback.begin(lost, lambda: self.transport is transport)
-
-    def _interrupt(self, telegram: bytes = b"") -> None:
-        """In the place of sending after the link came back: the program is told, once, that motion is over."""
-        if self._comeback.mine:
-            self.transport.send(telegram)
+    def close(self) -> None:
+        """Close the link; may be called again, and does not fail when the link is gone."""
+        if self._core.state is LinkState.CLOSED:
             return
-        self._dialogue.reset()
-        if not self._unheard():
-            self._send, self._driven = self.transport.send, False
-        raise interrupted()
+        self._core.close()
+        self.announce()
+        if self._thread is not None:
+            self._threads.join(self._thread, CLOSING_S)
+        with self._lock.exclusive():
+            self.transport.close()
 
-    def _unheard(self) -> bool:
-        """Whether what is raised now reaches a motion, not the program."""
-        return False
+    # --- how ---
 
     def _use(self, transport: Transport) -> None:
         self.transport = transport
         self.max_telegram = transport.max_telegram
         # Looked up once: `request` is called hundreds of times a second.
-        self.now, self._receive = transport.now, transport.receive
-        self._send = transport.send
+        self.now, self._receive, self._send = transport.now, transport.receive, transport.send
 
-    def _beat(self, now: float) -> None:
-        """Send what is due; the caller holds the wire."""
-        for telegram in self._heartbeat.take(now):
-            self.transport.send(telegram)
+    def _attend(self, now: float) -> float:
+        """See to what is due before a request; returns the time afterwards."""
+        core = self._core
+        if self.before_request:
+            self.before_request()
+        self._check()
+        if self._stepped:
+            self._motions.run_due()
+        if core.timers.due <= self.now():
+            with self._lock.exclusive():
+                self._send_due(self.now())
+        steps_due = core.steps_due if self._stepped else math.inf
+        self._attention = -math.inf if self.before_request else min(core.timers.due, steps_due, now + LATENCY_EVERY_S)
+        self._measuring = True
+        return self.now()
 
-    def _pause_s(self) -> float:
-        """How long there is nothing to do for who sleeps."""
-        if self._comeback.lost is None:
-            return max(RESOLUTION_S, self._heartbeat.due - self.now())
-        return max(RESOLUTION_S, self._comeback.due - self.now()) if self.transport.simulated else PULSE_S
+    def _await(self) -> Reply:
+        """Wait for the reply to the open request; the caller holds the lock."""
+        dialogue = self._dialogue
+        while True:
+            now = self.now()
+            self._send_due(now)
+            if held_back := dialogue.follow_up(now):
+                self._send(held_back)
+            left = dialogue.deadline - now
+            if left <= 0:
+                raise dialogue.expire()
+            telegram = self._receive(min(left, self._core.timers.due - now))
+            if telegram is not None and (reply := dialogue.feed(telegram)) is not None:
+                return reply
 
-    def _tend(self) -> None:
-        """Send what is due; once the link is known to be lost, open it again when it is time.
+    def _send_due(self, now: float) -> None:
+        """Send the telegrams that are due; the caller holds the lock."""
+        if now >= self._core.timers.due:
+            for telegram in self._core.timers.take(now):
+                self._send(telegram)
 
-        On real links that is left to the background thread, so that nobody else's time is taken.
+    def _run(self) -> None:
+        """What the link's thread does: a program that waits for its user still owns a living brick."""
+        while self._core.state is not LinkState.CLOSED:
+            self._news.clear()
+            pause_s = self._core.due - self.now()
+            if pause_s > 0:
+                self._threads.wait(self._news, None if math.isinf(pause_s) else pause_s)
+            with suppress(LinkError):  # the program's next request meets the same error, and there it can be handled
+                self._work()
+
+    def _work(self, *, step: bool = True) -> None:
+        """Do what is due now: telegrams, steps of motions, an attempt to reconnect.
+
+        Raises:
+            LinkError: The link is lost and does not reconnect, or it does not take a telegram.
         """
-        if self._comeback.lost is None:
+        core = self._core
+        if core.state is LinkState.OPEN and core.timers.due <= self.now():
             try:
-                with self._turns.aside():
-                    self._beat(self.now())
+                with self._lock.exclusive():
+                    self._send_due(self.now())
             except LinkLost as error:
                 self._lose(error)
-        elif self.transport.simulated or threading.current_thread() is self._pulse:
-            self._comeback.attempt()
+        if step:
+            self._motions.run_due()
+        if core.attempt_due <= self.now() and core.begin_attempt(self.now()):
+            with suppress(NXTError):
+                self._reopen()
 
-    def _live(self) -> None:
-        """See to the background thread, where time passes by itself."""
-        if not self.transport.simulated and not (self._pulse and self._pulse.is_alive()):
-            self._pulse = threading.Thread(target=self._beat_on, name="nxtdrive heartbeat", daemon=True)
-            self._pulse.start()
+    def _check(self) -> None:
+        """Tell the program of a loss that another thread has met, once.
 
-    def _beat_on(self) -> None:
-        """What the background thread does: a program that waits for its user still owns a living brick."""
-        while not self._gone.wait(PULSE_S):
-            try:
-                self._tend()
-            except LinkLost:
-                return  # the program's next request meets the same error, and there somebody can act on it
-            except LinkError:
-                continue  # the link does not take this telegram; it may take the next
+        Raises:
+            Interrupted: The link is back, but motors were driven. A step of a motion is told, too, but does not count.
+            LinkLost: It is lost and does not reconnect.
+        """
+        core = self._core
+        if core.state is LinkState.OPEN and core.interrupted:
+            if not self._motions.stepping:
+                core.acknowledge()
+            raise _interrupted()
+        if core.untold is not None and not self._motions.stepping:
+            lost, core.untold = core.untold, None
+            raise lost
+
+    def _lose(self, lost: LinkLost) -> None:
+        """Take in that the link is lost.
+
+        Raises:
+            LinkLost: It does not reconnect.
+        """
+        attempting = self._attempting == threading.get_ident()
+        if not attempting and self._core.state is not LinkState.CLOSED:
+            self._core.lose(lost, self.now(), reconnecting=self._reconnecting)
+        self._dialogue.reset()
+        if attempting or not self._reconnecting:
+            if self._is_program:
+                self._core.untold = None
+            raise lost
+        self.announce()
+
+    @property
+    def _is_program(self) -> bool:
+        """Whether the calling thread acts for the program, and not for a motion or the link itself."""
+        return not self._motions.stepping and threading.current_thread() is not self._thread
+
+    def _outlast(self, lost: LinkLost, timeout_s: float, command: Command[Any]) -> None:
+        """Wait until the lost link is open again and `command` may be sent again.
+
+        Raises:
+            LinkLost: It does not reconnect, or not in time; or it is open again, but the program has to decide itself
+                how to go on.
+        """
+        if isinstance(lost, Interrupted):
+            raise lost
+        self._lose(lost)
+        if self._motions.stepping:
+            raise lost
+        core, deadline = self._core, self.now() + timeout_s
+        while core.state is not LinkState.OPEN:
+            left = deadline - self.now()
+            if left <= 0 or core.state is LinkState.CLOSED:
+                core.acknowledge()
+                waited = f"did not come back within {timeout_s:g} s" if timeout_s else "is not back yet"
+                raise LinkLost(f"the link is lost, and the brick {waited}.", remedy="Is it on?") from lost
+            self.transport.sleep(min(SLICE_S, left))
+            if self._stepped:
+                self._work()
+        interrupted = core.interrupted
+        core.acknowledge()
+        if interrupted or not isinstance(command, IDEMPOTENT):
+            raise _interrupted(command) from lost
+
+    def _reopen(self) -> None:
+        """Open the link again; the core has begun the attempt."""
+        core = self._core
+        self._attempting = threading.get_ident()
+        try:
+            with self._lock.exclusive():
+                self.transport.close()  # not amid a request; opening it takes long, and needs no lock
+            transport = reopen_transport(self.transport, timeout_s=self.timeout_s)
+            with self._lock.exclusive():
+                if core.state is LinkState.CLOSED:
+                    transport.close()
+                    raise LinkLost(f"{transport.address} is closed.", remedy="Open the brick again.")
+                self._use(transport)
+                self._dialogue.reset()
+                core.timers.clear()
+            self.reconnecting = self._reconnecting  # probes again
+            self.keep_alive()
+            for port, mode in list(core.modes.items()):
+                values = self.request(GetInputValues(port))
+                if (values.type, values.mode) != (mode.type, mode.mode):
+                    self.request(mode)
+            core.reopened(transport.address)
+        except BaseException as error:
+            core.attempt_failed(error, self.now())
+            raise
+        finally:
+            self._attempting = 0
+            self.announce()
 
 
 def answer_s(transport: Transport) -> float:
-    """How long an answer may take on such a link when nobody has said; Bluetooth is told by its longer telegrams."""
+    """How long a reply may take on such a link by default; Bluetooth is told by its longer telegrams."""
     return CABLE_ANSWER_S if transport.max_telegram <= USB_TELEGRAM_LIMIT else RADIO_ANSWER_S
+
+
+def _interrupted(command: Command[Any] | None = None) -> Interrupted:
+    """The error for a program that must decide itself how to go on: a motion was under way, or `command` was."""
+    what = "a motion was under way" if command is None else f"{type(command).__name__} was not repeated"
+    return Interrupted(f"the link was lost and is back, but {what}.", remedy="Motors have stopped; start them again.")

@@ -1,101 +1,102 @@
-"""Whose turn it is on a wire that only one thread can use at a time.
+"""A lock that serves waiting threads in order, and those that preempt before the others.
 
-A plain lock hands itself to whoever comes first after it is free, which is often the thread that has just had it. Here
-those who wait are served in order, and what is urgent before what is not, so that stopping a motor never waits for more
-than the one question that is being answered.
-
-Who uses it looks, takes the lock, and leaves::
-
-    try:
-        if turns.queue or turns.wire.locked():
-            turns.wait(urgent, timeout_s)
-        with turns.wire:
-            ...
-    finally:
-        if turns.queue:
-            turns.leave()
-
-Nothing of this but the lock costs anything while nobody waits. Who needs the wire only for a moment and cannot wait,
-such as the heartbeat, takes it with `PriorityLock.aside`; taking the bare lock would leave those uncalled who queued up
-meanwhile.
+A plain lock goes to the thread that is first to ask after it is free, which is often the thread that has just released
+it. Here a command that stops a motor never waits for more than the one request that is being answered.
 """
 
 from __future__ import annotations
 
 import threading
+from bisect import insort
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import count
 
-from firmware_protocol.direct import ResetMotorPosition, SetOutputState, UpdateResetCount
 from firmware_protocol.errors import LinkTimeout
-from firmware_protocol.system import IOMapWrite
-
-PREEMPTING = (SetOutputState, IOMapWrite, ResetMotorPosition, UpdateResetCount)
-"""Commands that drive motors; they overtake others that wait for the wire."""
+from nxtdrive.link.threads import THREADS, Threads
 
 
 @dataclass(slots=True, order=True)
 class _Place:
     """A thread's place in the queue; the smallest is next."""
 
-    patient: bool
+    ordinary: bool
     number: int
-    thread: int = field(compare=False)
     called: threading.Event = field(compare=False, default_factory=threading.Event)
 
 
 class PriorityLock:
-    """The queue in front of a wire.
+    """The queue of threads in front of a link.
+
+    Args:
+        threads: How a thread waits.
 
     Attributes:
-        wire: Held while the wire is in use.
-        queue: Who waits, and who of them is being served; empty while the wire has one user.
+        queue: The waiting threads, next one first; empty while the link has one user.
     """
 
-    def __init__(self) -> None:
-        self.wire = threading.Lock()
+    def __init__(self, threads: Threads = THREADS) -> None:
         self.queue: list[_Place] = []
-        self._door = threading.Lock()
+        self._threads = threads
+        self._free = threading.Lock()
+        self._mutex = threading.Lock()
         self._numbers = count()
 
-    def wait(self, urgent: bool, timeout_s: float) -> None:
-        """Queue up until it is this thread's turn; `leave` afterwards in any case.
+    def try_acquire(self) -> bool:
+        """Take the lock if it is free and no thread waits for it; costs next to nothing."""
+        return not self.queue and self._free.acquire(blocking=False)
+
+    def acquire(self, preempting: bool, timeout_s: float | None = None) -> None:
+        """Take the lock, after the threads that wait already, or with `preempting` before those that do not preempt.
 
         Raises:
-            LinkTimeout: Others held the wire all the time.
+            LinkTimeout: Others held it for `timeout_s`; without it there is no limit.
         """
-        place = _Place(not urgent, next(self._numbers), threading.get_ident())
-        with self._door:
-            self.queue.append(place)
-            if not self.wire.locked() and min(self.queue) is place:
+        place = _Place(not preempting, next(self._numbers))
+        with self._mutex:
+            insort(self.queue, place)
+        self._call_next()
+        try:
+            if self._threads.wait(place.called, timeout_s):
                 return
-        if not place.called.wait(timeout_s):
-            raise LinkTimeout(
-                f"other threads of this program kept the link busy for {timeout_s:g} s.",
-                remedy="Ask less often, or allow more time.",
-            )
+        except BaseException:
+            if not self._withdraw(place):
+                self.release()
+            raise
+        if not self._withdraw(place):
+            return  # called in this very moment
+        raise LinkTimeout(
+            f"other threads of this program kept the link busy for {timeout_s or 0:g} s.",
+            remedy="Ask less often, or allow more time.",
+        )
 
-    def leave(self) -> None:
-        """Give up this thread's place and call the next one."""
-        me = threading.get_ident()
-        with self._door:
-            self.queue[:] = [place for place in self.queue if place.thread != me]
-            self._call()
+    def release(self) -> None:
+        """Give the lock back; the next thread in the queue gets it."""
+        self._free.release()
+        if self.queue:
+            self._call_next()
 
     @contextmanager
-    def aside(self) -> Iterator[None]:
-        """The wire for a moment, without a place in the queue."""
+    def exclusive(self) -> Iterator[None]:
+        """Hold the lock for a block, before all ordinary requests."""
+        if not self.try_acquire():
+            self.acquire(True)
         try:
-            with self.wire:
-                yield
+            yield
         finally:
-            if self.queue:
-                with self._door:
-                    self._call()
+            self.release()
 
-    def _call(self) -> None:
-        """Call the next one, or again the one who is being served; the caller holds the door."""
-        if self.queue:
-            min(self.queue).called.set()
+    def _withdraw(self, place: _Place) -> bool:
+        """Leave the queue; returns False for a thread that was called meanwhile and has the lock."""
+        with self._mutex:
+            if place not in self.queue:
+                return False
+            self.queue.remove(place)
+            return True
+
+    def _call_next(self) -> None:
+        """Hand the lock, if it is free, to the first thread in the queue."""
+        with self._mutex:
+            if self.queue and self._free.acquire(blocking=False):
+                self.queue.pop(0).called.set()

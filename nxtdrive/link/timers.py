@@ -1,4 +1,4 @@
-"""What must be said at its time while the program lives: "stay awake", each running motor's lease, a brake."""
+"""Telegrams that go out at their time while the program lives: "stay awake", each running motor's lease, a brake."""
 
 from __future__ import annotations
 
@@ -8,69 +8,66 @@ from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True, slots=True)
-class _Job:
+class _Timer:
     telegram: bytes
     due: float
     interval_s: float
     until: float
 
 
-class Heartbeat:
-    """Telegrams with times; the one who owns the link asks what is due and sends it.
+class Timers:
+    """Telegrams with times, by name. May be used from several threads.
 
     Attributes:
-        due: Earliest time at which something is due, on the link's clock; infinity if nothing ever is.
-        punctual: Whether something is due once, and then even amid a request.
+        due: Earliest time at which a telegram is due, on the link's clock; infinity without any.
     """
 
     def __init__(self) -> None:
         self.due = math.inf
-        self.punctual = False
-        self._jobs: dict[str, _Job] = {}
+        self._timers: dict[str, _Timer] = {}
         self._lock = threading.Lock()
 
     def repeat(self, name: str, telegram: bytes, interval_s: float, now: float, until: float = math.inf) -> None:
-        """Let `telegram` be due every `interval_s`, first one interval from now; replaces the job of that name.
+        """Let `telegram` be due every `interval_s`, first one interval from now; replaces the timer of that name.
 
-        After `until` it is not due any more, even if nobody has asked since it was.
+        After `until` it is not due any more, even if nothing has asked since it was.
         """
         with self._lock:
-            self._jobs[name] = _Job(telegram, now + interval_s, interval_s, until)
-            self._reckon()
+            self._timers[name] = _Timer(telegram, now + interval_s, interval_s, until)
+            self._update_due()
 
     def once(self, name: str, telegram: bytes, due: float) -> None:
-        """Let `telegram` be due at `due`, and never again; replaces the job of that name."""
+        """Let `telegram` be due at `due`, and never again; replaces the timer of that name."""
         with self._lock:
-            self._jobs[name] = _Job(telegram, due, math.inf, math.inf)
-            self._reckon()
+            self._timers[name] = _Timer(telegram, due, math.inf, math.inf)
+            self._update_due()
 
-    def forget(self, name: str) -> None:
-        """Let nothing of that name be due any more."""
+    def cancel(self, name: str) -> None:
+        """End the timer of that name, if there is one."""
         with self._lock:
-            if self._jobs.pop(name, None):
-                self._reckon()
+            if self._timers.pop(name, None):
+                self._update_due()
 
     def clear(self) -> None:
-        """Let nothing be due any more."""
+        """End all timers."""
         with self._lock:
-            self._jobs.clear()
-            self._reckon()
+            self._timers.clear()
+            self._update_due()
 
     def take(self, now: float) -> list[bytes]:
         """The telegrams due at `now`; they are next due one interval later."""
         taken = []
         with self._lock:
-            for name, job in list(self._jobs.items()):
-                if job.due > now:
+            for name, timer in list(self._timers.items()):
+                if timer.due > now:
                     continue
-                if now <= job.until:
-                    taken.append(job.telegram)
-                self._jobs[name] = again = replace(job, due=now + job.interval_s)
-                if again.due >= job.until:
-                    del self._jobs[name]
-            self._reckon()
+                if now <= timer.until:
+                    taken.append(timer.telegram)
+                self._timers[name] = again = replace(timer, due=now + timer.interval_s)
+                if again.due >= timer.until:
+                    del self._timers[name]
+            self._update_due()
         return taken
 
-    def _reckon(self) -> None:
-        self.due = min((job.due for job in self._jobs.values()), default=math.inf)
-        self.punctual = any(math.isinf(job.interval_s) for job in self._jobs.values())
+    def _update_due(self) -> None:
+        self.due = min((timer.due for timer in self._timers.values()), default=math.inf)

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Sequence
 
 from behaviors.ports import StopReason
+from nxtdrive.motion.stall import STALL_S, StallDetector
 
 CREEP_DEG_S = 60.0
 """Speed of the last stretch: six counts per regulation period."""
@@ -19,40 +20,6 @@ BRAKING_S = 0.015
 """A braked motor turns on by its speed times this. Source: docs/firmware.md section 0.2, TAUBRAKE."""
 WINDOW_S = 0.08
 """Over this time the speed is measured; one count in one cycle says nothing yet."""
-STALL_S = 0.7
-"""A wheel that has not moved for this time, though it should, is stalled."""
-STALL_DEG = 2.0
-"""Less than this is no motion: a wheel under load trembles."""
-WATCH_S = 0.25
-"""Longest time between two looks at a wheel that something might hold."""
-
-
-class Standstill:
-    """Whether a wheel stands though it should turn, as seen in readings of it.
-
-    Args:
-        stall_s: It is stalled when it has not moved for so long.
-    """
-
-    def __init__(self, stall_s: float = STALL_S) -> None:
-        self._stall_s = stall_s
-        self._angle_deg = math.inf
-        self._since_s = self._now_s = -math.inf
-
-    def begin(self, time_s: float) -> None:
-        """It was told to turn, or to turn otherwise; that it stood before does not count."""
-        self._since_s = time_s
-
-    def note(self, time_s: float, angle_deg: float) -> None:
-        """Take one reading."""
-        self._now_s = time_s
-        if abs(angle_deg - self._angle_deg) > STALL_DEG:
-            self._angle_deg, self._since_s = angle_deg, time_s
-
-    @property
-    def stalled(self) -> bool:
-        """Whether it has stood too long."""
-        return self._now_s - self._since_s > self._stall_s
 
 
 class BrakePredictor:
@@ -64,23 +31,26 @@ class BrakePredictor:
         speed: Towards the goal, deg/s, over the last `WINDOW_S`; 0 until there is something to compare.
 
     Args:
-        stall_s: A wheel that has not moved for so long is stalled.
+        stall_s: A wheel that has not moved for this time is stalled.
+        weights: Of the wheels in their mean, one each; alike by default.
     """
 
-    def __init__(self, stall_s: float = STALL_S) -> None:
+    def __init__(self, stall_s: float = STALL_S, weights: Sequence[float] = ()) -> None:
         self._stall_s = stall_s
+        self._weights = weights
         self.rest = self.done = self.speed = 0.0
         self._notes: deque[tuple[float, float]] = deque()
-        self._wheels: list[Standstill] = []
+        self._wheels: list[StallDetector] = []
         self._first = self._began = self._now = 0.0
         self._direction = 1.0
 
     def note(self, time_s: float, rests: Sequence[float]) -> None:
         """Take one reading: when it was, and how far each wheel had to go."""
-        rest = sum(rests) / len(rests)
+        weights = self._weights or [1.0] * len(rests)
+        rest = sum(weight * each for weight, each in zip(weights, rests, strict=True)) / sum(weights)
         if not self._wheels:
             self._first, self._began, self._direction = rest, time_s, math.copysign(1, rest)
-            self._wheels = [Standstill(self._stall_s) for _ in rests]
+            self._wheels = [StallDetector(self._stall_s) for _ in rests]
         self._now, self.rest, self.done = time_s, rest, abs(self._first - rest)
         notes = self._notes
         notes.append((time_s, rest))

@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Literal, overload
+from typing import Literal, overload
 
 from behaviors.ports import StopReason
-from nxtdrive.motion.brake_predictor import STALL_S
-from nxtdrive.motion.leased_speed import LEASE_RANGE_S, LEASE_S
+from nxtdrive.link.protocol import MotorLink
+from nxtdrive.link.scheduler import Motion, Steps
+from nxtdrive.motion.lease import LEASE_RANGE_S, LEASE_S
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, coasting, held, sample
 from nxtdrive.motion.position_move import Pace, PositionMove, Wheel
-from nxtdrive.motion.scheduler import Motion, Steps
+from nxtdrive.motion.stall import STALL_S
 from nxtdrive.motion.velocity_move import VelocityMove
 from nxtdrive.ports import MotorPort, in_range, output_port
-
-if TYPE_CHECKING:
-    from nxtdrive.brick import Brick
 
 ACCELERATION_DEG_S2 = 2000.0
 """Of motions to an angle; a free motor reaches full speed within half a second."""
@@ -77,18 +75,18 @@ class Motor:
     program talks to the brick or sleeps by `Brick.sleep`. A motor told anew forgets what it was doing.
 
     Args:
-        brick: An open brick.
+        link: The way to the brick.
         port: "A", "B" or "C".
         reversed: Whether the motor is built in the other way round.
         settings: How fast it moves, and what stops it.
     """
 
     def __init__(
-        self, brick: Brick, port: MotorPort, *, reversed: bool = False, settings: MotorSettings = SETTINGS
+        self, link: MotorLink, port: MotorPort, *, reversed: bool = False, settings: MotorSettings = SETTINGS
     ) -> None:
         self.port = port
         self.settings = settings
-        self._brick = brick
+        self._link = link
         self._output = output_port(port)
         self._sign = -1 if reversed else 1
         self._zero = 0.0
@@ -121,7 +119,7 @@ class Motor:
             DONE, or STALLED if something holds the motor.
         """
         in_range("duration_s", duration_s, 0, 3600)
-        speed_deg_s, until_s = self._limited(speed_deg_s), self._brick.now() + duration_s
+        speed_deg_s, until_s = self._limited(speed_deg_s), self._link.now() + duration_s
         return self._finish(self._turn(speed_deg_s, regulated=True, until_s=until_s), then, wait)
 
     @overload
@@ -147,7 +145,7 @@ class Motor:
         pace = Pace(abs(self._limited(speed_deg_s)), settings.acceleration_deg_s2 or ACCELERATION_DEG_S2)
         wheel = Wheel(self._output, self._sign if speed_deg_s > 0 else -self._sign)
         stall_s = settings.stall_s or STALL_S
-        travel = PositionMove(self._brick, [wheel], pace, lease_s=settings.lease_s, stall_s=stall_s)
+        travel = PositionMove(self._link, [wheel], pace, lease_s=settings.lease_s, stall_s=stall_s)
         self._velocity = None
         return self._finish(travel.steps(angle_deg), then, wait)
 
@@ -199,25 +197,23 @@ class Motor:
     @property
     def angle(self) -> float:
         """Angle of the shaft, degrees, since the last `reset_angle`; first since the brick counts."""
-        return self._sign * sample(self._brick, self._output).angles_deg[0] - self._zero
+        return self._sign * sample(self._link, self._output).angles_deg[0] - self._zero
 
     def reset_angle(self, angle_deg: float = 0.0) -> None:
         """Call the present angle `angle_deg`. The brick's own counter goes on: odometry may rest on it."""
         self._zero += self.angle - angle_deg
 
-    @property
     def speed(self) -> float:
-        """Speed of the shaft, deg/s, measured over a tenth of a second."""
-        before = sample(self._brick, self._output)
-        self._brick.sleep(SPEED_WINDOW_S)
-        after = sample(self._brick, self._output)
+        """Measure the speed of the shaft, deg/s; takes a tenth of a second."""
+        before = sample(self._link, self._output)
+        self._link.sleep(SPEED_WINDOW_S)
+        after = sample(self._link, self._output)
         return self._sign * (after.angles_deg[0] - before.angles_deg[0]) / (after.time_s - before.time_s)
 
-    @property
     def stalled(self) -> bool:
         """Whether the motor stands, or stood until it was braked, though `run` or `dc` want it to turn.
 
-        Measured over a tenth of a second.
+        Takes a tenth of a second.
         """
         if self._velocity is None or self._motion is None:
             return False
@@ -225,7 +221,7 @@ class Motor:
             return self._motion.join() is StopReason.STALLED
         if abs(self._velocity.speed_deg_s) < STANDING_DEG_S:
             return False
-        return abs(self.speed) < STANDING_DEG_S
+        return abs(self.speed()) < STANDING_DEG_S
 
     def _limited(self, speed_deg_s: float) -> float:
         in_range("speed_deg_s", speed_deg_s, -FASTEST_DEG_S, FASTEST_DEG_S)
@@ -237,14 +233,14 @@ class Motor:
         settings, before = self.settings, self._velocity
         acceleration = settings.acceleration_deg_s2 or math.inf
         self._velocity = velocity = VelocityMove(
-            self._brick, self._output, settings.lease_s, acceleration, settings.stall_s or math.inf
+            self._link, self._output, settings.lease_s, acceleration, settings.stall_s or math.inf
         )
         if before is not None and not self.done:
             velocity.speed_deg_s = before.speed_deg_s
         return velocity.steps(self._sign * speed_deg_s, regulated=regulated, until_s=until_s)
 
     def _begin(self, steps: Steps[StopReason]) -> Motion[StopReason]:
-        self._motion = self._brick.motions.start([self._output], steps)
+        self._motion = self._link.start_motion([self._output], steps)
         return self._motion
 
     def _finish(self, steps: Steps[StopReason], then: Then, wait: bool) -> StopReason | Motion[StopReason]:
@@ -259,12 +255,12 @@ class Motor:
 
     def _take(self) -> None:
         """Whatever moves this motor shall not do so any more."""
-        self._brick.motions.claim([self._output])
+        self._link.claim([self._output])
         self._velocity = None
 
     def _rest(self, then: Then) -> None:
-        self._brick.forget(self._output.name)
+        self._link.cancel_timer(self._output.name)
         if then is not Then.COAST:
-            self._brick.moves(self._output)  # it is under power, and shall not be so when the program has gone
+            self._link.mark_driven(self._output)  # it is under power, and shall not be so when the program has gone
         make = {Then.COAST: coasting, Then.BRAKE: braked, Then.HOLD: held}[then]
-        self._brick.request(make(self._output))
+        self._link.request(make(self._output))

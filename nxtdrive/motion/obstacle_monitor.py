@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from behaviors.ports import Pose, StopReason
 from firmware_protocol.errors import BrickError
+from nxtdrive.link.protocol import RequestLink
 from nxtdrive.sensors import Touch, Ultrasonic
 
 FRESH_S = 0.3
@@ -63,16 +63,16 @@ class ObstacleMonitor:
         sonar: Or None.
         bumper: Or None.
         settings: When to object.
-        now: The link's clock.
+        link: The way to them.
     """
 
     def __init__(
-        self, sonar: Ultrasonic | None, bumper: Touch | None, settings: SafetyLimits, now: Callable[[], float]
+        self, sonar: Ultrasonic | None, bumper: Touch | None, settings: SafetyLimits, link: RequestLink
     ) -> None:
         self._sonar = sonar
         self._bumper = bumper
         self._settings = settings
-        self._now = now
+        self._link = link
         self._echo: Echo | None = None
         self._asked: Echo | None = None
         self._bumper_turn = False
@@ -84,7 +84,7 @@ class ObstacleMonitor:
             return None
         if not self._sonar.ready:
             self._sonar.set_up()
-        asked_s = self._now()
+        asked_s = self._link.now()
         self._echo, self._asked = Echo(self._sonar.distance_mm, asked_s, pose), None
         return self._echo.distance_mm
 
@@ -139,10 +139,10 @@ class ObstacleMonitor:
                 there, distance_mm = self._sonar.poll()
                 if there:
                     self._echo, self._failures = Echo(distance_mm, self._asked.time_s, self._asked.pose), 0
-                elif self._now() - self._asked.time_s < self._forgotten_s:
+                elif self._link.now() - self._asked.time_s < self._forgotten_s:
                     return
             self._sonar.start()
-            self._asked = Echo(None, self._now(), pose)
+            self._asked = Echo(None, self._link.now(), pose)
         except BrickError:
             self._asked, self._failures = None, self._failures + 1
             if self._failures >= FAILURES:
@@ -150,7 +150,7 @@ class ObstacleMonitor:
 
     @property
     def _forgotten_s(self) -> float:
-        return FORGOTTEN_S + (TRIPS * self._sonar.brick.latency_s if self._sonar is not None else 0.0)
+        return FORGOTTEN_S + (TRIPS * self._link.latency_s if self._sonar is not None else 0.0)
 
     def _older_than(self, age_s: float) -> bool:
-        return self._echo is None or self._now() - self._echo.time_s > age_s
+        return self._echo is None or self._link.now() - self._echo.time_s > age_s

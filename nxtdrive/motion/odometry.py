@@ -7,7 +7,6 @@ import threading
 from dataclasses import dataclass
 
 from behaviors.ports import Pose
-from nxtdrive.motion.brake_predictor import Standstill
 from nxtdrive.motion.outputs import Sample
 
 JUMP_DEG, JUMP_DEG_S = 180.0, 1200.0
@@ -52,34 +51,37 @@ class Odometry:
     Attributes:
         pose: Where the robot is.
         trip: What it did since it was corrected.
+        way_mm: How far its middle has driven in all, back counting negative.
         last: The latest reading.
         still_since_s: When the wheels were first read as they stand now.
-        wheels: Whether each wheel, left and right, stands though it should turn.
     """
 
     def __init__(self, mm_per_deg: float, track_mm: float) -> None:
         self.pose = Pose()
         self.trip = NOWHERE
+        self.way_mm = 0.0
         self.last: Sample | None = None
         self.still_since_s = math.inf
-        self.wheels = (Standstill(), Standstill())
         self._mm_per_deg = mm_per_deg
         self._track_mm = track_mm
         self._lock = threading.Lock()
 
-    def note(self, reading: Sample) -> None:
-        """Take one reading of the left and the right wheel: what they did since the last one is one arc."""
+    def note(self, reading: Sample) -> bool:
+        """Take one reading of the left and the right wheel: what they did since the last one is one arc.
+
+        Returns:
+            Whether it counts; not if a later one, read by another thread, came before it.
+        """
         with self._lock:
             before = self.last
             if before is not None and reading.time_s < before.time_s:
-                return  # another thread has asked later and was answered sooner
+                return False
             self.last = reading
-            for wheel, angle_deg in zip(self.wheels, reading.angles_deg, strict=True):
-                wheel.note(reading.time_s, angle_deg)
             if before is None or reading.angles_deg != before.angles_deg:
                 self.still_since_s = reading.time_s
             if before is not None:
                 self._integrate(before, reading)
+            return True
 
     def put(self, pose: Pose) -> None:
         """Call the present place `pose`."""
@@ -104,6 +106,7 @@ class Odometry:
         left, right = (step * self._mm_per_deg for step in steps)
         way_mm, turned_deg = (left + right) / 2, math.degrees((left - right) / self._track_mm)
         pose, trip = self.pose, self.trip
+        self.way_mm += way_mm
         x_mm, y_mm = pose.ahead(way_mm, turned_deg / 2)
         self.pose = Pose(x_mm, y_mm, pose.heading_deg + turned_deg)
         self.trip = Trip(

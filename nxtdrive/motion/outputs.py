@@ -20,7 +20,7 @@ from firmware_protocol.iomap import OUTPUT, OutputFlag
 from firmware_protocol.system import IOMapRead, IOMapWrite
 
 if TYPE_CHECKING:
-    from nxtdrive.brick import Brick
+    from nxtdrive.link.protocol import RequestLink
 
 FULL_SPEED_DEG_S = 100 / 0.101
 """Regulated speed at 100 %: 100 counts of one degree per regulation period of 101 ms. Source: docs/firmware.md 9.6."""
@@ -89,21 +89,21 @@ class Sample:
     delay_s: float
 
 
-def sample(brick: Brick, *ports: OutputPort) -> Sample:
+def sample(link: RequestLink, *ports: OutputPort) -> Sample:
     """Read the RotationCount of one or several motors.
 
     Neighbouring ports are read from the IO map in one telegram: both counts are of the same millisecond, and a slow
     link is asked once. Where the telegram has no room (A and C over USB) the ports are read one after the other.
     """
-    before = brick.now()
+    before = link.now()
     starts = [OUTPUT.field("RotationCount", port).offset for port in ports]
     first, size = min(starts), max(starts) - min(starts) + _COUNT_SIZE
-    if len(ports) > 1 and _READ_HEADER + size <= brick.max_telegram:
-        data = brick.request(IOMapRead(OUTPUT.module_id, first, size)).data
+    if len(ports) > 1 and _READ_HEADER + size <= link.max_telegram:
+        data = link.request(IOMapRead(OUTPUT.module_id, first, size)).data
         angles = tuple(_count(data, start - first) for start in starts)
     else:
-        angles = tuple(brick.request(GetOutputState(port)).rotation_count for port in ports)
-    after = brick.now()
+        angles = tuple(link.request(GetOutputState(port)).rotation_count for port in ports)
+    after = link.now()
     return Sample(angles, (before + after) / 2, after - before)
 
 

@@ -12,18 +12,16 @@ import contextlib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from behaviors.ports import StopReason
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
-from nxtdrive.motion.brake_predictor import CREEP_DEG_S, STALL_S, BrakePredictor
-from nxtdrive.motion.leased_speed import LEASE_S, LeasedSpeed
+from nxtdrive.link.protocol import MotorLink
+from nxtdrive.link.scheduler import Cancelled, Steps
+from nxtdrive.motion.brake_predictor import CREEP_DEG_S, BrakePredictor
+from nxtdrive.motion.lease import LEASE_S, Lease
 from nxtdrive.motion.outputs import Sample, sample
-from nxtdrive.motion.scheduler import Cancelled, Steps
-
-if TYPE_CHECKING:
-    from nxtdrive.brick import Brick
+from nxtdrive.motion.stall import STALL_S
 
 CREEP_DEG = 15.0
 """Length of the last stretch."""
@@ -51,11 +49,11 @@ class Wheel:
 
     Attributes:
         port: Where it is plugged in.
-        sign: +1 if it turns forward to come nearer to the goal, else -1.
+        ratio: How far it turns for each degree of the motion, negative: backward; -1..1 without 0.
     """
 
     port: OutputPort
-    sign: int
+    ratio: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,10 +89,10 @@ def unguarded(_near: bool) -> StopReason | None:
 
 
 class PositionMove:
-    """One motion of some wheels, all by the same angle, each in its own direction.
+    """One motion of some wheels that begin and end together, each turning in its own ratio.
 
     Args:
-        brick: Where the motors are.
+        link: The way to the motors.
         wheels: Which ones take part.
         pace: How fast.
         guard: Asked again and again; what it objects ends the motion. It is told whether the goal is near: the last
@@ -106,7 +104,7 @@ class PositionMove:
 
     def __init__(
         self,
-        brick: Brick,
+        link: MotorLink,
         wheels: Sequence[Wheel],
         pace: Pace,
         *,
@@ -115,14 +113,14 @@ class PositionMove:
         lease_s: float = LEASE_S,
         stall_s: float = STALL_S,
     ) -> None:
-        self._brick = brick
+        self._link = link
         self._wheels = wheels
         self._ports = [wheel.port for wheel in wheels]
         self._pace = pace
         self._guard = guard
         self._note = note
         self._goals: list[float] = []
-        self._speed = LeasedSpeed(brick, lease_s)
+        self._leases = [Lease(link, wheel.port, lease_s) for wheel in wheels]
         self._stall_s = stall_s
         self._cycle_s = CYCLE_S
 
@@ -148,11 +146,12 @@ class PositionMove:
 
     def brake(self) -> None:
         """Stop all wheels now."""
-        self._speed.brake(self._ports)
+        for lease in self._leases:
+            lease.brake()
 
     def _run(self, angle_deg: float) -> Steps[StopReason]:
-        start = sample(self._brick, *self._ports)
-        self._goals = [at + wheel.sign * angle_deg for at, wheel in zip(start.angles_deg, self._wheels, strict=True)]
+        start = sample(self._link, *self._ports)
+        self._goals = [at + wheel.ratio * angle_deg for at, wheel in zip(start.angles_deg, self._wheels, strict=True)]
         rest = angle_deg
         for _ in range(1 + CORRECTIONS):
             stop = yield from self._approach(rest)
@@ -166,34 +165,36 @@ class PositionMove:
 
     def _approach(self, angle_deg: float) -> Steps[StopReason | None]:
         """Drive until it is time to brake; returns what else ended it."""
-        brick, progress = self._brick, BrakePredictor(self._stall_s)
-        deadline = brick.now() + self._pace.duration_s(abs(angle_deg))
+        link = self._link
+        progress = BrakePredictor(self._stall_s, [abs(wheel.ratio) for wheel in self._wheels])
+        deadline = link.now() + self._pace.duration_s(abs(angle_deg))
         near = driven = False
         while True:
             stop = self._guard(near)
-            began = brick.now()
+            began = link.now()
             reading, rests = self._look()
             progress.note(reading.time_s, rests)
             stop = stop or progress.stalled() or (StopReason.TIMEOUT if began > deadline else None)
             if stop is not None:
                 return stop
             brake_at = progress.brake_at(reading.delay_s)
-            if (progress.rest and not driven) or brake_at - brick.now() > self._cycle_s:
+            if (progress.rest and not driven) or brake_at - link.now() > self._cycle_s:
                 near, driven = self._drive(progress, rests, reading.delay_s), True
-            if brake_at - brick.now() <= self._cycle_s:
-                if brake_at > brick.now():
-                    self._speed.brake_at(self._ports, brake_at)
+            if brake_at - link.now() <= self._cycle_s:
+                if brake_at > link.now():
+                    for lease in self._leases:
+                        lease.brake_at(brake_at)
                     yield brake_at
                 return None
             yield began + CYCLE_S
-            self._cycle_s = brick.now() - began
+            self._cycle_s = link.now() - began
 
     def _look(self) -> tuple[Sample, list[float]]:
         """The wheels, and how far each still has to go in its own direction."""
-        reading = sample(self._brick, *self._ports)
+        reading = sample(self._link, *self._ports)
         self._note(reading)
         rests = [
-            wheel.sign * (goal - at)
+            (goal - at) / wheel.ratio
             for wheel, goal, at in zip(self._wheels, self._goals, reading.angles_deg, strict=True)
         ]
         return reading, rests
@@ -204,21 +205,22 @@ class PositionMove:
         ahead = progress.speed * (delay_s + REGULATION_LAG_S)
         left = abs(progress.rest) - ahead - creeping
         speed = self._pace.at(progress.done, left)
-        for number, (wheel, rest) in enumerate(zip(self._wheels, rests, strict=True)):
+        for number, (wheel, lease, rest) in enumerate(zip(self._wheels, self._leases, rests, strict=True)):
             wanted = math.copysign(speed, progress.rest) + SYNC_PER_S * (rest - progress.rest)
-            left_deg = abs(rest) - progress.speed * delay_s + BEHIND_DEG
-            if not self._speed.run(wheel.port, wheel.sign * wanted, left_deg):
-                progress.begin(number, self._brick.now())
+            left_deg = abs(wheel.ratio) * (abs(rest) - progress.speed * delay_s) + BEHIND_DEG
+            if not lease.drive(wheel.ratio * wanted, left_deg=left_deg):
+                progress.begin(number, self._link.now())
         return left <= creeping
 
     def _settle(self) -> Steps[float]:
         """Wait until the wheels stand still; returns how far they are from the goal."""
-        brick, before = self._brick, None
-        deadline = brick.now() + SETTLE_S
+        link, before = self._link, None
+        deadline = link.now() + SETTLE_S
         while True:
-            began = brick.now()
+            began = link.now()
             _, rests = self._look()
             if rests == before or began >= deadline:
-                return sum(rests) / len(rests)
+                weights = [abs(wheel.ratio) for wheel in self._wheels]
+                return sum(weight * each for weight, each in zip(weights, rests, strict=True)) / sum(weights)
             before = rests
             yield began + 2 * CYCLE_S

@@ -1,29 +1,29 @@
-"""The brick as a vehicle: two driven wheels, a sonar and a bumper; the mind's `Body`."""
+"""The brick as a vehicle: two driven wheels, a sonar and a bumper."""
 
 from __future__ import annotations
 
 import math
-import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING, Literal, overload
+from typing import Literal, TypeVar, overload
 
 from behaviors.ports import MotionResult, Pose, StopReason
-from firmware_protocol.errors import ConfigError
-from nxtdrive.motion.brake_predictor import SEEN_DEG_S, WATCH_S
+from firmware_protocol.direct import GetBatteryLevel
+from firmware_protocol.enums import OutputPort
+from firmware_protocol.errors import LocalProtocolError
+from nxtdrive.link.protocol import RoverLink
+from nxtdrive.link.scheduler import Motion, Steps
+from nxtdrive.motion.brake_predictor import SEEN_DEG_S
 from nxtdrive.motion.compass_correction import CompassCorrection
-from nxtdrive.motion.leased_speed import LEASE_RANGE_S, LEASE_S, LeasedSpeed
+from nxtdrive.motion.lease import LEASE_RANGE_S, LEASE_S, Lease
 from nxtdrive.motion.obstacle_monitor import ObstacleMonitor, SafetyLimits
 from nxtdrive.motion.odometry import Odometry
-from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, sample
+from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, Sample, sample
 from nxtdrive.motion.position_move import Pace, PositionMove, Wheel, unguarded
-from nxtdrive.motion.scheduler import Motion, Steps
-from nxtdrive.ports import MotorPort, SensorPort, output_port
-from nxtdrive.sensors import Compass, Touch, Ultrasonic
-
-if TYPE_CHECKING:
-    from nxtdrive.brick import Brick
+from nxtdrive.motion.stall import WATCH_S, StallDetector
+from nxtdrive.ports import MotorPort, SensorPort, in_range, of_type, output_port
+from nxtdrive.sensors import Compass, Sensor, Touch, Ultrasonic
 
 __all__ = ["DriveSettings", "Rover", "SafetyLimits"]
 
@@ -33,6 +33,10 @@ REST_S = 0.03
 """Wheels whose counts are the same for so long stand."""
 TRIPS = 9
 """Round trips from one `drive` to the next: questions to sonar, bumper and wheels, then the safety stop's, take 8."""
+SLOWEST_DEG_S = 1.0
+"""Pace of a motion of length 0."""
+STANDING_SHARE = 0.02
+"""A wheel that turns less than this share of the other stands meanwhile."""
 TURN_RANGE_DEG = 3600.0
 STRAIGHT_RANGE_MM = 10_000.0
 """Longer motions than these are mistakes in a unit."""
@@ -58,6 +62,7 @@ class DriveSettings:
     lease_s: float = LEASE_S
 
 
+S = TypeVar("S", bound=Sensor)
 SAFETY = SafetyLimits()
 SETTINGS = DriveSettings()
 START = Pose()
@@ -66,94 +71,122 @@ START = Pose()
 class Rover:
     """Two wheels that drive and steer. Positive is right; the pose is in the frame of the start.
 
-    `straight` and `turn` return when the robot is at rest, or with ``wait=False`` at once; then they go on while the
-    program talks to the brick or sleeps by `Brick.sleep`. The next motion, `drive` or `stop` cancels them. During such
-    a motion ask the rover for range and bumper: two who question a sensor at once get in each other's way.
+    `straight`, `turn` and `curve` return when the robot is at rest, or with ``wait=False`` at once; then they go on
+    while the program makes requests or sleeps by `Brick.sleep`. The next motion, `drive` or `stop` cancels them. During
+    such a motion ask the rover for range and bumper: two threads that use one sensor get in each other's way.
 
     Args:
-        brick: An open brick.
+        link: The way to the brick.
         left: Port of the left wheel's motor.
         right: Port of the right wheel's motor.
         wheel_diameter_mm: Of both wheels.
         axle_track_mm: Between the points where the wheels touch the floor.
-        ultrasonic: Port of the sonar, or None.
-        touch: Port of the bumper, or None.
-        compass: Port of a compass that corrects the heading whenever the robot has come to rest, or None; see
+        ultrasonic: The sonar or its port, or None.
+        touch: The bumper or its port, or None.
+        compass: A compass or its port that corrects the heading whenever the robot has come to rest, or None; see
             `nxtdrive.motion.compass_correction`.
         safety: When driving forward ends by itself.
         settings: How fast it moves.
         reversed: Whether positive power drives the robot backwards.
 
     Raises:
-        ConfigError: A port is used twice, or a size is not positive.
+        LocalProtocolError: A port is used twice, or a size, speed or type is wrong.
     """
 
     def __init__(
         self,
-        brick: Brick,
+        link: RoverLink,
         left: MotorPort = "B",
         right: MotorPort = "C",
         wheel_diameter_mm: float = 56.0,
         axle_track_mm: float = 112.0,
         *,
-        ultrasonic: SensorPort | None = 4,
-        touch: SensorPort | None = 1,
-        compass: SensorPort | None = None,
+        ultrasonic: SensorPort | Ultrasonic | None = 4,
+        touch: SensorPort | Touch | None = 1,
+        compass: SensorPort | Compass | None = None,
         safety: SafetyLimits = SAFETY,
         settings: DriveSettings = SETTINGS,
         reversed: bool = False,
     ) -> None:
-        sensors = {"sonar": ultrasonic, "bumper": touch, "compass": compass}
-        _check(left, right, sensors, wheel_diameter_mm, axle_track_mm, settings)
-        self.settings = settings
-        self._brick = brick
         self._ports = (output_port(left), output_port(right))
+        sonar, bumper = _sensor(link, Ultrasonic, ultrasonic), _sensor(link, Touch, touch)
+        needle = _sensor(link, Compass, compass)
+        _check_ports(self._ports, {"sonar": sonar, "bumper": bumper, "compass": needle})
+        _check_sizes(wheel_diameter_mm, axle_track_mm, of_type("settings", settings, DriveSettings))
+        self.settings = settings
+        self._link = link
         self._forward = -1 if reversed else 1
         self._mm_per_deg = math.pi * wheel_diameter_mm / 360.0
         self._track_mm = axle_track_mm
-        self._monitor = ObstacleMonitor(
-            Ultrasonic(brick, ultrasonic) if ultrasonic is not None else None,
-            Touch(brick, touch) if touch is not None else None,
-            safety,
-            brick.now,
-        )
-        self._speed = LeasedSpeed(brick, settings.lease_s, trips=TRIPS)
+        self._monitor = ObstacleMonitor(sonar, bumper, of_type("safety", safety, SafetyLimits), link)
+        self._leases = [Lease(link, port, settings.lease_s, trips=TRIPS) for port in self._ports]
+        self._stalls = [StallDetector() for _ in self._ports]
         self._motion: Motion[MotionResult] | None = None
         self._driving = False
-        self._asking = threading.Lock()
+        self._asking = link.lock()
         self._odometry = Odometry(self._forward * self._mm_per_deg, axle_track_mm)
-        self._compass_correction = (
-            CompassCorrection(Compass(brick, compass), self._odometry, self._read_wheels)
-            if compass is not None
-            else None
-        )
+        self._correction: CompassCorrection | None = None
+        if needle is not None:
+            self._correction = CompassCorrection(needle, self._odometry, self._read_wheels)
 
     # --- motion ---
 
     @overload
-    def straight(self, distance_mm: float, *, wait: Literal[True] = True) -> MotionResult: ...
+    def straight(
+        self, distance_mm: float, speed_mm_s: float | None = None, *, wait: Literal[True] = True
+    ) -> MotionResult: ...
     @overload
-    def straight(self, distance_mm: float, *, wait: Literal[False]) -> Motion[MotionResult]: ...
-    def straight(self, distance_mm: float, *, wait: bool = True) -> MotionResult | Motion[MotionResult]:
+    def straight(
+        self, distance_mm: float, speed_mm_s: float | None = None, *, wait: Literal[False]
+    ) -> Motion[MotionResult]: ...
+    def straight(
+        self, distance_mm: float, speed_mm_s: float | None = None, *, wait: bool = True
+    ) -> MotionResult | Motion[MotionResult]:
         """Drive `distance_mm` along the heading, negative: back; returns at rest.
 
         The safety stop may end a drive forward. Every drive is bounded in time.
+
+        Args:
+            distance_mm: -10000..10000.
+            speed_mm_s: Of this drive; by default that of the settings.
+            wait: Whether to return at rest; else at once.
         """
-        _check_amount("distance_mm", distance_mm, STRAIGHT_RANGE_MM)
-        limit = self.settings
-        pace = Pace(self._wheel_deg(limit.speed_mm_s), self._wheel_deg(limit.acceleration_mm_s2))
-        return self._travel((1, 1), self._wheel_deg(distance_mm), pace, guarded=distance_mm > 0, wait=wait)
+        in_range("distance_mm", distance_mm, -STRAIGHT_RANGE_MM, STRAIGHT_RANGE_MM)
+        return self._arc(distance_mm, 0.0, speed_mm_s, wait)
 
     @overload
     def turn(self, angle_deg: float, *, wait: Literal[True] = True) -> MotionResult: ...
     @overload
     def turn(self, angle_deg: float, *, wait: Literal[False]) -> Motion[MotionResult]: ...
     def turn(self, angle_deg: float, *, wait: bool = True) -> MotionResult | Motion[MotionResult]:
-        """Turn on the spot by `angle_deg`, positive right; returns at rest."""
-        _check_amount("angle_deg", angle_deg, TURN_RANGE_DEG)
-        limit = self.settings
-        pace = Pace(self._turn_deg(limit.turn_deg_s), self._turn_deg(limit.turn_acceleration_deg_s2))
-        return self._travel((1, -1), self._turn_deg(angle_deg), pace, guarded=False, wait=wait)
+        """Turn on the spot by `angle_deg`, positive right, -3600..3600; returns at rest."""
+        in_range("angle_deg", angle_deg, -TURN_RANGE_DEG, TURN_RANGE_DEG)
+        return self._arc(0.0, angle_deg, None, wait)
+
+    @overload
+    def curve(
+        self, radius_mm: float, angle_deg: float, speed_mm_s: float | None = None, *, wait: Literal[True] = True
+    ) -> MotionResult: ...
+    @overload
+    def curve(
+        self, radius_mm: float, angle_deg: float, speed_mm_s: float | None = None, *, wait: Literal[False]
+    ) -> Motion[MotionResult]: ...
+    def curve(
+        self, radius_mm: float, angle_deg: float, speed_mm_s: float | None = None, *, wait: bool = True
+    ) -> MotionResult | Motion[MotionResult]:
+        """Drive forward on a circle until the robot has turned by `angle_deg`, positive right; returns at rest.
+
+        The safety stop may end it.
+
+        Args:
+            radius_mm: From the circle's centre to the middle between the wheels, -10000..10000; negative: drive back.
+            angle_deg: -3600..3600.
+            speed_mm_s: Of the middle between the wheels; by default that of the settings.
+            wait: Whether to return at rest; else at once.
+        """
+        in_range("radius_mm", radius_mm, -STRAIGHT_RANGE_MM, STRAIGHT_RANGE_MM)
+        in_range("angle_deg", angle_deg, -TURN_RANGE_DEG, TURN_RANGE_DEG)
+        return self._arc(radius_mm * math.radians(abs(angle_deg)), angle_deg, speed_mm_s, wait)
 
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
         """Drive on until the next call, for at most one lease.
@@ -167,8 +200,10 @@ class Rover:
             None, or the motors being braked already: what the safety stop objects to; or STALLED when a wheel has stood
             for 0.7 s though it was told to turn at 20 deg/s or more. The next call is another try.
         """
-        self._brick.motions.claim(self._ports)
-        if self._compass_correction is not None and not self._driving:
+        in_range("speed_mm_s", speed_mm_s, -math.inf, math.inf)
+        in_range("turn_deg_s", turn_deg_s, -math.inf, math.inf)
+        self._link.claim(self._ports)
+        if self._correction is not None and not self._driving:
             self.pose()
         elif (speed_mm_s or turn_deg_s) and self._unread_for_s > WATCH_S:
             self._read_wheels()
@@ -179,25 +214,26 @@ class Rover:
         speeds = (forward + sideways, forward - sideways)
         excess = max(1.0, *(abs(speed) / FASTEST_DEG_S for speed in speeds))
         self._driving = True
-        for port, wheel, speed in zip(self._ports, self._odometry.wheels, speeds, strict=True):
-            turning = self._speed.run(port, self._forward * speed / excess)
+        for lease, stall, speed in zip(self._leases, self._stalls, speeds, strict=True):
+            turning = lease.drive(self._forward * speed / excess)
             if not turning or abs(speed) / excess < SEEN_DEG_S:
-                wheel.begin(self._brick.now())
-        if any(wheel.stalled for wheel in self._odometry.wheels):
+                stall.begin(self._link.now())
+        if any(stall.stalled for stall in self._stalls):
             self.stop()
             return StopReason.STALLED
         return None
 
     @property
     def done(self) -> bool:
-        """Whether neither `straight` nor `turn` is under way."""
+        """Whether neither `straight`, `turn` nor `curve` is under way."""
         return self._motion is None or self._motion.done
 
     def stop(self) -> None:
         """Motors off, brakes on, now."""
         self._driving = False
-        self._brick.motions.claim(self._ports)
-        self._speed.brake(self._ports)
+        self._link.claim(self._ports)
+        for lease in self._leases:
+            lease.brake()
 
     # --- senses ---
 
@@ -217,8 +253,8 @@ class Rover:
         """Call the present place `pose`."""
         before = self.pose()
         self._odometry.put(pose)
-        if self._compass_correction is not None:
-            self._compass_correction.rename(pose.heading_deg - before.heading_deg)
+        if self._correction is not None:
+            self._correction.rename(pose.heading_deg - before.heading_deg)
 
     def range_mm(self) -> float | None:
         """Distance ahead by ultrasound, or None without an echo or without a sensor."""
@@ -232,39 +268,56 @@ class Rover:
 
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off."""
-        self._brick.keep_alive()
+        self._link.keep_alive()
 
     def battery_mv(self) -> int:
         """Battery voltage in millivolts."""
-        return self._brick.battery_mv
+        return self._link.request(GetBatteryLevel()).voltage_mv
 
     # --- how ---
 
-    def _travel(
-        self, signs: tuple[int, int], angle_deg: float, pace: Pace, *, guarded: bool, wait: bool
+    def _arc(
+        self, way_mm: float, angle_deg: float, speed_mm_s: float | None, wait: bool
     ) -> MotionResult | Motion[MotionResult]:
-        self._brick.motions.claim(self._ports)
-        move = self._motion = self._brick.motions.start(self._ports, self._steps(signs, angle_deg, pace, guarded))
-        return move.join() if wait else move
+        """Drive `way_mm` while turning by `angle_deg`, both evenly."""
+        limits, fastest_mm_s = self.settings, FASTEST_DEG_S * self._mm_per_deg
+        speed_mm_s = limits.speed_mm_s if speed_mm_s is None else in_range("speed_mm_s", speed_mm_s, 1, fastest_mm_s)
+        sideways_deg = self._turn_deg(angle_deg)
+        ways_deg = [self._wheel_deg(way_mm) + sideways_deg, self._wheel_deg(way_mm) - sideways_deg]
+        longest_deg = max(map(abs, ways_deg))
+        # of the speeds and accelerations along the way and of the turn, the one that takes longer counts
+        parts = [(abs(way_mm), speed_mm_s, limits.acceleration_mm_s2)]
+        parts += [(abs(angle_deg), limits.turn_deg_s, limits.turn_acceleration_deg_s2)]
+        speed_s = max(amount / speed for amount, speed, _ in parts) or 1.0
+        change_s2 = max(amount / acceleration for amount, _, acceleration in parts) or 1.0
+        speed_deg_s = min(FASTEST_DEG_S, longest_deg / speed_s)
+        pace = Pace(speed_deg_s or SLOWEST_DEG_S, longest_deg / change_s2 or SLOWEST_DEG_S)
+        wheels = [
+            Wheel(port, self._forward * (each_deg / longest_deg if longest_deg else 1.0))
+            for port, each_deg in zip(self._ports, ways_deg, strict=True)
+            if abs(each_deg) >= STANDING_SHARE * longest_deg
+        ]
+        self._link.claim(self._ports)
+        steps = self._steps(wheels, longest_deg, pace, guarded=way_mm > 0)
+        motion = self._motion = self._link.start_motion(self._ports, steps)
+        return motion.join() if wait else motion
 
-    def _steps(self, signs: tuple[int, int], angle_deg: float, pace: Pace, guarded: bool) -> Steps[MotionResult]:
-        begin = self.pose()
+    def _steps(self, wheels: list[Wheel], angle_deg: float, pace: Pace, *, guarded: bool) -> Steps[MotionResult]:
+        begin, begin_mm = self.pose(), self._odometry.way_mm
+        for lease in self._leases:
+            lease.forget()
         if guarded and (objection := self._monitor.clear_to_go(begin)) is not None:
-            self._speed.brake(self._ports)
+            for lease in self._leases:
+                lease.brake()
             return MotionResult(objection, 0.0, 0.0)
-        wheels = [Wheel(port, self._forward * sign) for port, sign in zip(self._ports, signs, strict=True)]
-        self._speed = LeasedSpeed(self._brick, self.settings.lease_s, trips=TRIPS)
+        self._driving = False
         guard = self._guard if guarded else unguarded
-        self._driving, note = False, self._odometry.note
-        travel = PositionMove(self._brick, wheels, pace, guard=guard, note=note, lease_s=self.settings.lease_s)
-        stop = yield from travel.steps(angle_deg)
+        note = self._note if len(wheels) == len(self._ports) else self._note_all
+        move = PositionMove(self._link, wheels, pace, guard=guard, note=note, lease_s=self.settings.lease_s)
+        stop = yield from move.steps(angle_deg)
         self._align()
-        return self._motion_since(begin, stop)
-
-    def _motion_since(self, begin: Pose, stop: StopReason) -> MotionResult:
-        end, heading = self._odometry.pose, math.radians(begin.heading_deg)
-        along = (end.x_mm - begin.x_mm) * math.cos(heading) + (end.y_mm - begin.y_mm) * math.sin(heading)
-        return MotionResult(stop, along, end.heading_deg - begin.heading_deg)
+        turned_deg = self._odometry.pose.heading_deg - begin.heading_deg
+        return MotionResult(stop, self._odometry.way_mm - begin_mm, turned_deg)
 
     def _wheel_deg(self, distance_mm: float) -> float:
         return distance_mm / self._mm_per_deg
@@ -274,20 +327,28 @@ class Rover:
         return self._wheel_deg(math.radians(angle_deg) * self._track_mm / 2)
 
     def _read_wheels(self) -> None:
-        self._odometry.note(sample(self._brick, *self._ports))
+        self._note(sample(self._link, *self._ports))
+
+    def _note(self, reading: Sample) -> None:
+        """Take one reading of both wheels."""
+        if self._odometry.note(reading):
+            for stall, angle_deg in zip(self._stalls, reading.angles_deg, strict=True):
+                stall.note(reading.time_s, angle_deg)
+
+    def _note_all(self, _: Sample) -> None:
+        """Read both wheels, while only one of them takes part."""
+        self._read_wheels()
 
     @property
     def _unread_for_s(self) -> float:
         """How old the latest reading of the wheels is; seldom old, as who drives asks for the pose."""
         last = self._odometry.last
-        return math.inf if last is None else self._brick.now() - last.time_s
+        return math.inf if last is None else self._link.now() - last.time_s
 
     def _align(self) -> None:
         """Let the compass, if there is one, correct the heading of a robot at rest."""
-        if self._compass_correction is not None and (
-            (self.done and not self._driving) or self._odometry.rest_s >= REST_S
-        ):
-            self._compass_correction.update()
+        if self._correction is not None and ((self.done and not self._driving) or self._odometry.rest_s >= REST_S):
+            self._correction.update()
 
     def _guard(self, near: bool) -> StopReason | None:
         """What objects to going on; while the program itself asks a sensor, what is known already must do."""
@@ -299,38 +360,35 @@ class Rover:
                 self._asking.release()
 
 
-def _check(
-    left: str,
-    right: str,
-    sensors: Mapping[str, int | None],
-    wheel_diameter_mm: float,
-    axle_track_mm: float,
-    settings: DriveSettings,
-) -> None:
-    if left == right:
-        raise ConfigError(f"both wheels are said to be on port {left}.", remedy="Each motor has a port of its own.")
-    for (one, port), (other, its_port) in combinations(sensors.items(), 2):
-        if port is not None and port == its_port:
-            raise ConfigError(
-                f"{one} and {other} are both said to be on port {port}.", remedy="Each sensor has its own port."
+def _sensor(link: RoverLink, kind: Callable[[RoverLink, SensorPort], S], at: SensorPort | S | None) -> S | None:
+    """The sensor at a port; one that is there already is taken as it is."""
+    return at if at is None or isinstance(at, Sensor) else kind(link, at)
+
+
+def _check_ports(wheels: tuple[OutputPort, OutputPort], sensors: Mapping[str, Sensor | None]) -> None:
+    if wheels[0] == wheels[1]:
+        raise LocalProtocolError(
+            f"both wheels are said to be on port {wheels[0].name}.", remedy="Each motor has a port of its own."
+        )
+    for (one, sensor), (other, its_sensor) in combinations(sensors.items(), 2):
+        if sensor and its_sensor and sensor.port == its_sensor.port:
+            raise LocalProtocolError(
+                f"{one} and {other} are both said to be on port {sensor.port}.", remedy="Each sensor has its own port."
             )
+
+
+def _check_sizes(wheel_diameter_mm: float, axle_track_mm: float, settings: DriveSettings) -> None:
     for name, value in (("wheel_diameter_mm", wheel_diameter_mm), ("axle_track_mm", axle_track_mm)):
-        if not value > 0:
-            raise ConfigError(f"{name} must be positive, not {value!r}.")
+        if in_range(name, value, -math.inf, math.inf) <= 0:
+            raise LocalProtocolError(f"{name} must be positive, not {value!r}.")
     fastest_mm_s = FASTEST_DEG_S * math.pi * wheel_diameter_mm / 360
     _check_setting("speed_mm_s", settings.speed_mm_s, fastest_mm_s)
     _check_setting("turn_deg_s", settings.turn_deg_s, math.degrees(2 * fastest_mm_s / axle_track_mm))
-    if not LEASE_RANGE_S[0] <= settings.lease_s <= LEASE_RANGE_S[1]:
-        raise ConfigError("lease_s must be from {:g} to {:g}, not {!r}.".format(*LEASE_RANGE_S, settings.lease_s))
+    in_range("lease_s", settings.lease_s, *LEASE_RANGE_S)
     _check_setting("acceleration_mm_s2", settings.acceleration_mm_s2, math.inf)
     _check_setting("turn_acceleration_deg_s2", settings.turn_acceleration_deg_s2, math.inf)
 
 
 def _check_setting(name: str, value: float, limit: float) -> None:
-    if not 0 < value <= limit:
-        raise ConfigError(f"{name} must be above 0 and at most {limit:.0f} with these wheels, not {value!r}.")
-
-
-def _check_amount(name: str, value: float, limit: float) -> None:
-    if not abs(value) <= limit:
-        raise ConfigError(f"{name} must be from {-limit:g} to {limit:g}, not {value!r}.")
+    if in_range(name, value, -math.inf, math.inf) <= 0 or value > limit:
+        raise LocalProtocolError(f"{name} must be above 0 and at most {limit:.0f} with these wheels, not {value!r}.")

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from firmware_protocol.enums import SensorMode, SensorType
+from nxtdrive.link.protocol import SensorLink
 from nxtdrive.ports import SensorPort
 from nxtdrive.sensors.port import Sensor
 from nxtdrive.sensors.reading import Measuring
-
-if TYPE_CHECKING:
-    from nxtdrive.brick import Brick
 
 FULL_SCALE = 1023
 """The firmware's normalised values are 0..1023. Source: docs/firmware.md section 6."""
@@ -57,8 +53,8 @@ class Light(Percentage):
     type = SensorType.LIGHT_ACTIVE
     quantity = "brightness"
 
-    def __init__(self, brick: Brick, port: SensorPort, *, lamp: bool = True) -> None:
-        super().__init__(brick, port)
+    def __init__(self, link: SensorLink, port: SensorPort, *, lamp: bool = True) -> None:
+        super().__init__(link, port)
         self.lamp = lamp
 
     @property
@@ -80,8 +76,8 @@ class Sound(Percentage):
     type = SensorType.SOUND_DB
     quantity = "loudness"
 
-    def __init__(self, brick: Brick, port: SensorPort, *, dba: bool = False) -> None:
-        super().__init__(brick, port)
+    def __init__(self, link: SensorLink, port: SensorPort, *, dba: bool = False) -> None:
+        super().__init__(link, port)
         self.dba = dba
 
     @property

@@ -62,7 +62,7 @@ class ColorSensor(Sensor, Measuring[Color]):
         self._become(SensorType.COLOR_FULL)
         self.values()
         spot = INPUT.field("ColorSensorRaw", self._input)
-        red, green, blue, _blank = spot.decode(self.brick.request(spot.read()).data)
+        red, green, blue, _blank = spot.decode(self.link.request(spot.read()).data)
         return red, green, blue
 
     def brightness_percent(self, lamp: Lamp = "red") -> float:
@@ -77,7 +77,7 @@ class ColorSensor(Sensor, Measuring[Color]):
             LinkTimeout: It does not.
             LocalProtocolError: The brick's firmware is too old for it.
         """
-        firmware = self.brick.request(GetVersions()).firmware
+        firmware = self.link.request(GetVersions()).firmware
         if tuple(map(int, firmware.split("."))) <= LAST_BLIND_FIRMWARE:
             raise LocalProtocolError(
                 f"firmware {firmware} cannot read colour sensors.", remedy="Put LEGO's firmware 1.29 on the brick."

@@ -40,7 +40,7 @@ class Temperature(I2CSensor, Measuring[float]):
         """Set the port's type and the sensor to its finest steps, which take it 0.22 s to measure, 0.3 s at most."""
         super().set_up()
         self.write(self._CONFIGURATION, self._TWELVE_BITS)
-        self.brick.sleep(self._CONVERSION_S)
+        self.link.sleep(self._CONVERSION_S)
 
     @property
     def celsius(self) -> float:

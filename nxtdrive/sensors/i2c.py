@@ -6,17 +6,13 @@ one that fetches the bytes arrives, the bus has done its work. What may go wrong
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from firmware_protocol.direct import LSGetStatus, LSRead, LSWrite
 from firmware_protocol.enums import SensorType
 from firmware_protocol.errors import BrickError, CommunicationPending, LinkTimeout
 from firmware_protocol.status import Status
+from nxtdrive.link.protocol import SensorLink
 from nxtdrive.ports import SensorPort, in_range
 from nxtdrive.sensors.port import STEP_S, Sensor
-
-if TYPE_CHECKING:
-    from nxtdrive.brick import Brick
 
 ADDRESS = 0x02
 """8-bit write address of LEGO's own sensors and most others."""
@@ -49,8 +45,8 @@ class I2CSensor(Sensor):
     type = SensorType.LOW_SPEED_9V
     address = ADDRESS
 
-    def __init__(self, brick: Brick, port: SensorPort, address: int | None = None) -> None:
-        super().__init__(brick, port)
+    def __init__(self, link: SensorLink, port: SensorPort, address: int | None = None) -> None:
+        super().__init__(link, port)
         if address is not None:
             self.address = int(in_range("address", address & ~1, 0x02, 0xFE))
         self._dirty = True
@@ -76,7 +72,7 @@ class I2CSensor(Sensor):
             self.set_up()
         if self._dirty:
             self._drain()
-        self.brick.send(LSWrite.transaction(self._input, bytes((self.address, register)), 1))
+        self.link.send(LSWrite.transaction(self._input, bytes((self.address, register)), 1))
         self._dirty = True
 
     def answer(self) -> int | None:
@@ -86,7 +82,7 @@ class I2CSensor(Sensor):
             BrickError: The sensor did not answer; `ask` again.
         """
         try:
-            data = self.brick.request(LSRead(self._input)).received
+            data = self.link.request(LSRead(self._input)).received
         except BrickError as error:
             self._judge(error)
             raise
@@ -105,7 +101,7 @@ class I2CSensor(Sensor):
                 self._judge(error)
             except _Unanswered:
                 pass
-            self.brick.sleep(STEP_S)
+            self.link.sleep(STEP_S)
         return self._attempt(data, size)
 
     def _judge(self, error: BrickError) -> None:
@@ -121,11 +117,11 @@ class I2CSensor(Sensor):
         self._dirty = True
         command = LSWrite.transaction(self._input, data, size)
         if size:
-            self.brick.send(command)
-            self.brick.sleep(bus_time_s(len(data), size))
+            self.link.send(command)
+            self.link.sleep(bus_time_s(len(data), size))
             received = self._collect(size)
         else:
-            self.brick.request(command)
+            self.link.request(command)
             self._wait_for_rest()
             received = b""
         self._dirty = False
@@ -133,38 +129,38 @@ class I2CSensor(Sensor):
 
     def _collect(self, size: int) -> bytes:
         """Fetch what a transaction brings; a question that was lost on the link brings nothing."""
-        brick = self.brick
-        deadline = brick.now() + I2C_TIMEOUT_S
+        link = self.link
+        deadline = link.now() + I2C_TIMEOUT_S
         received = b""
         while True:
-            asked = brick.now()
-            received += brick.request(LSRead(self._input)).received
+            asked = link.now()
+            received += link.request(LSRead(self._input)).received
             if len(received) >= size:
                 return received
             if asked >= deadline:
                 raise _Unanswered(f"the sensor on port {self.port} does not answer.", remedy="Plug it in again.")
-            brick.sleep(asked + STEP_S - brick.now())
+            link.sleep(asked + STEP_S - link.now())
 
     def _wait_for_rest(self) -> int:
         """Wait until the bus is idle; returns the number of bytes that wait to be read."""
-        brick = self.brick
-        deadline = brick.now() + I2C_TIMEOUT_S
+        link = self.link
+        deadline = link.now() + I2C_TIMEOUT_S
         while True:
-            asked = brick.now()
+            asked = link.now()
             try:
-                return brick.request(LSGetStatus(self._input)).bytes_ready
+                return link.request(LSGetStatus(self._input)).bytes_ready
             except CommunicationPending:
                 if asked >= deadline:
                     raise LinkTimeout(
                         f"the I2C bus of port {self.port} hangs.", remedy="Plug the sensor in again."
                     ) from None
-                brick.sleep(asked + STEP_S - brick.now())
+                link.sleep(asked + STEP_S - link.now())
 
     def _drain(self) -> None:
         """Take what an earlier transaction left: unread bytes come first (docs/firmware.md section 1, fact 10)."""
         try:
             if self._wait_for_rest():
-                self.brick.request(LSRead(self._input))
+                self.link.request(LSRead(self._input))
         except BrickError as error:
             if error.status is not Status.BUS_ERROR:
                 raise

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import BrickError
 from firmware_protocol.status import Status
+from nxtdrive.link.protocol import SensorLink
 from nxtdrive.ports import SensorPort
 from nxtdrive.sensors.digital import Temperature
 from nxtdrive.sensors.i2c import I2CSensor
-
-if TYPE_CHECKING:
-    from nxtdrive.brick import Brick
 
 _VERSION, _VENDOR, _PRODUCT = 0x00, 0x08, 0x10
 _TEXT_SIZE = 8
@@ -38,7 +35,7 @@ class Identity:
     kind: str
 
 
-def identify(brick: Brick, port: SensorPort) -> Identity | None:
+def identify(link: SensorLink, port: SensorPort) -> Identity | None:
     """Ask the digital sensor on a port who it is.
 
     The port's type changes: set up other sensors again.
@@ -47,18 +44,18 @@ def identify(brick: Brick, port: SensorPort) -> Identity | None:
         None when nothing digital answers; touch, light and sound sensors have no voice.
     """
     try:
-        sensor = I2CSensor(brick, port)
+        sensor = I2CSensor(link, port)
         version, vendor, product = (_text(sensor, register) for register in (_VERSION, _VENDOR, _PRODUCT))
     except BrickError as error:
         _no_answer(error)
-        return _silent_ones(brick, port)
+        return _silent_ones(link, port)
     return Identity(version, vendor, product, _KINDS.get((vendor, product), "i2c"))
 
 
-def _silent_ones(brick: Brick, port: SensorPort) -> Identity | None:
+def _silent_ones(link: SensorLink, port: SensorPort) -> Identity | None:
     """LEGO's temperature sensor has an address of its own and no name."""
     try:
-        I2CSensor(brick, port, Temperature.address).read(1, 1)
+        I2CSensor(link, port, Temperature.address).read(1, 1)
     except BrickError as error:
         _no_answer(error)
         return None

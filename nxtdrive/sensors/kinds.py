@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.link.protocol import SensorLink
 from nxtdrive.ports import SensorPort
 from nxtdrive.sensors.analog import Light, RcxTemperature, Sound, Touch
 from nxtdrive.sensors.color import Color, ColorSensor
@@ -14,10 +15,7 @@ from nxtdrive.sensors.digital import Compass, Temperature
 from nxtdrive.sensors.reading import Measuring
 from nxtdrive.sensors.ultrasonic import Ultrasonic
 
-if TYPE_CHECKING:
-    from nxtdrive.brick import Brick
-
-KINDS: dict[str, Callable[[Brick, SensorPort], Measuring[Any]]] = {
+KINDS: dict[str, Callable[[SensorLink, SensorPort], Measuring[Any]]] = {
     "touch": Touch,
     "light": Light,
     "ambient": partial(Light, lamp=False),
@@ -32,7 +30,7 @@ KINDS: dict[str, Callable[[Brick, SensorPort], Measuring[Any]]] = {
 """Name to what makes the sensor; to add a sensor, add its class and a line here."""
 
 
-def make_sensor(kind: str, brick: Brick, port: SensorPort) -> Measuring[Any]:
+def make_sensor(kind: str, link: SensorLink, port: SensorPort) -> Measuring[Any]:
     """A sensor by the name of its kind.
 
     Raises:
@@ -40,7 +38,7 @@ def make_sensor(kind: str, brick: Brick, port: SensorPort) -> Measuring[Any]:
     """
     if kind not in KINDS:
         raise ConfigError(f"there is no sensor {kind!r}.", remedy=f"There are: {', '.join(KINDS)}.")
-    return KINDS[kind](brick, port)
+    return KINDS[kind](link, port)
 
 
 def in_words(value: object, unit: str = "") -> str:

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from firmware_protocol.direct import GetInputValues, InputValues, SetInputMode
 from firmware_protocol.enums import SensorMode, SensorType
 from firmware_protocol.errors import LinkTimeout
+from nxtdrive.link.protocol import SensorLink
 from nxtdrive.ports import SensorPort, input_port
-
-if TYPE_CHECKING:
-    from nxtdrive.brick import Brick
 
 SETTLING_S = 0.5
 """Longest a sensor's values stay invalid after its type was set: 400 ms. Source: docs/firmware.md section 6."""
@@ -22,7 +18,7 @@ class Sensor:
     """An input port set to one type of sensor when it is first used.
 
     Attributes:
-        brick: Where it is plugged in.
+        link: The way to the brick.
         port: 1..4, as printed on the brick.
         type: What the firmware is told to find there.
         mode: How the firmware is told to scale it.
@@ -31,8 +27,8 @@ class Sensor:
     type = SensorType.NONE
     mode = SensorMode.RAW
 
-    def __init__(self, brick: Brick, port: SensorPort) -> None:
-        self.brick = brick
+    def __init__(self, link: SensorLink, port: SensorPort) -> None:
+        self.link = link
         self.port = port
         self._input = input_port(port)
         self._ready = False
@@ -48,27 +44,27 @@ class Sensor:
         Raises:
             LinkTimeout: They do not become valid.
         """
-        brick = self.brick
+        link = self.link
         mode = SetInputMode(self._input, self.type, self.mode)
-        brick.request(mode)
-        brick.remember(mode)
-        asked = brick.now()
+        link.request(mode)
+        link.restore_mode(mode)
+        asked = link.now()
         deadline = asked + SETTLING_S
-        while not brick.request(GetInputValues(self._input)).valid:
+        while not link.request(GetInputValues(self._input)).valid:
             if asked >= deadline:
                 raise LinkTimeout(f"the sensor on port {self.port} gives no valid values.", remedy="Is it plugged in?")
-            brick.sleep(asked + STEP_S - brick.now())
-            asked = brick.now()
+            link.sleep(asked + STEP_S - link.now())
+            asked = link.now()
         self._ready = True
 
     def values(self) -> InputValues:
         """All the firmware knows of the port."""
         if not self._ready:
             self.set_up()
-        values = self.brick.request(GetInputValues(self._input))
+        values = self.link.request(GetInputValues(self._input))
         if values.type is not self.type:  # a program was started or stopped: that resets all ports
             self.set_up()
-            values = self.brick.request(GetInputValues(self._input))
+            values = self.link.request(GetInputValues(self._input))
         return values
 
     def _become(self, type: SensorType) -> None:

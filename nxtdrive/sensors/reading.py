@@ -5,10 +5,9 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
-if TYPE_CHECKING:
-    from nxtdrive.brick import Brick
+from nxtdrive.link.protocol import SensorLink
 
 T = TypeVar("T")
 
@@ -34,14 +33,14 @@ class Measuring(ABC, Generic[T]):
     """Anything on a brick that measures one quantity.
 
     Attributes:
-        brick: Where it is plugged in.
+        link: The way to the brick.
         quantity: What it measures, such as ``distance``.
         unit: Of its values, such as ``mm``; empty for values that have none.
     """
 
     quantity: ClassVar[str]
     unit: ClassVar[str] = ""
-    brick: Brick
+    link: SensorLink
 
     @property
     @abstractmethod
@@ -54,9 +53,9 @@ class Measuring(ABC, Generic[T]):
 
     def measure(self) -> Reading[T]:
         """The quantity now, and when that was; errors as for the sensor's own property."""
-        begun = self.brick.now()
+        begun = self.link.now()
         value = self.value
-        return Reading(value, (begun + self.brick.now()) / 2)
+        return Reading(value, (begun + self.link.now()) / 2)
 
     def watch(self, every_s: float = 0.0) -> Iterator[Reading[T]]:
         """Measure again and again, for as long as somebody asks.
@@ -65,8 +64,8 @@ class Measuring(ABC, Generic[T]):
             every_s: From one reading to the next; 0 is as fast as the link allows.
         """
         self.set_up()
-        due = self.brick.now()
+        due = self.link.now()
         while True:
             yield self.measure()
-            due = max(due + every_s, self.brick.now())
-            self.brick.sleep(due - self.brick.now())
+            due = max(due + every_s, self.link.now())
+            self.link.sleep(due - self.link.now())

@@ -48,7 +48,7 @@ class Ultrasonic(I2CSensor, Measuring[float | None]):
         """
         self.write(_MODE, _SINGLE_SHOT)
         self._silent = True
-        self.brick.sleep(_PING_S)
+        self.link.sleep(_PING_S)
         return tuple(sorted(mm for echo in self.read(_DISTANCES, _ECHOES) if (mm := _mm(echo)) is not None))
 
     def start(self) -> None:
@@ -65,7 +65,7 @@ class Ultrasonic(I2CSensor, Measuring[float | None]):
     def _measure_on(self) -> None:
         self.write(_MODE, _CONTINUOUS)
         self._silent = False
-        self.brick.sleep(_FIRST_DISTANCE_S)
+        self.link.sleep(_FIRST_DISTANCE_S)
 
 
 def _mm(centimetres: int) -> float | None:

@@ -78,7 +78,7 @@ def perform(
     console = Console(done.lines.append)
     console.say("Connecting to NXT")
     with Brick(transport, reconnecting=reconnecting) as brick:
-        brick.patience_s = 0.0
+        brick.link.reconnect_timeout_s = 0.0
         if geometric:
             eyes = mission_run.geometric_eyes(brick)
         else:

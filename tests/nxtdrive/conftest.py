@@ -7,6 +7,7 @@ from collections import deque
 from pathlib import Path
 
 import pytest
+from lockstep import Lockstep, LockstepTransport
 
 from nxtdrive.brick import Brick
 from nxtdrive.transports import pairing
@@ -36,6 +37,14 @@ class Lab:
         self.simulation = simulation
         self.brick = brick
 
+    def idle(self, duration_s):
+        """Let time pass while the program does something that has nothing to do with the brick."""
+        lockstep = getattr(self.brick.link.transport, "lockstep", None)
+        if lockstep is None:
+            self.simulation.advance(round(duration_s * 1000))
+        else:
+            lockstep.block(lambda: False, duration_s)
+
     def output(self, port):
         """The firmware's view of a motor."""
         return self.simulation.brick.output.outputs["ABC".index(port)].control
@@ -48,13 +57,23 @@ class Lab:
 
 
 @pytest.fixture
-def lab():
+def way():
+    """How the link is driven: stepped by the program, as in the simulator. Modules that try both ways override this."""
+    return "stepped"
+
+
+@pytest.fixture
+def lab(way):
     """Makes labs; `extra` is TOML added to the room, `faults` a `LinkFaults`."""
     with contextlib.ExitStack() as stack:
 
         def make(extra="", *, latency_ms=2, faults=None, firmware="1.29", seed=0, timeout_s=1.0):
             world = parse_world(tomllib.loads(ROOM + extra), Path("room.toml"))
             simulation = Simulation(world, firmware=firmware, seed=seed)
+            if way == "threaded":
+                threads = Lockstep(simulation)
+                transport = LockstepTransport(threads, latency_ms=latency_ms, faults=faults)
+                return Lab(simulation, stack.enter_context(Brick(transport, timeout_s=timeout_s, threads=threads)))
             transport = SimTransport(simulation, latency_ms=latency_ms, faults=faults)
             return Lab(simulation, stack.enter_context(Brick(transport, timeout_s=timeout_s)))
 

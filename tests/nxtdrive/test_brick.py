@@ -25,14 +25,14 @@ def test_a_brick_tells_who_it_is(lab):
 
 def test_opening_makes_sure_that_somebody_answers():
     with open_brick("sim://open") as brick:
-        assert brick.battery_v == brick.battery_mv / 1000
+        assert brick.battery_v == brick.info().battery_mv / 1000
     with pytest.raises(LinkLost):
         brick.request(KeepAlive())
 
 
 def test_a_refusal_carries_its_status(lab):
     with pytest.raises(BrickError) as caught:
-        lab().brick.message_write(1, "hello")
+        lab().brick.programs.write_message(1, "hello")
     assert caught.value.status is Status.NO_ACTIVE_PROGRAM
 
 
@@ -41,9 +41,9 @@ def test_a_refusal_carries_its_status(lab):
     [
         lambda brick: brick.tone(100, 500),
         lambda brick: brick.tone(440, 5),
-        lambda brick: brick.message_write(0, "hello"),
-        lambda brick: brick.message_read(11),
-        lambda brick: brick.play_sound_file("a-name-of-more-than-19.rso"),
+        lambda brick: brick.programs.write_message(0, "hello"),
+        lambda brick: brick.programs.read_message(11),
+        lambda brick: brick.speaker.play("a-name-of-more-than-19.rso"),
         lambda brick: brick.motor("D"),
         lambda brick: brick.motor("A").dc(101),
         lambda brick: brick.motor("A").run(1000),
@@ -69,7 +69,7 @@ def test_a_timeout_is_measured_on_the_links_clock(lab):
 def test_a_brick_in_use_does_not_switch_itself_off(lab):
     room = lab()
     room.brick.request(SetProperty.sleep_time(120_000))
-    room.brick.keep_alive()
+    room.brick.link.keep_alive()
     room.brick.sleep(400)
     assert not room.simulation.brick.powered_off
     room.simulation.advance(130_000)
@@ -79,10 +79,10 @@ def test_a_brick_in_use_does_not_switch_itself_off(lab):
 def test_a_program_that_only_talks_keeps_it_awake_as_well(lab):
     room = lab()
     room.brick.request(SetProperty.sleep_time(60_000))
-    room.brick.keep_alive()
+    room.brick.link.keep_alive()
     for _ in range(20):
         room.simulation.advance(10_000)
-        assert room.brick.battery_mv
+        assert room.brick.battery_v
     assert not room.simulation.brick.powered_off
 
 
@@ -116,10 +116,10 @@ def test_after_a_loss_the_same_brick_can_be_had_again(lab):
         room.brick.sleep(2)
     room.simulation.advance(500)
     with pytest.raises(LinkLost):
-        room.brick.reconnect()
+        room.brick.link.reconnect()
     room.simulation.advance(2000)
     assert not room.output("A").actual_speed, "the lease has run out"
-    room.brick.reconnect()
+    room.brick.link.reconnect()
     room.brick.sleep(1)
     assert not room.output("A").actual_speed, "what ran before is not started again"
     motor.run(300)
@@ -148,8 +148,8 @@ def test_on_the_wall_clock_a_waiting_program_still_says_what_is_due(direct):
     enough = threading.Event()
     direct.on_send = lambda telegram: enough.set() if len(direct.sent) >= 3 else None
     with Brick(direct) as brick:
-        brick.repeat("awake", KeepAlive(), 0.01)
+        brick.link.repeat("awake", KeepAlive(), 0.01)
         assert enough.wait(10)
-        brick.forget("awake")
+        brick.link.cancel_timer("awake")
     assert set(direct.sent) == {b"\x80\x0d"}
     assert threading.active_count() == 1

@@ -14,7 +14,7 @@ from firmware_protocol.system import IOMapWrite
 from nxtdrive.brick import Brick
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.cli.screenshot import GLASS, INK
-from nxtdrive.display import Display
+from nxtdrive.onboard.display import Display
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 
@@ -50,7 +50,7 @@ def set_flags(brick, flags):
 @given(image=arrays.arrays(np.bool_, (64, 100), elements=st.booleans(), fill=st.booleans()))
 def test_what_was_drawn_is_seen(brick, image):
     lines = draw(brick, image)
-    seen = Display(brick).image()
+    seen = Display(brick.link).image()
     assert np.array_equal(seen, image)
     assert seen.tolist() == picture(lines)
 
@@ -60,7 +60,7 @@ def test_a_single_pixel_is_in_its_place(brick, x, y):
     draw(brick, np.zeros((64, 100), bool))
     spot, mask = pixel(x, y)
     brick.request(spot.write(mask))
-    assert np.argwhere(Display(brick).image()).tolist() == [[y, x]]
+    assert np.argwhere(Display(brick.link).image()).tolist() == [[y, x]]
 
 
 def test_a_message_covers_the_picture(brick):
@@ -70,10 +70,10 @@ def test_a_message_covers_the_picture(brick):
     draw(brick, before, "Popup")
     try:
         set_flags(brick, DisplayFlag.ON | DisplayFlag.POPUP)
-        assert np.array_equal(Display(brick).image(), before)
+        assert np.array_equal(Display(brick.link).image(), before)
     finally:
         set_flags(brick, DisplayFlag.ON)
-    assert np.array_equal(Display(brick).image(), behind)
+    assert np.array_equal(Display(brick.link).image(), behind)
 
 
 class Listener(SimTransport):
@@ -87,8 +87,8 @@ class Listener(SimTransport):
 
 def test_reads_are_as_long_as_the_firmware_allows_and_no_longer(simulation):
     with Brick(Listener(simulation)) as brick:
-        Display(brick).image()
-        _flags, *lines = brick.transport.lengths
+        Display(brick.link).image()
+        _flags, *lines = brick.link.transport.lengths
     assert lines == [9 + 55] * 14 + [9 + 800 - 14 * 55]
 
 

@@ -9,7 +9,7 @@ from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT, FrameReader, fra
 from firmware_protocol.status import Status
 from firmware_protocol.system import Close, Delete, OpenRead, OpenWrite, OpenWriteData, Read, Write
 from nxtdrive.brick import Brick
-from nxtdrive.files import FileEntry
+from nxtdrive.onboard.files import FileEntry
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.simulation import LinkFaults, Simulation
@@ -235,6 +235,6 @@ def test_a_link_lost_in_the_middle_is_told_and_leaves_no_part_of_the_file(lab):
     with pytest.raises(LinkLost):
         room.brick.files.write("data.bin", bytes(5000))
     room.simulation.advance(2000)
-    room.brick.reconnect()
+    room.brick.link.reconnect()
     assert not room.brick.files.exists("data.bin")
     room.brick.files.write("data.bin", bytes(5000))

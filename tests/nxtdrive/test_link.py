@@ -17,27 +17,30 @@ PATIENCE_S = 10
 FOR_EVER_MS = 10**9
 
 
-class Crowd:
-    """Threads that queue up for a wire while the test holds it."""
+@pytest.fixture(params=["stepped", "threaded"])
+def way(request):
+    """Both ways of driving the link."""
+    return request.param
 
-    def __init__(self, turns):
-        self.turns = turns
+
+class Crowd:
+    """Threads that queue up for a lock while the test holds it."""
+
+    def __init__(self, lock):
+        self.lock = lock
         self.served = []
         self.threads = []
 
-    def join(self, name, urgent):
+    def join(self, name, preempting):
         def use():
-            try:
-                self.turns.wait(urgent, PATIENCE_S)
-                with self.turns.wire:
-                    self.served.append(name)
-            finally:
-                self.turns.leave()
+            self.lock.acquire(preempting, PATIENCE_S)
+            self.served.append(name)
+            self.lock.release()
 
-        waiting = len(self.turns.queue)
+        waiting = len(self.lock.queue)
         self.threads.append(threading.Thread(target=use))
         self.threads[-1].start()
-        while len(self.turns.queue) == waiting:
+        while len(self.lock.queue) == waiting:
             threading.Event().wait(0.001)
 
     def disperse(self):
@@ -45,27 +48,27 @@ class Crowd:
             thread.join(PATIENCE_S)
 
 
-def test_who_waits_is_served_in_order_and_the_urgent_first():
-    turns = PriorityLock()
-    crowd = Crowd(turns)
-    with turns.wire:
-        crowd.join("poll 1", urgent=False)
-        crowd.join("poll 2", urgent=False)
-        crowd.join("motor", urgent=True)
-        crowd.join("poll 3", urgent=False)
-    turns.leave()
+def test_threads_are_served_in_order_and_preempting_ones_first():
+    lock = PriorityLock()
+    crowd = Crowd(lock)
+    with lock.exclusive():
+        crowd.join("poll 1", preempting=False)
+        crowd.join("poll 2", preempting=False)
+        crowd.join("motor", preempting=True)
+        crowd.join("poll 3", preempting=False)
+        assert not lock.try_acquire()
     crowd.disperse()
     assert crowd.served == ["motor", "poll 1", "poll 2", "poll 3"]
-    assert turns.queue == []
+    assert lock.try_acquire()
 
 
-def test_a_wire_that_does_not_become_free_is_a_timeout_and_leaves_nobody_in_the_queue():
-    turns = PriorityLock()
-    with turns.wire:
+def test_a_lock_that_does_not_become_free_is_a_timeout_and_leaves_no_thread_in_the_queue():
+    lock = PriorityLock()
+    with lock.exclusive():
         with pytest.raises(LinkTimeout, match="other threads"):
-            turns.wait(urgent=False, timeout_s=0.01)
-        turns.leave()
-    assert turns.queue == []
+            lock.acquire(False, timeout_s=0.01)
+        assert lock.queue == []
+    assert lock.try_acquire()
 
 
 def test_a_motor_command_overtakes_polls_that_wait(direct):
@@ -86,7 +89,7 @@ def test_a_motor_command_overtakes_polls_that_wait(direct):
             poll.start()
         motor = threading.Thread(target=brick.request, args=(coasting(OutputPort.B),))
         motor.start()
-        while len(brick._queue) < 4:
+        while len(brick.link._lock.queue) < 4:
             threading.Event().wait(0.001)
         answered.set()
         for thread in (*polls, motor):
@@ -116,7 +119,7 @@ def test_the_latency_is_that_of_the_link(lab, latency_ms):
     for _ in range(20):
         brick.request(KeepAlive())
         brick.sleep(0.1)
-    assert brick.latency_s == pytest.approx(latency_ms / 1000, abs=0.0011)
+    assert brick.link.latency_s == pytest.approx(latency_ms / 1000, abs=0.0011)
 
 
 def test_one_slow_answer_is_not_the_latency(lab):
@@ -124,20 +127,20 @@ def test_one_slow_answer_is_not_the_latency(lab):
     for _ in range(6):
         brick.request(KeepAlive())
         brick.sleep(0.1)
-    assert brick.latency_s < 0.004
+    assert brick.link.latency_s < 0.004
 
 
 @pytest.fixture
 def returning(lab):
     """A brick whose cable is out from 1 s to 3 s, and that comes back by itself."""
     room = lab(faults=LinkFaults(unplugged_ms=((1000, 3000),)))
-    room.brick.reconnecting = True
+    room.brick.link.reconnecting = True
     return room
 
 
 def test_a_question_outlives_the_loss_of_the_link(returning):
     returning.simulation.advance(1500)
-    assert returning.brick.battery_mv > 1000
+    assert returning.brick.battery_v > 1
     assert 3.0 <= returning.simulation.time_s < 5.5, "pauses between attempts grow, to two seconds at most"
 
 
@@ -146,7 +149,7 @@ def test_input_ports_are_set_again_if_the_brick_has_forgotten(returning):
     assert not sensor.pressed
     returning.simulation.deliver(SetInputMode(InputPort.IN_1, SensorType.NONE, SensorMode.RAW).encode())
     returning.simulation.advance(1500)
-    assert returning.brick.battery_mv > 1000
+    assert returning.brick.battery_v > 1
     values = returning.brick.request(GetInputValues(InputPort.IN_1))
     assert (values.type, values.mode) == (SensorType.SWITCH, SensorMode.BOOLEAN)
 
@@ -158,14 +161,14 @@ def test_motion_is_not_resumed_and_the_program_is_told(returning):
         returning.brick.sleep(5)
     returning.simulation.advance(2000)
     assert not returning.output("A").actual_speed
-    assert returning.brick.battery_mv > 1000, "the link is there"
+    assert returning.brick.battery_v > 1, "the link is there"
     motor.run(300)
     returning.brick.sleep(1)
     assert returning.output("A").actual_speed
 
 
 def test_a_question_after_driving_is_not_answered_as_if_nothing_had_happened(returning):
-    returning.brick.moves(OutputPort.A)
+    returning.brick.link.mark_driven(OutputPort.A)
     returning.simulation.advance(1500)
     with pytest.raises(LinkLost, match="was not repeated"):
         returning.brick.request(GetOutputState(OutputPort.A))
@@ -181,7 +184,7 @@ def test_a_command_is_not_given_twice(returning):
 
 def test_a_brick_that_stays_away_is_given_up(lab):
     room = lab(faults=LinkFaults(unplugged_ms=((1000, FOR_EVER_MS),)))
-    room.brick.reconnecting = True
+    room.brick.link.reconnecting = True
     room.simulation.advance(1500)
     with pytest.raises(LinkLost, match="did not come back"):
         room.brick.request(KeepAlive())
@@ -197,4 +200,4 @@ def test_by_default_a_loss_is_an_error(lab):
 
 def test_coming_back_is_chosen_when_the_brick_is_opened():
     with open_brick("sim://open", reconnect=True) as brick:
-        assert brick.reconnecting
+        assert brick.link.reconnecting

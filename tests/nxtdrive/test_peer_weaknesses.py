@@ -80,13 +80,13 @@ def test_w1_a_late_reply_does_not_shift_all_that_follow(lab):
 def test_w2_a_silent_brick_ends_every_call_within_its_time(lab, timeout_s):
     room = lab(faults=LinkFaults(silent_ms=((0, FOR_EVER_MS),)), timeout_s=timeout_s)
     calls = [
-        lambda brick: brick.battery_mv,
+        lambda brick: brick.battery_v,
         lambda brick: brick.touch(1).pressed,
         lambda brick: brick.ultrasonic(4).distance_mm,
         lambda brick: brick.motor("A").angle,
         lambda brick: brick.files.ls(),
         lambda brick: brick.info(),
-        lambda brick: brick.program,
+        lambda brick: brick.programs.running,
     ]
     for call in calls:
         before = room.simulation.time_s
@@ -221,6 +221,6 @@ def test_w10_a_dead_link_stops_the_motors(lab):
 
 def test_w11_a_brick_in_use_stays_awake(lab):
     room = lab()
-    room.brick.keep_alive()
+    room.brick.link.keep_alive()
     room.brick.sleep(900)
     assert not room.simulation.brick.powered_off

@@ -39,81 +39,81 @@ def room(lab):
 
 
 def test_a_program_runs_until_it_is_stopped(room):
-    assert room.brick.program is None
-    room.brick.start_program("loop.rxe")
-    assert room.brick.program == "loop.rxe"
-    assert room.brick.stop_program()
-    assert room.brick.program is None
+    assert room.brick.programs.running is None
+    room.brick.programs.start("loop.rxe")
+    assert room.brick.programs.running == "loop.rxe"
+    assert room.brick.programs.stop()
+    assert room.brick.programs.running is None
 
 
 def test_a_start_right_after_an_end_is_not_lost(room):
     """The firmware says OK and does nothing for 750 ms after a program has ended."""
     for _ in range(3):
-        room.brick.start_program("loop.rxe")
-        assert room.brick.program == "loop.rxe"
-        room.brick.stop_program()
+        room.brick.programs.start("loop.rxe")
+        assert room.brick.programs.running == "loop.rxe"
+        room.brick.programs.stop()
 
 
 def test_a_start_that_the_firmware_would_lose_is_an_error(room, monkeypatch):
-    monkeypatch.setattr("nxtdrive.programs.BUSY_S", 0.1)
-    room.brick.start_program("loop.rxe")
-    room.brick.stop_program()
+    monkeypatch.setattr("nxtdrive.onboard.programs.BUSY_S", 0.1)
+    room.brick.programs.start("loop.rxe")
+    room.brick.programs.stop()
     with pytest.raises(BrickBusy, match="busy with itself"):
-        room.brick.start_program("loop.rxe")
+        room.brick.programs.start("loop.rxe")
 
 
 def test_a_very_short_program_counts_as_started(room):
-    room.brick.start_program("end.rxe")
+    room.brick.programs.start("end.rxe")
     room.brick.sleep(0.1)
-    assert room.brick.program is None
+    assert room.brick.programs.running is None
 
 
 def test_a_file_that_is_no_good_program_is_an_error(room):
     with pytest.raises(BrickBusy, match=r"cannot run bad\.rxe"):
-        room.brick.start_program("bad.rxe")
+        room.brick.programs.start("bad.rxe")
 
 
 def test_a_second_program_is_refused(room):
-    room.brick.start_program("loop.rxe")
+    room.brick.programs.start("loop.rxe")
     with pytest.raises(BrickBusy, match=r"loop\.rxe is running"):
-        room.brick.start_program("end.rxe")
+        room.brick.programs.start("end.rxe")
 
 
 @pytest.mark.parametrize("name", ["notes.txt", "hello.rso", "settings.sys", "program", "x.rxe.bak"])
 def test_what_would_wedge_the_brick_is_not_started(direct, name):
     with Brick(direct) as brick, pytest.raises(LocalProtocolError, match="hang"):
-        brick.start_program(name)
+        brick.programs.start(name)
     assert direct.sent == []
 
 
 def test_a_missing_program_is_named_as_such(direct):
     """The firmware would answer "out of range"."""
     with Brick(direct) as brick, pytest.raises(BrickError) as caught:
-        brick.start_program("nothing.rxe")
+        brick.programs.start("nothing.rxe")
     assert caught.value.status is Status.FILE_NOT_FOUND
     assert all(telegram[:2] != StartProgram("x").encode()[:2] for telegram in direct.sent)
 
 
 def test_stopping_twice_sends_one_stop_and_the_next_program_lives(room):
     """A second stop right behind the first would end the next program at its start."""
-    room.brick.start_program("loop.rxe")
-    assert room.brick.stop_program()
-    assert not room.brick.stop_program()
-    room.brick.start_program("loop.rxe")
+    room.brick.programs.start("loop.rxe")
+    assert room.brick.programs.stop()
+    assert not room.brick.programs.stop()
+    room.brick.programs.start("loop.rxe")
     room.brick.sleep(1)
-    assert room.brick.program == "loop.rxe"
+    assert room.brick.programs.running == "loop.rxe"
 
 
 def test_without_a_program_no_stop_is_sent(direct):
     with Brick(direct) as brick:
-        assert not brick.stop_program()
+        assert not brick.programs.stop()
     assert StopProgram().encode() not in direct.sent
 
 
 def test_our_motors_are_at_rest_before_a_program_resets_them(room):
     room.brick.motor("A").run(500)
     room.brick.sleep(0.5)
-    room.brick.start_program("loop.rxe")
+    room.brick.programs.start("loop.rxe")
     room.brick.sleep(2)
     assert not room.output("A").actual_speed, "no lease is renewed under the program"
 
@@ -121,8 +121,8 @@ def test_our_motors_are_at_rest_before_a_program_resets_them(room):
 def test_sensors_are_set_up_again_after_a_program(room):
     sensor = room.brick.touch(1)
     assert not sensor.pressed
-    room.brick.start_program("loop.rxe")
+    room.brick.programs.start("loop.rxe")
     assert room.brick.request(GetInputValues(InputPort.IN_1)).type is SensorType.NONE
-    room.brick.stop_program()
+    room.brick.programs.stop()
     assert not sensor.pressed
     assert room.brick.request(GetInputValues(InputPort.IN_1)).type is SensorType.SWITCH

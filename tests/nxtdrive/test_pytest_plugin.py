@@ -76,11 +76,11 @@ def test_the_brick_is_simulated_unless_a_real_one_is_named(outcomes):
             assert nxt_brick.battery_v > 5
 
         def test_simulated_only(nxt_brick, sim_world):
-            assert nxt_brick.transport.address == sim_world.address
+            assert nxt_brick.link.transport.address == sim_world.address
 
         @pytest.mark.real_brick
         def test_real_only(nxt_brick):
-            assert "@" not in nxt_brick.transport.address
+            assert "@" not in nxt_brick.link.transport.address
         """
     assert outcomes(text)[0] == {"passed": 2, "skipped": 1}
     # any address does; the simulator's own stands for a real brick here

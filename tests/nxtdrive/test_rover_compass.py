@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behaviors.ports import Pose
-from firmware_protocol.errors import BrickError, ConfigError
+from firmware_protocol.errors import BrickError, LocalProtocolError
 from nxtdrive import mission_run
 from nxtdrive.motion.compass_correction import NEEDLE_DEG, VEER_DEG_PER_M, CompassFilter
 from nxtdrive.motion.odometry import Trip
@@ -32,7 +32,7 @@ def slip(**kinds):
 
 
 def equipped(room, compass=2):
-    return Rover(room.brick, compass=compass, safety=UNGUARDED)
+    return Rover(room.brick.link, compass=compass, safety=UNGUARDED)
 
 
 def heading_error(room, rover):
@@ -253,8 +253,8 @@ def test_one_missed_answer_is_no_loss(lab):
 
 
 def test_each_sensor_has_a_port_of_its_own(lab):
-    with pytest.raises(ConfigError, match="bumper and compass are both said to be on port 1"):
-        Rover(lab().brick, compass=1)
+    with pytest.raises(LocalProtocolError, match="bumper and compass are both said to be on port 1"):
+        Rover(lab().brick.link, compass=1)
 
 
 @pytest.mark.parametrize(("port", "wrong_deg"), [(2, 0), (0, 29)])

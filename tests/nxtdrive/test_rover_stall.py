@@ -7,8 +7,8 @@ import pytest
 from behaviors.ports import StopReason
 from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort
-from nxtdrive.motion.brake_predictor import STALL_S, WATCH_S, Standstill
 from nxtdrive.motion.rover import DriveSettings, Rover, SafetyLimits
+from nxtdrive.motion.stall import STALL_S, WATCH_S, StallDetector
 from sim_backend.devices import UltrasonicSensor
 from sim_backend.firmware.bench_motor import BenchMotor
 
@@ -37,7 +37,7 @@ def test_held_wheels_are_a_stall_and_braked(lab, latency_ms, held, asks_pose):
     room = lab(latency_ms=latency_ms)
     for port in held:
         room.attach(port, BenchMotor(locked=True))
-    stop, took_s = drive_on(room, Rover(room.brick), 100, asks_pose=asks_pose)
+    stop, took_s = drive_on(room, Rover(room.brick.link), 100, asks_pose=asks_pose)
     assert stop is StopReason.STALLED
     assert STALL_S < took_s < STALL_S + 2 * WATCH_S + 3 * latency_ms / 1000
     room.simulation.advance(100)
@@ -48,7 +48,7 @@ def test_held_wheels_are_a_stall_and_braked(lab, latency_ms, held, asks_pose):
 def test_wheels_caught_on_the_way_are_a_stall(lab, latency_ms):
     room = lab(latency_ms=latency_ms)
     motor = room.attach("B", BenchMotor())
-    rover = Rover(room.brick)
+    rover = Rover(room.brick.link)
     assert drive_on(room, rover, 100)[0] is None
     motor.locked = True
     stop, took_s = drive_on(room, rover, 100)
@@ -59,7 +59,7 @@ def test_wheels_caught_on_the_way_are_a_stall(lab, latency_ms):
 def test_the_next_call_is_another_try(lab):
     room = lab()
     motor = room.attach("C", BenchMotor(locked=True))
-    rover = Rover(room.brick)
+    rover = Rover(room.brick.link)
     assert drive_on(room, rover, 100)[0] is StopReason.STALLED
     stop, took_s = drive_on(room, rover, 100)
     assert stop is StopReason.STALLED
@@ -92,7 +92,7 @@ def test_the_next_call_is_another_try(lab):
 )
 def test_wheels_that_turn_are_no_stall(lab, latency_ms, battery_mv, legs, asks_pose):
     room = lab(f"battery_mv = {battery_mv}\n", latency_ms=latency_ms)
-    rover = Rover(room.brick, safety=UNGUARDED)
+    rover = Rover(room.brick.link, safety=UNGUARDED)
     for leg in legs:
         assert drive_on(room, rover, *leg, for_s=2.5, asks_pose=asks_pose)[0] is None
 
@@ -100,7 +100,7 @@ def test_wheels_that_turn_are_no_stall(lab, latency_ms, battery_mv, legs, asks_p
 @LINKS
 def test_swaying_is_no_stall(lab, latency_ms):
     room = lab(latency_ms=latency_ms)
-    rover = Rover(room.brick)
+    rover = Rover(room.brick.link)
     for i in range(60):
         assert rover.drive(0, 8 if i % 2 else -8) is None
         rover.pose()
@@ -112,7 +112,7 @@ def test_after_a_stop_for_an_obstacle_the_wheels_get_their_time_again(lab, laten
     room = lab(latency_ms=latency_ms)
     way_cm = [200]
     room.attach(4, UltrasonicSensor(lambda: way_cm[0]))
-    rover = Rover(room.brick)
+    rover = Rover(room.brick.link)
     assert drive_on(room, rover, 100, asks_pose=True)[0] is None
     for distance_cm in (10, 200) * 4:
         way_cm[0] = distance_cm
@@ -126,7 +126,7 @@ def test_after_a_stop_for_an_obstacle_the_wheels_get_their_time_again(lab, laten
 @pytest.mark.parametrize("lease_s", [0.3, 0.6, 10])
 def test_standing_because_nobody_renewed_the_lease_is_no_stall(lab, lease_s):
     room = lab()
-    rover = Rover(room.brick, safety=UNGUARDED, settings=DriveSettings(lease_s=lease_s))
+    rover = Rover(room.brick.link, safety=UNGUARDED, settings=DriveSettings(lease_s=lease_s))
     for pause_s in (0.2, 0.5, 0.9, 3.0, 12.0):
         assert drive_on(room, rover, 50, for_s=0.35)[0] is None
         end = room.brick.now() + pause_s
@@ -141,7 +141,7 @@ def test_standing_because_nobody_renewed_the_lease_is_no_stall(lab, lease_s):
 
 def test_driving_asks_nothing_more_while_the_pose_is_asked_for(lab):
     room = lab()
-    rover = Rover(room.brick, ultrasonic=None, touch=None)
+    rover = Rover(room.brick.link, ultrasonic=None, touch=None)
     for _ in range(20):
         rover.pose()
         begun = room.brick.now()
@@ -151,7 +151,7 @@ def test_driving_asks_nothing_more_while_the_pose_is_asked_for(lab):
 
 
 def test_standing_counts_from_when_the_wheel_was_told_or_last_turned():
-    wheel, times = Standstill(0.7), count(0, 100)
+    wheel, times = StallDetector(0.7), count(0, 100)
     wheel.begin(0.0)
     assert not any((wheel.note(next(times) / 1000, 5), wheel.stalled)[1] for _ in range(8))
     wheel.note(0.8, 6)

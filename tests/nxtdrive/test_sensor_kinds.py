@@ -74,7 +74,7 @@ def test_both_thermometers_say_the_temperature(lab, latency_ms, celsius):
     room.attach(1, TemperatureSensor(lambda: celsius))
     room.attach(2, RcxTemperatureSensor(lambda: celsius))
     assert room.brick.temperature(1).celsius == pytest.approx(celsius, abs=0.07)
-    assert RcxTemperature(room.brick, 2).celsius == pytest.approx(celsius, abs=0.8)
+    assert RcxTemperature(room.brick.link, 2).celsius == pytest.approx(celsius, abs=0.8)
 
 
 @pytest.mark.parametrize("heading_deg", [0, 1, 179, 180, 359])
@@ -191,7 +191,7 @@ def test_digital_sensors_say_who_they_are(lab):
     room.attach(2, Compass(lambda: 10))
     room.attach(3, TemperatureSensor(lambda: 10))
     room.attach(4, None)
-    found = [identify(room.brick, port) for port in (1, 2, 3, 4)]
+    found = [identify(room.brick.link, port) for port in (1, 2, 3, 4)]
     assert found[0] == Identity("V1.0", "LEGO", "Sonar", "ultrasonic")
     assert found[1].kind == "compass"
     assert found[2].kind == "temperature"
@@ -202,7 +202,7 @@ def test_an_unknown_digital_sensor_is_named_and_read_by_registers(lab):
     room = lab()
     device = room.attach(2, GenericI2CDevice(address=0x02))
     device.registers[:24] = b"V2.1\0\0\0\0Acme\0\0\0\0Gyro\xff\xff\xff\xff"
-    found = identify(room.brick, 2)
+    found = identify(room.brick.link, 2)
     assert (found.vendor, found.kind) == ("Acme", "i2c")
     sensor = room.brick.i2c(2)
     sensor.write(0x60, 5)
@@ -218,11 +218,11 @@ def test_an_address_that_cannot_be_is_refused(lab, address):
 def test_every_kind_can_be_made_by_name(lab):
     brick = lab().brick
     for kind in KINDS:
-        sensor = make_sensor(kind, brick, 1)
+        sensor = make_sensor(kind, brick.link, 1)
         assert sensor.quantity
-        assert sensor.brick is brick
+        assert sensor.link is brick.link
     with pytest.raises(ConfigError, match="ultrasonic"):
-        make_sensor("smell", brick, 1)
+        make_sensor("smell", brick.link, 1)
 
 
 @pytest.mark.parametrize(

@@ -68,18 +68,18 @@ def test_bytes_that_nobody_fetched_are_not_the_next_answer(lab):
     room = lab()
     device = room.attach(4, GenericI2CDevice())
     device.write(bytes((0x10, 11, 22, 33)))
-    sensor = I2CSensor(room.brick, 4)
+    sensor = I2CSensor(room.brick.link, 4)
     assert sensor.read(0x10, 3) == bytes((11, 22, 33))
     room.brick.request(LSWrite.transaction(InputPort.IN_4, bytes((0x02, 0x10)), 2))
     room.brick.sleep(0.1)
-    fresh = I2CSensor(room.brick, 4)
+    fresh = I2CSensor(room.brick.link, 4)
     assert fresh.read(0x12, 1) == bytes((33,))
 
 
 def test_registers_can_be_written(lab):
     room = lab()
     room.attach(4, GenericI2CDevice())
-    sensor = I2CSensor(room.brick, 4)
+    sensor = I2CSensor(room.brick.link, 4)
     sensor.write(0x20, 1, 2, 3)
     assert sensor.read(0x20, 3) == bytes((1, 2, 3))
 
@@ -87,7 +87,7 @@ def test_registers_can_be_written(lab):
 def test_a_sensor_that_is_not_there_is_a_bus_error_and_may_come_back(lab):
     room = lab()
     room.attach(4, None)
-    sensor = I2CSensor(room.brick, 4)
+    sensor = I2CSensor(room.brick.link, 4)
     with pytest.raises(BrickError) as caught:
         sensor.read(0x10, 1)
     assert caught.value.status is Status.BUS_ERROR

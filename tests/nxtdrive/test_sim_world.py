@@ -125,12 +125,12 @@ def test_a_program_that_opens_its_brick_itself_finds_this_one(sim_world):
 
 
 def test_a_lost_link_is_followed_by_another_to_the_same_brick(sim_world, sim_brick):
-    sim_brick.transport.close()
+    sim_brick.link.transport.close()
     with pytest.raises(LinkLost):
         sim_brick.request(GetBatteryLevel())
-    sim_brick.reconnect()
-    assert sim_brick.battery_mv > 7000
-    assert sim_world.left_open == [sim_brick.transport]
+    sim_brick.link.reconnect()
+    assert sim_brick.battery_v > 7
+    assert sim_world.left_open == [sim_brick.link.transport]
 
 
 MISSION = """

@@ -62,14 +62,14 @@ def test_a_sensor_is_asked_once_more_however_slow_the_link(latency_ms):
 @SLOW
 def test_a_crate_right_ahead_keeps_the_robot_from_starting(lab, latency_ms):
     room = lab(BOX.format(x_mm=1330), latency_ms=latency_ms)
-    assert Rover(room.brick).straight(500).stop == "obstacle"
+    assert Rover(room.brick.link).straight(500).stop == "obstacle"
     assert room.simulation.truth.pose.x_mm == pytest.approx(1000, abs=1)
 
 
 @SLOW
 def test_a_crate_on_the_way_ends_the_drive_by_sonar(lab, latency_ms):
     room = lab(BOX.format(x_mm=3000), latency_ms=latency_ms)
-    assert Rover(room.brick).straight(2500).stop == "obstacle"
+    assert Rover(room.brick.link).straight(2500).stop == "obstacle"
 
 
 @SLOW
@@ -172,6 +172,6 @@ def test_radio_links_are_given_more_time_unless_somebody_says_how_much(max_teleg
     transport = SimTransport(Simulation("open"))
     transport.max_telegram = max_telegram
     with Brick(transport) as brick:
-        assert brick.timeout_s == limit_s
+        assert brick.link.timeout_s == limit_s
     with Brick(SimTransport(Simulation("open")), timeout_s=0.3) as brick:
-        assert brick.timeout_s == 0.3
+        assert brick.link.timeout_s == 0.3

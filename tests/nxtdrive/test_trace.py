@@ -78,7 +78,7 @@ def record(tmp_path):
 def test_a_recording_stands_in_for_the_brick(record):
     def talk(brick):
         brick.sleep(0.5)
-        return brick.battery_mv, brick.request(GetOutputState(OutputPort.B)).fields(), brick.now()
+        return brick.battery_v, brick.request(GetOutputState(OutputPort.B)).fields(), brick.now()
 
     path, answers = record(talk)
     with Brick(ReplayTransport(read_trace(path), "replay://")) as brick:
@@ -90,7 +90,7 @@ def test_recorded_motions_replay_exactly(record, latency_ms):
     def talk(brick):
         motor, rover = brick.motor("A"), brick.rover(safety=SafetyLimits(enabled=False))
         arm = motor.run_angle(500, 200, wait=False)
-        asked = [brick.battery_mv for _ in range(5)]
+        asked = [brick.battery_v for _ in range(5)]
         motions = [arm.join(), rover.straight(120), rover.turn(-50), motor.run_target(700, -30)]
         return [*asked, *motions, motor.angle, rover.pose(), brick.now()]
 
@@ -101,14 +101,14 @@ def test_recorded_motions_replay_exactly(record, latency_ms):
 
 def test_what_went_wrong_goes_wrong_again(record):
     def talk(brick):
-        brick.reconnecting = True
+        brick.link.reconnecting = True
         outcomes = []
         for _ in range(12):
             try:
-                outcomes.append(brick.battery_mv)
+                outcomes.append(brick.battery_v)
             except (LinkTimeout, LinkLost) as error:
                 outcomes.append(type(error).__name__)
-            brick.transport.sleep(0.2)
+            brick.link.transport.sleep(0.2)
         return outcomes
 
     faults = LinkFaults(drop_replies=[2], delay_replies_ms={4: 150}, unplugged_ms=((1000, 1500),))
@@ -120,31 +120,31 @@ def test_what_went_wrong_goes_wrong_again(record):
 
 
 def test_another_request_than_recorded_names_both(record):
-    path, _ = record(lambda brick: (brick.battery_mv, brick.request(GetOutputState(OutputPort.A))))
+    path, _ = record(lambda brick: (brick.battery_v, brick.request(GetOutputState(OutputPort.A))))
     with Brick(ReplayTransport(read_trace(path), "replay://")) as brick:
-        assert brick.battery_mv
+        assert brick.battery_v
         with pytest.raises(LinkError, match=r"request 2 .* GetOutputState port=B .* recorded is GetOutputState port=A"):
             brick.request(GetOutputState(OutputPort.B))
 
 
 def test_behind_its_end_a_recording_answers_nothing(record):
-    path, _ = record(lambda brick: brick.battery_mv)
+    path, _ = record(lambda brick: brick.battery_v)
     with Brick(ReplayTransport(read_trace(path), "replay://")) as brick:
-        assert brick.battery_mv
+        assert brick.battery_v
         with pytest.raises(LinkError, match="ends here"):
             brick.request(GetBatteryLevel())
 
 
 def test_keep_alives_without_an_answer_may_come_and_go(record):
-    path, _ = record(lambda brick: (brick.send(KeepAlive()), brick.battery_mv))
+    path, _ = record(lambda brick: (brick.link.send(KeepAlive()), brick.battery_v))
     with Brick(ReplayTransport(read_trace(path), "replay://")) as brick:
-        assert brick.battery_mv
-        brick.send(KeepAlive())
+        assert brick.battery_v
+        brick.link.send(KeepAlive())
     assert [exchange.request for exchange in read_trace(path).exchanges()] == [BATTERY]
 
 
 def test_a_recorded_transport_is_found_again(record):
-    path, inner = record(lambda brick: recorded(brick.transport))
+    path, inner = record(lambda brick: recorded(brick.link.transport))
     assert isinstance(inner, SimTransport)
     assert recorded(inner) is inner
     assert read_trace(path).address == "sim://"

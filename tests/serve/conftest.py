@@ -18,7 +18,8 @@ from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.ports import Eyes
 from nxtdrive import mission_run
-from nxtdrive.line_server import LineServer, PreemptibleBrick, sessions
+from nxtdrive.brick import Brick
+from nxtdrive.line_server import LineServer, sessions
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
@@ -91,7 +92,7 @@ class Served:
 
 @contextlib.contextmanager
 def serving(
-    brick: PreemptibleBrick,
+    brick: Brick,
     simulation: Simulation,
     mission: Mission,
     eyes: Eyes,
@@ -135,7 +136,7 @@ def serve(mission_for: Callable[..., Mission]) -> Iterator[Callable[..., Served]
         ) -> Served:
             simulation = Simulation(world, seed=1)
             mission = mission_for(*(targets or ("lena", "rilakkuma")), **thesis)
-            brick = stack.enter_context(PreemptibleBrick(SimTransport(simulation, faults=faults)))
+            brick = stack.enter_context(Brick(SimTransport(simulation, faults=faults)))
             eyes: Eyes = mission_run.geometric_eyes(brick)
             if camera:
                 eyes = mission_run.camera_eyes(mission_run.open_mission_camera("sim", brick), mission)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from behaviors.line_protocol import ErrorReply, Status, Why
 from behaviors.ports import Glance
-from nxtdrive.line_server import PreemptibleBrick
+from nxtdrive.brick import Brick
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.base import WallClock
 from nxtdrive.transports.sim import SimTransport
@@ -227,7 +227,7 @@ def test_stop_breaks_off_a_motion_over_a_real_link(serving, mission_for):
     thread = threading.Thread(target=world.run, args=(clock_end.is_set, lambda _: None))
     thread.start()
     try:
-        with PreemptibleBrick(open_transport(door.address)) as brick:
+        with Brick(open_transport(door.address)) as brick:
             mission = mission_for("lena", advance_mm=LONG_MM)
             with serving(brick, simulation, mission, Blind()) as served:
                 client = served.client()
@@ -352,8 +352,8 @@ def test_in_real_time_the_world_goes_on_and_the_brick_stays_awake(serving, missi
     simulation = Simulation("open", seed=1)
     passed = threading.Event()
     simulation.at(30 * 60 * 1000, passed.set)
-    with PreemptibleBrick(SimTransport(simulation)) as brick:
-        brick.keep_alive()
+    with Brick(SimTransport(simulation)) as brick:
+        brick.link.keep_alive()
         mission = mission_for("lena")
         with serving(brick, simulation, mission, Blind(), passing=lambda _: brick.sleep(60.0)) as served:
             client = served.client()

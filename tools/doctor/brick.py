@@ -40,8 +40,8 @@ def examine(brick: Brick) -> Iterator[Finding]:
     """What can be asked without moving anything."""
     brick.sleep(FIRST_SAMPLE_S)
     info = brick.info()
-    yield ok("brick", f"{info.name}, {brick.transport.address}")
-    latency_ms = brick.latency_s * 1000
+    yield ok("brick", f"{info.name}, {brick.link.transport.address}")
+    latency_ms = brick.link.latency_s * 1000
     if latency_ms > SLOW_LINK_MS:
         yield warning("link", f"answers take {latency_ms:.0f} ms.", "Bring the brick nearer, or use USB.")
     else:
@@ -131,7 +131,7 @@ def _touch(brick: Brick, port: SensorPort) -> Finding:
 def _digital(brick: Brick, port: SensorPort, *, needed: bool) -> Finding:
     topic = f"sensor {port}"
     try:
-        identity = identify(brick, port)
+        identity = identify(brick.link, port)
     except NXTError as error:
         return problem(topic, error.args[0], error.remedy or "Plug the sensor in again.")
     kind = identity.kind if identity else ""

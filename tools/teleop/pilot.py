@@ -101,7 +101,7 @@ class Pilot:
             range_mm=self._range_mm,
             touching=self._touching,
             battery_mv=self._battery_mv,
-            latency_ms=self._brick.latency_s * 1000,
+            latency_ms=self._brick.link.latency_s * 1000,
             eyes=eyes,
         )
         self._brick.sleep(begun + STEP_S - self._brick.now())

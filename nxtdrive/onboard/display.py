@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.iomap import DISPLAY, DISPLAY_HEIGHT, DISPLAY_WIDTH, DisplayFlag
 from firmware_protocol.system import IOMapRead
-
-if TYPE_CHECKING:
-    from nxtdrive.brick import Brick
+from nxtdrive.link.protocol import RequestLink
 
 Picture = NDArray[np.bool_]
 
@@ -25,11 +21,11 @@ class Display:
     """The display of a brick.
 
     Attributes:
-        brick: Whose display it is.
+        link: The way to the brick.
     """
 
-    def __init__(self, brick: Brick) -> None:
-        self.brick = brick
+    def __init__(self, link: RequestLink) -> None:
+        self.link = link
 
     def image(self) -> Picture:
         """What is shown now: (64, 100), row 0 on top, true where a pixel is black.
@@ -42,16 +38,16 @@ class Display:
             BrickError: The brick refused.
         """
         flags = DISPLAY.field("Flags")
-        popup = flags.decode(self.brick.request(flags.read()).data) & DisplayFlag.POPUP
+        popup = flags.decode(self.link.request(flags.read()).data) & DisplayFlag.POPUP
         start = DISPLAY.field("Popup" if popup else "Normal").offset
         lines = np.frombuffer(self._read(start, LINES * DISPLAY_WIDTH), np.uint8).reshape(LINES, 1, DISPLAY_WIDTH)
         bits = np.arange(8, dtype=np.uint8).reshape(1, 8, 1)
         return (lines >> bits & 1).astype(bool).reshape(DISPLAY_HEIGHT, DISPLAY_WIDTH)
 
     def _read(self, start: int, size: int) -> bytes:
-        portion = self.brick.max_telegram - READ_HEADER
+        portion = self.link.max_telegram - READ_HEADER
         offsets = range(start, start + size, portion)
         return b"".join(self._portion(offset, min(portion, start + size - offset)) for offset in offsets)
 
     def _portion(self, offset: int, size: int) -> bytes:
-        return self.brick.request(IOMapRead(DISPLAY.module_id, offset, size)).data[:size]
+        return self.link.request(IOMapRead(DISPLAY.module_id, offset, size)).data[:size]

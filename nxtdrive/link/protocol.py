@@ -1,0 +1,100 @@
+"""What sensors, files, programs and motors need of a link; `nxtdrive.link.link.Link` is one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from firmware_protocol.telegram import Command, Reply
+
+if TYPE_CHECKING:
+    from firmware_protocol.direct import SetInputMode
+    from firmware_protocol.enums import OutputPort
+    from nxtdrive.link.scheduler import Motion, Steps
+    from nxtdrive.link.threads import Lock
+
+R = TypeVar("R", bound=Reply)
+T = TypeVar("T")
+
+
+class RequestLink(Protocol):
+    """Requests, commands and the link's clock.
+
+    Attributes:
+        max_telegram: Longest telegram the brick takes on this link, bytes.
+    """
+
+    max_telegram: int
+
+    def request(self, command: Command[R], timeout_s: float | None = None) -> R:
+        """Send a command and return its reply."""
+        ...
+
+    def send(self, command: Command[Any]) -> None:
+        """Send a command without asking for a reply."""
+        ...
+
+    def now(self) -> float:
+        """Seconds since an arbitrary start; never goes back."""
+        ...
+
+    def sleep(self, duration_s: float) -> None:
+        """Let time pass on the link's clock."""
+        ...
+
+    @property
+    def latency_s(self) -> float:
+        """How long a reply takes."""
+        ...
+
+
+class SensorLink(RequestLink, Protocol):
+    """And modes of input ports that outlast a loss of the link."""
+
+    def restore_mode(self, mode: SetInputMode) -> None:
+        """Set an input port to this mode again after a reconnection, should it have lost it."""
+        ...
+
+    def forget_modes(self) -> None:
+        """Set no input port again: a program on the brick uses them from now on."""
+        ...
+
+
+class MotorLink(RequestLink, Protocol):
+    """And leases, brakes at an exact time, and motions in steps."""
+
+    def mark_driven(self, port: OutputPort) -> None:
+        """Remember that a motor is under power."""
+        ...
+
+    def repeat(self, name: str, command: Command[Any], interval_s: float, until_s: float = ...) -> None:
+        """Send `command` every `interval_s` until `until_s`."""
+        ...
+
+    def send_at(self, name: str, command: Command[Any], time_s: float) -> None:
+        """Send `command` once, at that time on the link's clock."""
+        ...
+
+    def cancel_timer(self, name: str) -> None:
+        """End what `repeat` or `send_at` began under `name`."""
+        ...
+
+    def start_motion(self, ports: Iterable[OutputPort], steps: Steps[T]) -> Motion[T]:
+        """Begin a motion; others of its motors are cancelled."""
+        ...
+
+    def claim(self, ports: Iterable[OutputPort]) -> None:
+        """Cancel the motions in which these motors take part."""
+        ...
+
+
+class RoverLink(MotorLink, SensorLink, Protocol):
+    """Motors and sensors together, and a brick that stays awake."""
+
+    def lock(self) -> Lock:
+        """A lock that may be held during a request; not reentrant."""
+        ...
+
+    def keep_alive(self) -> None:
+        """Keep the brick from switching itself off."""
+        ...

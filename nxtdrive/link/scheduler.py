@@ -1,0 +1,257 @@
+"""Motions under way: several at once, waited for or not, each advanced a step at a time.
+
+A motion is a generator. It asks and tells the brick what it must, and yields when, on the link's clock, it wants to go
+on. The link runs the steps: in its thread, or in the simulator whenever the program lets time pass.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+from collections.abc import Generator, Iterable
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+
+from firmware_protocol.enums import OutputPort
+from firmware_protocol.errors import LinkLost, LocalProtocolError
+
+if TYPE_CHECKING:
+    from nxtdrive.link.threads import Lock
+    from nxtdrive.transports.base import Transport
+
+R = TypeVar("R")
+Steps = Generator[float, None, R]
+"""A motion: yields times on the link's clock at which to go on, and returns its outcome."""
+
+RESOLUTION_S = 0.0005
+"""What is due within this time is due now: half a step of the simulator's clock; sums of fractions are not exact."""
+
+log = logging.getLogger(__name__)
+
+
+class Cancelled(Exception):
+    """Thrown into a motion that shall end now; the motion brakes its motors and returns its outcome.
+
+    Attributes:
+        replaced: Whether another command for one of its motors follows.
+    """
+
+    def __init__(self, *, replaced: bool = False) -> None:
+        super().__init__()
+        self.replaced = replaced
+
+
+class Motion(Generic[R]):
+    """A motion under way, or what has become of it.
+
+    Attributes:
+        ports: Motors that take part.
+        transport: The link it began on.
+        due: When it goes on, on the link's clock; infinity when it is over.
+        ended: Set when it is over.
+    """
+
+    def __init__(
+        self, scheduler: MotionScheduler, ports: frozenset[OutputPort], steps: Steps[R], transport: Transport
+    ) -> None:
+        self.ports = ports
+        self.transport = transport
+        self.due = math.inf
+        self.ended = threading.Event()
+        self._scheduler = scheduler
+        self._steps = steps
+        self._outcome: R | None = None
+        self._error: BaseException | None = None
+
+    @property
+    def done(self) -> bool:
+        """Whether it is over, in whatever way."""
+        return self.ended.is_set()
+
+    def join(self) -> R:
+        """Wait until it is over; an exception while waiting, such as Ctrl-C, cancels it.
+
+        Returns:
+            Its outcome.
+
+        Raises:
+            NXTError: What ended it, if that was an error; the motors were told to brake if they could be reached.
+        """
+        try:
+            while not self.done:
+                self._scheduler.wait(self)
+        except BaseException:
+            self.cancel()
+            raise
+        if self._error is not None:
+            if isinstance(self._error, LinkLost):
+                self._scheduler.acknowledge()
+            raise self._error
+        return self._outcome  # type: ignore[return-value]  # without an error there is an outcome
+
+    def cancel(self) -> None:
+        """End it now, motors braked; nothing happens if it is over already."""
+        self._scheduler.end(self, Cancelled())
+
+    def advance(self, reason: BaseException | None = None) -> None:
+        """Run the next step, or end the motion for `reason`; the scheduler does this.
+
+        Raises:
+            BaseException: An interrupt from outside met the step; the motion is over.
+        """
+        try:
+            self.due = next(self._steps) if reason is None else self._steps.throw(reason)
+        except StopIteration as end:
+            self._end(end.value, None)
+        except Exception as error:  # noqa: BLE001 - whatever it is, `join` raises it
+            self._end(None, error)
+        except BaseException as error:
+            self._end(None, error)
+            raise
+
+    def _end(self, outcome: R | None, error: BaseException | None) -> None:
+        if error is not None:
+            log.info("a motion of %s ended: %s", ", ".join(port.name for port in self.ports), error)
+        self._outcome, self._error, self.due = outcome, error, math.inf
+        self.ended.set()
+
+
+class SchedulingLink(Protocol):
+    """What the scheduler needs of its link.
+
+    Attributes:
+        transport: The way to the brick; another one after a reconnection.
+    """
+
+    transport: Transport
+
+    @property
+    def lost(self) -> bool:
+        """Whether the link is known to be lost."""
+        ...
+
+    def now(self) -> float:
+        """The link's clock."""
+        ...
+
+    def schedule(self, due: float) -> None:
+        """Run the next step at that time."""
+        ...
+
+    def announce(self) -> None:
+        """Look at what is due."""
+        ...
+
+    def wait_for(self, motion: Motion[Any]) -> None:
+        """Let time pass until a motion may have gone on."""
+        ...
+
+    def acknowledge(self) -> None:
+        """Take in that the program knows of a loss."""
+        ...
+
+
+class MotionScheduler:
+    """The motions of a link; no motor takes part in two.
+
+    Args:
+        link: Its clock counts, and with it a motion ends.
+        lock: A reentrant lock; held while steps run.
+    """
+
+    def __init__(self, link: SchedulingLink, lock: Lock) -> None:
+        self._link = link
+        self._lock = lock
+        self._motions: list[Motion[Any]] = []
+        self._current: Motion[Any] | None = None
+        self._stepper = 0
+
+    @property
+    def stepping(self) -> bool:
+        """Whether the calling thread is running steps that are due, for which the program does not wait."""
+        return self._stepper == threading.get_ident()
+
+    def start(self, ports: Iterable[OutputPort], steps: Steps[R]) -> Motion[R]:
+        """Begin a motion: run its first step now, the others at their time. Other motions of its motors are cancelled.
+
+        Raises:
+            NXTError: What ended it in its first step.
+        """
+        motion = Motion(self, frozenset(ports), steps, self._link.transport)
+        with self._lock:
+            self.claim(motion.ports)
+            self._motions.append(motion)
+            self._advance(motion)
+        self._link.announce()
+        if motion.done:
+            motion.join()
+        return motion
+
+    def claim(self, ports: Iterable[OutputPort]) -> None:
+        """Cancel the motions these motors take part in: they get other commands from now on."""
+        if not self._motions:
+            return
+        wanted = set(ports)
+        with self._lock:
+            for motion in [motion for motion in self._motions if wanted & motion.ports]:
+                self.end(motion, Cancelled(replaced=True))
+
+    def run_due(self) -> None:
+        """Run one step of each motion that is due, the longest due first."""
+        if not self._motions:
+            return
+        with self._lock:
+            if self._current is not None:
+                return  # a step makes a request, and time passes meanwhile; the others are run afterwards
+            self._stepper = threading.get_ident()
+            try:
+                self._run_until(self._link.now() + RESOLUTION_S)
+            finally:
+                self._stepper = 0
+
+    def end(self, motion: Motion[Any], reason: Cancelled) -> None:
+        """Cancel a motion.
+
+        Raises:
+            LocalProtocolError: A step of this motion calls this.
+        """
+        with self._lock:
+            if motion.done:
+                return
+            if motion is self._current:
+                raise LocalProtocolError("a motion cannot be cancelled by a guard of its own.")
+            self._advance(motion, reason)
+
+    def end_all(self) -> None:
+        """Cancel every motion."""
+        with self._lock:
+            for motion in [motion for motion in self._motions if motion is not self._current]:
+                self.end(motion, Cancelled())
+
+    def wait(self, motion: Motion[Any]) -> None:
+        """Let time pass until a motion may have gone on."""
+        self._link.wait_for(motion)
+
+    def acknowledge(self) -> None:
+        """Take in that the program knows that a motion ended with its link."""
+        self._link.acknowledge()
+
+    def _run_until(self, now: float) -> None:
+        for motion in sorted((motion for motion in self._motions if motion.due <= now), key=lambda motion: motion.due):
+            if not motion.done:
+                alive = motion.transport is self._link.transport and not self._link.lost
+                self._advance(motion, None if alive else _lost())
+
+    def _advance(self, motion: Motion[Any], reason: BaseException | None = None) -> None:
+        outer, self._current = self._current, motion
+        try:
+            motion.advance(reason)
+        finally:
+            self._current = outer
+            if motion.done:
+                self._motions.remove(motion)
+            self._link.schedule(min((motion.due for motion in self._motions), default=math.inf))
+
+
+def _lost() -> LinkLost:
+    return LinkLost("the link was lost during the motion.", remedy="The motors have stopped; start them again.")

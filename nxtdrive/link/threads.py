@@ -1,0 +1,45 @@
+"""Everything by which the link waits for another thread, in one place, so that tests can put virtual time there."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from typing import Protocol
+
+
+class Lock(AbstractContextManager[object], Protocol):
+    """A lock, reentrant or not."""
+
+    def acquire(self, blocking: bool = ...) -> bool:
+        """Take it; without `blocking` only if it is free. Returns whether it was taken."""
+        ...
+
+    def release(self) -> None:
+        """Give it back."""
+        ...
+
+
+class Threads:
+    """Threads of the operating system, on the wall clock."""
+
+    def start(self, target: Callable[[], None], name: str) -> threading.Thread:
+        """Start a daemon thread."""
+        thread = threading.Thread(target=target, name=name, daemon=True)
+        thread.start()
+        return thread
+
+    def join(self, thread: threading.Thread, timeout_s: float) -> None:
+        """Wait until a thread has ended, at most `timeout_s`."""
+        thread.join(timeout_s)
+
+    def wait(self, event: threading.Event, timeout_s: float | None = None) -> bool:
+        """Wait for an event, at most `timeout_s`, without it for ever; returns whether the event is set."""
+        return event.wait(timeout_s)
+
+    def lock(self, *, reentrant: bool = False) -> Lock:
+        """A lock that may be held during a request."""
+        return threading.RLock() if reentrant else threading.Lock()
+
+
+THREADS = Threads()

@@ -1,0 +1,100 @@
+"""The lease of a motor: it turns at its speed for a short while, and on only if the lease is renewed."""
+
+from __future__ import annotations
+
+import math
+
+from firmware_protocol.enums import OutputPort
+from nxtdrive.link.protocol import MotorLink
+from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, driven
+
+LEASE_S = 0.6
+"""A motor that is not stopped goes on for about this time after the program or the link has died."""
+LEASE_RANGE_S = (0.3, 10.0)
+"""A shorter lease would run out between two renewals over a slow link; a look at wheels and a sensor takes 0.1 s."""
+RENEWALS = 3
+"""How often a lease is renewed before it would end."""
+LEASE_DEG = 20.0
+"""Shortest lease: a slow motor's few degrees must not run out between two renewals."""
+
+
+class Lease:
+    """One motor's lease. A call that changes nothing sends nothing before half the lease is over.
+
+    A new lease of a motor ends the renewals of the one before.
+
+    Args:
+        link: The way to the motor.
+        port: Where it is plugged in.
+        lease_s: How long the motor goes on when nothing is sent any more.
+        trips: Round trips that the program may take from one call of `drive` to the next. On a link on which they last
+            longer than the lease, it is renewed meanwhile.
+
+    Attributes:
+        power: What the motor was told last, percent.
+    """
+
+    def __init__(self, link: MotorLink, port: OutputPort, lease_s: float = LEASE_S, *, trips: int = 0) -> None:
+        self.power = 0
+        self._link = link
+        self._port = port
+        self._lease_s = lease_s
+        self._trips = trips
+        self._begun_s = self._end_s = -math.inf
+
+    def drive(
+        self,
+        speed_deg_s: float,
+        *,
+        left_deg: float = math.inf,
+        regulated: bool = True,
+        renewed: bool = False,
+        confirmed: bool = False,
+    ) -> bool:
+        """Let the motor turn for one more lease, but no farther than `left_deg`.
+
+        Args:
+            speed_deg_s: Forward is positive; beyond the motor's full speed it is cut off.
+            left_deg: Longest way.
+            regulated: Whether the firmware keeps the speed; else it keeps the power.
+            renewed: Whether the lease is renewed from now on until the next call.
+            confirmed: Whether to wait for the brick's answer.
+
+        Returns:
+            Whether it should have been turning in this direction since the call before.
+        """
+        link, now = self._link, self._link.now()
+        power = max(-100, min(100, round(speed_deg_s / FULL_SPEED_DEG_S * 100)))
+        turning = power * self.power > 0 and now <= self._end_s
+        if power == self.power and now < self._begun_s + self._lease_s / 2 and not renewed:
+            return turning
+        limit_deg = min(max(LEASE_DEG, abs(power) / 100 * FULL_SPEED_DEG_S * self._lease_s), left_deg)
+        command = driven(self._port, power, round(limit_deg), regulated=regulated)
+        link.mark_driven(self._port)
+        link.cancel_timer(self._port.name)
+        if confirmed:
+            link.request(command)
+        else:
+            link.send(command)
+        held_s = self._lease_s
+        if renewed or (self._trips and power):
+            held_s = math.inf if renewed else max(held_s, self._trips * link.latency_s)
+            if held_s > self._lease_s:
+                link.repeat(self._port.name, command, self._lease_s / RENEWALS, now + held_s)
+        self.power, self._begun_s, self._end_s = power, now, now + held_s
+        return turning
+
+    def brake_at(self, time_s: float) -> None:
+        """Stop the motor at that time on the link's clock, even amid a request."""
+        self.forget()
+        self._link.send_at(self._port.name, braked(self._port), time_s)
+
+    def brake(self) -> None:
+        """Stop the motor now."""
+        self.forget()
+        self._link.cancel_timer(self._port.name)
+        self._link.send(braked(self._port))
+
+    def forget(self) -> None:
+        """Take in that the motor does something else now."""
+        self.power, self._begun_s, self._end_s = 0, -math.inf, -math.inf

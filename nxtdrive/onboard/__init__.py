@@ -1,0 +1,1 @@
+"""What the brick itself has: files, programs, a display, a loudspeaker."""

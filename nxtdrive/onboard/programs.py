@@ -1,0 +1,143 @@
+"""Starting and stopping programs on the brick, and making sure of it.
+
+The firmware says OK to a start whether or not anything starts (docs/firmware.md section 1, facts 1 to 4 and 16); here a
+start is prepared, confirmed, and refused where the brick would hang.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from firmware_protocol.direct import GetCurrentProgramName, MessageRead, MessageWrite, StartProgram, StopProgram
+from firmware_protocol.errors import BrickBusy, BrickError, LocalProtocolError
+from firmware_protocol.iomap import COMMAND, UI, ProgramStatus, UiFlag
+from firmware_protocol.status import Status
+from nxtdrive.link.protocol import SensorLink
+from nxtdrive.onboard.files import Files
+from nxtdrive.ports import in_range
+
+MAILBOXES = 10
+"""Mailboxes each way, outgoing ones behind incoming ones. Source: docs/firmware.md section 4, 0x13."""
+PROGRAMS = (".rxe", ".rtm", ".rpg")
+"""What can be started; files of other kinds make the brick hang, and sounds are played. Source: section 1, fact 2."""
+BUSY_S = 4.0
+"""The brick takes no program for 750 ms after one has ended, and for 3.7 s after it was switched on (fact 1)."""
+START_S = 0.5
+"""A program runs 8 ms after it was started (fact 1)."""
+STOP_S = 0.5
+"""A program is gone 2 ms after it was stopped. Source: section 4, 0x01."""
+STEP_S = 0.01
+"""Between two looks."""
+
+
+class Programs:
+    """The programs on a brick, and messages to and from the one that runs.
+
+    Args:
+        link: The way to the brick.
+        files: Where they are.
+        stop_motors: Called before a program starts, as that resets all ports.
+    """
+
+    def __init__(self, link: SensorLink, files: Files, stop_motors: Callable[[], None]) -> None:
+        self._link = link
+        self._files = files
+        self._stop_motors = stop_motors
+
+    @property
+    def running(self) -> str | None:
+        """Name of the program that runs, as it was given to the start; None if none runs."""
+        try:
+            return self._link.request(GetCurrentProgramName()).name
+        except BrickError as error:
+            if error.status is Status.NO_ACTIVE_PROGRAM:
+                return None
+            raise
+
+    def start(self, name: str) -> None:
+        """Start a program and return when it runs, or has run; motors are stopped before, as it resets all ports.
+
+        Raises:
+            LocalProtocolError: This is no program; nothing was sent.
+            BrickError: FILE_NOT_FOUND: it is not on the brick.
+            BrickBusy: Another program runs, or the brick shows a dialog, or it cannot run this file.
+        """
+        if not name.lower().endswith(PROGRAMS):
+            raise LocalProtocolError(
+                f"{name!r} is no program, and the brick would hang.",
+                remedy=f"Programs end in {', '.join(PROGRAMS)}; `brick.speaker.play` plays sounds.",
+            )
+        if not self._files.exists(name):
+            raise BrickError(Status.FILE_NOT_FOUND, "StartProgram")
+        if other := self.running:
+            raise BrickBusy(f"{other} is running.", remedy="Stop it first.")
+        self._stop_motors()
+        self._wait_until_free()
+        self._link.request(StartProgram(name))
+        self._link.forget_modes()
+        self._confirm_start(name)
+
+    def stop(self) -> bool:
+        """Stop the program and return when it is gone.
+
+        A second stop right behind the first would end the next program at its start (fact 3). So nothing is sent when
+        no program runs, and this returns only when the brick has none.
+
+        Returns:
+            Whether one ran.
+
+        Raises:
+            BrickBusy: It does not stop.
+        """
+        if self.running is None:
+            return False
+        link = self._link
+        try:
+            link.request(StopProgram())
+        except BrickError as error:
+            if error.status is not Status.NO_ACTIVE_PROGRAM:  # it has just ended by itself
+                raise
+        deadline = link.now() + STOP_S + link.latency_s
+        while self.running is not None:
+            if link.now() >= deadline:
+                raise BrickBusy("the program does not stop.", remedy="Press the orange button, then the grey one.")
+            link.sleep(STEP_S)
+        return True
+
+    def write_message(self, box: int, message: str) -> None:
+        """Put a message of at most 58 characters into mailbox 1..10 of the program that runs on the brick."""
+        in_range("box", box, 1, MAILBOXES)
+        self._link.request(MessageWrite.text(box - 1, message))
+
+    def read_message(self, box: int, *, remove: bool = True) -> str:
+        """Take the next message that the running program has put into mailbox 1..10.
+
+        Raises:
+            MailboxEmpty: There is none.
+        """
+        in_range("box", box, 1, MAILBOXES)
+        return self._link.request(MessageRead(MAILBOXES + box - 1, box - 1, remove)).text
+
+    def _wait_until_free(self) -> None:
+        link, flags = self._link, UI.field("Flags")
+        deadline = link.now() + BUSY_S
+        while flags.decode(link.request(flags.read()).data) & UiFlag.BUSY:
+            if link.now() >= deadline:
+                raise BrickBusy(
+                    "the brick is busy with itself.", remedy="Does its display show a dialog? Press a button."
+                )
+            link.sleep(STEP_S)
+
+    def _confirm_start(self, name: str) -> None:
+        """Wait until the program runs; one that is very short has ended by then."""
+        link, result = self._link, COMMAND.field("ProgStatus")
+        deadline = link.now() + START_S + link.latency_s
+        while self.running is None:
+            status = result.decode(link.request(result.read()).data)
+            if status == ProgramStatus.ERROR:
+                raise BrickBusy(f"the brick cannot run {name}.", remedy="Was it compiled for firmware 1.05 or later?")
+            if status in (ProgramStatus.OK, ProgramStatus.ABORTED):
+                return
+            if link.now() >= deadline:
+                raise BrickBusy(f"{name} did not start.", remedy="Does the display show a dialog? Press a button.")
+            link.sleep(STEP_S)

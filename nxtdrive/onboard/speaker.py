@@ -1,0 +1,47 @@
+"""The brick's loudspeaker."""
+
+from __future__ import annotations
+
+from firmware_protocol.direct import GetProperty, PlaySoundFile, PlayTone, SetProperty, StopSoundPlayback
+from firmware_protocol.enums import Property
+from nxtdrive.link.protocol import RequestLink
+from nxtdrive.ports import in_range
+
+TONE_HZ = (220, 14080)
+"""What the firmware can play. Source: docs/firmware.md section 4, 0x03."""
+LOUDEST = 4
+"""Steps of the volume. Source: docs/firmware.md section 4, property 1."""
+
+
+class Speaker:
+    """Tones, sound files and their volume.
+
+    Args:
+        link: The way to the brick.
+    """
+
+    def __init__(self, link: RequestLink) -> None:
+        self._link = link
+
+    def tone(self, frequency_hz: int, duration_ms: int) -> None:
+        """Play a tone, 220..14080 Hz, 10..65535 ms; returns while it sounds."""
+        in_range("frequency_hz", frequency_hz, *TONE_HZ)
+        in_range("duration_ms", duration_ms, 10, 0xFFFF)
+        self._link.request(PlayTone(frequency_hz, duration_ms))
+
+    def play(self, name: str, *, loop: bool = False) -> None:
+        """Play a sound file that is on the brick, such as ``Hello.rso``; returns while it sounds."""
+        self._link.request(PlaySoundFile(loop, name))
+
+    def stop(self) -> None:
+        """End what sounds."""
+        self._link.request(StopSoundPlayback())
+
+    @property
+    def volume(self) -> int:
+        """Loudness, 0..4, until the brick is switched off; it may be set. Needs firmware 1.28 or later."""
+        return self._link.request(GetProperty(Property.VOLUME)).number
+
+    @volume.setter
+    def volume(self, level: int) -> None:
+        self._link.request(SetProperty.volume(int(in_range("volume", level, 0, LOUDEST))))
