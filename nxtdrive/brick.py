@@ -13,7 +13,7 @@ from firmware_protocol.direct import GetBatteryLevel
 from firmware_protocol.enums import InputPort, OutputPort
 from firmware_protocol.errors import LinkError
 from firmware_protocol.system import GetDeviceInfo, GetVersions, SetBrickName
-from firmware_protocol.telegram import Command, Reply
+from firmware_protocol.telegram import Reply
 from nxtdrive.link.link import Link
 from nxtdrive.link.threads import THREADS, Threads
 from nxtdrive.motion.outputs import braked, coasting
@@ -104,6 +104,7 @@ class Brick:
 
     Attributes:
         link: Requests, timers and losses, for programs that need more than is here.
+        request: Sends a command and returns its reply, see `Link.request`: ``brick.request(GetOutputState(0))``.
     """
 
     def __init__(
@@ -115,12 +116,9 @@ class Brick:
         threads: Threads = THREADS,
     ) -> None:
         self.link = Link(transport, timeout_s=timeout_s, reconnecting=reconnecting, threads=threads)
+        self.request = self.link.request
         self._parts: dict[object, Any] = {}
         self._termination = TerminationAsExit()
-
-    def request(self, command: Command[R], timeout_s: float | None = None) -> R:
-        """Send a command and return its reply; see `Link.request`."""
-        return self.link.request(command, timeout_s)
 
     def now(self) -> float:
         """The link's clock: seconds since an arbitrary start; simulated ones in the simulator."""
@@ -282,7 +280,7 @@ class Brick:
     def stop_motors(self) -> None:
         """Brake the motors that were used, then switch them off, so that none stays under power."""
         link = self.link
-        link.end_motions()
+        link.motions.end_all()
         ports = sorted(link.driven_ports)
         link.driven_ports.clear()
         for port in ports:

@@ -3,7 +3,7 @@
 One request is on the wire at a time; commands that drive motors overtake requests that wait. `LinkCore` says what else
 is due: telegrams at their time, steps of motions, attempts to reopen a lost link. Two ways lead to that work. With real
 hardware a thread waits for it. In the simulator, where time passes only while the program waits, the program does it
-before each request and while it sleeps. Both call `Link._work`.
+before each request and while it sleeps. Both call `Link.work`.
 """
 
 from __future__ import annotations
@@ -11,36 +11,24 @@ from __future__ import annotations
 import math
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable
-from contextlib import suppress
+from collections.abc import Callable
+from contextlib import AbstractContextManager, suppress
 from statistics import median
 from typing import Any, TypeVar
 
-from firmware_protocol.direct import (
-    GetInputValues,
-    KeepAlive,
-    ResetMotorPosition,
-    SetInputMode,
-    SetOutputState,
-    UpdateResetCount,
-)
+from firmware_protocol.direct import KeepAlive, SetInputMode
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError, LinkLost, NXTError
-from firmware_protocol.framing import USB_TELEGRAM_LIMIT
-from firmware_protocol.system import IOMapWrite
 from firmware_protocol.telegram import Command, Reply
-from nxtdrive.link.core import IDEMPOTENT, Interrupted, LinkCore, LinkState
-from nxtdrive.link.priority_lock import PriorityLock
-from nxtdrive.link.scheduler import RESOLUTION_S, Motion, MotionScheduler, Steps
+from nxtdrive.link.core import LinkCore, LinkState
+from nxtdrive.link.latency import LATENCIES, LATENCY_EVERY_S, answer_s
+from nxtdrive.link.priority_lock import PREEMPTING, PriorityLock
+from nxtdrive.link.reconnect import Reconnector, interrupted
+from nxtdrive.link.scheduler import RESOLUTION_S, Motion, MotionScheduler
 from nxtdrive.link.threads import THREADS, Lock, Threads
-from nxtdrive.transports import reopen_transport
 from nxtdrive.transports.base import Transport
 
 R = TypeVar("R", bound=Reply)
-T = TypeVar("T")
-
-PREEMPTING = (SetOutputState, IOMapWrite, ResetMotorPosition, UpdateResetCount)
-"""Commands that drive motors; they overtake others that wait for the wire."""
 
 AWAKE, PROBE = "awake", "probe"
 LONGEST_SILENCE_S = 60.0
@@ -55,16 +43,6 @@ CLOSING_S = 2.0
 """How long closing waits for the link's thread, which may be at an attempt to reconnect."""
 STEP_S = 2 * RESOLUTION_S
 """Shortest wait in the simulator: one step of its clock."""
-
-CABLE_ANSWER_S = 1.0
-"""How long a reply may take over USB, where 2 ms are usual."""
-RADIO_ANSWER_S = 2.0
-"""Over Bluetooth, which loses nothing but falters. Source: the RWTH toolbox (docs/connecting.md)."""
-
-LATENCY_EVERY_S = 0.05
-"""How often a round trip is measured; measuring each would cost every request."""
-LATENCIES = 15
-"""Round trips of which the median is taken."""
 
 
 class Link:
@@ -83,6 +61,7 @@ class Link:
             once, and the program itself finds out when the brick is back.
         max_telegram: Longest telegram of this link, bytes.
         now: The link's clock: seconds since an arbitrary start.
+        motions: Motions under way.
         driven_ports: Output ports that have been driven.
         before_request: Called before each request and each wait of the program; what it raises reaches the program.
     """
@@ -103,18 +82,18 @@ class Link:
         self.before_request: Callable[[], None] | None = None
         self._core = LinkCore()
         self._dialogue = self._core.dialogue
-        self._use(transport)
+        self.use(transport)
         self._stepped = transport.simulated
         self._threads = threads
         self._lock = PriorityLock(threads)
-        self._motions = MotionScheduler(self, threads.lock(reentrant=True))
+        self._queue, self._free = self._lock.queue, self._lock.free
+        self.motions = MotionScheduler(self, threads.lock(reentrant=True))
         self._attention = -math.inf
         self._measuring = False
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
         self._thread: threading.Thread | None = None
         self._news = threading.Event()
-        self._attempting = 0
-        self._reconnecting = False
+        self._reconnector = Reconnector(self, self._core)
         self.reconnecting = reconnecting
 
     # --- requests ---
@@ -139,14 +118,13 @@ class Link:
             now = self.now()
             if now >= self._attention:
                 now = self._attend(now)
-            lock, dialogue = self._lock, self._dialogue
-            if not lock.try_acquire():
-                lock.acquire(isinstance(command, PREEMPTING), timeout_s)
+            if self._queue or not self._free.acquire(blocking=False):
+                self._lock.acquire(isinstance(command, PREEMPTING), timeout_s)
                 now = self.now()
             try:
+                dialogue = self._dialogue
                 self._send(dialogue.open(command, now, timeout_s))
-                wait_s = min(timeout_s, self._attention - now)
-                telegram = self._receive(wait_s) if wait_s > 0 else None
+                telegram = self._receive(timeout_s) if now < self._attention else None
                 reply = None if telegram is None else dialogue.feed(telegram)
                 if reply is None:
                     reply = self._await()
@@ -155,10 +133,12 @@ class Link:
                     self._measuring = False
                 return reply  # type: ignore[return-value]
             finally:
-                lock.release()
+                self._free.release()
+                if self._queue:
+                    self._lock.call_next()
         except LinkLost as error:
             lost = error
-        self._outlast(lost, self.reconnect_timeout_s, command)
+        self._reconnector.outlast(lost, self.reconnect_timeout_s, command)
         return self.request(command, timeout_s)
 
     def send(self, command: Command[Any]) -> None:
@@ -172,15 +152,15 @@ class Link:
         """
         telegram, known = command.encode(want_reply=False), self.lost
         try:
-            self._check()
+            self._reconnector.check()
             with self._lock.exclusive():
                 self._send(telegram)
                 self._send_due(self.now())
             return
         except LinkLost as error:
             lost = error
-        self._outlast(lost, 0.0 if known else self.reconnect_timeout_s, command)
-        raise _interrupted(command) from lost
+        self._reconnector.outlast(lost, 0.0 if known else self.reconnect_timeout_s, command)
+        raise interrupted(command) from lost
 
     def sleep(self, duration_s: float) -> None:
         """Let time pass on the link's clock; brick, motions and a lost link are looked after meanwhile.
@@ -194,14 +174,14 @@ class Link:
             self.before_request()
         end = self.now() + (max(duration_s, STEP_S) if self._stepped and duration_s > 0 else duration_s)
         if self._stepped:
-            self._motions.run_due()
+            self.motions.run_due()
         while (left := end - self.now()) > RESOLUTION_S:
             if self._stepped:
                 self.transport.sleep(min(left, max(STEP_S, self._core.due - self.now())))
-                self._work(step=end - self.now() > RESOLUTION_S)
+                self.work(step=end - self.now() > RESOLUTION_S)
             else:
                 self.transport.sleep(min(left, SLICE_S))
-            self._check()
+            self._reconnector.check()
 
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off, now and, while the link is open, from now on."""
@@ -232,18 +212,6 @@ class Link:
         """End what `repeat` or `send_at` began under `name`."""
         self._core.timers.cancel(name)
 
-    def start_motion(self, ports: Iterable[OutputPort], steps: Steps[T]) -> Motion[T]:
-        """Begin a motion: run its first step now, the others at their time. Other motions of its motors are cancelled.
-
-        Raises:
-            NXTError: What ended it in its first step.
-        """
-        return self._motions.start(ports, steps)
-
-    def claim(self, ports: Iterable[OutputPort]) -> None:
-        """Cancel the motions in which these motors take part: they get other commands from now on."""
-        self._motions.claim(ports)
-
     def mark_driven(self, port: OutputPort) -> None:
         """Remember that a motor is under power, to tell of it after a loss and to stop it in the end."""
         self.driven_ports.add(port)
@@ -269,7 +237,7 @@ class Link:
         elif (left := motion.due - self.now()) > RESOLUTION_S:
             self.sleep(left)
         else:
-            self._motions.run_due()
+            self.motions.run_due()
 
     def lock(self) -> Lock:
         """A lock that may be held during a request; not reentrant."""
@@ -294,11 +262,11 @@ class Link:
         A loss is noticed within some 2 s: that often something is sent. In the simulator, a program is idle while it
         sleeps on the link's clock.
         """
-        return self._reconnecting
+        return self._reconnector.wished
 
     @reconnecting.setter
     def reconnecting(self, wished: bool) -> None:
-        self._reconnecting = wished
+        self._reconnector.wished = wished
         if wished:
             self.repeat(PROBE, KeepAlive(), PROBE_S)
         else:
@@ -318,9 +286,7 @@ class Link:
             self._core.acknowledge()
 
     def reconnect(self) -> None:
-        """Open the link again after it was lost: same address, same brick, input ports in the same modes.
-
-        Motors that ran have stopped by themselves, and are not started again.
+        """Open the link again after it was lost; input ports get their modes again, motors are not started again.
 
         Raises:
             BrickNotFound: It is not back yet.
@@ -328,11 +294,7 @@ class Link:
         """
         if self._core.begin_attempt():
             self._core.acknowledge()
-            self._reopen()
-
-    def end_motions(self) -> None:
-        """Cancel every motion."""
-        self._motions.end_all()
+            self._reconnector.reopen()
 
     def close(self) -> None:
         """Close the link; may be called again, and does not fail when the link is gone."""
@@ -345,9 +307,25 @@ class Link:
         with self._lock.exclusive():
             self.transport.close()
 
-    # --- how ---
+    # --- for the link's own parts ---
 
-    def _use(self, transport: Transport) -> None:
+    @property
+    def acts_for_program(self) -> bool:
+        """Whether the calling thread acts for the program, and not for a motion or the link itself."""
+        return not self.motions.stepping and threading.current_thread() is not self._thread
+
+    def exclusive(self) -> AbstractContextManager[None]:
+        """Hold the wire for a block, before all ordinary requests."""
+        return self._lock.exclusive()
+
+    def pause(self, duration_s: float) -> None:
+        """Let some time pass while the link is lost; in the simulator the work is done meanwhile."""
+        self.transport.sleep(min(SLICE_S, duration_s))
+        if self._stepped:
+            self.work()
+
+    def use(self, transport: Transport) -> None:
+        """Go on over another transport to the same brick."""
         self.transport = transport
         self.max_telegram = transport.max_telegram
         # Looked up once: `request` is called hundreds of times a second.
@@ -358,14 +336,15 @@ class Link:
         core = self._core
         if self.before_request:
             self.before_request()
-        self._check()
+        self._reconnector.check()
         if self._stepped:
-            self._motions.run_due()
+            self.motions.run_due()
         if core.timers.due <= self.now():
             with self._lock.exclusive():
                 self._send_due(self.now())
         steps_due = core.steps_due if self._stepped else math.inf
-        self._attention = -math.inf if self.before_request else min(core.timers.due, steps_due, now + LATENCY_EVERY_S)
+        always = self.before_request or core.timers.punctual
+        self._attention = -math.inf if always else min(core.timers.due, steps_due, now + LATENCY_EVERY_S)
         self._measuring = True
         return self.now()
 
@@ -398,9 +377,9 @@ class Link:
             if pause_s > 0:
                 self._threads.wait(self._news, None if math.isinf(pause_s) else pause_s)
             with suppress(LinkError):  # the program's next request meets the same error, and there it can be handled
-                self._work()
+                self.work()
 
-    def _work(self, *, step: bool = True) -> None:
+    def work(self, *, step: bool = True) -> None:
         """Do what is due now: telegrams, steps of motions, an attempt to reconnect.
 
         Raises:
@@ -412,113 +391,9 @@ class Link:
                 with self._lock.exclusive():
                     self._send_due(self.now())
             except LinkLost as error:
-                self._lose(error)
+                self._reconnector.lose(error)
         if step:
-            self._motions.run_due()
+            self.motions.run_due()
         if core.attempt_due <= self.now() and core.begin_attempt(self.now()):
             with suppress(NXTError):
-                self._reopen()
-
-    def _check(self) -> None:
-        """Tell the program of a loss that another thread has met, once.
-
-        Raises:
-            Interrupted: The link is back, but motors were driven. A step of a motion is told, too, but does not count.
-            LinkLost: It is lost and does not reconnect.
-        """
-        core = self._core
-        if core.state is LinkState.OPEN and core.interrupted:
-            if not self._motions.stepping:
-                core.acknowledge()
-            raise _interrupted()
-        if core.untold is not None and not self._motions.stepping:
-            lost, core.untold = core.untold, None
-            raise lost
-
-    def _lose(self, lost: LinkLost) -> None:
-        """Take in that the link is lost.
-
-        Raises:
-            LinkLost: It does not reconnect.
-        """
-        attempting = self._attempting == threading.get_ident()
-        if not attempting and self._core.state is not LinkState.CLOSED:
-            self._core.lose(lost, self.now(), reconnecting=self._reconnecting)
-        self._dialogue.reset()
-        if attempting or not self._reconnecting:
-            if self._is_program:
-                self._core.untold = None
-            raise lost
-        self.announce()
-
-    @property
-    def _is_program(self) -> bool:
-        """Whether the calling thread acts for the program, and not for a motion or the link itself."""
-        return not self._motions.stepping and threading.current_thread() is not self._thread
-
-    def _outlast(self, lost: LinkLost, timeout_s: float, command: Command[Any]) -> None:
-        """Wait until the lost link is open again and `command` may be sent again.
-
-        Raises:
-            LinkLost: It does not reconnect, or not in time; or it is open again, but the program has to decide itself
-                how to go on.
-        """
-        if isinstance(lost, Interrupted):
-            raise lost
-        self._lose(lost)
-        if self._motions.stepping:
-            raise lost
-        core, deadline = self._core, self.now() + timeout_s
-        while core.state is not LinkState.OPEN:
-            left = deadline - self.now()
-            if left <= 0 or core.state is LinkState.CLOSED:
-                core.acknowledge()
-                waited = f"did not come back within {timeout_s:g} s" if timeout_s else "is not back yet"
-                raise LinkLost(f"the link is lost, and the brick {waited}.", remedy="Is it on?") from lost
-            self.transport.sleep(min(SLICE_S, left))
-            if self._stepped:
-                self._work()
-        interrupted = core.interrupted
-        core.acknowledge()
-        if interrupted or not isinstance(command, IDEMPOTENT):
-            raise _interrupted(command) from lost
-
-    def _reopen(self) -> None:
-        """Open the link again; the core has begun the attempt."""
-        core = self._core
-        self._attempting = threading.get_ident()
-        try:
-            with self._lock.exclusive():
-                self.transport.close()  # not amid a request; opening it takes long, and needs no lock
-            transport = reopen_transport(self.transport, timeout_s=self.timeout_s)
-            with self._lock.exclusive():
-                if core.state is LinkState.CLOSED:
-                    transport.close()
-                    raise LinkLost(f"{transport.address} is closed.", remedy="Open the brick again.")
-                self._use(transport)
-                self._dialogue.reset()
-                core.timers.clear()
-            self.reconnecting = self._reconnecting  # probes again
-            self.keep_alive()
-            for port, mode in list(core.modes.items()):
-                values = self.request(GetInputValues(port))
-                if (values.type, values.mode) != (mode.type, mode.mode):
-                    self.request(mode)
-            core.reopened(transport.address)
-        except BaseException as error:
-            core.attempt_failed(error, self.now())
-            raise
-        finally:
-            self._attempting = 0
-            self.announce()
-
-
-def answer_s(transport: Transport) -> float:
-    """How long a reply may take on such a link by default; Bluetooth is told by its longer telegrams."""
-    return CABLE_ANSWER_S if transport.max_telegram <= USB_TELEGRAM_LIMIT else RADIO_ANSWER_S
-
-
-def _interrupted(command: Command[Any] | None = None) -> Interrupted:
-    """The error for a program that must decide itself how to go on: a motion was under way, or `command` was."""
-    what = "a motion was under way" if command is None else f"{type(command).__name__} was not repeated"
-    return Interrupted(f"the link was lost and is back, but {what}.", remedy="Motors have stopped; start them again.")
+                self._reconnector.reopen()

@@ -13,8 +13,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import count
 
+from firmware_protocol.direct import ResetMotorPosition, SetOutputState, UpdateResetCount
 from firmware_protocol.errors import LinkTimeout
+from firmware_protocol.system import IOMapWrite
 from nxtdrive.link.threads import THREADS, Threads
+
+PREEMPTING = (SetOutputState, IOMapWrite, ResetMotorPosition, UpdateResetCount)
+"""Commands that drive motors; they overtake others that wait for the wire."""
 
 
 @dataclass(slots=True, order=True)
@@ -34,18 +39,16 @@ class PriorityLock:
 
     Attributes:
         queue: The waiting threads, next one first; empty while the link has one user.
+        free: The lock itself. What must be fast takes it if the queue is empty, and calls `call_next` after its release
+            if the queue is not.
     """
 
     def __init__(self, threads: Threads = THREADS) -> None:
         self.queue: list[_Place] = []
         self._threads = threads
-        self._free = threading.Lock()
+        self.free = threading.Lock()
         self._mutex = threading.Lock()
         self._numbers = count()
-
-    def try_acquire(self) -> bool:
-        """Take the lock if it is free and no thread waits for it; costs next to nothing."""
-        return not self.queue and self._free.acquire(blocking=False)
 
     def acquire(self, preempting: bool, timeout_s: float | None = None) -> None:
         """Take the lock, after the threads that wait already, or with `preempting` before those that do not preempt.
@@ -56,7 +59,7 @@ class PriorityLock:
         place = _Place(not preempting, next(self._numbers))
         with self._mutex:
             insort(self.queue, place)
-        self._call_next()
+        self.call_next()
         try:
             if self._threads.wait(place.called, timeout_s):
                 return
@@ -73,19 +76,25 @@ class PriorityLock:
 
     def release(self) -> None:
         """Give the lock back; the next thread in the queue gets it."""
-        self._free.release()
+        self.free.release()
         if self.queue:
-            self._call_next()
+            self.call_next()
 
     @contextmanager
     def exclusive(self) -> Iterator[None]:
         """Hold the lock for a block, before all ordinary requests."""
-        if not self.try_acquire():
+        if self.queue or not self.free.acquire(blocking=False):
             self.acquire(True)
         try:
             yield
         finally:
             self.release()
+
+    def call_next(self) -> None:
+        """Hand the lock, if it is free, to the first thread in the queue."""
+        with self._mutex:
+            if self.queue and self.free.acquire(blocking=False):
+                self.queue.pop(0).called.set()
 
     def _withdraw(self, place: _Place) -> bool:
         """Leave the queue; returns False for a thread that was called meanwhile and has the lock."""
@@ -94,9 +103,3 @@ class PriorityLock:
                 return False
             self.queue.remove(place)
             return True
-
-    def _call_next(self) -> None:
-        """Hand the lock, if it is free, to the first thread in the queue."""
-        with self._mutex:
-            if self.queue and self._free.acquire(blocking=False):
-                self.queue.pop(0).called.set()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from firmware_protocol.telegram import Command, Reply
@@ -10,11 +9,10 @@ from firmware_protocol.telegram import Command, Reply
 if TYPE_CHECKING:
     from firmware_protocol.direct import SetInputMode
     from firmware_protocol.enums import OutputPort
-    from nxtdrive.link.scheduler import Motion, Steps
+    from nxtdrive.link.scheduler import MotionScheduler
     from nxtdrive.link.threads import Lock
 
 R = TypeVar("R", bound=Reply)
-T = TypeVar("T")
 
 
 class RequestLink(Protocol):
@@ -61,7 +59,13 @@ class SensorLink(RequestLink, Protocol):
 
 
 class MotorLink(RequestLink, Protocol):
-    """And leases, brakes at an exact time, and motions in steps."""
+    """And leases, brakes at an exact time, and motions in steps.
+
+    Attributes:
+        motions: Starts motions, and cancels those of motors that get other commands.
+    """
+
+    motions: MotionScheduler
 
     def mark_driven(self, port: OutputPort) -> None:
         """Remember that a motor is under power."""
@@ -77,14 +81,6 @@ class MotorLink(RequestLink, Protocol):
 
     def cancel_timer(self, name: str) -> None:
         """End what `repeat` or `send_at` began under `name`."""
-        ...
-
-    def start_motion(self, ports: Iterable[OutputPort], steps: Steps[T]) -> Motion[T]:
-        """Begin a motion; others of its motors are cancelled."""
-        ...
-
-    def claim(self, ports: Iterable[OutputPort]) -> None:
-        """Cancel the motions in which these motors take part."""
         ...
 
 

@@ -20,10 +20,12 @@ class Timers:
 
     Attributes:
         due: Earliest time at which a telegram is due, on the link's clock; infinity without any.
+        punctual: Whether a telegram is due once, and then even amid a request.
     """
 
     def __init__(self) -> None:
         self.due = math.inf
+        self.punctual = False
         self._timers: dict[str, _Timer] = {}
         self._lock = threading.Lock()
 
@@ -70,4 +72,6 @@ class Timers:
         return taken
 
     def _update_due(self) -> None:
-        self.due = min((timer.due for timer in self._timers.values()), default=math.inf)
+        timers = self._timers.values()
+        self.due = min((timer.due for timer in timers), default=math.inf)
+        self.punctual = any(math.isinf(timer.interval_s) and timer.due < math.inf for timer in timers)

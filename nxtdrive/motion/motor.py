@@ -240,7 +240,7 @@ class Motor:
         return velocity.steps(self._sign * speed_deg_s, regulated=regulated, until_s=until_s)
 
     def _begin(self, steps: Steps[StopReason]) -> Motion[StopReason]:
-        self._motion = self._link.start_motion([self._output], steps)
+        self._motion = self._link.motions.start([self._output], steps)
         return self._motion
 
     def _finish(self, steps: Steps[StopReason], then: Then, wait: bool) -> StopReason | Motion[StopReason]:
@@ -255,7 +255,7 @@ class Motor:
 
     def _take(self) -> None:
         """Whatever moves this motor shall not do so any more."""
-        self._link.claim([self._output])
+        self._link.motions.claim([self._output])
         self._velocity = None
 
     def _rest(self, then: Then) -> None:

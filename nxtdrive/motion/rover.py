@@ -202,7 +202,7 @@ class Rover:
         """
         in_range("speed_mm_s", speed_mm_s, -math.inf, math.inf)
         in_range("turn_deg_s", turn_deg_s, -math.inf, math.inf)
-        self._link.claim(self._ports)
+        self._link.motions.claim(self._ports)
         if self._correction is not None and not self._driving:
             self.pose()
         elif (speed_mm_s or turn_deg_s) and self._unread_for_s > WATCH_S:
@@ -231,7 +231,7 @@ class Rover:
     def stop(self) -> None:
         """Motors off, brakes on, now."""
         self._driving = False
-        self._link.claim(self._ports)
+        self._link.motions.claim(self._ports)
         for lease in self._leases:
             lease.brake()
 
@@ -297,9 +297,9 @@ class Rover:
             for port, each_deg in zip(self._ports, ways_deg, strict=True)
             if abs(each_deg) >= STANDING_SHARE * longest_deg
         ]
-        self._link.claim(self._ports)
+        self._link.motions.claim(self._ports)
         steps = self._steps(wheels, longest_deg, pace, guarded=way_mm > 0)
-        motion = self._motion = self._link.start_motion(self._ports, steps)
+        motion = self._motion = self._link.motions.start(self._ports, steps)
         return motion.join() if wait else motion
 
     def _steps(self, wheels: list[Wheel], angle_deg: float, pace: Pace, *, guarded: bool) -> Steps[MotionResult]:
