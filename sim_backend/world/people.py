@@ -1,4 +1,4 @@
-"""People who walk in, stay for a while and leave."""
+"""People who walk into the room, stay for a while and leave."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ import math
 import pymunk
 
 from sim_backend.camera.scene import Panel, standing_panels
-from sim_backend.world.tables import Point
+from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Person
 
 CLEARANCE_MM = 50.0
-"""A walking person stops this far from the robot and waits."""
+"""A walking person stops at this distance from the robot and waits."""
 
 
-class PersonThing:
-    """A person: an upright post that walks straight from the door to a place and back.
+class PersonObject:
+    """A person: an upright cylinder that walks straight from the door to a place and back.
 
     Attributes:
         name: As in the world file.
-        height_mm: Head above the floor.
+        height_mm: Height of the body.
         present: Whether the person is in the room.
-        walking: Whether the person is on the way.
-        shapes: The outline in the physics.
+        walking: Whether the person is on the move.
+        shapes: Outline in the physics.
     """
 
     def __init__(self, space: pymunk.Space, person: Person) -> None:
@@ -42,11 +42,11 @@ class PersonThing:
 
     @property
     def at_mm(self) -> Point:
-        """Where the person stands."""
+        """Position on the map."""
         return float(self._body.position.x), float(self._body.position.y)
 
     def come(self, to_mm: Point, stays_ms: int | None) -> None:
-        """Walk to a place and stay there, for ever if `stays_ms` is None."""
+        """Walk to a place and stay there for `stays_ms`, or indefinitely if it is None."""
         if not self.present:
             self._body.position = self._person.enters_from_mm
             self._space.add(self._body, *self.shapes)
@@ -54,31 +54,31 @@ class PersonThing:
         self._goal, self._stays_ms, self._leaves_at_ms, self._leaving = to_mm, stays_ms, None, False
 
     def stand(self, at_mm: Point) -> None:
-        """Be at a place at once, and stay."""
+        """Appear at a place at once, and stay."""
         self.vanish()
         self._body.position, self._body.velocity = at_mm, (0.0, 0.0)
         self._space.add(self._body, *self.shapes)
         self.present, self._leaves_at_ms = True, None
 
     def vanish(self) -> None:
-        """Be gone at once."""
+        """Disappear at once."""
         if self.present:
             self._space.remove(self._body, *self.shapes)
         self.present = self.walking = False
 
     def leave(self) -> None:
-        """Walk back to the door and out."""
+        """Walk back to the door and leave the room."""
         if self.present:
             self._goal, self._leaves_at_ms = self._person.enters_from_mm, None
             self._leaving = self.walking = True
 
     def decide(self, now_ms: int) -> None:
-        """Leave when the time is up."""
+        """Start to leave when the stay is over."""
         if self._leaves_at_ms is not None and now_ms >= self._leaves_at_ms:
             self.leave()
 
     def walk(self, now_ms: int, duration_s: float, robot_mm: Point, robot_radius_mm: float) -> None:
-        """Set the pace for the next `duration_s`: go on, arrive, or wait for the robot to pass."""
+        """Set the velocity for the next `duration_s`: walk on, arrive, or wait for the robot to pass."""
         x, y = self.at_mm
         way_x, way_y = self._goal[0] - x, self._goal[1] - y
         distance = math.hypot(way_x, way_y)

@@ -8,7 +8,7 @@ from random import Random
 import pymunk
 
 from sim_backend.world.motor import WheelMotor
-from sim_backend.world.tables import Point
+from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Robot
 
 GRAVITY_MM_S2 = 9810.0

@@ -9,10 +9,10 @@ from random import Random
 import pymunk
 
 from sim_backend.camera.scene import Viewpoint
+from sim_backend.world.objects import PictureObject
 from sim_backend.world.robot import ROBOT_GROUP, RobotBody
 from sim_backend.world.sensor_tables import Echo
-from sim_backend.world.tables import Point
-from sim_backend.world.things import PictureThing
+from sim_backend.world.toml_types import Point
 
 CONE_DEG = 15.0
 """Half the angle of the ultrasonic beam."""
@@ -84,7 +84,7 @@ class UltrasonicBeam:
 
 def in_view(
     space: pymunk.Space,
-    picture: PictureThing,
+    picture: PictureObject,
     viewpoint: Viewpoint,
     hfov_deg: float,
     heights_mm: Mapping[pymunk.Shape, float],
@@ -117,7 +117,7 @@ def _hidden(
     eye: tuple[float, float],
     eye_height_mm: float,
     point: tuple[float, float],
-    picture: PictureThing,
+    picture: PictureObject,
     heights_mm: Mapping[pymunk.Shape, float],
 ) -> bool:
     for hit in _hits(space, eye, point):

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from sim_backend.world.tables import Length, Paint, Point, Seconds, Table
+from sim_backend.world.toml_types import Length, Paint, Point, Seconds, Table
 
 Port = Annotated[int, Field(ge=1, le=4)]
 Byte = Annotated[int, Field(ge=0, le=255)]

@@ -6,7 +6,7 @@ import math
 from itertools import pairwise
 
 from sim_backend.world.sensor_tables import Patch
-from sim_backend.world.tables import Point
+from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import WorldFile
 
 Rgb = tuple[float, float, float]

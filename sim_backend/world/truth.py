@@ -1,19 +1,21 @@
-"""Where everything really is: for tests, reports and people, never for a program that drives the robot."""
+"""Ground truth of the world, for tests, reports and displays; never for a program that drives the robot."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
+from sim_backend.world.objects import PlacedObject
 from sim_backend.world.world import World
 
 
 class TruePose(NamedTuple):
-    """A place on the map.
+    """A pose on the map.
 
     Attributes:
-        x_mm: To the right.
-        y_mm: Down.
-        heading_deg: Clockwise from +x; for the robot not wrapped, so that turns can be counted.
+        x_mm: Positive to the right.
+        y_mm: Positive down.
+        heading_deg: Clockwise from +x; unwrapped for the robot, so that turns can be counted.
     """
 
     x_mm: float
@@ -22,10 +24,10 @@ class TruePose(NamedTuple):
 
 
 class GroundTruth:
-    """Reads the world without sensors.
+    """Reads the state of a world directly, not through sensors.
 
     Args:
-        world: What to read.
+        world: The world to read.
     """
 
     def __init__(self, world: World) -> None:
@@ -33,51 +35,53 @@ class GroundTruth:
 
     @property
     def pose(self) -> TruePose:
-        """The robot: middle of its axle."""
+        """Pose of the robot, at the middle of its axle."""
         robot = self._world.robot
         return TruePose(robot.x_mm, robot.y_mm, robot.heading_deg)
 
     @property
     def speed_mm_s(self) -> float:
-        """Of the robot's middle."""
+        """Speed of the middle of the axle."""
         return float(self._world.robot.body.velocity.length)
 
     @property
     def contacts(self) -> int:
-        """How often the robot has come to touch something."""
+        """How often the robot has come into contact with something."""
         return self._world.contact_count
 
     @property
     def touching(self) -> bool:
-        """Whether something touches the robot now, at any side."""
+        """Whether the robot is in contact with something now, on any side."""
         return bool(self._world.robot.contact_bearings_deg)
 
     @property
     def pictures(self) -> dict[str, TruePose]:
-        """Place and facing of the pictures that are there now."""
-        pictures = self._world.pictures.values()
-        return {thing.name: TruePose(*thing.at_mm, thing.facing_deg) for thing in pictures if thing.present}
+        """Poses of the pictures that are present, by name."""
+        return _poses(self._world.pictures)
 
     @property
     def people(self) -> dict[str, tuple[float, float]]:
-        """Where the people are who are in the room now."""
+        """Positions of the people who are in the room, by name."""
         return {name: person.at_mm for name, person in self._world.people.items() if person.present}
 
     @property
     def boxes(self) -> dict[str, TruePose]:
-        """Place and facing of the boxes that are there now."""
-        boxes = self._world.boxes.values()
-        return {thing.name: TruePose(*thing.at_mm, thing.facing_deg) for thing in boxes if thing.present}
+        """Poses of the boxes that are present, by name."""
+        return _poses(self._world.boxes)
 
     @property
     def events(self) -> list[tuple[float, str]]:
-        """What has happened: (seconds, name of the event)."""
-        return [(time_ms / 1000.0, name) for time_ms, name in self._world.story.log]
+        """Events so far: (time in seconds, name)."""
+        return [(time_ms / 1000.0, name) for time_ms, name in self._world.scheduler.log]
 
     def distance_mm(self, name: str) -> float:
-        """From the robot's middle to the middle of a picture, box or person."""
+        """Distance between the centers of the robot and a picture, box or person."""
         return self._world.robot_distance_mm(name)
 
     def in_view(self, picture: str) -> bool:
         """Whether the camera could recognise the picture now."""
         return self._world.in_view(picture)
+
+
+def _poses(objects: Mapping[str, PlacedObject]) -> dict[str, TruePose]:
+    return {name: TruePose(*each.at_mm, each.facing_deg) for name, each in objects.items() if each.present}

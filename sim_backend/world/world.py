@@ -1,4 +1,4 @@
-"""The world of the simulated robot: a floor, what stands and walks on it, and what happens."""
+"""The world of the simulated robot: the floor, the objects and people on it, and the events."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ from random import Random
 import pymunk
 
 from sim_backend.camera.scene import Panel, Viewpoint
-from sim_backend.world.people import PersonThing
+from sim_backend.world.objects import BoxObject, PictureObject, PlacedObject, RoomObject, WallObject, WorldObject
+from sim_backend.world.people import PersonObject
 from sim_backend.world.robot import RobotBody
+from sim_backend.world.scheduler import INTERVAL_MS, EventScheduler
 from sim_backend.world.sensing import UltrasonicBeam, in_view
 from sim_backend.world.sensor_tables import Echo
-from sim_backend.world.story import INTERVAL_MS, Story
 from sim_backend.world.surroundings import Surroundings
-from sim_backend.world.tables import Point
-from sim_backend.world.things import BoxThing, PictureThing, RoomThing, Thing, WallThing
+from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Box, Event, Person, Picture, WorldFile
 
 STEP_MS = 10
 _STEP_S = STEP_MS / 1000.0
 BLOCKING_GAP_MM = 100.0
-"""A person who blocks the robot's view leaves at least this gap."""
+"""A person or box that blocks the view keeps at least this distance from the robot."""
 
 
 class World:
     """The state of a world, stepped every `STEP_MS`.
 
     Args:
-        file: What the world consists of.
-        seed: Seeds everything that is drawn: slip, sensor noise, durations of events.
+        file: The world file.
+        seed: Seeds all random draws: slip, sensor noise, durations of events.
 
     Attributes:
         file: As given.
@@ -39,10 +39,10 @@ class World:
         boxes: By name.
         pictures: By name.
         people: By name.
-        story: The events.
+        scheduler: The events.
         ultrasonic: The ultrasonic sensor.
-        surroundings: What sensors without eyes perceive.
-        contact_count: How often the robot has run into something or was run into.
+        surroundings: What light, sound, temperature and compass sensors measure.
+        contact_count: How often the robot has come into contact with something.
     """
 
     def __init__(self, file: WorldFile, seed: int = 0) -> None:
@@ -50,31 +50,35 @@ class World:
         self.now_ms = 0
         self.contact_count = 0
         self._space = space = pymunk.Space()
-        # a stream of its own for each purpose: reading a sensor must not change how the wheels slip
+        # a separate stream for each purpose: reading a sensor must not change how the wheels slip
         self.robot = RobotBody(space, file.robot, Random(f"{seed}/wheels"))
-        self.boxes = {box.name: BoxThing(space, box) for box in file.boxes}
-        self.pictures = {picture.name: PictureThing(space, picture) for picture in file.pictures}
-        self.people = {person.name: PersonThing(space, person) for person in file.people}
-        walls: list[Thing] = [RoomThing(space, file.floor), *(WallThing(space, wall) for wall in file.walls)]
-        self._things: dict[str, BoxThing | PictureThing | PersonThing] = {**self.boxes, **self.pictures, **self.people}
-        everything: list[Thing] = [*walls, *self._things.values()]
-        self._heights_mm = {shape: thing.height_mm for thing in everything for shape in thing.shapes}
+        self.boxes = {box.name: BoxObject(space, box) for box in file.boxes}
+        self.pictures = {picture.name: PictureObject(space, picture) for picture in file.pictures}
+        self.people = {person.name: PersonObject(space, person) for person in file.people}
+        walls: list[WorldObject] = [RoomObject(space, file.floor), *(WallObject(space, wall) for wall in file.walls)]
+        self._objects: dict[str, BoxObject | PictureObject | PersonObject] = {
+            **self.boxes,
+            **self.pictures,
+            **self.people,
+        }
+        everything: list[WorldObject] = [*walls, *self._objects.values()]
+        self._heights_mm = {shape: obj.height_mm for obj in everything for shape in obj.shapes}
         self.ultrasonic = self.beam(file.ultrasonic, (file.ultrasonic.forward_mm, 0.0), 0.0, "ultrasonic")
         self.surroundings = Surroundings(file)
-        self.story = Story(file.events, Random(f"{seed}/story"))
+        self.scheduler = EventScheduler(file.events, Random(f"{seed}/story"))
         self._wall_panels = tuple(panel for wall in walls for panel in wall.panels())
         self._panels: tuple[Panel, ...] | None = None
         self._pushable = [box for box in self.boxes.values() if box.movable]
         self._stirred = False
 
     def beam(self, sensor: Echo, at_mm: Point, direction_deg: float, name: str) -> UltrasonicBeam:
-        """What an ultrasonic sensor somewhere on the robot hears; `name` keeps its luck apart from the others'."""
+        """Make the beam of an ultrasonic sensor on the robot; `name` selects its own random stream."""
         random = Random(f"{self.seed}/{name}")
         return UltrasonicBeam(self._space, sensor, self.robot, at_mm, direction_deg, self._heights_mm, random)
 
     @property
     def quiet(self) -> bool:
-        """Whether nothing moves; then only the story and the wheels can change anything."""
+        """Whether nothing moves; then only events and the wheels can change anything."""
         return (
             self.robot.at_rest
             and not any(person.walking for person in self.people.values())
@@ -82,13 +86,13 @@ class World:
         )
 
     def step(self) -> None:
-        """Let `STEP_MS` pass."""
+        """Advance the world by `STEP_MS`."""
         self.now_ms += STEP_MS
         if self._stirred or not self.quiet:
             self._stirred = False
             self._move()
         if self.now_ms % INTERVAL_MS == 0:
-            self._tell_story()
+            self._run_events()
 
     def _move(self) -> None:
         robot = self.robot
@@ -104,15 +108,15 @@ class World:
         if not all(box.at_rest for box in self._pushable):
             self._panels = None
 
-    def _tell_story(self) -> None:
+    def _run_events(self) -> None:
         for person in self.people.values():
             person.decide(self.now_ms)
-        self.story.advance(self.now_ms, self)
+        self.scheduler.advance(self.now_ms, self)
 
     def panels(self) -> tuple[Panel, ...]:
-        """Everything the camera could see; the same tuple as long as nothing but the robot moves."""
+        """All surfaces the camera could see; the same tuple until something other than the robot moves."""
         if self._panels is None:
-            moving = (panel for thing in self._things.values() for panel in thing.panels())
+            moving = (panel for obj in self._objects.values() for panel in obj.panels())
             self._panels = (*self._wall_panels, *moving)
         return self._panels
 
@@ -128,71 +132,71 @@ class World:
         return in_view(self._space, self.pictures[picture], self.viewpoint(), camera.hfov_deg, self._heights_mm)
 
     def robot_distance_mm(self, name: str) -> float:
-        """From the robot's middle to the middle of a thing."""
-        return math.dist((self.robot.x_mm, self.robot.y_mm), self._things[name].at_mm)
+        """Distance between the centers of the robot and an object."""
+        return math.dist((self.robot.x_mm, self.robot.y_mm), self._objects[name].at_mm)
 
     def add(self, table: Box | Picture | Person) -> None:
-        """Bring in something that the world file does not have; its name must be free.
+        """Add an object or person that is not in the world file.
 
         Raises:
             ValueError: The name is taken.
         """
-        if table.name in self._things:
+        if table.name in self._objects:
             raise ValueError(f"there is a {table.name!r} in the world already")
-        thing: BoxThing | PictureThing | PersonThing
+        obj: PlacedObject | PersonObject
         match table:
             case Box():
-                thing = self.boxes[table.name] = BoxThing(self._space, table)
-                if thing.movable:
-                    self._pushable.append(thing)
+                obj = self.boxes[table.name] = BoxObject(self._space, table)
+                if obj.movable:
+                    self._pushable.append(obj)
             case Picture():
-                thing = self.pictures[table.name] = PictureThing(self._space, table)
+                obj = self.pictures[table.name] = PictureObject(self._space, table)
             case Person():
-                thing = self.people[table.name] = PersonThing(self._space, table)
-        self._things[table.name] = thing
-        self._heights_mm.update(dict.fromkeys(thing.shapes, thing.height_mm))
+                obj = self.people[table.name] = PersonObject(self._space, table)
+        self._objects[table.name] = obj
+        self._heights_mm.update(dict.fromkeys(obj.shapes, obj.height_mm))
         self._stir()
 
     def place(self, name: str, at_mm: Point | None, facing_deg: float | None, *, present: bool) -> None:
-        """Have a thing be somewhere at once, or be gone; None keeps place or facing, people have no facing."""
-        thing = self._things[name]
-        if not isinstance(thing, PersonThing):
-            thing.place(at_mm, facing_deg, present=present)
+        """Move an object or person at once, or remove it; None keeps position or facing. People have no facing."""
+        obj = self._objects[name]
+        if not isinstance(obj, PersonObject):
+            obj.place(at_mm, facing_deg, present=present)
         elif present:
-            thing.stand(thing.at_mm if at_mm is None else at_mm)
+            obj.stand(obj.at_mm if at_mm is None else at_mm)
         else:
-            thing.vanish()
+            obj.vanish()
         self._stir()
 
     def place_robot(self, at_mm: Point, heading_deg: float) -> None:
-        """Put the robot down elsewhere."""
+        """Move the robot to another pose."""
         self.robot.place(at_mm, heading_deg)
         self._stir()
 
     def _stir(self) -> None:
-        """Something was moved by hand: it looks different, and may touch what it did not touch before."""
+        """Invalidate the panels and run the physics once: a moved object looks different and may touch others."""
         self._panels, self._stirred = None, True
 
     def perform(self, event: Event, stays_ms: int | None) -> None:
-        """Do what the event says."""
+        """Carry the event out."""
         self._panels = None
-        thing = self._things[event.subject]
+        obj = self._objects[event.subject]
         place = event.to_mm
         if event.blocks is not None:
-            place = self._place_before(event.blocks, event.blocks_at_mm, thing.radius_mm)
-        if not isinstance(thing, PersonThing):
-            thing.place(place, event.facing_deg, present=event.present)
+            place = self._place_before(event.blocks, event.blocks_at_mm, obj.radius_mm)
+        if not isinstance(obj, PersonObject):
+            obj.place(place, event.facing_deg, present=event.present)
         elif place is None:
-            thing.leave()
+            obj.leave()
         else:
-            thing.come(place, stays_ms)
+            obj.come(place, stays_ms)
 
     def is_over(self, event: Event) -> bool:
-        """Whether the person of a performed event has gone again; other events are over at once."""
+        """Whether the event's person has left again; events without a person are over at once."""
         return event.person is None or not self.people[event.person].present
 
     def _place_before(self, picture: str, distance_mm: float, radius_mm: float) -> Point:
-        """On the line from a picture to the robot, `distance_mm` from the picture, but not on the robot."""
+        """Point on the line from a picture to the robot, `distance_mm` from the picture but clear of the robot."""
         x, y = self.pictures[picture].at_mm
         way_x, way_y = self.robot.x_mm - x, self.robot.y_mm - y
         way_mm = math.hypot(way_x, way_y)

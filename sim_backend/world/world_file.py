@@ -12,7 +12,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from sim_backend.world.sensor_tables import Magnet, Mount, Patch, Sound, Surroundings, Ultrasonic
-from sim_backend.world.tables import PAINTS, Duration, Length, Name, Paint, Percent, Point, Seconds, Table
+from sim_backend.world.toml_types import PAINTS, Duration, Length, Name, Paint, Percent, Point, Seconds, Table
 
 SensorPort = Annotated[int, Field(ge=0, le=4)]
 

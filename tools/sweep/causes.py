@@ -15,10 +15,10 @@ import numpy as np
 from behaviors.journal import Kind
 from sim_backend.world.sensing import VIEW_ANGLE_DEG
 
-from .draft import ROBOT_RADIUS_MM
 from .floor_plan import FloorPlan, Goal
 from .metrics import CAMERA_HEIGHT_MM, PACE, spans
-from .referee import Happening, Mark, Moment, Play
+from .referee import Disturbance, EpisodeTrace, Mark, Moment
+from .room_builder import ROBOT_RADIUS_MM
 
 SAME_PLACE_MM = 250.0
 """Choices no farther apart than this were made at one place."""
@@ -64,22 +64,24 @@ class Judgement:
         return FITTING[self.cause] == self.choice
 
 
-def judge_choices(play: Play) -> list[Judgement]:
+def judge_choices(trace: EpisodeTrace) -> list[Judgement]:
     """Every choice of a mission but those that gave a target up and those for a target that is not there."""
     return [
         judgement
-        for i, mark in enumerate(play.marks)
+        for i, mark in enumerate(trace.marks)
         if mark.record.kind is Kind.CHOICE and mark.record.data["choice"] != "change_target"
-        if (judgement := _judge(play, i, mark)) is not None
+        if (judgement := _judge(trace, i, mark)) is not None
     ]
 
 
-def recognition_s(play: Play) -> list[float]:
-    """From each thing that came between the robot and a target to the next choice for that target, seconds."""
-    onsets = sorted((onset_s, one.target) for one in play.happenings if (onset_s := _onset_s(play, one)) is not None)
+def recognition_s(trace: EpisodeTrace) -> list[float]:
+    """Seconds from each disturbance to the next choice for the target it concerns."""
+    onsets = sorted(
+        (onset_s, one.target) for one in trace.disturbances if (onset_s := _onset_s(trace, one)) is not None
+    )
     delays = []
     for onset_s, target in onsets:
-        choices = _choices(play, onset_s)
+        choices = _choices(trace, onset_s)
         after = next((mark for mark in choices if not target or mark.record.target == target), None)
         newer = [other_s for other_s, other in onsets if other_s > onset_s and other == target]
         if after and not (newer and newer[0] < after.moment.time_s):
@@ -87,11 +89,11 @@ def recognition_s(play: Play) -> list[float]:
     return delays
 
 
-def longest_run(play: Play) -> int:
+def longest_run(trace: EpisodeTrace) -> int:
     """The longest run of the same choice for the same target at one place."""
     longest = run = 0
     first: Mark | None = None
-    for mark in _choices(play, -math.inf):
+    for mark in _choices(trace, -math.inf):
         same = (
             first is not None
             and first.record.target == mark.record.target
@@ -103,55 +105,55 @@ def longest_run(play: Play) -> int:
     return longest
 
 
-def _choices(play: Play, since_s: float) -> Iterator[Mark]:
-    return (mark for mark in play.marks if mark.record.kind is Kind.CHOICE and mark.moment.time_s >= since_s)
+def _choices(trace: EpisodeTrace, since_s: float) -> Iterator[Mark]:
+    return (mark for mark in trace.marks if mark.record.kind is Kind.CHOICE and mark.moment.time_s >= since_s)
 
 
-def _onset_s(play: Play, happening: Happening) -> float | None:
-    """When the robot, on its way to that target, was first hindered; None if it never was.
+def _onset_s(trace: EpisodeTrace, disturbance: Disturbance) -> float | None:
+    """When a disturbance first hindered the robot on its way to the target; None if it never did.
 
-    A person first has to get there, and what happens to the other target is no hindrance yet.
+    A person first has to walk there, and a disturbance of the other target does not count yet.
     """
-    if not happening.target:
-        return happening.time_s
-    for moment in (moment for span in spans(play, happening.target) for moment in span):
-        goal = moment.scene.goals.get(happening.target)
-        if moment.time_s < happening.time_s or goal is None:
+    if not disturbance.target:
+        return disturbance.time_s
+    for moment in (moment for span in spans(trace, disturbance.target) for moment in span):
+        goal = moment.scene.goals.get(disturbance.target)
+        if moment.time_s < disturbance.time_s or goal is None:
             continue
-        if not happening.thing:
+        if not disturbance.blocker:
             # what moved before anybody was after it is simply elsewhere
-            return moment.time_s if moment.time_s - happening.time_s < AFTER_IT_S else None
-        if happening.thing in _in_the_way(moment.pose[:2], moment, goal):
+            return moment.time_s if moment.time_s - disturbance.time_s < AFTER_IT_S else None
+        if disturbance.blocker in _in_the_way(moment.pose[:2], moment, goal):
             return moment.time_s
     return None
 
 
-def _judge(play: Play, index: int, mark: Mark) -> Judgement | None:
+def _judge(trace: EpisodeTrace, index: int, mark: Mark) -> Judgement | None:
     here, choice = mark.moment, str(mark.record.data["choice"])
     goal = here.scene.goals.get(mark.record.target)
     if goal is None:
         return None
-    if not _could_be_seen(play, here, goal):
+    if not _could_be_seen(trace, here, goal):
         return Judgement(Cause.ELSEWHERE, choice, None)
     blocking = frozenset(_in_the_way(here.pose[:2], here, goal)) - {goal.name}
     if not blocking:
         return Judgement(Cause.MISSED, choice, None)
-    remaining_s, detour_s = _remaining_s(play, here, goal, blocking), _detour_s(here, goal, blocking)
+    remaining_s, detour_s = _remaining_s(trace, here, goal, blocking), _detour_s(here, goal, blocking)
     leaves = math.isfinite(remaining_s) and remaining_s <= detour_s
     cause = Cause.BLOCKED_SHORT if leaves else Cause.BLOCKED_LONG
     best_s = min(remaining_s, detour_s)
     cost_s = detour_s if choice == "detour" else math.inf
     if choice == "wait":
-        waited_s = _waited_s(play, index)
+        waited_s = _waited_s(trace, index)
         cost_s = waited_s + max(0.0, min(remaining_s - waited_s, detour_s))
     return Judgement(cause, choice, cost_s - best_s if math.isfinite(cost_s) and math.isfinite(best_s) else None)
 
 
-def _could_be_seen(play: Play, here: Moment, goal: Goal) -> bool:
-    """Whether the picture could be recognised from this place if nothing had come between."""
+def _could_be_seen(trace: EpisodeTrace, here: Moment, goal: Goal) -> bool:
+    """Whether the picture could be recognised from this place without the late objects."""
     eye = np.array([here.pose[:2]])
-    reach = Goal(goal.name, goal.at_mm, goal.facing_deg, goal.centre_height_mm, play.view_mm, 0.0, VIEW_ANGLE_DEG)
-    plan = _without(here.scene.plan, play.comers)
+    reach = Goal(goal.name, goal.at_mm, goal.facing_deg, goal.centre_height_mm, trace.view_mm, 0.0, VIEW_ANGLE_DEG)
+    plan = _without(here.scene.plan, trace.late_objects)
     return bool(reach.covers(eye)[0] and plan.sees(eye, CAMERA_HEIGHT_MM, goal)[0])
 
 
@@ -163,9 +165,9 @@ def _without(plan: FloorPlan, names: frozenset[str]) -> FloorPlan:
     return FloorPlan(plan.size_mm, tuple(each for each in plan.obstacles if each.name not in names))
 
 
-def _remaining_s(play: Play, here: Moment, goal: Goal, blocking: frozenset[str]) -> float:
+def _remaining_s(trace: EpisodeTrace, here: Moment, goal: Goal, blocking: frozenset[str]) -> float:
     """How long what blocks the straight way from here goes on to block it; infinity if to the end."""
-    for moment in play.moments:
+    for moment in trace.moments:
         if moment.time_s > here.time_s and not blocking & set(_in_the_way(here.pose[:2], moment, goal)):
             return moment.time_s - here.time_s
     return math.inf
@@ -179,8 +181,10 @@ def _detour_s(here: Moment, goal: Goal, blocking: frozenset[str]) -> float:
     return max(0.0, round_s - straight_s) if math.isfinite(round_s) else math.inf
 
 
-def _waited_s(play: Play, index: int) -> float:
+def _waited_s(trace: EpisodeTrace, index: int) -> float:
     """From a choice to the next search or approach."""
-    begun_s = play.marks[index].moment.time_s
-    later = (mark for mark in play.marks[index + 1 :] if mark.record.data.get("to") in ("search", "arrive", "finished"))
-    return next((mark.moment.time_s - begun_s for mark in later), play.duration_s - begun_s)
+    begun_s = trace.marks[index].moment.time_s
+    later = (
+        mark for mark in trace.marks[index + 1 :] if mark.record.data.get("to") in ("search", "arrive", "finished")
+    )
+    return next((mark.moment.time_s - begun_s for mark in later), trace.duration_s - begun_s)

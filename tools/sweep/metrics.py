@@ -12,9 +12,9 @@ from behaviors.journal import Kind
 from nxtdrive.motion.rover import SETTINGS
 from sim_backend.world.truth import TruePose
 
-from .draft import ROBOT_RADIUS_MM
 from .floor_plan import Pace, Way
-from .referee import Moment, Play, Scene
+from .referee import EpisodeTrace, Moment, Scene
+from .room_builder import ROBOT_RADIUS_MM
 
 CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM = 60.0, 200.0
 """Of the world file's default camera."""
@@ -66,12 +66,12 @@ def stop_counts(pose: TruePose, scene: Scene, target: str) -> bool:
     return bool(goal.covers(eye)[0] and scene.plan.sees(eye, CAMERA_HEIGHT_MM, goal)[0])
 
 
-def judge_target(play: Play, target: str) -> TargetResult:
+def judge_target(trace: EpisodeTrace, target: str) -> TargetResult:
     """What came of one target of a mission."""
-    pursuits = spans(play, target)
-    claims = _entries(play, target, "reached")
+    pursuits = spans(trace, target)
+    claims = _entries(trace, target, "reached")
     right = [claim for claim in claims if stop_counts(claim.pose, claim.scene, target)]
-    given_up = _entries(play, target, "gave_up")
+    given_up = _entries(trace, target, "gave_up")
     path_mm = sum(math.dist(one.pose[:2], other.pose[:2]) for span in pursuits for one, other in pairwise(span))
     pursuit_s = sum(span[-1].time_s - span[0].time_s for span in pursuits)
     end = right[0] if right else (pursuits[-1][-1] if pursuits else None)
@@ -82,7 +82,7 @@ def judge_target(play: Play, target: str) -> TargetResult:
     covered = 0.0 if way is None or left is None else max(0.0, 1.0 - left.length_mm / max(way.length_mm, 1.0))
     return TargetResult(
         target=target,
-        reachable=any(target in moment.scene.goals for moment in play.moments),
+        reachable=any(target in moment.scene.goals for moment in trace.moments),
         success=bool(right),
         wrong_stops=len(claims) - len(right),
         time_s=right[0].time_s if right else None,
@@ -96,23 +96,23 @@ def judge_target(play: Play, target: str) -> TargetResult:
     )
 
 
-def _entries(play: Play, target: str, state: str) -> list[Moment]:
+def _entries(trace: EpisodeTrace, target: str, state: str) -> list[Moment]:
     """When a state was entered for a target."""
     return [
         mark.moment
-        for mark in play.marks
+        for mark in trace.marks
         if mark.record.kind is Kind.TRANSITION and mark.record.target == target and mark.record.data["to"] == state
     ]
 
 
-def spans(play: Play, target: str) -> list[list[Moment]]:
+def spans(trace: EpisodeTrace, target: str) -> list[list[Moment]]:
     """The stretches of the mission in which it was after a target."""
     found = []
-    turns = [next(group) for _, group in groupby(play.marks, key=lambda mark: mark.record.target)]
+    turns = [next(group) for _, group in groupby(trace.marks, key=lambda mark: mark.record.target)]
     for i, turn in enumerate(turns):
         if turn.record.target == target:
-            end = turns[i + 1].moment if i + 1 < len(turns) else play.marks[-1].moment
-            between = [m for m in play.moments if turn.moment.time_s < m.time_s < end.time_s]
+            end = turns[i + 1].moment if i + 1 < len(turns) else trace.marks[-1].moment
+            between = [m for m in trace.moments if turn.moment.time_s < m.time_s < end.time_s]
             found.append([turn.moment, *between, end])
     return found
 

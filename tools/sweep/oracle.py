@@ -14,9 +14,9 @@ from behaviors.ports import StopReason
 from sim_backend.simulation import Simulation
 
 from .baseline import Baseline
-from .draft import ROBOT_RADIUS_MM
 from .floor_plan import Goal, Way
 from .robot import Robot
+from .room_builder import ROBOT_RADIUS_MM
 from .survey import survey
 
 MARGINS_MM = (50.0, 25.0, 8.0)

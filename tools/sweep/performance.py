@@ -15,7 +15,7 @@ from sim_backend.world.world_file import WorldFile
 from .causes import judge_choices, longest_run, recognition_s
 from .metrics import judge_target
 from .policies import drive, equipped
-from .referee import Play, Referee
+from .referee import EpisodeTrace, Referee
 from .robot import build_robot
 from .scenarios import Scenario, draw_scenario
 
@@ -49,11 +49,11 @@ class Task:
         return self.kind, self.seed, self.policy, self.eyes
 
 
-def perform(scenario: Scenario, policy: str, eyes: str) -> tuple[Play, Referee]:
+def perform(scenario: Scenario, policy: str, eyes: str) -> tuple[EpisodeTrace, Referee]:
     """Perform a mission and watch it.
 
     Returns:
-        What there is to judge, and who watched: the journal is there.
+        The trace to judge, and the referee, which has the journal.
 
     Raises:
         KeyboardInterrupt: Ctrl-C, also when the policy has made an orderly end of it.
@@ -70,30 +70,30 @@ def perform(scenario: Scenario, policy: str, eyes: str) -> tuple[Play, Referee]:
         # the brick's own end takes time, and the robot may still roll
         ended_s = report.duration_s
         moments = [moment for moment in referee.moments if moment.time_s <= ended_s]
-    play = Play(
+    trace = EpisodeTrace(
         targets=list(scenario.mission.mission.targets),
         moments=moments,
         marks=referee.marks,
-        happenings=[each for each in referee.happenings() if each.time_s <= ended_s],
-        comers=comers(scenario.world),
+        disturbances=[each for each in referee.disturbances() if each.time_s <= ended_s],
+        late_objects=late_objects(scenario.world),
         view_mm=min(VIEW_RANGE_MM, scenario.sight.farthest_mm),
         ending=report.ending,
         duration_s=ended_s,
         error=report.error,
     )
-    return play, referee
+    return trace, referee
 
 
-def comers(world: WorldFile) -> frozenset[str]:
-    """Everything that is not there at the start."""
+def late_objects(world: WorldFile) -> frozenset[str]:
+    """Names of the people and boxes that are absent at the start."""
     return frozenset([*(person.name for person in world.people), *(box.name for box in world.boxes if not box.present)])
 
 
 def evaluate(task: Task) -> Line:
     """Perform a task; its line of JSON, also when it breaks."""
     try:
-        play, _ = perform(draw_scenario(task.kind, task.seed), task.policy, task.eyes)
-        return {**_head(task), **judge(play)}
+        trace, _ = perform(draw_scenario(task.kind, task.seed), task.policy, task.eyes)
+        return {**_head(task), **judge(trace)}
     except Exception as error:  # noqa: BLE001 - one mission must not end a sweep; its line says what happened
         return failed(task, error)
 
@@ -117,9 +117,9 @@ def evaluate_batch(tasks: list[Task]) -> list[Line]:
     return [evaluate(task) for task in tasks]
 
 
-def judge(play: Play) -> Line:
+def judge(trace: EpisodeTrace) -> Line:
     """What came of a mission, as plain values; the names up to ``done`` are those of LeRobot."""
-    results = [judge_target(play, target) for target in play.targets]
+    results = [judge_target(trace, target) for target in trace.targets]
     reachable = [result for result in results if result.reachable]
     rewards = [float(result.success) for result in results]
     line: Line = {
@@ -127,14 +127,14 @@ def judge(play: Play) -> Line:
         "sum_reward": sum(rewards),
         "max_reward": max(rewards),
         "done": True,
-        "ending": play.ending.value,
-        "error": play.error,
-        "duration_s": play.duration_s,
-        "contacts": play.moments[-1].contacts,
+        "ending": trace.ending.value,
+        "error": trace.error,
+        "duration_s": trace.duration_s,
+        "contacts": trace.moments[-1].contacts,
         "targets": [asdict(result) for result in results],
-        "recognition_s": recognition_s(play),
-        "choices": [{**asdict(choice), "fits": choice.fits} for choice in judge_choices(play)],
-        "longest_run": longest_run(play),
+        "recognition_s": recognition_s(trace),
+        "choices": [{**asdict(choice), "fits": choice.fits} for choice in judge_choices(trace)],
+        "longest_run": longest_run(trace),
     }
     return {key: rounded(value) for key, value in line.items()}
 

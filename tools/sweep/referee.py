@@ -58,30 +58,30 @@ class Mark:
 
 
 @dataclass(frozen=True, slots=True)
-class Happening:
-    """Something that came between the robot and a target.
+class Disturbance:
+    """An event that hinders the robot on its way to a target.
 
     Attributes:
         time_s: When it began.
-        target: Which target it concerns; an empty string for all.
-        thing: What stands in the way from some time later on; an empty string if the harm is done at once.
+        target: The target it concerns; an empty string for all of them.
+        blocker: Name of the object that blocks the way once it has arrived; empty if the event acts at once.
     """
 
     time_s: float
     target: str
-    thing: str
+    blocker: str
 
 
 @dataclass(frozen=True, slots=True)
-class Play:
-    """A mission that was performed, as it really was.
+class EpisodeTrace:
+    """The ground truth of one mission from start to end.
 
     Attributes:
         targets: Names in order.
-        moments: The truth every `SAMPLE_MS`.
+        moments: Samples of the truth, one every `SAMPLE_MS`.
         marks: The judged records.
-        happenings: What came between.
-        comers: Names of everything that was not there at the start.
+        disturbances: What hindered the robot.
+        late_objects: Names of the objects that appeared after the start.
         view_mm: From how far a print can be recognised in this scenario.
         ending: How it ended.
         duration_s: How long it took.
@@ -91,8 +91,8 @@ class Play:
     targets: Sequence[str]
     moments: Sequence[Moment]
     marks: Sequence[Mark]
-    happenings: Sequence[Happening]
-    comers: frozenset[str]
+    disturbances: Sequence[Disturbance]
+    late_objects: frozenset[str]
     view_mm: float
     ending: Ending
     duration_s: float
@@ -121,16 +121,16 @@ class Referee:
         if record.kind in JUDGED:
             self.marks.append(Mark(record, self._moment()))
 
-    def happenings(self) -> Iterator[Happening]:
-        """What came between the robot and its targets so far."""
+    def disturbances(self) -> Iterator[Disturbance]:
+        """The disturbances so far."""
         events = {event.name: event for event in self._simulation.world_file.events}
         for time_s, name in self._simulation.truth.events:
             event = events[name]
             if event.picture or event.blocks:
-                target, thing = event.picture or event.blocks or "", "" if event.picture else event.subject
-                yield Happening(time_s - self._start_ms / 1000, target, thing)
+                target, blocker = event.picture or event.blocks or "", "" if event.picture else event.subject
+                yield Disturbance(time_s - self._start_ms / 1000, target, blocker)
         for start_ms, _ in self._simulation.webcam.unplugged_ms:
-            yield Happening((start_ms - self._start_ms) / 1000, "", "")
+            yield Disturbance((start_ms - self._start_ms) / 1000, "", "")
 
     def _watch(self) -> None:
         self.moments.append(self._moment())

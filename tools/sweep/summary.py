@@ -143,7 +143,7 @@ def reached_by(lines: Sequence[Line], times_s: NDArray[np.float64]) -> NDArray[n
 
 
 def recognition_s(lines: Sequence[Line]) -> list[float]:
-    """From each thing that came between to the choice that followed."""
+    """Seconds from each disturbance to the choice that followed."""
     return [delay for line in lines for delay in line.get("recognition_s", [])]
 
 

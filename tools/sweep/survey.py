@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from sim_backend.simulation import Simulation
 
-from .draft import box_obstacle, picture_obstacle, wall_obstacle
 from .floor_plan import FloorPlan, Obstacle
+from .room_builder import box_obstacle, picture_obstacle, wall_obstacle
 
 
 def survey(simulation: Simulation) -> FloorPlan:

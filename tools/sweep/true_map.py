@@ -1,4 +1,4 @@
-"""Draws one run's map by the truth: the room, what stood and came there, the robot's way, and where it stopped."""
+"""Draw the true map of one run: the room, its objects, the robot's path, and where it stopped."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from behaviors.journal import Kind
 
-from .draft import ROBOT_RADIUS_MM
 from .floor_plan import Goal, Obstacle, Point
 from .metrics import stop_counts
-from .referee import Mark, Play
+from .referee import EpisodeTrace, Mark
+from .room_builder import ROBOT_RADIUS_MM
 
 Image = NDArray[np.uint8]
 Color = tuple[int, int, int]
@@ -23,59 +23,59 @@ SCALE = 0.2
 MARGIN_PX, FOOT_PX = 30, 60
 """Around the room, and below it for the caption."""
 LOW_MM = 200.0
-"""Lower things hide no picture; they are drawn in outline."""
-CAME = 2
-"""Outline of what came later."""
+"""Lower objects hide no picture; they are drawn in outline."""
+LATE_PX = 2
+"""Outline of a late object."""
 
 INK: Color = (60, 50, 45)
 PAPER: Color = (250, 250, 248)
 SOLID: Color = (170, 180, 190)
-COMER: Color = (90, 150, 230)
+LATE: Color = (90, 150, 230)
 WAYS: tuple[Color, ...] = ((200, 130, 30), (150, 60, 160))
 GOOD, BAD = (60, 150, 40), (40, 40, 210)
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
-def draw_true_map(play: Play, title: str) -> Image:
-    """The map of a mission that was performed.
+def draw_true_map(trace: EpisodeTrace, title: str) -> Image:
+    """The map of one mission.
 
     Returns:
         Shape (height, width, 3), dtype uint8, BGR.
     """
-    width_mm, depth_mm = play.moments[0].scene.plan.size_mm
+    width_mm, depth_mm = trace.moments[0].scene.plan.size_mm
     width_px, depth_px = (round(side * SCALE) + 2 * MARGIN_PX for side in (width_mm, depth_mm))
     image: Image = np.full((depth_px + FOOT_PX, max(width_px, 420), 3), PAPER, np.uint8)
     cv2.rectangle(image, _at((0, 0)), _at((width_mm, depth_mm)), INK, 2)
-    _draw_things(image, play)
-    _draw_way(image, play)
-    for mark in play.marks:
+    _draw_objects(image, trace)
+    _draw_path(image, trace)
+    for mark in trace.marks:
         _draw_mark(image, mark)
-    x_mm, y_mm, heading_deg = play.moments[0].pose
+    x_mm, y_mm, heading_deg = trace.moments[0].pose
     ahead = math.radians(heading_deg)
     nose = (x_mm + 250 * math.cos(ahead), y_mm + 250 * math.sin(ahead))
     cv2.circle(image, _at((x_mm, y_mm)), round(ROBOT_RADIUS_MM * SCALE), INK, 1, cv2.LINE_AA)
     cv2.arrowedLine(image, _at((x_mm, y_mm)), _at(nose), INK, 2, cv2.LINE_AA, tipLength=0.3)
-    caption = f"{play.ending.replace('_', ' ')} after {play.duration_s:.0f} s, contacts: {play.moments[-1].contacts}"
+    caption = f"{trace.ending.replace('_', ' ')} after {trace.duration_s:.0f} s, contacts: {trace.moments[-1].contacts}"
     for row, text in enumerate((title, caption)):
         cv2.putText(image, text, (MARGIN_PX, depth_px + 12 + 24 * row), FONT, 0.5, INK, 1, cv2.LINE_AA)
     return image
 
 
-def _draw_things(image: Image, play: Play) -> None:
-    """What stood there, and every place where something that came stood still."""
-    first = play.moments[0].scene
+def _draw_objects(image: Image, trace: EpisodeTrace) -> None:
+    """The obstacles, and every place where a late object stood still."""
+    first = trace.moments[0].scene
     for obstacle in first.plan.obstacles:
         _draw_obstacle(image, obstacle, SOLID, 1 if obstacle.height_mm < LOW_MM else -1)
     drawn = {id(first)}
-    for one, other in zip(play.moments, play.moments[10:], strict=False):
+    for one, other in zip(trace.moments, trace.moments[10:], strict=False):
         if one.scene is other.scene and id(one.scene) not in drawn:
             drawn.add(id(one.scene))
             for obstacle in one.scene.plan.obstacles:
-                if obstacle.name in play.comers:
-                    _draw_obstacle(image, obstacle, COMER, CAME)
-    for goals in (first.goals, play.moments[-1].scene.goals):
+                if obstacle.name in trace.late_objects:
+                    _draw_obstacle(image, obstacle, LATE, LATE_PX)
+    for goals in (first.goals, trace.moments[-1].scene.goals):
         for goal in goals.values():
-            _draw_picture(image, goal, wanted=goal.name in play.targets)
+            _draw_picture(image, goal, wanted=goal.name in trace.targets)
 
 
 def _draw_obstacle(image: Image, obstacle: Obstacle, color: Color, thickness: int) -> None:
@@ -101,14 +101,14 @@ def _draw_picture(image: Image, goal: Goal, *, wanted: bool) -> None:
         cv2.putText(image, goal.name, (column - 20, row + 14), FONT, 0.4, color, 1, cv2.LINE_AA)
 
 
-def _draw_way(image: Image, play: Play) -> None:
-    """The way, a colour for each target; a red ring where the robot ran into something."""
-    marks = iter(play.marks)
+def _draw_path(image: Image, trace: EpisodeTrace) -> None:
+    """The path, one colour per target, with a red ring at each contact."""
+    marks = iter(trace.marks)
     mark, target = next(marks, None), ""
-    for one, other in zip(play.moments, play.moments[1:], strict=False):
+    for one, other in zip(trace.moments, trace.moments[1:], strict=False):
         while mark is not None and mark.moment.time_s <= one.time_s:
             target, mark = mark.record.target, next(marks, None)
-        color = WAYS[play.targets.index(target) % len(WAYS)] if target in play.targets else INK
+        color = WAYS[trace.targets.index(target) % len(WAYS)] if target in trace.targets else INK
         cv2.line(image, _at(one.pose[:2]), _at(other.pose[:2]), color, 2, cv2.LINE_AA)
         if other.contacts > one.contacts:
             cv2.circle(image, _at(other.pose[:2]), 7, BAD, 1, cv2.LINE_AA)

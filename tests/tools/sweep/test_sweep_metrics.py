@@ -9,7 +9,7 @@ from behaviors.journal import Kind, Record
 from nxtdrive.tools.sweep.causes import Cause, judge_choices, longest_run, recognition_s
 from nxtdrive.tools.sweep.floor_plan import FloorPlan, Goal, Obstacle
 from nxtdrive.tools.sweep.metrics import judge_target
-from nxtdrive.tools.sweep.referee import Happening, Mark, Moment, Play, Scene
+from nxtdrive.tools.sweep.referee import Disturbance, EpisodeTrace, Mark, Moment, Scene
 from sim_backend.world.truth import TruePose
 
 LENA = Goal("lena", (3800.0, 1500.0), 180.0)
@@ -21,13 +21,13 @@ def _scene(*obstacles, goals=(LENA,)):
     return Scene(FloorPlan((4000.0, 3000.0), tuple(obstacles)), {goal.name: goal for goal in goals})
 
 
-class Story:
-    """A mission told moment by moment."""
+class EpisodeBuilder:
+    """Builds the trace of a mission moment by moment."""
 
-    def __init__(self, *, scene=None, comers=()):
+    def __init__(self, *, scene=None, late_objects=()):
         self.scene = scene or _scene()
-        self.comers = frozenset(comers)
-        self.moments, self.marks, self.happenings = [], [], []
+        self.late_objects = frozenset(late_objects)
+        self.moments, self.marks, self.disturbances = [], [], []
         self.time_s, self.at, self.heading_deg = 0.0, (500.0, 1500.0), 0.0
         self._moment()
 
@@ -53,18 +53,18 @@ class Story:
     def choose(self, choice, target="lena"):
         return self.note(Kind.CHOICE, target, choice=choice, why="")
 
-    def happen(self, thing="", target="lena"):
-        self.happenings.append(Happening(self.time_s, target, thing))
+    def disturb(self, blocker="", target="lena"):
+        self.disturbances.append(Disturbance(self.time_s, target, blocker))
         return self
 
     def end(self):
         self.note(Kind.END)
-        return Play(
+        return EpisodeTrace(
             ["lena"],
             self.moments,
             self.marks,
-            self.happenings,
-            self.comers,
+            self.disturbances,
+            self.late_objects,
             3000.0,
             Ending.EXHAUSTED,
             self.time_s,
@@ -72,7 +72,7 @@ class Story:
 
 
 def test_a_straight_drive_is_as_good_as_can_be():
-    result = judge_target(Story().enter("search").drive(3260, 1500, 14.6).enter("reached").end(), "lena")
+    result = judge_target(EpisodeBuilder().enter("search").drive(3260, 1500, 14.6).enter("reached").end(), "lena")
     assert result.success
     assert result.spl == pytest.approx(1.0, abs=0.02)
     assert result.sct == pytest.approx((2740 / 200 + 0.5) / 14.6, abs=0.03)
@@ -81,52 +81,54 @@ def test_a_straight_drive_is_as_good_as_can_be():
 
 
 def test_a_roundabout_way_counts_for_what_it_is_worth():
-    story = Story().enter("search").drive(500, 2700, 6).drive(500, 1500, 6).drive(3260, 1500, 14)
-    result = judge_target(story.enter("reached").end(), "lena")
+    episode = EpisodeBuilder().enter("search").drive(500, 2700, 6).drive(500, 1500, 6).drive(3260, 1500, 14)
+    result = judge_target(episode.enter("reached").end(), "lena")
     assert result.spl == pytest.approx(2740 / (2760 + 2400), abs=0.02)
     assert result.soft_spl == result.spl
 
 
 @pytest.mark.parametrize("place", [(3200.0, 1500.0), (3750.0, 1200.0)])
 def test_a_stop_that_is_too_far_or_too_much_from_the_side_is_a_wrong_stop(place):
-    result = judge_target(Story().enter("search").drive(*place, 14).enter("reached").end(), "lena")
+    result = judge_target(EpisodeBuilder().enter("search").drive(*place, 14).enter("reached").end(), "lena")
     assert (result.success, result.wrong_stops, result.spl, result.sct) == (False, 1, 0.0, 0.0)
     assert result.soft_spl > 0.7
 
 
 def test_a_stop_before_something_that_hides_the_picture_is_a_wrong_stop():
-    story = Story(scene=_scene(Obstacle("screen", (3600.0, 1500.0), (20.0, 400.0)))).enter("search")
-    result = judge_target(story.drive(3400, 1500, 14).enter("reached").end(), "lena")
+    episode = EpisodeBuilder(scene=_scene(Obstacle("screen", (3600.0, 1500.0), (20.0, 400.0)))).enter("search")
+    result = judge_target(episode.drive(3400, 1500, 14).enter("reached").end(), "lena")
     assert result.wrong_stops == 1
 
 
 def test_who_covers_half_of_the_way_gets_half_of_the_soft_figure():
-    result = judge_target(Story().enter("search").drive(1900, 1500, 7).enter("gave_up").end(), "lena")
+    result = judge_target(EpisodeBuilder().enter("search").drive(1900, 1500, 7).enter("gave_up").end(), "lena")
     assert result.soft_spl == pytest.approx(0.5, abs=0.02)
     assert result.given_up_s == pytest.approx(7.0)
 
 
 def test_a_target_that_is_not_there_is_not_reachable():
-    result = judge_target(Story(scene=_scene(goals=())).enter("search").enter("gave_up").end(), "lena")
+    result = judge_target(EpisodeBuilder(scene=_scene(goals=())).enter("search").enter("gave_up").end(), "lena")
     assert (result.reachable, result.success, result.shortest_mm) == (False, False, None)
 
 
 def test_a_failure_is_noticed_from_when_somebody_is_in_the_way():
-    story = Story(comers=["anna"]).enter("arrive").drive(1000, 1500, 2).happen("anna").drive(1200, 1500, 1)
-    story.scene = _scene(PERSON)
-    play = story.drive(1400, 1500, 2).choose("wait").end()
+    episode = (
+        EpisodeBuilder(late_objects=["anna"]).enter("arrive").drive(1000, 1500, 2).disturb("anna").drive(1200, 1500, 1)
+    )
+    episode.scene = _scene(PERSON)
+    trace = episode.drive(1400, 1500, 2).choose("wait").end()
     # the first moment that shows her is 0.2 s after she has come
-    assert recognition_s(play) == [pytest.approx(1.8)]
+    assert recognition_s(trace) == [pytest.approx(1.8)]
 
 
 def _blocked(stays_s, choice, waits_s):
-    story = Story(comers=["anna"]).enter("arrive")
-    story.at, story.scene = (1800.0, 1500.0), _scene(PERSON)
-    story.choose(choice).drive(1800, 1500, min(stays_s, waits_s))
+    episode = EpisodeBuilder(late_objects=["anna"]).enter("arrive")
+    episode.at, episode.scene = (1800.0, 1500.0), _scene(PERSON)
+    episode.choose(choice).drive(1800, 1500, min(stays_s, waits_s))
     if stays_s <= waits_s:
-        story.scene = _scene()
-    play = story.drive(1800, 1500, max(0.1, waits_s - stays_s)).enter("search").end()
-    (judgement,) = judge_choices(play)
+        episode.scene = _scene()
+    trace = episode.drive(1800, 1500, max(0.1, waits_s - stays_s)).enter("search").end()
+    (judgement,) = judge_choices(trace)
     return judgement
 
 
@@ -144,12 +146,20 @@ def test_to_wait_long_for_somebody_who_stays_is_regretted():
 
 
 def test_what_could_have_been_seen_was_missed_and_the_rest_is_elsewhere():
-    near = Story().enter("search").drive(1500, 1500, 4).choose("move_to").end()
-    far = Story(scene=_scene(Obstacle("cupboard", (2000.0, 1500.0), (200.0, 1500.0)))).enter("search")
+    near = EpisodeBuilder().enter("search").drive(1500, 1500, 4).choose("move_to").end()
+    far = EpisodeBuilder(scene=_scene(Obstacle("cupboard", (2000.0, 1500.0), (200.0, 1500.0)))).enter("search")
     assert [each.cause for each in judge_choices(near)] == [Cause.MISSED]
     assert [each.cause for each in judge_choices(far.choose("move_to").end())] == [Cause.ELSEWHERE]
 
 
 def test_the_longest_run_is_at_one_place():
-    story = Story().choose("wait").choose("wait").drive(1500, 1500, 5).choose("wait").choose("rescan").choose("wait")
-    assert longest_run(story.end()) == 2
+    episode = (
+        EpisodeBuilder()
+        .choose("wait")
+        .choose("wait")
+        .drive(1500, 1500, 5)
+        .choose("wait")
+        .choose("rescan")
+        .choose("wait")
+    )
+    assert longest_run(episode.end()) == 2

@@ -17,11 +17,11 @@ def _limited(scenario, limit_s):
 
 @pytest.mark.parametrize("policy", ALL_NAMES)
 def test_every_policy_ends_a_mission_with_the_robot_at_rest(policy):
-    play, referee = perform(_limited(draw_scenario("absent", 100), 40.0), policy, "geometric")
-    assert play.ending in (Ending.TIME_UP, Ending.EXHAUSTED)
-    assert play.duration_s <= 43.0
+    trace, referee = perform(_limited(draw_scenario("absent", 100), 40.0), policy, "geometric")
+    assert trace.ending in (Ending.TIME_UP, Ending.EXHAUSTED)
+    assert trace.duration_s <= 43.0
     assert [record.kind for record in (referee.records[0], referee.records[-1])] == [Kind.START, Kind.END]
-    assert play.marks[-1].record.kind is Kind.END
+    assert trace.marks[-1].record.kind is Kind.END
 
 
 def test_nav2s_list_recovers_in_turn_and_gives_up_after_six():
@@ -34,11 +34,11 @@ def test_nav2s_list_recovers_in_turn_and_gives_up_after_six():
 def test_the_robot_outlasts_outages_of_the_link():
     scenario = draw_scenario("link", 100)
     assert scenario.faults.silent_ms
-    play, _ = perform(scenario, "oracle", "geometric")
-    assert play.ending is Ending.ACHIEVED
+    trace, _ = perform(scenario, "oracle", "geometric")
+    assert trace.ending is Ending.ACHIEVED
 
 
 def test_real_eyes_see_the_same_scenario():
-    play, referee = perform(_limited(draw_scenario("camera_loss", 101), 12.0), "thesis", "camera")
-    assert play.ending is Ending.TIME_UP
+    trace, referee = perform(_limited(draw_scenario("camera_loss", 101), 12.0), "thesis", "camera")
+    assert trace.ending is Ending.TIME_UP
     assert any(record.kind is Kind.LOOK for record in referee.records)

@@ -1,4 +1,4 @@
-"""What stands on the floor: walls, boxes and pictures, as obstacles for the body and as panels for the camera."""
+"""Objects on the floor: walls, boxes and pictures, as obstacles in the physics and as panels for the camera."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pymunk
 
 from sim_backend.camera.scene import Panel, picture_panel, standing_panels
 from sim_backend.world.robot import GRAVITY_MM_S2
-from sim_backend.world.tables import Point
+from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Box, Floor, Picture, Wall
 
 STAND_THICKNESS_MM = 10.0
@@ -18,8 +18,8 @@ BOX_FRICTION = 0.4
 """Coefficient of friction between a box and the floor."""
 
 
-class Thing(Protocol):
-    """Something that can be seen and run into."""
+class WorldObject(Protocol):
+    """An obstacle that the camera can see."""
 
     @property
     def height_mm(self) -> float:
@@ -28,16 +28,16 @@ class Thing(Protocol):
 
     @property
     def shapes(self) -> tuple[pymunk.Shape, ...]:
-        """Its outline in the physics."""
+        """Outline in the physics."""
         ...
 
     def panels(self) -> list[Panel]:
-        """What the camera sees of it; nothing while it is absent."""
+        """The surfaces that the camera sees; none while it is absent."""
         ...
 
 
-class WallThing:
-    """A wall; it stays where it is."""
+class WallObject:
+    """A fixed inner wall."""
 
     def __init__(self, space: pymunk.Space, wall: Wall) -> None:
         self.height_mm, self._wall = wall.height_mm, wall
@@ -55,8 +55,8 @@ class WallThing:
         return standing_panels(corners, self.height_mm, self._wall.texture)
 
 
-class RoomThing:
-    """The four walls around the floor, thick outwards and seen from inside."""
+class RoomObject:
+    """The four walls around the floor; their thickness lies outside the room."""
 
     THICKNESS_MM = 200.0
 
@@ -75,7 +75,7 @@ class RoomThing:
         space.add(*self.shapes)
 
     def panels(self) -> list[Panel]:
-        """Four upright sides, fronts inwards."""
+        """Four upright sides that face inwards."""
         width, depth = self._floor.size_mm
         corners = [(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)]
         return [
@@ -84,8 +84,8 @@ class RoomThing:
         ]
 
 
-class _Placed:
-    """Something on a body of its own that events may move, take away and bring back."""
+class PlacedObject:
+    """An object with its own body, which events can move, remove and bring back."""
 
     def __init__(self, space: pymunk.Space, body: pymunk.Body, shape: pymunk.Shape, *, present: bool) -> None:
         self._space, self._body = space, body
@@ -97,21 +97,21 @@ class _Placed:
 
     @property
     def at_mm(self) -> Point:
-        """Its middle on the map."""
+        """Center on the map."""
         return float(self._body.position.x), float(self._body.position.y)
 
     @property
     def facing_deg(self) -> float:
-        """Direction of its front."""
+        """Direction of the front, clockwise from +x."""
         return math.degrees(self._body.angle)
 
     @property
     def at_rest(self) -> bool:
-        """Whether nothing pushes it along."""
+        """Whether it does not move."""
         return not self.present or (self._body.velocity.length < 0.05 and abs(self._body.angular_velocity) < 1e-3)
 
     def place(self, at_mm: Point | None, facing_deg: float | None, *, present: bool) -> None:
-        """Put it somewhere else, take it away or bring it back; None keeps place or facing."""
+        """Move, remove or bring back the object; None keeps the position or the facing."""
         self._show(False)
         if at_mm is not None:
             self._body.position = at_mm
@@ -121,11 +121,7 @@ class _Placed:
         self._show(present)
 
     def _show(self, present: bool) -> None:
-        members: tuple[pymunk.Body | pymunk.Shape | pymunk.Constraint, ...] = (
-            self._body,
-            *self.shapes,
-            *self._attached,
-        )
+        members: list[pymunk.Body | pymunk.Shape | pymunk.Constraint] = [self._body, *self.shapes, *self._attached]
         if present and not self.present:
             self._space.add(*members)
         elif self.present and not present:
@@ -133,12 +129,12 @@ class _Placed:
         self.present = present
 
 
-class BoxThing(_Placed):
-    """A box; with a mass it can be pushed and rubs on the floor.
+class BoxObject(PlacedObject):
+    """A box; one with a mass can be pushed, against friction on the floor.
 
     Attributes:
         movable: Whether the robot can push it.
-        radius_mm: From its middle to a corner.
+        radius_mm: From the center to a corner.
     """
 
     def __init__(self, space: pymunk.Space, box: Box) -> None:
@@ -163,7 +159,7 @@ class BoxThing(_Placed):
         return standing_panels(corners, self.height_mm, self._box.texture)
 
 
-class PictureThing(_Placed):
+class PictureObject(PlacedObject):
     """A picture on a stand."""
 
     def __init__(self, space: pymunk.Space, picture: Picture) -> None:
@@ -180,17 +176,17 @@ class PictureThing(_Placed):
 
     @property
     def texture(self) -> str:
-        """Its name in the texture library, or the path of its file."""
+        """Name in the texture library, or path of the image file."""
         return self.name if self._picture.file is None else str(self._picture.file)
 
     def edge_points(self) -> tuple[Point, Point, Point]:
-        """Left quarter, middle and right quarter of the picture."""
+        """Points at a quarter, half and three quarters of the width."""
         (x, y), facing = self.at_mm, self._body.angle
         across_x, across_y = -math.sin(facing) * self.width_mm / 4, math.cos(facing) * self.width_mm / 4
         return (x - across_x, y - across_y), (x, y), (x + across_x, y + across_y)
 
     def panels(self) -> list[Panel]:
-        """The print with a plain back, and the post under it."""
+        """The print with its plain back, and the post under it."""
         if not self.present:
             return []
         x, y = self.at_mm

@@ -1,4 +1,4 @@
-"""A scenario while it is being drawn: a room that fills with pictures, boxes, people and events."""
+"""Build the room of a scenario step by step: pictures, boxes, walls, people and events."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ FREE_START_MM = 30.0
 
 
 @dataclass
-class Draft:
-    """What has been drawn so far.
+class RoomBuilder:
+    """The tables of a world file under construction.
 
     Attributes:
-        random: The only source of chance.
+        random: The only source of randomness.
         size_mm: Of the room.
         start_mm: Where the robot starts.
         heading_deg: Where it looks then.
@@ -44,7 +44,7 @@ class Draft:
         pictures: Tables of the world file, by the picture's name.
         boxes: Tables of the world file, as the next three.
         walls: Inner walls.
-        people: Who comes by.
+        people: Who can enter.
         events: What happens, and when.
         tables: Further tables of the world file, by name.
         robot: Further entries of its table of the robot.
@@ -153,7 +153,7 @@ class Draft:
 
 
 def standing(world: WorldFile) -> Iterable[Obstacle]:
-    """Everything in a world file that stands there at the start."""
+    """All obstacles of a world file that are present at the start."""
     yield from (wall_obstacle(wall, i) for i, wall in enumerate(world.walls))
     yield from (box_obstacle(box, box.at_mm, box.facing_deg) for box in world.boxes if box.present)
     yield from (picture_obstacle(picture, picture.at_mm, picture.facing_deg) for picture in world.pictures)

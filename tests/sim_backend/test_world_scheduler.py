@@ -9,7 +9,7 @@ def event(name, when, action):
 
 
 def times_s(room, name):
-    return [time_ms / 1000 for time_ms, happened in room.story.log if happened == name]
+    return [time_ms / 1000 for time_ms, happened in room.scheduler.log if happened == name]
 
 
 def test_a_picture_vanishes_and_comes_back_by_the_clock(world, drive):
@@ -24,7 +24,7 @@ def test_a_picture_vanishes_and_comes_back_by_the_clock(world, drive):
     drive(room, 2000)
     assert room.pictures["lena"].at_mm == (2000, 1400)
     assert room.pictures["lena"].facing_deg == pytest.approx(170)
-    assert room.story.log == [(1000, "gone"), (3000, "back")]
+    assert room.scheduler.log == [(1000, "gone"), (3000, "back")]
 
 
 def test_a_person_walks_in_stays_and_leaves(world, drive):
@@ -44,7 +44,7 @@ def test_a_person_steps_between_robot_and_picture_once_it_was_seen_long_enough(w
     room = world(LENA + ANNA + event("block", "sees = 'lena', for_s = 1.5", "person = 'anna'\nblocks = 'lena'"))
     assert room.in_view("lena")
     drive(room, 1400)
-    assert room.story.log == []
+    assert room.scheduler.log == []
     drive(room, 4000)
     assert times_s(room, "block") == [1.6]
     assert not room.in_view("lena")
@@ -57,12 +57,12 @@ def test_a_person_steps_between_robot_and_picture_once_it_was_seen_long_enough(w
 def test_the_robots_distance_counts(world, drive, condition, happens):
     room = world(LENA + event("gone", f"sees = 'lena', {condition}", "picture = 'lena'\npresent = false"))
     drive(room, 500)
-    assert bool(room.story.log) is happens
+    assert bool(room.scheduler.log) is happens
 
 
 def test_an_event_happens_when_the_robot_comes_near(world, drive):
     room = world(LENA + event("gone", "of = 'lena', robot_within_mm = 1500", "picture = 'lena'\npresent = false"))
-    while not room.story.log:
+    while not room.scheduler.log:
         drive(room, 100, 60, 60)
     assert 1500 - 30 < room.robot_distance_mm("lena") < 1500
 
@@ -111,7 +111,7 @@ def test_a_person_may_come_again_and_again(world, drive):
 def test_the_second_view_can_be_the_trigger(world, drive):
     room = world(LENA + event("second look", "sees = 'lena', view_number = 2", "picture = 'lena'\npresent = false"))
     drive(room, 2000)
-    assert room.story.log == []
+    assert room.scheduler.log == []
     drive(room, 600, 40, -40)
     drive(room, 600, -40, 40)
     drive(room, 500)
