@@ -13,7 +13,7 @@ from nxtdrive.cli.main import DONE, NOT_ACHIEVED
 from nxtdrive.cli.options import add_json_argument
 
 if TYPE_CHECKING:
-    from sim_backend.conformance import Report
+    from nxtdrive.tools.conformance.replay import Report
 
 FIRMWARES = ("1.29", "1.05")
 """The firmwares the simulated brick can behave as."""
@@ -38,8 +38,8 @@ def check(args: argparse.Namespace) -> int:
     Raises:
         ConfigError: The file is no recording, or has no such scenario.
     """
-    from sim_backend.conformance import replay
-    from sim_backend.conformance_recording import load
+    from nxtdrive.tools.conformance.recording import load
+    from nxtdrive.tools.conformance.replay import replay
 
     scenarios = load(args.recording, args.firmware)
     if unknown := sorted(set(args.scenario or ()) - scenarios.keys()):

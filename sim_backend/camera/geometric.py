@@ -1,11 +1,12 @@
-"""Eyes without pictures: what the picture detector would report, by geometry and chance.
+"""Geometric eyes: what the picture detector would report, computed from geometry and chance without an image.
 
-Drawing a frame and searching it takes tens of milliseconds. A sweep over thousands of missions asks instead how large
-the picture appears, at which angle, how much of it is free, and how fast the camera turns; a law fitted to the real
-detector says how likely it is found. `python -m nxtdrive.tools.fit_geometric` measures the detector and prints the law.
+Rendering and searching a frame takes tens of milliseconds. For sweeps over thousands of missions this model computes
+how large the picture appears, at which angle, how much of it is visible and how fast the camera turns; a law fitted to
+the real detector gives the probability of a detection. `python -m tools.dev.fit_geometric`, in a checkout, measures the
+detector and prints the law.
 
-Each frame draws its own luck. A real detector that misses a picture from a standstill tends to miss it again in the
-next frame, so this model is a little kinder to a robot that stops and looks for long.
+Each frame is an independent draw. A real detector that misses a picture from a standstill tends to miss it again in the
+next frame, so the model slightly favours a robot that stops and looks for long.
 """
 
 from __future__ import annotations
@@ -86,7 +87,7 @@ PICTURE_LAW = DetectorLaw(
     bearing_sd_deg=0.063,
     distance_sd=0.024,
 )
-"""The `picture` detector on "lena" and "rilakkuma". Source: tools/fit_geometric.py, 600 frames in each sweep."""
+"""The `picture` detector on "lena" and "rilakkuma". Source: tools/dev/fit_geometric.py, 600 frames in each sweep."""
 
 
 @dataclass(frozen=True, slots=True)

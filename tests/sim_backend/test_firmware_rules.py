@@ -8,7 +8,7 @@ from firmware_protocol import direct, system
 from firmware_protocol.enums import OutputPort, RunState, SensorMode, SensorType
 from firmware_protocol.iomap import BUTTON, COMM, OUTPUT, SOUND, UI, OutputFlag, SoundState, UiFlag
 from firmware_protocol.status import Status
-from sim_backend.conformance_bench import Bench
+from nxtdrive.tools.conformance.bench import Bench
 from sim_backend.devices import AnalogInput, GenericI2CDevice
 from sim_backend.firmware.analog import NORMALIZE
 from sim_backend.firmware.battery import RECHARGEABLE

@@ -1,6 +1,6 @@
-"""Recorded conversations with a brick, read from a file of JSON lines (docs/firmware.md section 0.2).
+"""Read recorded conversations with a brick from a file of JSON lines (docs/firmware.md section 0.2).
 
-A line needs a ``request`` or a ``control``, and the ``reply``. Without the name of a scenario all lines are one.
+A line has a ``request`` or a ``control``, and the ``reply``. Lines without the name of a scenario form one together.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 from firmware_protocol.errors import ConfigError
 
 _REPLIES = {"1.05": "reply_lego105"}
-"""Where replies of other firmwares stand, if they differ from ``reply``."""
+"""Keys of the replies of other firmwares, present where they differ from ``reply``."""
 
 _TEXTS = ("scenario", "request", "control", "reply", "mask", *_REPLIES.values())
 _HEX = ("request", "mask")
@@ -24,12 +24,12 @@ class Step:
     """One exchange.
 
     Attributes:
-        number: Its number in the scenario.
-        request: A telegram to the firmware in hex, or empty.
-        control: Something done to the hardware, or empty.
-        reply: What came back; several replies in hex are separated by spaces.
-        reference: What the firmware the recording was made with replied: firmware 1.29.
-        mask: Hex; bytes 00 are not compared.
+        number: Position in the scenario.
+        request: Telegram to the firmware in hex, or empty.
+        control: Control line for the hardware, or empty.
+        reply: Reply in hex; several are separated by spaces.
+        reference: Reply of the firmware that the recording was made with, 1.29.
+        mask: Hex; bytes where it is 00 are not compared.
     """
 
     number: int
@@ -44,7 +44,7 @@ def load(path: Path, firmware: str) -> dict[str, list[Step]]:
     """The scenarios of a recording by name, with the replies of one firmware, "1.29" or "1.05".
 
     Raises:
-        ConfigError: The file cannot be read, or is no recording.
+        ConfigError: The file cannot be read, or is not a recording.
     """
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
@@ -62,7 +62,7 @@ def load(path: Path, firmware: str) -> dict[str, list[Step]]:
 
 
 def _record(line: str, place: str) -> dict[str, Any]:
-    """A line's record with all its texts checked."""
+    """Parse a line and check its texts."""
     remedy = 'Each line is a JSON object with "request" or "control", and "reply" (docs/firmware.md section 0.2).'
     try:
         record = json.loads(line)

@@ -1,9 +1,9 @@
-"""The pictures a simulated robot searches for, and some it must not mistake for them.
+"""Draw the pictures that a simulated robot searches for, and decoys.
 
-All are our own drawings. They are shipped as PNG files in `sim_backend/pictures/`, A4 upright, 2 pixels per millimetre:
-print one at full size and it is the same target in your room. After a change here write the files anew::
+All are our own drawings. They ship as PNG files in `sim_backend/pictures/`, A4 upright, 2 pixels per millimetre, and
+can be printed at full size for a real room. After a change here, write the files again, in a checkout::
 
-    python -m sim_backend.camera.drawings
+    python -m tools.dev.drawings
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ from collections.abc import Callable
 
 import cv2
 
-from sim_backend.camera.canvas import Canvas, Shape, curve, ellipse, mirrored, polygon, smooth
-from sim_backend.camera.portrait import draw_lena
 from sim_backend.camera.textures import PICTURES, Color, Image
+
+from .canvas import Canvas, Shape, curve, ellipse, mirrored, polygon, smooth
+from .portrait import draw_lena
 
 MIDDLE = 105.0
 SHEET = polygon((0, 0), (210, 0), (210, 297), (0, 297))

@@ -1,6 +1,6 @@
-"""A simulated brick on a bench: three bench motors, four adjustable inputs, I2C devices, and hands to work them.
+"""Test bench for a simulated brick: three motors, four adjustable inputs and I2C devices, driven by control lines.
 
-The lines it understands are those of the recorded conversations, docs/firmware.md section 0.1.
+The control lines are those of the recorded conversations, docs/firmware.md section 0.1.
 """
 
 from __future__ import annotations
@@ -10,34 +10,34 @@ from collections.abc import Callable
 from firmware_protocol.framing import LENGTH_SIZE, USB_TELEGRAM_LIMIT
 from firmware_protocol.iomap import UI, UiFlag
 from sim_backend.devices import AnalogInput, GenericI2CDevice
+from sim_backend.firmware.analog import FULL_SCALE
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.limits import BLUETOOTH
 
-_OPEN = 1023
 _IO_MAP_DATA = 9
-"""Where the data begin in a reply to IOMapRead."""
+"""Offset of the data in a reply to IOMapRead."""
 
 _PATIENCE = 100_000
-"""Polls after which a wait is given up."""
+"""Number of polls after which a wait fails."""
 
 
-class NotOnThisBench(Exception):
-    """A control line asks for something the simulated brick or the bench does not have."""
+class NotSupportedOnBench(Exception):
+    """A control line needs something that the simulated brick or the bench does not have."""
 
 
 class Bench:
-    """A brick with everything plugged in, driven by control lines.
+    """A brick with motors and sensors attached, driven by control lines.
 
     Attributes:
         brick: The brick under test.
-        motors: On ports A, B, C.
-        readings: What the analog inputs 1 to 4 read.
+        motors: Motors on ports A, B, C.
+        readings: Readings of the analog inputs 1 to 4.
     """
 
     def __init__(self, brick: SimBrick) -> None:
         self.motors = [BenchMotor() for _ in "ABC"]
-        self.readings = [_OPEN] * 4
+        self.readings = [FULL_SCALE] * 4
         self._plug_in(brick)
         self._clocks = [0] * 4
         self._stream = b""
@@ -75,7 +75,7 @@ class Bench:
             self._plug_analog(index)
 
     def telegram(self, request: str) -> str:
-        """Send one telegram and let one pass go by; all in hex. More than 64 bytes are several packets."""
+        """Send one telegram in hex and run one pass. More than 64 bytes make several packets."""
         data = bytes.fromhex(request)
         replies = []
         for start in range(0, len(data), USB_TELEGRAM_LIMIT):
@@ -87,16 +87,16 @@ class Bench:
         """Carry out a control line.
 
         Raises:
-            NotOnThisBench: It is not supported.
+            NotSupportedOnBench: The line is unknown, or its arguments are wrong.
         """
         word, *arguments = line.split()
         action = self._lines.get(word)
         if action is None:
-            raise NotOnThisBench(f"the control line {line!r} is not known; docs/firmware.md section 0.1 lists them")
+            raise NotSupportedOnBench(f"the control line {line!r} is not known; see docs/firmware.md section 0.1")
         try:
             return action(*arguments)
         except (ValueError, TypeError, IndexError) as error:
-            raise NotOnThisBench(f"the control line {line!r} cannot be carried out: {error}") from error
+            raise NotSupportedOnBench(f"the control line {line!r} cannot be carried out: {error}") from error
 
     def _tick(self, passes: str) -> str:
         self.brick.tick(int(passes))
@@ -143,13 +143,13 @@ class Bench:
         return " ".join(self.telegram(request) for request in requests)
 
     def _poll(self, request: str, byte: int, value: int, mask: int = 0xFF) -> tuple[int, str]:
-        """Ask every pass until `byte` of the reply is `value` under `mask`; a reply too short never is."""
+        """Repeat the request every pass until `byte` of the reply is `value` under `mask`."""
         for polls in range(1, _PATIENCE):
             reply = self.telegram(request)
             data = bytes.fromhex(reply)
             if len(data) > byte and data[byte] & mask == value:
                 return polls, reply
-        raise NotOnThisBench(f"byte {byte} of the reply to {request} never was 0x{value:02x}")
+        raise NotSupportedOnBench(f"byte {byte} of the reply to {request} never was 0x{value:02x}")
 
     def _until(self, request: str, status: str) -> str:
         return str(self._poll(request, 2, int(status, 16))[0])
@@ -177,11 +177,11 @@ class Bench:
             case "stucksda" | "stuckscl":
                 bus.stuck = arguments[0] == "1"
             case "wack":
-                pass  # the firmware does not look at the acknowledgement of data bytes
+                pass  # the firmware ignores the acknowledgement of data bytes
             case "log":
                 return self._bus_log(index)
             case _:
-                raise NotOnThisBench(f"!i2c {action} is not supported")
+                raise NotSupportedOnBench(f"!i2c {action} is not supported")
         return "ok"
 
     def _bus_log(self, index: int) -> str:
@@ -247,7 +247,7 @@ class Bench:
         return "ok"
 
     def _bluetooth(self, *stream: str) -> str:
-        """Send bytes; a telegram whose end is still missing waits for it. The brick takes one chunk in a pass."""
+        """Send bytes over Bluetooth; an incomplete telegram waits for its rest. The brick takes one chunk per pass."""
         data, replies = self._stream + bytes.fromhex("".join(stream)), b""
         while len(data) >= LENGTH_SIZE:
             length = int.from_bytes(data[:LENGTH_SIZE], "little")

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim_backend.camera.canvas import Canvas, Shape, curve, ellipse, mirrored, polygon, smooth
 from sim_backend.camera.textures import Color, Image
+
+from .canvas import Canvas, Shape, curve, ellipse, mirrored, polygon, smooth
 
 MIDDLE = 105.0
 

@@ -1,9 +1,11 @@
-"""Measure how the `picture` detector fails, and fit the law of the simulation's geometric eyes to it.
+"""Measure where the `picture` detector fails, and fit the model of the simulation's geometric eyes to it.
 
-    python -m nxtdrive.tools.fit_geometric [--trials 200]
+In a checkout::
 
-Each sweep makes one thing worse (size, slant, covering, motion blur) and leaves the others easy. What it prints goes
-into `sim_backend/camera/geometric.py`.
+    python -m tools.dev.fit_geometric [--trials 200]
+
+Each sweep degrades one condition (size, slant, covering, motion blur) and keeps the others easy. The printed result
+goes into `sim_backend/camera/geometric.py`.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from sim_backend.camera.sim_camera import SimCamera
 from sim_backend.camera.textures import PICTURES, TextureLibrary
 
 TARGETS = ("lena", "rilakkuma")
-"""What robots search for. The decoys are left out: smeared, a landscape stays what it is, unlike most pictures."""
+"""The decoys are left out: unlike most pictures, a blurred landscape still looks the same."""
 
 SIZE = (320, 240)
 LENS = Viewpoint(0.0, 0.0, 0.0, 200.0)
@@ -50,14 +52,14 @@ class Setup:
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """What the geometry says and what the detector found: bearing error in degrees and log of the distance ratio."""
+    """The true geometry and the detector's errors: bearing in degrees, and log of the distance ratio."""
 
     sight: Sight
     errors: tuple[float, float] | None
 
 
-class Laboratory:
-    """Renders arrangements and has the real detector look at them."""
+class BenchSetup:
+    """Renders arrangements and runs the real detector on them."""
 
     def __init__(self, seed: int) -> None:
         self._rng = random.Random(seed)  # noqa: S311 - a repeatable draw
@@ -70,7 +72,7 @@ class Laboratory:
         }
 
     def run(self, setup: Setup) -> Trial | None:
-        """Look once at one of the pictures, chosen at random; None if nothing of it is free."""
+        """Look once at a picture chosen at random; None if it is completely covered."""
         rng = self._rng
         name = rng.choice(list(self._targets))
         bearing = math.radians(rng.uniform(-10.0, 10.0))
@@ -101,7 +103,7 @@ class Laboratory:
         return [Panel(back, -side, back, side, 0.0, 2500.0, texture)]
 
     def _cover(self, picture: Panel, share: float) -> Panel:
-        """A board shortly before the picture that hides a share of it: from the left, the right or from below."""
+        """A board just in front of the picture that hides a share of it, from the left, the right or below."""
         texture, near = self._rng.choice(COVERS), 0.97
         (x0, y0), (x1, y1) = ((near * x, near * y) for x, y in picture.feet_mm)
         across_x, across_y = x1 - x0, y1 - y0
@@ -116,7 +118,7 @@ class Laboratory:
 
 
 def fit(values: Sequence[float], hits: Sequence[bool], sign: int) -> Falloff:
-    """The logistic curve of greatest likelihood, by trying all on a grid.
+    """Fit a logistic curve by maximum likelihood on a grid.
 
     Args:
         values: The quantity in each trial.
@@ -134,24 +136,24 @@ def fit(values: Sequence[float], hits: Sequence[bool], sign: int) -> Falloff:
     return Falloff(round(float(halves[half, 0, 0]), 3), round(float(widths[0, width, 0]), 4))
 
 
-def sweep(laboratory: Laboratory, trials: int, make: Callable[[], Setup]) -> list[Trial]:
+def sweep(bench: BenchSetup, trials: int, make: Callable[[], Setup]) -> list[Trial]:
     """Run `trials` arrangements."""
-    done = (laboratory.run(make()) for _ in range(trials))
+    done = (bench.run(make()) for _ in range(trials))
     return [trial for trial in done if trial is not None]
 
 
 def fit_law(trials: int, seed: int = 1) -> DetectorLaw:
-    """Measure all four sweeps and the errors, and fit the law."""
+    """Measure all four sweeps and the errors, and fit the model."""
     rng = random.Random(seed)  # noqa: S311 - a repeatable draw
-    laboratory = Laboratory(seed)
+    bench = BenchSetup(seed)
 
     def near() -> float:
         return rng.uniform(700.0, 2000.0)
 
-    sizes = sweep(laboratory, trials, lambda: Setup(math.exp(rng.uniform(math.log(2500), math.log(8000)))))
-    slants = sweep(laboratory, trials, lambda: Setup(near(), slant_deg=rng.uniform(20.0, 85.0)))
-    covered = sweep(laboratory, trials, lambda: Setup(near(), covered=rng.uniform(0.02, 0.95)))
-    turning = sweep(laboratory, trials, lambda: Setup(near(), turn_rate_deg_s=rng.uniform(0.0, 720.0)))
+    sizes = sweep(bench, trials, lambda: Setup(math.exp(rng.uniform(math.log(2500), math.log(8000)))))
+    slants = sweep(bench, trials, lambda: Setup(near(), slant_deg=rng.uniform(20.0, 85.0)))
+    covered = sweep(bench, trials, lambda: Setup(near(), covered=rng.uniform(0.02, 0.95)))
+    turning = sweep(bench, trials, lambda: Setup(near(), turn_rate_deg_s=rng.uniform(0.0, 720.0)))
 
     def curve(done: list[Trial], quantity: Callable[[Sight], float], sign: int) -> Falloff:
         return fit([quantity(trial.sight) for trial in done], [trial.errors is not None for trial in done], sign)
@@ -168,7 +170,7 @@ def fit_law(trials: int, seed: int = 1) -> DetectorLaw:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the law as it is in the simulation and as measured."""
+    """Print the model in use and the measured one."""
     parser = argparse.ArgumentParser(prog="fit_geometric", description="Fit the geometric eyes to the real detector.")
     parser.add_argument("--trials", type=int, default=200, help="frames in each of the four sweeps")
     arguments = parser.parse_args(argv)

@@ -1,41 +1,37 @@
-"""Hold the simulated brick against recorded conversations with LEGO's firmware.
+"""Compare the simulated brick with recorded conversations with LEGO's firmware.
 
-A recording says what was sent to the firmware or done to its hardware, and what came back (docs/firmware.md sections
-0.1 and 0.2). `replay` does the same to a fresh simulated brick and says, in words, where the first difference is. From
-the command line: ``nxtdrive sim check``, or without the driver::
-
-    python -m sim_backend.conformance tests/golden/firmware.jsonl
+A recording lists what was sent to the firmware or done to its hardware, and the replies (docs/firmware.md sections 0.1
+and 0.2). `replay` repeats it on a fresh simulated brick and describes the first difference. From the command line:
+``nxtdrive sim check FILE.jsonl``.
 """
 
 from __future__ import annotations
 
 import re
-import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
-from firmware_protocol.errors import ConfigError
 from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Kind
-from sim_backend.conformance_bench import Bench, NotOnThisBench
-from sim_backend.conformance_handles import Handles
-from sim_backend.conformance_recording import Step, load
-from sim_backend.firmware.brick import FIRMWARES, SimBrick
+from sim_backend.firmware.brick import SimBrick
+
+from .bench import Bench, NotSupportedOnBench
+from .handles import Handles
+from .recording import Step
 
 _INTERRUPTS = re.compile(r" irqs=\d+")
-"""How often the recording's timer fired: a property of its stub hardware, not of the firmware or the bus."""
+"""How often the timer fired during the recording: a property of its stub hardware, not of the firmware or the bus."""
 
 
 @dataclass(frozen=True)
 class Report:
-    """How a scenario went.
+    """Result of replaying one scenario.
 
     Attributes:
-        scenario: Its name.
-        steps: How many there are.
-        matched: How many were the same.
-        step: Number of the first that was not, or None.
-        difference: What was different there, in words, or empty.
+        scenario: Name.
+        steps: Number of steps.
+        matched: Number of steps with the same result.
+        step: Number of the first step that differs, or None.
+        difference: Description of that difference, or empty.
     """
 
     scenario: str
@@ -44,20 +40,16 @@ class Report:
     step: int | None
     difference: str
 
-    def __str__(self) -> str:
-        verdict = "same" if self.step is None else f"step {self.step}: {self.difference}"
-        return f"{self.scenario}: {self.matched}/{self.steps} {verdict}"
-
 
 def replay(scenario: str, steps: Iterable[Step], firmware: str) -> Report:
-    """Do to a fresh simulated brick what was done to the firmware."""
+    """Repeat the steps of a scenario on a fresh simulated brick."""
     steps = list(steps)
     bench, handles = Bench(SimBrick(firmware=firmware)), Handles()
     different = []
     for step in steps:
         try:
             difference = _compare(step, _perform(step, bench, handles))
-        except NotOnThisBench as reason:
+        except NotSupportedOnBench as reason:
             difference = str(reason)
         if difference:
             different.append((step.number, difference))
@@ -66,7 +58,7 @@ def replay(scenario: str, steps: Iterable[Step], firmware: str) -> Report:
 
 
 def _perform(step: Step, bench: Bench, handles: Handles) -> str:
-    """Do what a step says; returns what comes back."""
+    """Carry out a step and return the reply."""
     if not step.request:
         return bench.control(handles.translate_line(step.control))
     request = bytes.fromhex(step.request)
@@ -76,7 +68,7 @@ def _perform(step: Step, bench: Bench, handles: Handles) -> str:
 
 
 def _compare(step: Step, got: str) -> str:
-    """What differs, in words, or nothing."""
+    """Describe the difference, or return an empty string."""
     if step.request or step.mask:
         return _compare_telegrams(step, got)
     expected, got = _INTERRUPTS.sub("", step.reply), _INTERRUPTS.sub("", got)
@@ -102,7 +94,7 @@ def _compare_telegrams(step: Step, got: str) -> str:
 
 
 def _field(request: bytes, offset: int) -> str:
-    """Name of the reply's field at `offset`."""
+    """Name of the field of the reply at `offset`."""
     if request and offset < REPLY_HEADER:
         return ("kind", "opcode", "status")[offset]
     command = COMMANDS.get((Kind(request[0] & ~NO_REPLY), request[1])) if len(request) > 1 else None
@@ -114,37 +106,3 @@ def _field(request: bytes, offset: int) -> str:
         if layout.tail:
             return f"{layout.tail}, byte {offset - REPLY_HEADER - layout.size}"
     return f"byte {offset}"
-
-
-def reports(path: Path, firmware: str) -> Iterator[Report]:
-    """A report for each scenario of a recording.
-
-    Raises:
-        ConfigError: It is no recording.
-    """
-    for name, steps in load(path, firmware).items():
-        yield replay(name, steps, firmware)
-
-
-def main(arguments: list[str]) -> int:
-    """Print what differs for both firmwares; 0 if nothing does, 1 if something does, 2 without a readable recording."""
-    if len(arguments) != 1:
-        print("Give one recording, such as tests/golden/firmware.jsonl.", file=sys.stderr)
-        return 2
-    different = 0
-    for firmware in FIRMWARES:
-        try:
-            found = list(reports(Path(arguments[0]), firmware))
-        except ConfigError as error:
-            print(error, file=sys.stderr)
-            return 2
-        wrong = [report for report in found if report.difference]
-        different += len(wrong)
-        for report in wrong:
-            print(f"{firmware} {report}")
-        print(f"{firmware}: {len(found) - len(wrong)} of {len(found)} scenarios are the same")
-    return 1 if different else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

@@ -1,4 +1,4 @@
-"""Paper and brush for the pictures in `drawings.py`: smooth shapes, strokes, soft shading; lengths in millimetres."""
+"""A canvas for the pictures in `drawings.py`: smooth shapes, strokes, soft shading; lengths in millimetres."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def mirrored(shape: Shape, x: float) -> Shape:
 
 
 class Canvas:
-    """A sheet to paint on; later strokes cover earlier ones.
+    """A sheet to draw on; later strokes cover earlier ones.
 
     Args:
         color: Blue, green, red of the paper.

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from nxtdrive.tools.fit_geometric import fit
+from nxtdrive.tools.dev.fit_geometric import fit
 from sim_backend.camera.geometric import Falloff
 
 

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from sim_backend.conformance import replay
-from sim_backend.conformance_recording import load
+from nxtdrive.tools.conformance.recording import load
+from nxtdrive.tools.conformance.replay import replay
 from sim_backend.firmware.brick import FIRMWARES
 
-RECORDING = Path(__file__).parents[1] / "golden" / "firmware.jsonl"
+RECORDING = Path(__file__).parents[2] / "golden" / "firmware.jsonl"
 
 SCENARIOS = {firmware: load(RECORDING, firmware) for firmware in FIRMWARES}
 CASES = [(firmware, name) for firmware in FIRMWARES for name in SCENARIOS[firmware]]

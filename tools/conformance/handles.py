@@ -1,8 +1,8 @@
-"""Handles in a recording that is replayed on another firmware than the one it was made with.
+"""Translate file handles when a recording is replayed on another firmware than it was made with.
 
-A recorded telegram names a handle because an earlier reply gave it. Where the other firmware hands out another number
-for the same file, the recording's number would mean another file; so the telegram is sent with the number that the
-replayed firmware gave. The replies recorded from the other firmware show that they were made in the same way.
+A recorded telegram contains a handle that an earlier reply returned. Another firmware may return a different number for
+the same file, so the telegram is sent with the number from the replay. The replies of the other firmware were recorded
+in the same way.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ _FILL, _ALSO = "!fill", "!also"
 
 
 class Handles:
-    """Which number now stands for which number of the recording."""
+    """Map from recorded handles to those of the replay."""
 
     def __init__(self) -> None:
         self._now: dict[int, int] = {}
 
     def current(self, handle: int) -> int:
-        """The number to send for a recorded one."""
+        """The handle to send for a recorded one."""
         return self._now.get(handle, handle)
 
     def translate(self, request: bytes) -> bytes:
@@ -37,7 +37,7 @@ class Handles:
         return request[:place] + bytes([self.current(request[place])]) + request[place + 1 :]
 
     def translate_line(self, line: str) -> str:
-        """The control line to carry out for a recorded one: telegrams and handles can be among its arguments."""
+        """The control line for a recorded one, with the telegrams and handles among its arguments translated."""
         word, *arguments = line.split()
         try:
             if word == _FILL:
@@ -45,11 +45,11 @@ class Handles:
             elif word == _ALSO:
                 arguments = [self.translate(bytes.fromhex(telegram)).hex() for telegram in arguments]
         except ValueError:
-            return line  # the bench says what is wrong with it
+            return line  # the bench reports what is wrong with it
         return " ".join([word, *arguments])
 
     def learn(self, request: bytes, recorded: bytes, replayed: bytes) -> None:
-        """Take note of the handles that a telegram has opened, on both sides."""
+        """Record the handles that a telegram returned on both sides."""
         place = _handle_in_reply(request)
         if place is None or place >= min(len(recorded), len(replayed)):
             return
@@ -65,7 +65,7 @@ def _handle_in_request(request: bytes) -> int | None:
 
 
 def _handle_in_reply(request: bytes) -> int | None:
-    """Where the reply to a telegram that opens a file or a search has the handle."""
+    """Offset of the handle in the reply to a telegram that opens a file or starts a search."""
     command = _command(request)
     if command not in _OPENING:
         return None

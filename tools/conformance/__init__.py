@@ -1,0 +1,1 @@
+"""Replay of recorded conversations with LEGO's firmware on the simulated brick: ``nxtdrive sim check``."""
