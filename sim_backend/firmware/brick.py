@@ -5,12 +5,12 @@ from __future__ import annotations
 from random import Random
 
 from sim_backend.firmware import io_maps
-from sim_backend.firmware.answer import Handlers
 from sim_backend.firmware.button import ButtonModule
 from sim_backend.firmware.comm import BluetoothComm, Comm
 from sim_backend.firmware.command import CommandModule
 from sim_backend.firmware.file_handlers import FileHandlers
 from sim_backend.firmware.flash import Flash
+from sim_backend.firmware.handler_result import Handlers, handlers_of
 from sim_backend.firmware.high_speed import HighSpeed
 from sim_backend.firmware.i2c import I2CDevice
 from sim_backend.firmware.identity_handlers import IdentityHandlers
@@ -121,15 +121,15 @@ class SimBrick:
         self.bluetooth = BluetoothComm(handlers, channel, extended=extended)
 
     def _handlers(self, firmware: str, channel: Channel) -> Handlers:
-        return {
-            **OutputHandlers(self.output).table,
-            **InputHandlers(self.input, self.low_speed).table,
-            **PropertyHandlers(self.ui, self.sound, self.radio, self.loader).table,
-            **ProgramHandlers(self.command, self.loader, self.ui).table,
-            **FileHandlers(self.loader, channel).table,
-            **ModuleHandlers(self._maps, channel).table,
-            **IdentityHandlers(firmware, self.radio, self.loader, self.high_speed, self.io_control, channel).table,
-        }
+        return handlers_of(
+            OutputHandlers(self.output),
+            InputHandlers(self.input, self.low_speed),
+            PropertyHandlers(self.ui, self.sound, self.radio, self.loader),
+            ProgramHandlers(self.command, self.loader, self.ui),
+            FileHandlers(self.loader, channel),
+            ModuleHandlers(self._maps, channel),
+            IdentityHandlers(firmware, self.radio, self.loader, self.high_speed, self.io_control, channel),
+        )
 
     def _make_maps(self, *, extended: bool) -> list[LiveMap]:
         """The IO maps in the order of the firmware's modules."""

@@ -14,7 +14,7 @@ from firmware_protocol.framing import LENGTH_LIMIT, LENGTH_SIZE
 from firmware_protocol.status import Status
 from firmware_protocol.system import Read, Write
 from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Ack, Command, Kind
-from sim_backend.firmware.answer import Handlers
+from sim_backend.firmware.handler_result import Handlers
 from sim_backend.firmware.limits import BLUETOOTH, Channel, Limits
 
 _WRITE_SIZE = 3

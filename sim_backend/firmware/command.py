@@ -1,4 +1,4 @@
-"""The command module: it runs programs, keeps their mailboxes, and has the brick's clock.
+"""The command module: runs programs, keeps their mailboxes, and holds the brick's clock.
 
 Source: docs/firmware.md sections 1, 4, 5.2 (Command map) and 8.
 """
@@ -12,34 +12,33 @@ from firmware_protocol.iomap import ProgramStatus
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.names import NAME_SIZE, unpack_name
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.machine import Machine
 from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, POOL_SIZE, Layout, Memory, OutOfMemory
 from sim_backend.firmware.vm.opcodes import OPCODES
 from sim_backend.firmware.vm.rxe import BadProgram, parse
 
-NAME_SIZE = 20
-
 
 class _Phase(Enum):
     IDLE = auto()
     RUNNING = auto()
     ENDED = auto()
-    """The program still counts as active, but nothing runs."""
+    """The program still counts as active but no longer runs."""
 
 
 class CommandModule:
-    """The program interpreter's life.
+    """State of the program interpreter.
 
     Attributes:
         due_ms: See `Module`.
         status: See `firmware_protocol.iomap.ProgramStatus`.
-        activate: Whether the program `file_name` is to be started in the next pass.
-        deactivate: Whether the program is to be stopped; it stays set if there is none, and stops the next one.
-        file_name: 20 bytes, as asked for.
-        mailboxes: Of the program, or None while none is active.
-        sync_time: Time set by the data log's owner.
-        sync_tick: The brick's time when it was set.
+        activate: Nonzero to start the program `file_name` in the next pass.
+        deactivate: Nonzero to stop the program; without a program it stays set and stops the next one.
+        file_name: 20 bytes, as commanded.
+        mailboxes: The program's mailboxes, or None without a program.
+        sync_time: Time set for the data log.
+        sync_tick: The brick's time at that moment.
     """
 
     def __init__(
@@ -56,11 +55,11 @@ class CommandModule:
 
         Args:
             clock: The brick's time.
-            loader: Where programs are.
+            loader: The file system that holds programs.
             layout: How this firmware uses the memory pool.
-            equip: Gives a program the brick's modules.
-            on_end: Told, in the pass in which a program has ended.
-            reset_devices: Sets inputs and outputs to what they are at power-on.
+            equip: Returns the modules that a program can use.
+            on_end: Called in the pass in which a program ends.
+            reset_devices: Resets inputs and outputs to their state at power-on.
         """
         self._clock, self._loader, self._layout = clock, loader, layout
         self._equip, self._on_end, self._reset_devices = equip, on_end, reset_devices
@@ -78,7 +77,7 @@ class CommandModule:
 
     @property
     def active(self) -> bool:
-        """Whether there is a program; it stays for the pass after its end."""
+        """Whether a program is active; it still is in the pass after its end."""
         return self._phase is not _Phase.IDLE
 
     @property
@@ -88,7 +87,7 @@ class CommandModule:
 
     @property
     def pool(self) -> bytes:
-        """The memory pool; after a program it keeps what that left."""
+        """The memory pool; it keeps its content after a program."""
         return bytes(self._pool)
 
     @pool.setter
@@ -97,12 +96,12 @@ class CommandModule:
 
     @property
     def variables_offset(self) -> int:
-        """Where the program's variables are in the pool."""
+        """Offset of the program's variables in the pool."""
         return NOT_AN_OFFSET if self._memory is None else self._memory.base
 
     @property
     def descriptors_offset(self) -> int:
-        """Where its array descriptors are in the pool."""
+        """Offset of the array descriptors in the pool."""
         return NOT_AN_OFFSET if self._memory is None else self._memory.base + self._memory.descriptors
 
     def start(self, name: bytes) -> None:
@@ -111,20 +110,20 @@ class CommandModule:
         self.wake()
 
     def stop(self) -> None:
-        """Stop the program in the next pass, or else the next program."""
+        """Stop the program in the next pass; without a program, the next one."""
         self.deactivate = 1
         self.wake()
 
     def wake(self) -> None:
-        """Look at the flags in the next pass."""
+        """Check the flags in the next pass."""
         self.due_ms = self._clock.now_ms + 1
 
     def set_times(self, sync_time: int) -> None:
-        """Remember the owner's time and the brick's."""
+        """Store the given time and the brick's."""
         self.sync_time, self.sync_tick = sync_time, self.tick
 
     def run(self, now_ms: int) -> None:
-        """Start, run, stop or clear away a program."""
+        """Start, run, stop or remove a program."""
         self.due_ms = NEVER
         if self._phase is _Phase.ENDED:
             self._clear_away()
@@ -140,7 +139,7 @@ class CommandModule:
 
     def _activate(self, now_ms: int) -> None:
         """Load the program; it runs from the next pass on."""
-        name = self.file_name.split(b"\0")[0].decode("latin-1")
+        name = unpack_name(self.file_name)
         status, handle, size = self._loader.open_read(name, keep=True)
         try:
             if status:
@@ -174,7 +173,7 @@ class CommandModule:
         self.wake()
 
     def _clear_away(self) -> None:
-        """Close the file and forget the memory; a request to start or stop waits for the next pass."""
+        """Close the file and drop the memory; a request to start or stop waits for the next pass."""
         if self._handle is not None:
             self._loader.close(self._handle)
         self._handle = self._memory = self._machine = self.mailboxes = None

@@ -1,17 +1,30 @@
-"""Patterns for listings of files and modules. Source: docs/firmware.md section 5, "File system"."""
+"""Fields of 20 bytes for names, and patterns of names. Source: docs/firmware.md section 5, "File system"."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
+NAME_SIZE = 20
+"""Bytes of a file name's field."""
+
 _EXTENSION = 3
 
 
-def matcher(pattern: str) -> Callable[[str], bool]:
-    """Whether names match `pattern`, ignoring case, by the firmware's own rules.
+def pack_name(name: str) -> bytes:
+    """The field for a name, padded with zeros."""
+    return name.encode("latin-1").ljust(NAME_SIZE, b"\0")
 
-    ``*.*`` matches everything; ``name.*`` the names that begin with ``name.``; ``*.ext`` those that contain ``.ext``
-    anywhere; everything else, other wildcards included, only itself.
+
+def unpack_name(field: bytes) -> str:
+    """The text of a field up to the first zero."""
+    return field.split(b"\0")[0].decode("latin-1")
+
+
+def matcher(pattern: str) -> Callable[[str], bool]:
+    """A test whether names match `pattern`, ignoring case, by the firmware's own rules.
+
+    ``*.*`` matches everything; ``name.*`` names that begin with ``name.``; ``*.ext`` names that contain ``.ext``
+    anywhere; any other pattern, including other wildcards, only itself.
     """
     pattern = pattern.lower()
     if "*.*" in pattern:

@@ -1,18 +1,19 @@
-"""What the motor commands do. Source: docs/firmware.md section 4."""
+"""Handlers of the motor commands. Source: docs/firmware.md section 4."""
 
 from __future__ import annotations
 
-from firmware_protocol.direct import (
-    GetOutputState,
-    OutputState,
-    ResetMotorPosition,
-    SetOutputState,
-    UpdateResetCount,
-)
+from firmware_protocol import direct
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from firmware_protocol.iomap import OutputFlag
 from firmware_protocol.status import Status
-from sim_backend.firmware.answer import DONE, OUT_OF_RANGE, Answer, Handlers, answer, refuse_with_zeros
+from sim_backend.firmware.handler_result import (
+    DONE,
+    OUT_OF_RANGE,
+    HandlerResult,
+    handles,
+    refuse_with_zeros,
+    reply_with,
+)
 from sim_backend.firmware.output import COMMAND, OutputModule
 
 
@@ -22,17 +23,8 @@ class OutputHandlers:
     def __init__(self, output: OutputModule) -> None:
         self._output = output
 
-    @property
-    def table(self) -> Handlers:
-        """Command class to handler."""
-        return {
-            SetOutputState: self.set_output_state,
-            GetOutputState: self.get_output_state,
-            ResetMotorPosition: self.reset_motor_position,
-            UpdateResetCount: self.update_reset_count,
-        }
-
-    def set_output_state(self, command: SetOutputState) -> Answer:
+    @handles(direct.SetOutputState)
+    def set_output_state(self, command: direct.SetOutputState) -> HandlerResult:
         """Store the command for the next pass; only the port is checked."""
         if command.port == OutputPort.ALL:
             chosen = self._output.outputs
@@ -48,14 +40,15 @@ class OutputHandlers:
         self._output.wake()
         return DONE
 
-    def get_output_state(self, command: GetOutputState) -> Answer:
-        """What was commanded, and the counters of the previous pass."""
+    @handles(direct.GetOutputState)
+    def get_output_state(self, command: direct.GetOutputState) -> HandlerResult:
+        """The commanded values, and the counters of the previous pass."""
         if command.port >= len(self._output.outputs):
-            return refuse_with_zeros(GetOutputState, Status.OUT_OF_RANGE)
+            return refuse_with_zeros(direct.GetOutputState, Status.OUT_OF_RANGE)
         output = self._output.outputs[command.port]
         control = output.control
-        return answer(
-            OutputState(
+        return reply_with(
+            direct.OutputState(
                 command.port,
                 output.power,
                 OutputMode(output.mode),
@@ -69,17 +62,19 @@ class OutputHandlers:
             )
         )
 
-    def reset_motor_position(self, command: ResetMotorPosition) -> Answer:
+    @handles(direct.ResetMotorPosition)
+    def reset_motor_position(self, command: direct.ResetMotorPosition) -> HandlerResult:
         """Zero the block count or the rotation count in the next pass."""
         return self._raise(
             command.port, OutputFlag.RESET_BLOCK_COUNT if command.relative else OutputFlag.RESET_ROTATION_COUNT
         )
 
-    def update_reset_count(self, command: UpdateResetCount) -> Answer:
+    @handles(direct.UpdateResetCount)
+    def update_reset_count(self, command: direct.UpdateResetCount) -> HandlerResult:
         """Zero the tacho count and the base of the tacho limit in the next pass."""
         return self._raise(command.port, OutputFlag.RESET_TACHO_COUNT)
 
-    def _raise(self, port: int, flag: OutputFlag) -> Answer:
+    def _raise(self, port: int, flag: OutputFlag) -> HandlerResult:
         if port >= len(self._output.outputs):
             return OUT_OF_RANGE
         self._output.outputs[port].flags |= int(flag)

@@ -1,4 +1,4 @@
-"""The Bluetooth radio as far as telegrams see it: name, address, power, and that it takes its time.
+"""The Bluetooth radio as telegrams see it: name, address, power, and how long it is busy.
 
 Source: docs/firmware.md section 5 (0x98, 0x9A, 0x9B, 0xA4) and section 10.
 """
@@ -17,7 +17,7 @@ _OPERATION_MS = 500
 
 
 class Radio:
-    """Who the brick is, on the air.
+    """Identity and state of the radio.
 
     Attributes:
         name: 16 bytes, zero-padded.
@@ -27,19 +27,19 @@ class Radio:
 
     def __init__(self, clock: Clock, name: bytes, address: bytes) -> None:
         self._clock = clock
-        self.name = name[: NAME_SIZE - 1].ljust(NAME_SIZE, b"\0")
+        self.name = _padded(name)
         self.address = address
         self.on = True
         self._busy_until_ms = 0
 
     @property
     def busy(self) -> bool:
-        """Whether an operation is running, so that no other can start."""
+        """Whether an operation is running; no other can start."""
         return self._clock.now_ms < self._busy_until_ms
 
     def rename(self, name: bytes) -> None:
-        """Take up to 15 characters as the new name."""
-        self.name = name[: NAME_SIZE - 1].ljust(NAME_SIZE, b"\0")
+        """Change the name; at most 15 characters count."""
+        self.name = _padded(name)
         self._occupy()
 
     def switch(self, on: bool) -> None:
@@ -48,8 +48,12 @@ class Radio:
         self._occupy()
 
     def reset(self) -> None:
-        """Back to the name it was delivered with."""
+        """Restore the default name."""
         self.rename(DEFAULT_NAME)
 
     def _occupy(self) -> None:
         self._busy_until_ms = self._clock.now_ms + _OPERATION_MS
+
+
+def _padded(name: bytes) -> bytes:
+    return name[: NAME_SIZE - 1].ljust(NAME_SIZE, b"\0")

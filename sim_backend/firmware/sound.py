@@ -9,12 +9,12 @@ from typing import NamedTuple
 from firmware_protocol.iomap import SoundState
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.names import pack_name, unpack_name
 
 MAX_VOLUME = 4
 
 SHORTEST_MS = 10
-"""Shorter tones last as long."""
-
+"""Duration of shorter tones."""
 
 _HEADER = struct.Struct(">HHHH")
 _UNCOMPRESSED = 0x0100
@@ -37,7 +37,7 @@ class SoundMode(IntEnum):
 
 
 class Tone(NamedTuple):
-    """What the loudspeaker was last told."""
+    """A tone as commanded."""
 
     frequency_hz: int
     duration_ms: int
@@ -49,14 +49,14 @@ class SoundModule:
 
     Attributes:
         due_ms: See `Module`.
-        frequency_hz, duration_ms: Of the tone commanded.
-        sample_rate: Of a sound file, per second; 0 takes the file's.
+        frequency_hz, duration_ms: The commanded tone.
+        sample_rate: Samples per second of a sound file; 0 uses the file's own rate.
         name: Last sound file; the power-on melody at first.
         flags: See `SoundFlag`.
         state: See `firmware_protocol.iomap.SoundState`.
         mode: See `SoundMode`.
         volume: 0..4.
-        tone: Last tone that was started and not stopped, or None.
+        tone: The last tone that was started and not stopped, or None.
     """
 
     def __init__(self, clock: Clock, loader: Loader) -> None:
@@ -65,41 +65,41 @@ class SoundModule:
         self._length_ms = 0
         self.due_ms = NEVER
         self.frequency_hz = self.duration_ms = self.sample_rate = 0
-        self.name = b"! Startup.rso".ljust(20, b"\0")
+        self.name = pack_name("! Startup.rso")
         self.flags = self.state = self.mode = 0
         self.volume = MAX_VOLUME
         self.tone: Tone | None = None
         self._ends_ms = 0
 
     def play_tone(self, frequency_hz: int, duration_ms: int) -> None:
-        """Start a tone in the next pass, in place of what sounds now."""
+        """Start a tone in the next pass; it replaces the current sound."""
         self.frequency_hz, self.duration_ms = frequency_hz, duration_ms
         self.mode, self.flags = SoundMode.TONE, self.flags | SoundFlag.UPDATE
         self.due_ms = self._clock.now_ms + 1
 
     def stop(self) -> None:
-        """Fall silent in the next pass."""
+        """Stop the sound in the next pass."""
         self.state, self.flags = int(SoundState.STOP), 0
         self.due_ms = self._clock.now_ms + 1
 
     @property
     def playing(self) -> bool:
-        """Whether anything sounds now."""
+        """Whether a tone or file is playing."""
         return bool(self.flags & SoundFlag.RUNNING)
 
     def wake(self) -> None:
-        """Look at the flags in the next pass: they were written through the map."""
+        """Check the flags in the next pass: they were written through the map."""
         self.due_ms = min(self.due_ms, self._clock.now_ms + 1)
 
     def play_file(self, name: str, *, loop: bool) -> None:
-        """Start a sound file in the next pass, in place of what sounds now."""
-        self.name = name.encode("latin-1").ljust(20, b"\0")
+        """Start a sound file in the next pass; it replaces the current sound."""
+        self.name = pack_name(name)
         self.mode = int(SoundMode.LOOP if loop else SoundMode.ONCE)
         self.flags |= SoundFlag.UPDATE
         self.due_ms = self._clock.now_ms + 1
 
     def run(self, now_ms: int) -> None:
-        """Start, stop or end what is due."""
+        """Start, stop or end a sound."""
         if self.flags & SoundFlag.UPDATE:
             self._silence()
             if self.mode == SoundMode.TONE:
@@ -122,8 +122,8 @@ class SoundModule:
         self._length_ms = max(self.duration_ms, SHORTEST_MS)
 
     def _start_file(self) -> None:
-        """Open the file and look at its header; a file that is none of sound stays silent."""
-        status, handle, _ = self._loader.open_read(self.name.split(b"\0")[0].decode("latin-1"), keep=True)
+        """Open the file and check its header; a file that is not a sound file stays silent."""
+        status, handle, _ = self._loader.open_read(unpack_name(self.name), keep=True)
         if status:
             return
         self._handle = handle

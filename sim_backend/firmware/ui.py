@@ -12,27 +12,28 @@ from firmware_protocol.iomap import ProgramStatus, UiFlag
 from sim_backend.firmware.battery import SAMPLE_MS, Battery, next_sample_ms
 from sim_backend.firmware.io_control import POWER_DOWN, IoControl
 from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.names import NAME_SIZE, pack_name, unpack_name
 from sim_backend.firmware.sound import SoundModule
 
 MINUTE_MS = 60_000
 
 _OPENING_MS = 7
-"""From the request to the order to run, so that a program is there 8 ms after its request."""
+"""Time from the request to the start command; a program is active 8 ms after its request."""
 
 _MESSAGE_MS = 750
-"""How long the end of a program is shown."""
+"""How long the display shows the end of a program."""
 
 _PROGRAMS, _SOUND, _ON_BRICK = (".rxe", ".rtm"), ".rso", ".rpg"
-_READER = b"RPGReader.sys".ljust(20, b"\0")
-"""The program that runs those made on the brick itself."""
+_READER = pack_name("RPGReader.sys")
+"""The program that interprets programs made on the brick itself."""
 
 _EXIT_KEY = 4
 _KEYS = ((1, _EXIT_KEY), (2, 3), (4, 1), (8, 2))
-"""Bits of the button module (exit, right, left, enter), and the numbers the map's Button has for them."""
+"""Bits of the button module (exit, right, left, enter), and their values in the map's Button."""
 
 
 class UiState(IntEnum):
-    """State byte of the map, as far as it is simulated."""
+    """State byte of the map; the simulated states only."""
 
     WAITING = 7
     OPENING = 13
@@ -41,13 +42,13 @@ class UiState(IntEnum):
 
 
 class Programs(Protocol):
-    """What the user interface needs of the command module."""
+    """The part of the command module that the user interface uses."""
 
     status: int
 
     @property
     def active(self) -> bool:
-        """Whether there is a program."""
+        """Whether a program is active."""
         ...
 
     def start(self, name: bytes) -> None:
@@ -58,7 +59,7 @@ class Programs(Protocol):
 
 
 class UiModule:
-    """Battery supervision, sleep timer, and what becomes of a request to start a file.
+    """Battery supervision, sleep timer, and the starting of files.
 
     Attributes:
         due_ms: See `Module`.
@@ -69,7 +70,7 @@ class UiModule:
         program_name: The file to start, 20 bytes.
         button: A button pressed through the map, 0 for none.
         sleep_minutes: Time until power-off, 0 for never.
-        force_off: Not 0 to switch the brick off.
+        force_off: Nonzero to switch the brick off.
     """
 
     programs: Programs
@@ -82,7 +83,7 @@ class UiModule:
         self.flags = int(UiFlag.ENABLE_STATUS)
         self.state = int(UiState.WAITING)
         self.button = self.error = self.pointer = self.force_off = 0
-        self.program_name = bytes(20)
+        self.program_name = bytes(NAME_SIZE)
         self.run_state, self.bluetooth_state, self.usb_state = 1, 1, 2
         self._timer_started_ms = 0
         self._next_step_ms = NEVER
@@ -115,7 +116,7 @@ class UiModule:
 
     @property
     def sleep_ms(self) -> int:
-        """Time until power-off, 0 for never."""
+        """Time until power-off in ms, 0 for never."""
         return self.sleep_minutes * MINUTE_MS
 
     def set_battery(self, raw: int) -> None:
@@ -129,35 +130,35 @@ class UiModule:
         self.due_ms = min(self.due_ms, self._clock.now_ms + 1)
 
     def set_sleep_minutes(self, minutes: int) -> None:
-        """Change the time until power-off; 0 is never. The timer goes on counting."""
+        """Change the time until power-off, 0 for never. The timer keeps running."""
         self.sleep_minutes = minutes
         self.wake()
 
     def execute(self, name: str) -> None:
-        """Ask for a file to be started; lost if the user interface is still busy when it becomes idle."""
-        self.program_name = name.encode("latin-1").ljust(20, b"\0")
+        """Request the start of a file; the request is lost if the user interface is still busy."""
+        self.program_name = pack_name(name)
         self.flags |= int(UiFlag.EXECUTE_FILE)
         self.wake()
 
     def press(self, buttons: int) -> None:
-        """Take notice of buttons that go down, given as bits of the button module."""
+        """Handle buttons that were pressed, given as bits of the button module."""
         for bit, key in _KEYS:
             if buttons & bit:
                 self.button = key
         self.wake()
 
     def wake(self) -> None:
-        """Look at everything in the next pass."""
+        """Run in the next pass."""
         self.due_ms = self._clock.now_ms + 1
 
     def program_ended(self) -> None:
-        """Show the end of a program, from this pass on."""
+        """Show the end of a program from this pass on."""
         if self.state == UiState.RUNNING:
             self._next_step_ms = self._clock.now_ms + _MESSAGE_MS
             self.due_ms = self._clock.now_ms
 
     def run(self, now_ms: int) -> None:
-        """Look at everything."""
+        """Run one pass: battery, keys, files, supply."""
         if now_ms % SAMPLE_MS == 0:
             self.battery.sample()
         if self.flags & UiFlag.RESET_SLEEP_TIMER:
@@ -179,12 +180,12 @@ class UiModule:
 
     @property
     def _can_be_stopped(self) -> bool:
-        """Whether the exit button stops a program now."""
+        """Whether the exit button stops the program."""
         running = self.state == UiState.RUNNING and self.programs.active
         return running and not self.flags & UiFlag.DISABLE_EXIT
 
     def _step(self, now_ms: int) -> None:
-        """Go on with starting or ending a file."""
+        """Continue to start or end a file."""
         if self.state == UiState.WAITING and self.flags & UiFlag.EXECUTE_FILE:
             self.flags = self.flags & ~int(UiFlag.EXECUTE_FILE) | int(UiFlag.BUSY)
             self.state, self._next_step_ms = int(UiState.OPENING), now_ms + _OPENING_MS
@@ -198,9 +199,9 @@ class UiModule:
             self._become_idle()
 
     def _open(self, now_ms: int) -> None:
-        """Do with a file what its extension says; with another one the user interface hangs, as the firmware's does."""
+        """Start a file by its extension; with an unknown one the user interface hangs, as the firmware's does."""
         self._next_step_ms = NEVER
-        name = self.program_name.split(b"\0")[0].decode("latin-1")
+        name = unpack_name(self.program_name)
         extension = name[name.rfind(".") :].lower() if "." in name else ""
         self._sound_is_file = extension == _SOUND
         if extension in _PROGRAMS or extension == _ON_BRICK:
@@ -211,14 +212,14 @@ class UiModule:
             self._sound.play_file(name, loop=False)
 
     def _become_idle(self) -> None:
-        """Wait for buttons and requests again; a request made meanwhile is lost."""
+        """Accept buttons and requests again; a request made meanwhile is lost."""
         self.flags &= ~int(UiFlag.BUSY | UiFlag.EXECUTE_FILE)
         self.state, self._next_step_ms = int(UiState.WAITING), NEVER
         if not self.programs.active:
             self.programs.status = int(ProgramStatus.IDLE)
 
     def _watch_supply(self) -> None:
-        """Warn of a low battery once, and switch off when it is time."""
+        """Warn of a low battery once; switch off when the sleep timer has expired."""
         self._warned = self._warned and self.battery.low
         if self.battery.low and not self._warned and self.state == UiState.WAITING:
             self._warned = True

@@ -14,6 +14,7 @@ from firmware_protocol.telegram import COMMANDS
 from sim_backend.devices import AnalogInput, GenericI2CDevice, TouchSensor, UltrasonicSensor
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.handler_result import DONE, handlers_of, handles
 
 TELEGRAMS = st.binary(max_size=70) | st.builds(
     lambda kind, opcode, rest: bytes([kind, opcode]) + rest,
@@ -52,6 +53,17 @@ def everything(brick):
 
 def test_every_declared_command_is_handled():
     assert set(equipped().comm.handled) == set(COMMANDS.values())
+
+
+def test_a_command_has_one_handler():
+    class Handler:
+        @handles(direct.KeepAlive)
+        def keep_alive(self, _):
+            return DONE
+
+    assert set(handlers_of(Handler())) == {direct.KeepAlive}
+    with pytest.raises(TypeError, match="KeepAlive has two handlers"):
+        handlers_of(Handler(), Handler())
 
 
 @given(st.lists(TELEGRAMS, max_size=30))

@@ -1,0 +1,74 @@
+"""Declare the handlers of commands, and what they return.
+
+A method decorated with `handles` carries out a command; `handlers_of` collects the bound methods of several objects in
+the table that the comm module dispatches by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, TypeVar
+
+from firmware_protocol.status import Status
+from firmware_protocol.telegram import Command, Reply
+
+
+class HandlerResult(NamedTuple):
+    """Result of a handler.
+
+    Attributes:
+        status: Third byte of the reply.
+        payload: Bytes after the status.
+    """
+
+    status: int = Status.OK
+    payload: bytes = b""
+
+
+DONE = HandlerResult()
+"""OK without payload."""
+
+OUT_OF_RANGE = HandlerResult(Status.OUT_OF_RANGE)
+"""No such port, or a field out of its range; without payload."""
+
+Handlers = Mapping[type[Command[Any]], Callable[[Any], HandlerResult]]
+
+_Command = TypeVar("_Command", bound=Command[Any])
+_Method = Callable[[Any, _Command], HandlerResult]
+_COMMANDS = "handled_commands"
+
+
+def reply_with(reply: Reply, status: int = Status.OK) -> HandlerResult:
+    """A result with a declared payload."""
+    return HandlerResult(status, reply.pack())
+
+
+def refuse_with_zeros(command: type[Command[Any]], status: int) -> HandlerResult:
+    """A refusal that still carries the whole payload, all zeros."""
+    return HandlerResult(status, bytes(command.reply_type.layout.size))
+
+
+def handles(*commands: type[_Command]) -> Callable[[_Method[_Command]], _Method[_Command]]:
+    """Register a method as the handler of commands."""
+
+    def register(method: _Method[_Command]) -> _Method[_Command]:
+        vars(method)[_COMMANDS] = commands
+        return method
+
+    return register
+
+
+def handlers_of(*owners: object) -> Handlers:
+    """All handlers of `owners` by command.
+
+    Raises:
+        TypeError: Two handlers are registered for one command.
+    """
+    handlers: dict[type[Command[Any]], Callable[[Any], HandlerResult]] = {}
+    for owner in owners:
+        for name, method in vars(type(owner)).items():
+            for command in getattr(method, _COMMANDS, ()):
+                if command in handlers:
+                    raise TypeError(f"{command.__name__} has two handlers")
+                handlers[command] = getattr(owner, name)
+    return handlers
