@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import os
+import struct
 from array import array
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
@@ -16,7 +17,6 @@ from typing import Any, NoReturn, Protocol
 import usb.backend
 import usb.core
 
-VENDOR, PRODUCT = 0x0694, 0x0002
 ENDPOINT_OUT, ENDPOINT_IN = 0x01, 0x82
 PACKET_SIZE = 64
 FULL_SPEED = 2
@@ -27,62 +27,39 @@ SERIAL_NUMBER_INDEX = 1
 GET_DESCRIPTOR, STRING_DESCRIPTOR = 0x06, 3
 LIBUSB_TIMEOUT = -7
 
-DEVICE = SimpleNamespace(
-    bLength=18,
-    bDescriptorType=1,
-    bcdUSB=0x0200,
-    bDeviceClass=0,
-    bDeviceSubClass=0,
-    bDeviceProtocol=0,
-    bMaxPacketSize0=8,
-    idVendor=VENDOR,
-    idProduct=PRODUCT,
-    bcdDevice=0,
-    iManufacturer=0,
-    iProduct=0,
-    iSerialNumber=SERIAL_NUMBER_INDEX,
-    bNumConfigurations=1,
-    # where the operating system has it
-    address=1,
-    bus=1,
-    port_number=1,
-    port_numbers=(1,),
-    speed=FULL_SPEED,
+
+def _descriptor(layout: str, names: str, data: str, **more: object) -> SimpleNamespace:
+    """A descriptor as pyusb expects it: its fields by name; `layout` is struct's."""
+    return SimpleNamespace(**dict(zip(names.split(), struct.unpack(layout, bytes.fromhex(data)), strict=True)), **more)
+
+
+DEVICE = _descriptor(
+    "<BBHBBBBHHHBBBB",
+    "bLength bDescriptorType bcdUSB bDeviceClass bDeviceSubClass bDeviceProtocol bMaxPacketSize0 idVendor idProduct"
+    " bcdDevice iManufacturer iProduct iSerialNumber bNumConfigurations",
+    "12 01 0002 00 00 00 08 9406 0200 0000 00 00 01 01",
+    # the device's place on the bus
+    **{"address": 1, "bus": 1, "port_number": 1, "port_numbers": (1,), "speed": FULL_SPEED},
 )
-CONFIGURATION = SimpleNamespace(
-    bLength=9,
-    bDescriptorType=2,
-    wTotalLength=32,
-    bNumInterfaces=1,
-    bConfigurationValue=1,
-    iConfiguration=0,
-    bmAttributes=0xC0,
-    bMaxPower=0,
+CONFIGURATION = _descriptor(
+    "<BBHBBBBB",
+    "bLength bDescriptorType wTotalLength bNumInterfaces bConfigurationValue iConfiguration bmAttributes bMaxPower",
+    "09 02 2000 01 01 00 C0 00",
     extra_descriptors=[],
 )
-INTERFACE = SimpleNamespace(
-    bLength=9,
-    bDescriptorType=4,
-    bInterfaceNumber=0,
-    bAlternateSetting=0,
-    bNumEndpoints=2,
-    bInterfaceClass=0xFF,
-    bInterfaceSubClass=0xFF,
-    bInterfaceProtocol=0xFF,
-    iInterface=0,
+INTERFACE = _descriptor(
+    "<9B",
+    "bLength bDescriptorType bInterfaceNumber bAlternateSetting bNumEndpoints bInterfaceClass bInterfaceSubClass"
+    " bInterfaceProtocol iInterface",
+    "09 04 00 00 02 FF FF FF 00",
     extra_descriptors=[],
 )
 ENDPOINTS = [
-    SimpleNamespace(
-        bLength=7,
-        bDescriptorType=5,
-        bEndpointAddress=address,
-        bmAttributes=2,
-        wMaxPacketSize=PACKET_SIZE,
-        bInterval=0,
-        bRefresh=0,
-        bSynchAddress=0,
-        extra_descriptors=[],
+    _descriptor(
+        "<BBBBHB",
+        "bLength bDescriptorType bEndpointAddress bmAttributes wMaxPacketSize bInterval",
+        f"07 05 {address:02X} 02 4000 00",
+        **{"bRefresh": 0, "bSynchAddress": 0, "extra_descriptors": []},
     )
     for address in (ENDPOINT_OUT, ENDPOINT_IN)
 ]

@@ -51,29 +51,6 @@ class InputPort:
         color: What a colour sensor sees.
     """
 
-    __slots__ = (
-        "_band",
-        "_debounce",
-        "_last",
-        "_settling",
-        "boolean",
-        "color",
-        "custom_active",
-        "custom_full_scale",
-        "custom_zero_offset",
-        "invalid",
-        "known_type",
-        "mode",
-        "normalized",
-        "pin_directions",
-        "pins_in",
-        "pins_out",
-        "raw",
-        "scaled",
-        "sensor",
-        "type",
-    )
-
     def __init__(self, reading: int) -> None:
         self.sensor: AnalogSensor | None = None
         self.type = self.known_type = int(SensorType.NONE)

@@ -86,22 +86,6 @@ class Channel:
         due_ms: Pass of the next change of state.
     """
 
-    __slots__ = (
-        "_plan",
-        "bus",
-        "due_ms",
-        "error",
-        "mode",
-        "received",
-        "rx",
-        "rx_in",
-        "rx_out",
-        "rx_size",
-        "state",
-        "tx",
-        "tx_size",
-    )
-
     def __init__(self) -> None:
         self.bus = I2CBus()
         self.state, self.mode, self.error = ChannelState.IDLE, ChannelMode.NONE, ChannelError.NONE

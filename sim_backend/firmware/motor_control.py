@@ -54,36 +54,6 @@ class MotorControl:
         zero_divisions: How often a ramp divided by zero; the outcome on the brick's processor is not known, here 0.
     """
 
-    __slots__ = (
-        "accumulated_error",
-        "actual_speed",
-        "block",
-        "brake",
-        "count",
-        "delta",
-        "elapsed",
-        "forever",
-        "fresh",
-        "gains",
-        "index",
-        "limit",
-        "old_error",
-        "others",
-        "overloaded",
-        "ramp_counter",
-        "ramp_old",
-        "ramp_start",
-        "ramp_step",
-        "regulation",
-        "rotation",
-        "run_state",
-        "set_speed",
-        "stop_all_synchronised",
-        "target_speed",
-        "turn",
-        "zero_divisions",
-    )
-
     def __init__(self, index: int, *, stop_all_synchronised: bool) -> None:
         self.index = index
         self.stop_all_synchronised = stop_all_synchronised and index > 0

@@ -59,21 +59,6 @@ class Output:
         tacho_limit: As commanded, degrees.
     """
 
-    __slots__ = (
-        "control",
-        "d_gain",
-        "flags",
-        "i_gain",
-        "mode",
-        "p_gain",
-        "plant",
-        "power",
-        "regulation",
-        "run_state",
-        "tacho_limit",
-        "turn",
-    )
-
     def __init__(self, control: MotorControl) -> None:
         self.control = control
         self.plant: MotorPlant | None = None
