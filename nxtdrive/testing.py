@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.transports.sim import USB_LATENCY_MS, SimTransport, shared
+from sim_backend.bundled import PICTURES
 from sim_backend.simulation import Simulation
-from sim_backend.world.loading import PICTURES
 from sim_backend.world.world_file import Box, Person, Picture
 
 if TYPE_CHECKING:

@@ -16,27 +16,21 @@ class Timeline(Protocol):
     @property
     def now_ms(self) -> int:
         """Time since the start."""
-        ...
 
     def advance(self, duration_ms: int) -> None:
         """Let time pass."""
-        ...
 
     def at(self, due_ms: int, action: Callable[[], None]) -> None:
         """Run `action` when that time has come."""
-        ...
 
     def deliver(self, telegram: bytes) -> bytes | None:
         """Give the brick a telegram over USB, now."""
-        ...
 
     def deliver_bluetooth(self, framed: bytes) -> bytes:
         """Give the brick a telegram over Bluetooth, now."""
-        ...
 
     def unplug(self) -> None:
         """Pull the cable out of the brick, now."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
     path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location).lstrip(".")
     match error["type"]:
         case "extra_forbidden":
-            return f"{path}: there is no such key; {_hint(str(location[-1]), table.model_fields)}"
+            return f"{path}: there is no such key; {hint(str(location[-1]), table.model_fields)}"
         case "missing":
             return f"{path}: is missing"
         case "union_tag_not_found":
@@ -68,15 +68,16 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
         case "union_tag_invalid":
             tag, key = error["ctx"]["tag"], error["ctx"]["discriminator"].strip(_QUOTE)
             known = [name.strip(_QUOTE) for name in error["ctx"]["expected_tags"].split(", ")]
-            return f"{path}.{key}: there is no {tag!r}; {_hint(tag, known)}"
+            return f"{path}.{key}: there is no {tag!r}; {hint(tag, known)}"
         case "value_error":
             return f"{path}: {error['ctx']['error']}"
     return f"{path}: {error['msg'][0].lower()}{error['msg'][1:]}, not {error['input']!r}"
 
 
-def _hint(name: str, known: Iterable[str]) -> str:
+def hint(name: str, known: Iterable[str]) -> str:
+    """Suggest the closest known name, or list all of them."""
     near = difflib.get_close_matches(name, known, n=1)
-    return f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"
+    return f"did you mean {near[0]}?" if near else f"known here: {', '.join(known) or 'none'}"
 
 
 def _walk(model: type[BaseModel], location: tuple[str | int, ...]) -> tuple[type[BaseModel], list[str | int]]:

@@ -140,4 +140,4 @@ class Webcam:
         from sim_backend.camera.sim_camera import SimCamera
 
         lens = LensEffects(gain=self._world.file.light.exposure)
-        return SimCamera(self.size, self.hfov_deg, round(self.fps), self._seed, lens)
+        return SimCamera(self.size, self.hfov_deg, self._seed, lens)

@@ -25,10 +25,11 @@ import numpy as np
 from nxtdrive.vision.detection import Detection, TargetDetector
 from nxtdrive.vision.detectors import make_detector
 from nxtdrive.vision.geometry import A4_HEIGHT_MM, Pinhole
+from sim_backend.bundled import PICTURES
 from sim_backend.camera.lens import LensEffects
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel, standing_panels
 from sim_backend.camera.sim_camera import SimCamera
-from sim_backend.camera.textures import PICTURES, TextureLibrary
+from sim_backend.camera.textures import TextureLibrary
 
 A4_WIDTH_MM = 210.0
 DISTANCES_M = (0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0)

@@ -19,7 +19,6 @@ class SimCamera:
     Args:
         size: Width and height of the frames in pixels.
         hfov_deg: Horizontal field of view.
-        fps: Frames per second; kept for the simulation that schedules the frames.
         seed: Seeds the textures and the sensor noise.
         lens: The webcam's imperfections; `lens.PERFECT` for none.
         floor: Texture of the floor.
@@ -30,7 +29,6 @@ class SimCamera:
         self,
         size: tuple[int, int] = (320, 240),
         hfov_deg: float = 60.0,
-        fps: int = 10,
         seed: int = 0,
         lens: LensEffects | None = None,
         *,
@@ -38,7 +36,6 @@ class SimCamera:
         textures: TextureLibrary | None = None,
     ) -> None:
         self.pinhole = Pinhole(*size, hfov_deg)
-        self.fps = fps
         self._renderer = Renderer(self.pinhole, textures or TextureLibrary(seed), floor)
         self._lens = Lens(lens or LensEffects(), size, self.pinhole.focal_px, seed)
 

@@ -17,11 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import ConfigError
+from sim_backend.bundled import PICTURES
 
 Image = NDArray[np.uint8]
 Color = tuple[int, int, int]
-
-PICTURES = Path(__file__).parent.parent / "pictures"
 
 
 @dataclass(frozen=True, eq=False)

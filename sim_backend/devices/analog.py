@@ -24,10 +24,10 @@ _SHADE = 0.3
 
 
 class AnalogInput:
-    """Anything that makes a voltage.
+    """Anything that puts a voltage on an input port.
 
     Args:
-        reading: The converter's value now, 0..1023.
+        reading: Returns the converter's value, 0..1023; values beyond are clipped.
     """
 
     def __init__(self, reading: Callable[[], int]) -> None:
@@ -38,34 +38,53 @@ class AnalogInput:
         return _clipped(self._reading())
 
 
-class TouchSensor:
+class TouchSensor(AnalogInput):
     """LEGO's touch sensor.
 
     Args:
-        pressed: Whether somebody presses it now.
+        pressed: Whether it is pressed now.
     """
 
     def __init__(self, pressed: Callable[[], bool]) -> None:
-        self._pressed = pressed
-
-    def raw(self) -> int:
-        """The converter's value now."""
-        return _PRESSED if self._pressed() else FULL_SCALE
+        super().__init__(lambda: _PRESSED if pressed() else FULL_SCALE)
 
 
-class LightSensor:
-    """LEGO's light sensor for the NXT: a photo transistor and a red lamp.
+class LightSensor(AnalogInput):
+    """LEGO's light sensor for the NXT: a photo transistor and a red lamp. More light gives less voltage.
 
     Args:
-        brightness_percent: What it would read now, 0..100; see `reflected_percent`.
+        brightness_percent: Returns the reading, 0..100; see `reflected_percent`.
     """
 
     def __init__(self, brightness_percent: Callable[[], float]) -> None:
-        self._brightness_percent = brightness_percent
+        super().__init__(lambda: raw_for(SensorType.LIGHT_ACTIVE, _normalized(brightness_percent())))
 
-    def raw(self) -> int:
-        """The converter's value now; more light makes less voltage."""
-        return raw_for(SensorType.LIGHT_ACTIVE, _normalized(self._brightness_percent()))
+
+class SoundSensor(AnalogInput):
+    """LEGO's sound sensor. More sound gives less voltage.
+
+    Args:
+        level_db: Returns the sound level.
+    """
+
+    def __init__(self, level_db: Callable[[], float]) -> None:
+        def percent() -> float:
+            return float(100.0 * 10.0 ** ((level_db() - LOUDEST_DB) / 20.0))
+
+        super().__init__(lambda: raw_for(SensorType.SOUND_DB, _normalized(percent())))
+
+
+class RcxTemperatureSensor(AnalogInput):
+    """LEGO's analog temperature sensor of the RCX (9889), -20 to 70 °C.
+
+    Source: docs/firmware.md section 6: full scale is 90 °C, from -20 °C on.
+
+    Args:
+        temperature_c: Returns the temperature.
+    """
+
+    def __init__(self, temperature_c: Callable[[], float]) -> None:
+        super().__init__(lambda: raw_for(SensorType.TEMPERATURE, _normalized((temperature_c() + 20.0) / 0.9)))
 
 
 def reflected_percent(red_percent: float, ambient_percent: float, *, lamp: bool) -> float:
@@ -84,36 +103,6 @@ def reflected_percent(red_percent: float, ambient_percent: float, *, lamp: bool)
 def shaded_percent(reflected: float, ambient_percent: float) -> float:
     """How much of the room's light a sensor gets back from the floor under it, which reflects `reflected` percent."""
     return _SHADE * ambient_percent * reflected / 100.0
-
-
-class SoundSensor:
-    """LEGO's sound sensor.
-
-    Args:
-        level_db: How loud it is now.
-    """
-
-    def __init__(self, level_db: Callable[[], float]) -> None:
-        self._level_db = level_db
-
-    def raw(self) -> int:
-        """The converter's value now; more sound makes less voltage."""
-        return raw_for(SensorType.SOUND_DB, _normalized(100.0 * 10.0 ** ((self._level_db() - LOUDEST_DB) / 20.0)))
-
-
-class RcxTemperatureSensor:
-    """LEGO's analog temperature sensor of the RCX (9889), -20 to 70 °C.
-
-    Args:
-        temperature_c: How warm it is now.
-    """
-
-    def __init__(self, temperature_c: Callable[[], float]) -> None:
-        self._temperature_c = temperature_c
-
-    def raw(self) -> int:
-        """The converter's value now. Source: docs/firmware.md section 6: full scale is 90 °C, from -20 °C on."""
-        return raw_for(SensorType.TEMPERATURE, _normalized((self._temperature_c() + 20.0) / 0.9))
 
 
 @cache

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from sim_backend.firmware.analog import FULL_SCALE
 from sim_backend.firmware.color import BLANK
 
 _DARKNESS = 71
@@ -39,7 +40,7 @@ class ColorSensor:
         value = _DARKNESS + _AMBIENT_STEPS * self._ambient_percent() / 100.0
         if lamp != BLANK:
             value += _LAMP_STEPS * self._reflected_percent()[lamp] / 100.0
-        return min(max(round(value), 0), 1023)
+        return min(max(round(value), 0), FULL_SCALE)
 
     def raw(self) -> int:
         """What a port sees that is set to another type."""

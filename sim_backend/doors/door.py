@@ -14,6 +14,13 @@ from firmware_protocol.framing import FrameReader
 PARTIAL_LIMIT_S = 0.5
 """A telegram whose rest has not come by then belongs to a program that died; the next one's must not complete it."""
 
+LOOPBACK = "127.0.0.1"
+"""Default host: only programs on this computer can connect."""
+
+SEND_BUFFER = 1 << 16
+"""Size of the kernel's send buffer per connection. The kernel's own choice is megabytes: a slow camera client would see
+stale frames, and a program that does not read would not be noticed."""
+
 CHUNK = 4096
 """Bytes taken from a program at a time, which bounds the telegrams it can have waiting."""
 
@@ -33,19 +40,15 @@ class Client(Protocol):
 
     def receive(self) -> list[bytes]:
         """The telegrams that have arrived since the last call."""
-        ...
 
     def send(self, data: bytes) -> None:
         """Hand over what the brick sends: a packet over USB, a piece of the stream over Bluetooth."""
-        ...
 
     def hang_up(self) -> None:
         """End the connection, as a pulled cable does."""
-        ...
 
     def fileno(self) -> int:
         """What to wait on for telegrams."""
-        ...
 
 
 class Door(Protocol):
@@ -61,15 +64,12 @@ class Door(Protocol):
 
     def arrivals(self) -> list[Client]:
         """The programs that have come in since the last call."""
-        ...
 
     def fileno(self) -> int | None:
         """What to wait on for programs; None while nobody can come in."""
-        ...
 
     def close(self) -> None:
         """Send everybody away and take the address back; may be called again."""
-        ...
 
 
 def completed(frames: FrameReader, data: bytes) -> list[bytes]:

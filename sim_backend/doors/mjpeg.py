@@ -20,9 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import ConfigError
-
-LOOPBACK = "127.0.0.1"
-"""The stream has no password, so it does not leave this computer."""
+from sim_backend.doors.door import LOOPBACK, SEND_BUFFER
 
 STREAM = "/camera.mjpg"
 BOUNDARY = "frame"
@@ -31,9 +29,6 @@ JPEG_QUALITY = 80
 
 STALLED_S = 5.0
 """A watcher that takes no byte for so long is dropped."""
-
-SEND_BUFFER = 1 << 16
-"""Bytes the kernel keeps for a watcher: about a frame, lest a slow one sees old pictures."""
 
 
 class MjpegDoor:

@@ -42,15 +42,12 @@ class Simulation(Protocol):
     @property
     def now_ms(self) -> int:
         """Simulated time."""
-        ...
 
     def advance(self, duration_ms: int) -> None:
         """Let simulated time pass."""
-        ...
 
     def camera_frame(self) -> NDArray[np.uint8] | None:
         """What the robot's camera sees now; None while it is unplugged."""
-        ...
 
 
 class CameraDoor(Protocol):
@@ -59,11 +56,9 @@ class CameraDoor(Protocol):
     @property
     def watched(self) -> bool:
         """Whether somebody looks."""
-        ...
 
     def show(self, image: NDArray[np.uint8]) -> None:
         """Show the next picture."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)

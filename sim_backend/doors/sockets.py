@@ -14,17 +14,11 @@ from ipaddress import ip_address
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.framing import LENGTH_LIMIT, USB_TELEGRAM_LIMIT, FrameReader, frame
-from sim_backend.doors.door import CHUNK, PARTIAL_LIMIT_S, Client, completed
+from sim_backend.doors.door import CHUNK, LOOPBACK, PARTIAL_LIMIT_S, SEND_BUFFER, Client, completed
 from sim_backend.doors.splitter import CLOSE, GET_LINK_TYPE, TelegramSplitter
-
-LOOPBACK = "127.0.0.1"
-"""Whoever can connect can drive, so by default nobody outside this computer can."""
 
 UNREAD_LIMIT = 1 << 16
 """Bytes of replies a program may leave unread, beyond what the kernel keeps, before it is sent away."""
-
-SEND_BUFFER = 1 << 16
-"""Bytes the kernel keeps for a program; left to itself it would keep megabytes."""
 
 BACKLOG = 8
 

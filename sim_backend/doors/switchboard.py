@@ -22,19 +22,15 @@ class Link(Protocol):
     @property
     def under_way(self) -> int:
         """Telegrams and replies on their way."""
-        ...
 
     def send(self, telegram: bytes) -> None:
         """Send a telegram to the brick; ConnectionError when the cable is out."""
-        ...
 
     def poll(self) -> bytes | None:
         """The next reply that has arrived, or None; ConnectionError when the cable is out."""
-        ...
 
     def close(self) -> None:
         """Give the link up."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -70,15 +70,12 @@ class Cable(Protocol):
 
     def write(self, packet: bytes, timeout_s: float | None) -> None:
         """Send a packet; TimeoutError when the brick takes none. None waits for ever."""
-        ...
 
     def read(self, timeout_s: float | None) -> bytes | None:
         """The next packet from the brick, or None when the time is over. None waits for ever."""
-        ...
 
     def close(self) -> None:
         """Pull it out at this end."""
-        ...
 
 
 class UsbBackend(usb.backend.IBackend):  # type: ignore[misc] # pyusb has no types

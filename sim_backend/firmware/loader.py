@@ -94,17 +94,13 @@ class Loader:
 
     def exists(self, name: str) -> bool:
         """Whether a file could be found; false without a free handle to look with."""
-        status, _ = self._allocate(name)
-        return not status and self._first(name) is not None
+        return self._find(name)[2] is not None
 
     def open_read(self, name: str, *, keep: bool = False) -> Opened:
         """Open the first file that matches; `keep` it open when the USB cable is pulled."""
-        status, number = self._allocate(name)
-        if status:
-            return Opened(status, 0)
-        file = self._first(name)
+        status, number, file = self._find(name)
         if file is None:
-            return Opened(Status.FILE_NOT_FOUND, number)
+            return Opened(status, number)
         if not file.size:
             self._handles[number].use = Use.READ  # leaked, with nothing to read
             self.close(0)
@@ -134,12 +130,9 @@ class Loader:
 
     def append(self, name: str, *, keep: bool = False) -> Opened:
         """Open a data file to write on behind its data; `Opened.size` is what is left."""
-        status, number = self._allocate(name)
-        if status:
-            return Opened(status, 0)
-        file = self._first(name)
+        status, number, file = self._find(name)
         if file is None:
-            return Opened(Status.FILE_NOT_FOUND, number)
+            return Opened(status, number)
         if not file.appendable:
             return Opened(Status.APPEND_NOT_POSSIBLE, number)
         if self._is_open(file, Use.WRITE):
@@ -195,12 +188,9 @@ class Loader:
 
     def delete(self, name: str) -> Status:
         """Delete the first file that matches and is not open."""
-        status, _ = self._allocate(name)
-        if status:
-            return status
-        file = self._first(name)
+        status, _, file = self._find(name)
         if file is None:
-            return Status.FILE_NOT_FOUND
+            return status
         if self._is_open(file, Use.READ, Use.WRITE):
             return Status.FILE_IS_BUSY
         self.flash.files.remove(file)
@@ -250,6 +240,12 @@ class Loader:
             if handle.use == Use.FREE:
                 return Status.OK, number
         return Status.NO_MORE_HANDLES, 0
+
+    def _find(self, name: str) -> tuple[Status, int, File | None]:
+        """A free handle and the first file that matches; without the file, the status says why."""
+        status, number = self._allocate(name)
+        file = None if status else self._first(name)
+        return status or (Status.OK if file else Status.FILE_NOT_FOUND), number, file
 
     def _take(self, number: int, use: Use, file: File, *, keep: bool) -> None:
         handle = self._handles[number]

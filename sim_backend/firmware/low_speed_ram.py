@@ -35,7 +35,6 @@ class Port(Protocol):
     @property
     def registers(self) -> tuple[int, int, int]:
         """Mode, state and error."""
-        ...
 
 
 def from_send_buffer(ports: Sequence[Port], index: int) -> bytes:

@@ -49,7 +49,6 @@ class Programs(Protocol):
     @property
     def active(self) -> bool:
         """Whether a program is active."""
-        ...
 
     def start(self, name: bytes) -> None:
         """Start a program in the next pass."""

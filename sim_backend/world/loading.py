@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from firmware_protocol.errors import ConfigError
-from sim_backend.toml_file import mistakes, read_tables, validate
+from sim_backend.bundled import PICTURES, WORLDS
+from sim_backend.toml_file import hint, mistakes, read_tables, validate
 from sim_backend.world.world_file import Event, WorldFile
-
-BUNDLED = Path(__file__).parent.parent / "worlds"
-"""Where the worlds that come with the simulation are."""
-PICTURES = Path(__file__).parent.parent / "pictures"
-"""Where the pictures that come with the simulation are."""
 
 
 def load_world(source: str | Path) -> WorldFile:
@@ -53,10 +48,10 @@ def parse_world(tables: Mapping[str, Any], path: Path) -> WorldFile:
 
 
 def _find(path: Path) -> Path:
-    for candidate in (path, BUNDLED / path.name, BUNDLED / f"{path.name}.toml"):
+    for candidate in (path, WORLDS / path.name, WORLDS / f"{path.name}.toml"):
         if candidate.is_file():
             return candidate
-    names = ", ".join(sorted(entry.stem for entry in BUNDLED.glob("*.toml")))
+    names = ", ".join(sorted(entry.stem for entry in WORLDS.glob("*.toml")))
     raise ConfigError(f"there is no world file {path}.", remedy=f"Give a path, or one of: {names}.")
 
 
@@ -92,9 +87,7 @@ def _unknown_names(path: str, event: Event, names: Mapping[str, list[str]]) -> I
     }
     for key, (name, known) in references.items():
         if name is not None and name not in known:
-            near = difflib.get_close_matches(name, known, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known) or 'none'}"
-            yield f"{path}.{key}: there is no {name!r}; {hint}"
+            yield f"{path}.{key}: there is no {name!r}; {hint(name, known)}"
 
 
 def _wrong_ports(world: WorldFile) -> Iterator[str]:

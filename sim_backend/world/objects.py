@@ -24,16 +24,13 @@ class WorldObject(Protocol):
     @property
     def height_mm(self) -> float:
         """Top edge above the floor."""
-        ...
 
     @property
     def shapes(self) -> tuple[pymunk.Shape, ...]:
         """Outline in the physics."""
-        ...
 
     def panels(self) -> list[Panel]:
         """The surfaces that the camera sees; none while it is absent."""
-        ...
 
 
 class WallObject:

@@ -107,7 +107,7 @@ class RobotBody:
 
     def touched(self, direction_deg: float, width_deg: float) -> bool:
         """Whether something touches the part of the body around `direction_deg` (clockwise from the front)."""
-        offsets = ((bearing - direction_deg + 180.0) % 360.0 - 180.0 for bearing in self.contact_bearings_deg)
+        offsets = (wrapped_deg(bearing - direction_deg) for bearing in self.contact_bearings_deg)
         return any(abs(offset) <= width_deg / 2 for offset in offsets)
 
     def point_mm(self, at_mm: Point) -> Point:
@@ -162,4 +162,9 @@ class RobotBody:
         for point in arbiter.contact_point_set.points:
             offset = point.point_a - self.body.position
             bearing = math.degrees(math.atan2(offset.y, offset.x)) - self.heading_deg
-            contacts.append((bearing + 180.0) % 360.0 - 180.0)
+            contacts.append(wrapped_deg(bearing))
+
+
+def wrapped_deg(angle_deg: float) -> float:
+    """The same angle in -180..180."""
+    return (angle_deg + 180.0) % 360.0 - 180.0

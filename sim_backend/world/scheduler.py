@@ -21,19 +21,15 @@ class EventContext(Protocol):
 
     def in_view(self, picture: str) -> bool:
         """Whether the robot's camera could see the picture now."""
-        ...
 
     def robot_distance_mm(self, name: str) -> float:
         """Distance between the centers of the robot and an object."""
-        ...
 
     def perform(self, event: Event, stays_ms: int | None) -> None:
         """Carry the event out."""
-        ...
 
     def is_over(self, event: Event) -> bool:
         """Whether the event's person has left again; events without a person are over at once."""
-        ...
 
 
 class _PendingEvent:

@@ -10,7 +10,7 @@ import pymunk
 
 from sim_backend.camera.scene import Viewpoint
 from sim_backend.world.objects import PictureObject
-from sim_backend.world.robot import ROBOT_GROUP, RobotBody
+from sim_backend.world.robot import ROBOT_GROUP, RobotBody, wrapped_deg
 from sim_backend.world.sensor_tables import Echo
 from sim_backend.world.toml_types import Point
 
@@ -104,10 +104,10 @@ def in_view(
     if math.dist(eye, middle) > VIEW_RANGE_MM:
         return False
     back = _bearing_deg(middle, eye)
-    if abs(_wrapped(back - picture.facing_deg)) > VIEW_ANGLE_DEG:
+    if abs(wrapped_deg(back - picture.facing_deg)) > VIEW_ANGLE_DEG:
         return False
     points = picture.edge_points()
-    if any(abs(_wrapped(_bearing_deg(eye, point) - viewpoint.heading_deg)) > hfov_deg / 2 for point in points):
+    if any(abs(wrapped_deg(_bearing_deg(eye, point) - viewpoint.heading_deg)) > hfov_deg / 2 for point in points):
         return False
     return not any(_hidden(space, eye, viewpoint.height_mm, point, picture, heights_mm) for point in points)
 
@@ -138,7 +138,3 @@ def _hits(
 
 def _bearing_deg(start: tuple[float, float], end: tuple[float, float]) -> float:
     return math.degrees(math.atan2(end[1] - start[1], end[0] - start[0]))
-
-
-def _wrapped(angle_deg: float) -> float:
-    return (angle_deg + 180.0) % 360.0 - 180.0

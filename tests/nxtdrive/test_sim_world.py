@@ -8,8 +8,8 @@ from firmware_protocol.direct import GetBatteryLevel
 from firmware_protocol.errors import AddressError, ConfigError, LinkLost
 from nxtdrive import open_brick
 from nxtdrive.testing import SimWorld
+from sim_backend.bundled import PICTURES
 from sim_backend.devices import TouchSensor
-from sim_backend.world.loading import PICTURES
 
 
 def test_a_picture_stands_where_it_is_put_and_looks_at_the_robot(sim_world):

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from nxtdrive.testing import SimWorld
-from sim_backend.world.loading import PICTURES
+from sim_backend.bundled import PICTURES
 
 PAGE = (Path(__file__).parents[2] / "docs" / "testing-your-robot.md").read_text(encoding="utf-8")
 

@@ -6,10 +6,10 @@ from statistics import fmean, pstdev
 import pytest
 
 from nxtdrive.vision.detectors import make_detector
+from sim_backend.bundled import PICTURES
 from sim_backend.camera.geometric import PICTURE_LAW, DetectorLaw, Falloff, GeometricSensor
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel, standing_panels
 from sim_backend.camera.sim_camera import SimCamera
-from sim_backend.camera.textures import PICTURES
 
 ORIGIN = Viewpoint(0.0, 0.0, 0.0, 200.0)
 ALWAYS = DetectorLaw(Falloff(-99.0, -1.0), Falloff(999.0, 1.0), Falloff(99.0, 1.0), Falloff(99.0, 1.0), 0.0, 0.0)

@@ -8,10 +8,11 @@ import cv2
 import numpy as np
 import pytest
 
+from sim_backend.bundled import PICTURES
 from sim_backend.camera.lens import PERFECT
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel
 from sim_backend.camera.sim_camera import SimCamera
-from sim_backend.camera.textures import PICTURES, SURFACES
+from sim_backend.camera.textures import SURFACES
 
 NAMES = sorted(path.stem for path in PICTURES.glob("*.png"))
 CASCADES = ("haarcascade_frontalface_default.xml", "haarcascade_frontalface_alt2.xml")

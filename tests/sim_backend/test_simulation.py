@@ -19,8 +19,8 @@ from firmware_protocol.enums import (
     SensorMode,
     SensorType,
 )
+from sim_backend.bundled import PICTURES, WORLDS
 from sim_backend.simulation import SimLink, Simulation
-from sim_backend.world.loading import BUNDLED, PICTURES
 
 REGULATED = OutputMode.MOTOR_ON | OutputMode.BRAKE | OutputMode.REGULATED
 
@@ -165,7 +165,7 @@ def test_pictures_are_observed_without_drawing_a_frame():
 
 
 def test_a_picture_from_a_file_is_observed_by_its_name(tmp_path):
-    open_world = (BUNDLED / "open.toml").read_text()
+    open_world = (WORLDS / "open.toml").read_text()
     (tmp_path / "cat.png").write_bytes((PICTURES / "fox.png").read_bytes())
     (tmp_path / "cat.toml").write_text(open_world.replace('"lena"', '"cat"\nfile = "cat.png"'))
     simulation = Simulation(tmp_path / "cat.toml")

@@ -12,7 +12,8 @@ from collections.abc import Callable
 
 import cv2
 
-from sim_backend.camera.textures import PICTURES, Color, Image
+from sim_backend.bundled import PICTURES
+from sim_backend.camera.textures import Color, Image
 
 from .canvas import Canvas, Shape, curve, ellipse, mirrored, polygon, smooth
 from .portrait import draw_lena

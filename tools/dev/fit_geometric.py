@@ -23,10 +23,11 @@ import numpy as np
 from nxtdrive.vision.detection import TargetDetector
 from nxtdrive.vision.detectors import make_detector
 from nxtdrive.vision.geometry import Pinhole
+from sim_backend.bundled import PICTURES
 from sim_backend.camera.geometric import PICTURE_LAW, DetectorLaw, Falloff, GeometricSensor, Sight
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel
 from sim_backend.camera.sim_camera import SimCamera
-from sim_backend.camera.textures import PICTURES, TextureLibrary
+from sim_backend.camera.textures import TextureLibrary
 
 TARGETS = ("lena", "rilakkuma")
 """The decoys are left out: unlike most pictures, a blurred landscape still looks the same."""

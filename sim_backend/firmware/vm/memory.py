@@ -236,11 +236,9 @@ class Memory:
     def _write(self, variable: int, at: int, value: Value) -> None:
         kind, _, data = self._variables[variable]
         if kind == Type.ARRAY:
-            self._write_array(variable, at + data, value if isinstance(value, list) else [value])
+            self._write_array(variable, at + data, _parts(value))
         elif kind == Type.CLUSTER:
-            for member, part in zip(
-                self.members(variable), value if isinstance(value, list) else [value], strict=False
-            ):
+            for member, part in zip(self.members(variable), _parts(value), strict=False):
                 self._write(member, at, part)
         elif not isinstance(value, list):
             _SCALARS[kind].pack_into(self.pool, self.base + at + data, _fitting(kind, value))

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from firmware_protocol.direct import LS_LIMIT, MESSAGE_LIMIT
 from firmware_protocol.status import Status
 from sim_backend.firmware.loader import NAME_LIMIT
 from sim_backend.firmware.mailboxes import MAILBOXES
@@ -18,8 +19,6 @@ from sim_backend.firmware.vm.arrays import elements, text
 from sim_backend.firmware.vm.machine import Instruction, Machine, ProgramError, number
 from sim_backend.firmware.vm.memory import OutOfMemory, Value
 
-_I2C_LIMIT = 16
-_MESSAGE_LIMIT = 59
 _OK = int(Status.OK)
 _RANDOM_LIMIT = 0x7FFF
 
@@ -96,7 +95,7 @@ def _ls_write(machine: Machine, arguments: Arguments) -> None:
     bus, index = machine.devices.low_speed, _number(machine, port)
     if not 0 <= index < len(bus.channels):
         machine.put(status, Status.OUT_OF_RANGE)
-    elif len(message) > _I2C_LIMIT or not 0 <= size <= _I2C_LIMIT:
+    elif len(message) > LS_LIMIT or not 0 <= size <= LS_LIMIT:
         machine.put(status, Status.ILLEGAL_SIZE)
     else:
         machine.put(status, _OK if bus.write(index, message, size) else Status.CHANNEL_NOT_CONFIGURED)
@@ -137,7 +136,7 @@ def _message_write(machine: Machine, arguments: Arguments) -> None:
     index, data = _number(machine, box), _bytes(machine.get(message))
     if not 0 <= index < MAILBOXES:
         machine.put(status, Status.ILLEGAL_MAILBOX)
-    elif not 0 < len(data) <= _MESSAGE_LIMIT:
+    elif not 0 < len(data) <= MESSAGE_LIMIT:
         machine.put(status, Status.OUT_OF_RANGE)
     else:
         try:
@@ -165,11 +164,8 @@ def _keep_alive(machine: Machine, arguments: Arguments) -> None:
 
 def _io_map_read(machine: Machine, arguments: Arguments) -> None:
     status, module, offset, count, data = arguments
-    live, at, size = (
-        machine.devices.maps.get(text(machine.get(module))),
-        _number(machine, offset),
-        number(machine.get(count)),
-    )
+    live = machine.devices.maps.get(text(machine.get(module)))
+    at, size = _number(machine, offset), _number(machine, count)
     if live is None:
         machine.put(status, Status.MODULE_NOT_FOUND)
     elif not 0 <= at <= at + size <= live.size:

@@ -6,9 +6,9 @@ import pytest
 
 from nxtdrive.vision.detectors import make_detector
 from nxtdrive.vision.geometry import Pinhole
+from sim_backend.bundled import PICTURES
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel
 from sim_backend.camera.sim_camera import SimCamera
-from sim_backend.camera.textures import PICTURES
 
 PINHOLE = Pinhole.from_hfov(320, 60)
 NAMES = ("lena", "rilakkuma")

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from nxtdrive.tools.dev.drawings import PAINTERS, write_pictures
-from sim_backend.camera.textures import PICTURES
+from sim_backend.bundled import PICTURES
 
 A4_PX = (594, 420)
 
