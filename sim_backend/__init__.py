@@ -1,1 +1,1 @@
-"""The other end: a simulated brick that behaves as LEGO's firmware, its robot, its world and its camera."""
+"""The simulator: a brick that behaves like LEGO's firmware, with its robot, world and camera."""

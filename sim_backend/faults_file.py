@@ -1,4 +1,4 @@
-"""What goes wrong on a link, from a TOML file. The keys are explained in docs/interop.md."""
+"""Read link faults from a TOML file. docs/interop.md explains the keys."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Span = tuple[Count, Count]
 
 
 class Telegrams(BaseModel):
-    """Which telegrams of a link, counted from 0.
+    """A set of telegrams of a link, counted from 0.
 
     Attributes:
-        numbers: These.
-        every: And every so many-th; 0 for none.
-        first: The first of those.
+        numbers: Individual telegrams.
+        every: Period of further telegrams; 0 for none.
+        first: First of the periodic ones.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -69,10 +69,10 @@ class FaultsFile(BaseModel):
 
 
 def load_faults(path: Path) -> LinkFaults:
-    """The faults in a file.
+    """Load the faults from a file.
 
     Raises:
-        ConfigError: There is no such file, or it has mistakes; the message lists all of them.
+        ConfigError: The file cannot be read or has mistakes; the message lists all of them.
     """
     file = validate(FaultsFile, read_tables(path), path)
     return LinkFaults(**{name: getattr(file, name) for name in FaultsFile.model_fields})

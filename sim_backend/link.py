@@ -1,4 +1,4 @@
-"""The way to the simulated brick: latency, order, and faults on schedule."""
+"""Links to the simulated brick, with latency, ordering and scheduled faults."""
 
 from __future__ import annotations
 
@@ -11,41 +11,42 @@ from firmware_protocol.framing import LENGTH_SIZE, frame
 
 
 class Timeline(Protocol):
-    """What a link needs of the simulation."""
+    """The part of the simulation that a link uses."""
 
     @property
     def now_ms(self) -> int:
-        """Time since the start."""
+        """Simulation time."""
 
     def advance(self, duration_ms: int) -> None:
-        """Let time pass."""
+        """Advance the simulation."""
 
     def at(self, due_ms: int, action: Callable[[], None]) -> None:
-        """Run `action` when that time has come."""
+        """Run `action` at that time."""
 
     def deliver(self, telegram: bytes) -> bytes | None:
-        """Give the brick a telegram over USB, now."""
+        """Deliver a telegram to the brick over USB now."""
 
     def deliver_bluetooth(self, framed: bytes) -> bytes:
-        """Give the brick a telegram over Bluetooth, now."""
+        """Deliver a telegram to the brick over Bluetooth now."""
 
     def unplug(self) -> None:
-        """Pull the cable out of the brick, now."""
+        """Pull the USB cable now."""
 
 
 @dataclass(frozen=True)
 class LinkFaults:
-    """What goes wrong on a link, and when. Telegrams are counted from 0 on each link.
+    """Faults of a link. Telegrams are counted from 0 on each link.
 
     Attributes:
-        drop_requests: Numbers of the telegrams that never reach the brick; any container, `range(0, 10**6, 7)` too.
+        drop_requests: Numbers of the telegrams that never reach the brick, in any container, such as
+            `range(0, 10**6, 7)`.
         drop_replies: Numbers of the telegrams whose reply is lost.
-        duplicate_replies: Numbers of the telegrams whose reply comes twice.
-        corrupt_replies: Numbers of the telegrams whose reply comes with every bit inverted, but for its length.
-        delay_replies_ms: Extra delay of the reply, by number of the telegram; later replies queue up behind it.
-        silent_ms: Spans (from, to) of the simulation's time in which nothing gets through, in either direction.
-        unplugged_ms: Spans (from, to) without a cable: a link that lives at the beginning is lost for good, and none
-            can be opened before the end.
+        duplicate_replies: Numbers of the telegrams whose reply arrives twice.
+        corrupt_replies: Numbers of the telegrams whose reply arrives with all bits inverted except its length.
+        delay_replies_ms: Extra delay of the reply by number of the telegram; later replies queue behind it.
+        silent_ms: Spans (from, to) of simulation time in which nothing gets through in either direction.
+        unplugged_ms: Spans (from, to) without a cable: a link that is open at the start is lost, and none can be
+            opened before the end.
     """
 
     drop_requests: Container[int] = ()
@@ -57,7 +58,7 @@ class LinkFaults:
     unplugged_ms: tuple[tuple[int, int], ...] = ()
 
     def silent(self, now_ms: int) -> bool:
-        """Whether nothing gets through now."""
+        """Whether nothing gets through at this time."""
         return any(start <= now_ms < end for start, end in self.silent_ms)
 
     def unplugged(self, since_ms: int, now_ms: int) -> bool:
@@ -71,17 +72,17 @@ NO_FAULTS = LinkFaults()
 class SimLink:
     """A link to the simulated brick.
 
-    Telegrams keep their order; the brick takes one in each pass of 1 ms.
+    Telegrams keep their order; the brick accepts one per pass of 1 ms.
 
     Args:
-        simulation: What holds the brick and the clock.
+        simulation: The brick and its clock.
         latency_ms: Round trip, rounded to whole milliseconds; the brick itself needs one.
-        faults: What goes wrong.
-        bluetooth: Whether this is a radio link instead of a cable: the brick's limits are then those of Bluetooth,
-            replies are what goes over the stream, their length in front, and the end of the link closes no files.
+        faults: Faults of the link.
+        bluetooth: Whether this is a Bluetooth link instead of a cable: the limits are those of Bluetooth, each reply
+            is preceded by its length, and the end of the link closes no files.
 
     Raises:
-        ConnectionError: The cable is not plugged in.
+        ConnectionError: The cable is unplugged.
     """
 
     def __init__(
@@ -107,16 +108,16 @@ class SimLink:
 
     @property
     def is_open(self) -> bool:
-        """Whether nobody has closed the link and its cable has not been found unplugged."""
+        """Whether the link is open; an unplugged cable is noticed at the next call."""
         return self._open
 
     @property
     def under_way(self) -> int:
-        """Telegrams that have not reached the brick yet, and replies that nobody has taken yet."""
+        """Number of telegrams that have not reached the brick, and replies that have not been read."""
         return len(self._deliveries) + len(self._replies)
 
     def send(self, telegram: bytes) -> None:
-        """Send a telegram to the brick; returns at once.
+        """Send a telegram to the brick; does not wait.
 
         Raises:
             ConnectionError: The cable was unplugged, or the link is closed.
@@ -143,10 +144,10 @@ class SimLink:
         return None
 
     def receive(self, timeout_ms: int) -> bytes | None:
-        """Let the simulation run until a reply arrives, at most `timeout_ms`; None if none came.
+        """Run the simulation until a reply arrives, at most `timeout_ms`; None without one.
 
         Raises:
-            ConnectionError: The cable was unplugged meanwhile, or the link is closed.
+            ConnectionError: The cable was unplugged, or the link is closed.
         """
         deadline_ms = self._simulation.now_ms + timeout_ms
         while (reply := self.poll()) is None:
@@ -157,7 +158,7 @@ class SimLink:
         return reply
 
     def close(self) -> None:
-        """Give the link up; what was sent still reaches the brick, replies are lost."""
+        """Close the link; sent telegrams still reach the brick, replies are lost."""
         self._open = False
 
     def _next_news_ms(self, now_ms: int, deadline_ms: int) -> int:

@@ -1,7 +1,7 @@
 """A simulated robot in its world: brick, motors, sensors, floor and camera on one clock.
 
-Time is counted in whole milliseconds and passes only in `Simulation.advance`. The same world, seed and calls give the
-same run, on any machine and at any speed.
+Time is counted in whole milliseconds and advances only in `Simulation.advance`. The same world, seed and calls give the
+same run on any machine and at any speed.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ DEFAULT_WORLD = "arena"
 
 MOTOR_PORTS = ("A", "B", "C")
 MV_PER_STEP = 13.848
-"""What one step of the brick's battery converter means. Source: docs/firmware.md section 4, GetBatteryLevel."""
+"""Millivolts per step of the brick's battery converter. Source: docs/firmware.md section 4, GetBatteryLevel."""
 
 
 class Simulation:
@@ -44,17 +44,17 @@ class Simulation:
 
     Args:
         world: A world, the path of a world file, or the name of a bundled world.
-        seed: Seeds everything that is drawn.
-        firmware: Which firmware the brick runs, "1.29" or "1.05".
+        seed: Seed of all random draws.
+        firmware: Firmware of the brick, "1.29" or "1.05".
         camera_size: Width and height of the webcam's frames in pixels.
 
     Raises:
-        ConfigError: There is no such world, or its file has mistakes.
+        ConfigError: The world does not exist, or its file has mistakes.
 
     Attributes:
-        brick: The simulated brick; a `SimLink` leads to it.
+        brick: The simulated brick; connect to it through a `SimLink`.
         webcam: The webcam on the robot.
-        truth: Where everything really is; for tests and reports only.
+        truth: Ground truth; for tests and reports only.
         seed: As given.
     """
 
@@ -72,7 +72,7 @@ class Simulation:
         self.webcam = Webcam(self._world, lambda: self._now_ms, camera_size, seed)
         self.truth = GroundTruth(self._world)
         self._now_ms = 0
-        self._agenda: list[tuple[int, int, Callable[[], None]]] = []
+        self._queue: list[tuple[int, int, Callable[[], None]]] = []
         self._order = count()
         self._plug_in()
 
@@ -95,44 +95,44 @@ class Simulation:
         self.set_battery(robot.battery_mv)
 
     def set_battery(self, battery_mv: int) -> None:
-        """Change the battery: what the brick measures, and how fast the motors turn."""
+        """Change the battery voltage, which the brick measures and the motors' speed depends on."""
         self.brick.set_battery(round(battery_mv / MV_PER_STEP))
         for motor in self._motors:
             motor.set_battery(battery_mv)
 
     @property
     def world(self) -> World:
-        """The world itself, for whoever plays with it."""
+        """The world, for programs that change it."""
         return self._world
 
     @property
     def world_file(self) -> WorldFile:
-        """What the world was made from."""
+        """The world file of the world."""
         return self._world.file
 
     @property
     def now_ms(self) -> int:
-        """Time since the start."""
+        """Simulation time."""
         return self._now_ms
 
     @property
     def time_s(self) -> float:
-        """Time since the start."""
+        """Simulation time."""
         return self._now_ms / 1000.0
 
     def advance(self, duration_ms: int) -> None:
-        """Let time pass; not to be called from an action or a frame callback.
+        """Advance the simulation; must not be called from an action or a frame callback.
 
         Args:
             duration_ms: Whole milliseconds, 0 or more.
         """
         end_ms = self._now_ms + duration_ms
         while True:
-            while self._agenda and self._agenda[0][0] <= self._now_ms:
-                heapq.heappop(self._agenda)[2]()
+            while self._queue and self._queue[0][0] <= self._now_ms:
+                heapq.heappop(self._queue)[2]()
             if self._now_ms >= end_ms:
                 return
-            self._run_until(min(end_ms, self._agenda[0][0]) if self._agenda else end_ms)
+            self._run_until(min(end_ms, self._queue[0][0]) if self._queue else end_ms)
 
     def _run_until(self, stop_ms: int) -> None:
         world, brick = self._world, self.brick
@@ -148,33 +148,33 @@ class Simulation:
                     self.webcam.expose()
 
     def at(self, due_ms: int, action: Callable[[], None]) -> None:
-        """Run `action` when that time has come, in the order of the calls if several are due; at once if it is past."""
-        heapq.heappush(self._agenda, (due_ms, next(self._order), action))
+        """Run `action` at that time, or on the next advance if it is past; in order of the calls if simultaneous."""
+        heapq.heappush(self._queue, (due_ms, next(self._order), action))
 
     def deliver(self, telegram: bytes) -> bytes | None:
-        """Give the brick a telegram, now; links do this in time and order. A brick that is off answers nothing."""
+        """Deliver a telegram to the brick now; links add timing and order. A brick that is off does not reply."""
         return None if self.brick.powered_off else self.brick.receive(telegram)
 
     def deliver_bluetooth(self, framed: bytes) -> bytes:
-        """The same over Bluetooth: a telegram with its length in front, and so is what comes back, if anything."""
+        """Deliver a telegram over Bluetooth; telegram and reply, if any, are preceded by their lengths."""
         return b"" if self.brick.powered_off else self.brick.receive_bluetooth(framed)
 
     def unplug(self) -> None:
-        """Pull the cable out of the brick, now: it closes the files that were opened over it, and drives on."""
+        """Pull the USB cable now: files opened over it are closed, the motors keep running."""
         self.brick.unplug_usb()
 
     def camera_frame(self) -> Image | None:
-        """The webcam's freshest frame; see `Webcam.frame`."""
+        """The webcam's latest frame; see `Webcam.frame`."""
         return self.webcam.frame()
 
     def observe(self, name: str) -> tuple[float, float, Box] | None:
-        """What a detector would find of a picture in the freshest frame, without drawing it; see `Webcam.observe`."""
+        """Simulated detection of a picture in the latest frame, without rendering; see `Webcam.observe`."""
         return self.webcam.observe(name)
 
     def on_frame(self, callback: Callable[[Image, float], None], fps: float) -> None:
-        """Have `callback` called with the frame and the time in seconds while time advances, `fps` times a second.
+        """Call `callback` with the frame and the time in seconds, `fps` times per second of simulation time.
 
-        Moments in which the webcam is unplugged are left out.
+        Frames are skipped while the webcam is unplugged.
         """
         start_ms = self._now_ms
 

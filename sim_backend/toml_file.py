@@ -1,4 +1,4 @@
-"""Reading TOML files into pydantic models, with every mistake in a file said at once."""
+"""Read TOML files into pydantic models, and report all mistakes of a file at once."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _QUOTE = "'"
 
 
 def read_tables(path: Path) -> dict[str, Any]:
-    """The tables of a TOML file.
+    """Read the tables of a TOML file.
 
     Raises:
-        ConfigError: It cannot be read, or is not TOML.
+        ConfigError: The file cannot be read, or is not TOML.
     """
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
@@ -33,11 +33,11 @@ def read_tables(path: Path) -> dict[str, Any]:
 
 
 def validate(model: type[Model], tables: Mapping[str, Any], path: Path) -> Model:
-    """The tables as a model.
+    """Validate tables as a model.
 
     Args:
-        model: What they should be.
-        tables: As `read_tables` returns them.
+        model: The pydantic model.
+        tables: The tables as `read_tables` returns them.
         path: The file, for messages.
 
     Raises:
@@ -50,7 +50,7 @@ def validate(model: type[Model], tables: Mapping[str, Any], path: Path) -> Model
 
 
 def mistakes(path: Path, sentences: Sequence[str]) -> ConfigError:
-    """The error that lists them all."""
+    """The error that lists all mistakes."""
     count = "1 mistake" if len(sentences) == 1 else f"{len(sentences)} mistakes"
     return ConfigError("\n  ".join([f"{path} has {count}:", *sentences]))
 
@@ -81,9 +81,9 @@ def hint(name: str, known: Iterable[str]) -> str:
 
 
 def _walk(model: type[BaseModel], location: tuple[str | int, ...]) -> tuple[type[BaseModel], list[str | int]]:
-    """The table a mistake is in, and its path as the author wrote it.
+    """The table of a mistake, and its path as written in the file.
 
-    Where a table may be of several kinds, pydantic puts the kind into the location.
+    For discriminated unions, pydantic puts the tag into the location.
     """
     path: list[str | int] = []
     kinds: list[type[BaseModel]] = []
@@ -104,7 +104,7 @@ def _is_kind(model: type[BaseModel], tag: str | int) -> bool:
 
 
 def _tables(annotation: object) -> Iterator[type[BaseModel]]:
-    """All models that a type allows."""
+    """All models in a type annotation."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     for part in get_args(annotation):

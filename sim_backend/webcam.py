@@ -1,4 +1,4 @@
-"""The webcam on the simulated robot: frames at its rate, drawn only when somebody looks."""
+"""The webcam on the simulated robot: frames at its rate, rendered only on demand."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """What is needed to draw a frame later than it was taken.
+    """The data to render a frame later than it was taken.
 
     Attributes:
         index: Number of the frame.
-        panels: What stood in the world.
-        viewpoint: Where the lens was.
-        turn_rate_deg_s: How fast it turned, clockwise.
+        panels: Surfaces of the world.
+        viewpoint: Pose of the lens.
+        turn_rate_deg_s: Turn rate, clockwise.
     """
 
     index: int
@@ -32,20 +32,20 @@ class Exposure:
 
 
 class Webcam:
-    """Frames of the world as the robot's webcam delivers them.
+    """Frames of the robot's webcam.
 
     Args:
-        world: What it sees.
-        now_ms: Asks the simulation for the time.
+        world: The world.
+        now_ms: Returns the simulation time.
         size: Width and height of the frames in pixels.
-        seed: Seeds textures and sensor noise.
+        seed: Seed of textures and sensor noise.
 
     Attributes:
         size: As given.
         fps: Frames per second; frame n is taken at n / fps.
-        hfov_deg: Horizontal angle of view.
+        hfov_deg: Horizontal field of view.
         next_frame_ms: When the next frame is due.
-        unplugged_ms: Spans (from, to) of the simulation's time in which there is no picture; may be set at any time.
+        unplugged_ms: Spans (from, to) of simulation time without frames; may be set at any time.
     """
 
     def __init__(
@@ -62,21 +62,21 @@ class Webcam:
 
     @property
     def index(self) -> int:
-        """Number of the freshest frame."""
+        """Number of the latest frame."""
         return int(self._now_ms() * self.fps / 1000.0)
 
     @property
     def time_s(self) -> float:
-        """When the freshest frame was taken."""
+        """Time of the latest frame."""
         return self.index / self.fps
 
     def expose(self) -> None:
-        """Take the frame that is due; it costs next to nothing until somebody looks at it."""
+        """Take the frame that is due; it is rendered only when requested."""
         self._exposure = self._expose()
         self.next_frame_ms = (self._exposure.index + 1) * 1000.0 / self.fps
 
     def frame(self) -> Image | None:
-        """The freshest frame: (height, width, 3) uint8, blue, green, red, not to be written to; None while unplugged.
+        """The latest frame: (height, width, 3) uint8, blue, green, red, read-only; None while unplugged.
 
         Raises:
             ConfigError: The world names a texture or image file that cannot be read.
@@ -89,16 +89,16 @@ class Webcam:
         return self._drawn[1]
 
     def observe(self, name: str) -> tuple[float, float, Box] | None:
-        """What the picture detector would find of one picture in the freshest frame, by geometry and chance.
+        """Simulate the picture detector on the latest frame, by geometry and chance.
 
-        Every call draws its own luck.
+        Each call is an independent draw.
 
         Args:
-            name: Name of the picture; one that the world does not have is not found.
+            name: Name of the picture; an unknown one is never detected.
 
         Returns:
             Bearing in degrees (positive right), distance in millimetres and box (left, top, width, height in pixels);
-            None if it is not found or the webcam is unplugged.
+            None without a detection or while the webcam is unplugged.
         """
         picture = self._world.pictures.get(name)
         if picture is None or self.unplugged:
@@ -110,11 +110,11 @@ class Webcam:
 
     @property
     def unplugged(self) -> bool:
-        """Whether there is no picture now."""
+        """Whether the webcam delivers no frames now."""
         return any(start <= self._now_ms() < end for start, end in self.unplugged_ms)
 
     def _fresh(self) -> Exposure:
-        """The freshest exposure, taken now if nothing has moved since it was due."""
+        """The latest exposure; taken now if nothing has moved since it was due."""
         if self._exposure is None or self._exposure.index != self.index:
             self._exposure = self._expose()
         return self._exposure

@@ -1,1 +1,1 @@
-"""What a webcam on the simulated robot would see."""
+"""The image of a webcam on the simulated robot."""

@@ -26,19 +26,19 @@ Box = tuple[int, int, int, int]
 Points = NDArray[np.float64]
 
 WORK_WIDTH_PX = 320
-"""The detector searches a copy of this width; sizes in the law are pixels of that copy."""
+"""Width of the detector's working copy; sizes in the law are pixels of that copy."""
 
 SHARES = (np.arange(6) + 0.5) / 6
-"""Where on the picture, across and along, lines of sight are tried."""
+"""Sample positions on the picture, across and along."""
 
 
 @dataclass(frozen=True, slots=True)
 class Falloff:
-    """A hit rate that falls from 1 to 0 along some quantity, as a logistic curve.
+    """A hit rate that falls from 1 to 0 over a quantity, as a logistic curve.
 
     Attributes:
-        half: Where the rate is one half.
-        width: How slowly it changes; positive falls with growing values, negative with shrinking ones.
+        half: Value at which the rate is one half.
+        width: Width of the transition; positive falls with growing values, negative with shrinking ones.
     """
 
     half: float
@@ -51,13 +51,13 @@ class Falloff:
 
 @dataclass(frozen=True, slots=True)
 class DetectorLaw:
-    """How often the detector finds a picture, and how exactly.
+    """Probability and accuracy of detections.
 
     Attributes:
-        log2_height: Over the binary logarithm of the apparent height in pixels of the work image.
-        slant_deg: Over the angle between the picture's normal and the line of sight.
-        hidden: Over the share of the picture that is covered or outside the frame.
-        smear: Over the motion blur as a share of the apparent height.
+        log2_height: Falloff over the binary logarithm of the apparent height in pixels of the working copy.
+        slant_deg: Falloff over the angle between the picture's normal and the line of sight.
+        hidden: Falloff over the share of the picture that is covered or outside the frame.
+        smear: Falloff over the motion blur as a share of the apparent height.
         bearing_sd_deg: Standard deviation of the bearing.
         distance_sd: Standard deviation of the distance, as a share of it.
     """
@@ -70,7 +70,7 @@ class DetectorLaw:
     distance_sd: float
 
     def hit_rate(self, height_px: float, slant_deg: float, hidden: float, smear: float) -> float:
-        """Probability that one frame gives a detection, 0..1."""
+        """Probability of a detection in one frame, 0..1."""
         return (
             self.log2_height.rate(math.log2(max(1.0, height_px)))
             * self.slant_deg.rate(slant_deg)
@@ -95,12 +95,12 @@ class Sight:
     """A picture as it appears in a frame.
 
     Attributes:
-        bearing_deg: To its middle, positive right.
-        distance_mm: To its middle, along the floor.
-        edges_px: Left, upper, right and lower edge in pixels of the frame; the upright ones through its middle.
-        slant_deg: Between the picture's normal and the line of sight in the plan.
-        hidden: Share of it that is covered or outside the frame, 0..1.
-        smear: Motion blur as a share of its apparent height.
+        bearing_deg: Bearing of its center, positive right.
+        distance_mm: Distance to its center along the floor.
+        edges_px: Left, upper, right and lower edge in pixels of the frame; upper and lower at its center.
+        slant_deg: Angle between its normal and the line of sight, in plan view.
+        hidden: Share that is covered or outside the frame, 0..1.
+        smear: Motion blur as a share of the apparent height.
     """
 
     bearing_deg: float
@@ -117,13 +117,13 @@ class Sight:
 
 
 class GeometricSensor:
-    """Says where a picture is found without drawing a frame. The same seed and calls give the same answers.
+    """Simulates detections without rendering. The same seed and calls give the same results.
 
     Args:
-        size: Width and height of the frames it stands for, in pixels.
-        hfov_deg: Their horizontal field of view.
-        seed: Seeds luck and noise.
-        law: How good the detector is.
+        size: Width and height of the simulated frames in pixels.
+        hfov_deg: Horizontal field of view.
+        seed: Seed of the random draws.
+        law: Performance of the detector.
         exposure_s: Shutter time, for motion blur; as in `lens.LensEffects`.
     """
 
@@ -143,17 +143,17 @@ class GeometricSensor:
     def observe(
         self, panels: Sequence[Panel], viewpoint: Viewpoint, name: str, turn_rate_deg_s: float = 0.0
     ) -> tuple[float, float, Box] | None:
-        """What one frame tells about the picture whose texture is `name`.
+        """The detection of the picture with texture `name` in one frame.
 
         Args:
-            panels: Everything that stands in the world, the picture included.
-            viewpoint: Where the lens is.
+            panels: All surfaces of the world, including the picture.
+            viewpoint: Pose of the lens.
             name: Texture of the picture.
-            turn_rate_deg_s: How fast the camera turns.
+            turn_rate_deg_s: Turn rate of the camera.
 
         Returns:
             Bearing in degrees (positive right), distance in millimetres and box (left, top, width, height in pixels) of
-            the picture; None if it is not found.
+            the picture; None without a detection.
         """
         for sight in self.sights(panels, viewpoint, name, turn_rate_deg_s):
             if self._rng.random() < self.hit_rate(sight):
@@ -163,19 +163,19 @@ class GeometricSensor:
     def sights(
         self, panels: Sequence[Panel], viewpoint: Viewpoint, name: str, turn_rate_deg_s: float = 0.0
     ) -> list[Sight]:
-        """How every picture with that texture appears from the front, nearest first; arguments as in `observe`."""
+        """Appearance of every picture with that texture from the front, nearest first; arguments as in `observe`."""
         found = [self._sight(panel, panels, viewpoint, turn_rate_deg_s) for panel in panels if panel.texture == name]
         return sorted((sight for sight in found if sight is not None), key=lambda sight: sight.distance_mm)
 
     def hit_rate(self, sight: Sight) -> float:
-        """How likely a picture that appears so is found in one frame, 0..1."""
+        """Probability that a picture with this appearance is detected in one frame, 0..1."""
         work_px = sight.height_px * WORK_WIDTH_PX / self.pinhole.width
         return self._law.hit_rate(work_px, sight.slant_deg, sight.hidden, sight.smear)
 
     def _sight(
         self, panel: Panel, panels: Sequence[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float
     ) -> Sight | None:
-        """How the front of a picture appears; None from behind, from too near or when nothing of it is free."""
+        """Appearance of the front of a picture; None from behind, too near or completely hidden."""
         right, depth = in_camera_frame(*panel.center_mm, viewpoint)
         (right0, depth0), (right1, depth1) = (in_camera_frame(*foot, viewpoint) for foot in panel.feet_mm)
         if not panel.shows_front_to(viewpoint.x_mm, viewpoint.y_mm) or min(depth0, depth1) < NEAR_MM:
@@ -185,7 +185,7 @@ class GeometricSensor:
         if not free.any():
             return None
         focal, distance = self.pinhole.focal_px, math.hypot(right, depth)
-        # how far the lens is from the picture's plane, over its distance, is the cosine of the slant
+        # distance from the lens to the picture's plane over distance to its center: cosine of the slant
         cosine = (right1 * depth0 - right0 * depth1) / (panel.width_mm * distance)
         axis_u, axis_v = self.pinhole.width / 2, self.pinhole.height / 2
         upper, lower = (focal * (viewpoint.height_mm - edge) / depth for edge in (panel.top_mm, panel.bottom_mm))
@@ -205,7 +205,7 @@ class GeometricSensor:
         )
 
     def _in_frame(self, points: Points, viewpoint: Viewpoint) -> NDArray[np.bool_]:
-        """Which of the points (n, 3) lie within the frame; all must be in front of the lens."""
+        """Mask of the points (n, 3) inside the frame; all must be in front of the lens."""
         heading = math.radians(viewpoint.heading_deg)
         dx, dy = points[:, 0] - viewpoint.x_mm, points[:, 1] - viewpoint.y_mm
         right = dy * math.cos(heading) - dx * math.sin(heading)
@@ -216,7 +216,7 @@ class GeometricSensor:
         return (np.abs(right) * focal < half_width * depth) & (np.abs(rise) * focal < half_height * depth)
 
     def _report(self, sight: Sight) -> tuple[float, float, Box]:
-        """The sight with the detector's errors."""
+        """Add the detector's errors to a sight."""
         stretch = math.exp(self._rng.gauss(0.0, self._law.distance_sd))
         bearing_deg = sight.bearing_deg + self._rng.gauss(0.0, self._law.bearing_sd_deg)
         left, top, right, bottom = sight.edges_px
@@ -228,7 +228,7 @@ class GeometricSensor:
 
 
 def _grid(panel: Panel) -> Points:
-    """Points spread over a panel, (n, 3): x, y, height."""
+    """Sample points on a panel, (n, 3): x, y, height."""
     across, along = (axis.ravel() for axis in np.meshgrid(SHARES, SHARES))
     return np.stack(
         [
@@ -241,7 +241,7 @@ def _grid(panel: Panel) -> Points:
 
 
 def _covered(points: Points, picture: Panel, panels: Sequence[Panel], viewpoint: Viewpoint) -> NDArray[np.bool_]:
-    """Which points another panel hides: its foot line crosses the line of sight in the plan, at a height it reaches."""
+    """Mask of the points that another panel hides: in plan view it crosses the line of sight, at a height it covers."""
     others = [(p.x0_mm, p.y0_mm, p.x1_mm, p.y1_mm, p.bottom_mm, p.top_mm) for p in panels if p is not picture]
     if not others:
         return np.zeros(len(points), np.bool_)

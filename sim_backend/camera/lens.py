@@ -1,7 +1,7 @@
-"""What a webcam adds to a perfect picture: exposure, softness, motion blur, noise, compression.
+"""Webcam imperfections: exposure, softness, motion blur, noise, compression.
 
-The effects are the ones that decide whether a detector still finds its target (`docs/vision.md` section 1.4). Lens
-distortion and rolling shutter are left out.
+These effects decide whether a detector still finds its target (`docs/vision.md` section 1.4). Lens distortion and
+rolling shutter are not simulated.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ _NOISE_MARGIN = 64
 
 @dataclass(frozen=True, slots=True)
 class LensEffects:
-    """How far the webcam is from a perfect camera.
+    """Strength of the webcam's imperfections.
 
     Attributes:
-        gain: Brightness against the scene's colours, 1.0 leaves them.
-        auto_exposure: Share of the way to `mean_level` that the gain moves with each frame; 0 keeps `gain`.
-        mean_level: Average brightness, 0..255, that auto-exposure aims at.
+        gain: Brightness factor; 1.0 keeps the scene's colours.
+        auto_exposure: Fraction of the way to `mean_level` that the gain moves per frame; 0 keeps `gain`.
+        mean_level: Target of auto-exposure, average brightness 0..255.
         softness_px: Standard deviation of the lens blur in pixels.
         noise: Standard deviation of the sensor noise in brightness levels of 255.
-        exposure_s: Shutter time; a turning camera smears the picture by turn rate times this.
+        exposure_s: Shutter time; a turning camera smears the frame by the turn rate times this.
         jpeg_quality: 1..100; None leaves the frame uncompressed.
     """
 
@@ -42,17 +42,17 @@ class LensEffects:
 
 
 PERFECT = LensEffects(softness_px=0.0, noise=0.0, exposure_s=0.0)
-"""No effects at all: the rendered frame as it is."""
+"""No effects: the rendered frame unchanged."""
 
 
 class Lens:
-    """Applies the effects frame after frame; the same seed and frames give the same pictures.
+    """Applies the effects to successive frames; the same seed and frames give the same output.
 
     Args:
-        effects: Which effects, and how strong.
+        effects: Strength of the effects.
         size: Width and height of the frames.
-        focal_px: Focal length in pixels, turns degrees of motion into pixels of smear.
-        seed: Seeds the sensor noise.
+        focal_px: Focal length in pixels; converts degrees of motion to pixels of smear.
+        seed: Seed of the sensor noise.
     """
 
     def __init__(self, effects: LensEffects, size: tuple[int, int], focal_px: float, seed: int = 0) -> None:
@@ -68,7 +68,7 @@ class Lens:
 
         Args:
             image: The rendered frame, (height, width, 3), left unchanged.
-            turn_rate_deg_s: How fast the camera turns while the shutter is open.
+            turn_rate_deg_s: Turn rate during the exposure.
         """
         frame = self._blur(image, turn_rate_deg_s)
         if self.gain != 1.0:
@@ -82,7 +82,7 @@ class Lens:
         return frame
 
     def smear_px(self, turn_rate_deg_s: float) -> float:
-        """Length of the motion blur in the middle of the frame."""
+        """Length of the motion blur at the center of the frame."""
         return self._focal_px * math.tan(math.radians(min(80.0, abs(turn_rate_deg_s) * self.effects.exposure_s)))
 
     def _blur(self, image: Image, turn_rate_deg_s: float) -> Image:
@@ -101,14 +101,14 @@ class Lens:
         self.gain = min(4.0, max(0.25, self.gain + self.effects.auto_exposure * (wanted - self.gain)))
 
     def _noise_bank(self) -> tuple[Image, Image]:
-        """Noise larger than a frame, split into its brighter and its darker part: two fast saturating sums apply it."""
+        """Noise larger than a frame, split into a positive and a negative part: two fast saturating sums apply it."""
         width, height = self._size
         shape = (height + _NOISE_MARGIN, width + _NOISE_MARGIN, 3)
         noise = np.rint(self._rng.normal(0.0, self.effects.noise, shape))
         return np.maximum(noise, 0).astype(np.uint8), np.maximum(-noise, 0).astype(np.uint8)
 
     def _add_noise(self, frame: Image) -> Image:
-        """Add a window of the noise bank that differs from frame to frame."""
+        """Add a random window of the noise bank."""
         width, height = self._size
         left, top = (int(offset) for offset in self._rng.integers(0, _NOISE_MARGIN, 2))
         window = (slice(top, top + height), slice(left, left + width))
@@ -116,7 +116,7 @@ class Lens:
 
 
 def _smear_kernel(length_px: float) -> NDArray[np.float32]:
-    """A horizontal box of `length_px`, its ends weighted by the part of the pixel they cover."""
+    """A horizontal box kernel of `length_px`; its ends are weighted by their coverage of the pixel."""
     reach = math.ceil((length_px - 1.0) / 2.0)
     kernel = np.ones((1, 2 * reach + 1), np.float32)
     kernel[0, 0] = kernel[0, -1] = (length_px - (2 * reach - 1)) / 2.0

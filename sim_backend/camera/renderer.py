@@ -1,8 +1,8 @@
 """A z-buffer renderer for upright panels, seen by a level pinhole camera.
 
-For an upright rectangle the inverse depth is linear in the image column and constant down each column. So one row
-vector per panel decides what hides what, exactly, and one perspective warp paints the visible part. It needs OpenCV and
-numpy only, and runs the same on every computer. `docs/vision.md` section 2 compares it with 3D engines.
+For an upright rectangle the inverse depth is linear in the image column and constant along each column. One row vector
+per panel therefore decides occlusion exactly, and one perspective warp paints the visible part. It needs only OpenCV
+and numpy, and gives the same result on every computer. `docs/vision.md` section 2 compares it with 3D engines.
 
 Pixel (0, 0) is the *centre* of the upper left pixel; the optical axis meets the image at ((w - 1) / 2, (h - 1) / 2).
 """
@@ -23,10 +23,10 @@ from sim_backend.camera.scene import Panel, Viewpoint
 from sim_backend.camera.textures import Image, Texture, TextureLibrary
 
 NEAR_MM = 20.0
-"""Nothing nearer than this is drawn."""
+"""Near plane; nothing nearer is drawn."""
 
 LIGHT_FROM_DEG = 245.0
-"""A window: panels facing this direction are the brightest."""
+"""Direction of the light (a window): panels that face it are the brightest."""
 
 Matrix = NDArray[np.float64]
 Row = NDArray[np.floating[Any]]
@@ -39,7 +39,7 @@ class Pinhole:
     Attributes:
         width: Image width in pixels.
         height: Image height in pixels.
-        hfov_deg: Horizontal field of view, from the left edge of the image to the right one.
+        hfov_deg: Horizontal field of view between the left and right edges of the image.
     """
 
     width: int
@@ -53,21 +53,21 @@ class Pinhole:
 
     @property
     def center_px(self) -> tuple[float, float]:
-        """Where the optical axis meets the image: column, row."""
+        """Image point of the optical axis: column, row."""
         return (self.width - 1) / 2, (self.height - 1) / 2
 
 
 @dataclass(frozen=True, slots=True)
 class Facet:
-    """A panel in the camera's frame, the part in front of the lens.
+    """The part of a panel in front of the lens, in the camera's frame.
 
     Attributes:
         to_image: Maps (s, t, 1) on the whole panel, both 0..1 from the upper left as seen from the front, to the image.
-        columns: First and one past the last image column it covers.
+        columns: First covered image column, and one past the last.
         inverse_depth: 1/mm, one value per image column of the whole image; meaningful within `columns`.
-        edges: Rows of its upper and lower edge, one per image column.
-        widths: Share of the panel's width that one pixel shows, one per image column.
-        front: Whether the front is seen.
+        edges: Rows of the upper and lower edge, one per image column.
+        widths: Share of the panel's width per pixel, one per image column.
+        front: Whether the front is visible.
     """
 
     panel: Panel
@@ -84,9 +84,9 @@ class Surface:
     """A plane with a texture on it, as the camera sees it.
 
     Attributes:
-        texture: What is on it.
+        texture: Texture of the plane.
         to_image: Maps (s, t, 1) on the plane to the image.
-        repeats: How often the texture stands side by side and on top of each other within s, t = 0..1.
+        repeats: Repetitions of the texture along s and t within 0..1.
         shade: Brightness, 0..1.
     """
 
@@ -96,25 +96,25 @@ class Surface:
     shade: float
 
     def texel_to_image(self, level: int) -> Matrix:
-        """Maps (column, row, 1) of the texture's smaller copy number `level` to the image."""
+        """Map from (column, row, 1) of the texture's mip `level` to the image."""
         height, width = self.texture.mips[level].shape[:2]
         scale_x, scale_y = width * self.repeats[0], height * self.repeats[1]
         shift_y = 0.5 / scale_y
         if self.repeats[0] > 1 and self.repeats[1] == 1:
-            # a wrapped texture that does not repeat upright: keep its lowest row from bleeding into its highest
+            # a wrapped texture that does not repeat vertically: its lowest row must not bleed into its highest
             scale_y, shift_y = height - 1, 0.0
         from_texel = np.array([[1 / scale_x, 0, 0.5 / scale_x], [0, 1 / scale_y, shift_y], [0, 0, 1]])
         return np.asarray(self.to_image @ from_texel, np.float64)
 
 
 class Renderer:
-    """Draws what a level pinhole camera sees of panels on a textured floor.
+    """Renders panels on a textured floor, seen by a level pinhole camera.
 
     Args:
         camera: Image size and field of view.
-        textures: Where the textures come from.
+        textures: Source of the textures.
         floor: Texture of the floor.
-        background: Blue, green, red of what is seen above all panels.
+        background: Blue, green, red of the area above all panels.
     """
 
     def __init__(
@@ -144,11 +144,11 @@ class Renderer:
         return image
 
     def _facet(self, panel: Panel, viewpoint: Viewpoint) -> Facet | None:
-        """The panel in the camera's frame; None where the camera cannot see it."""
+        """The panel in the camera's frame; None if the camera cannot see it."""
         camera = self.camera
         ends = [in_camera_frame(x, y, viewpoint) for x, y in panel.feet_mm]
         (right0, depth0), (right1, depth1) = ends
-        # twice the area of the triangle lens - foot 0 - foot 1: positive when the front is seen
+        # twice the area of the triangle lens - foot 0 - foot 1; positive if the front is visible
         area = right1 * depth0 - right0 * depth1
         if abs(area) < 1e-6 * panel.width_mm or max(depth0, depth1) <= NEAR_MM:
             return None
@@ -174,7 +174,7 @@ class Renderer:
         return Facet(panel, to_image, (first, past), inverse_depth, edges, widths, area > 0.0)
 
     def _draw(self, facet: Facet, image: Image, nearest: NDArray[np.float32]) -> None:
-        """Paint the facet's pixels that nothing nearer hides."""
+        """Paint the pixels of the facet that nothing nearer hides."""
         first, past = facet.columns
         upper, lower = (edge[first:past].astype(np.float32) for edge in facet.edges)
         top = max(0, math.ceil(float(upper.min())))
@@ -201,14 +201,14 @@ class Renderer:
         return Surface(texture, facet.to_image, (texture.repeats(panel.width_mm), 1), _shade(panel, facet.front))
 
     def _texels_per_pixel(self, facet: Facet, surface: Surface) -> Row:
-        """For each image column: the geometric mean of the texture's density along and across."""
+        """Texels per pixel for each image column: the geometric mean of both directions."""
         across = facet.widths * surface.texture.width * surface.repeats[0]
         upright_mm = facet.panel.top_mm - facet.panel.bottom_mm
         along = surface.texture.height / (upright_mm * self.camera.focal_px * facet.inverse_depth)
         return np.sqrt(np.abs(across * along))
 
     def _draw_floor(self, viewpoint: Viewpoint, image: Image, nearest: NDArray[np.float32]) -> None:
-        """Paint the floor where no panel was drawn."""
+        """Paint the floor in pixels without a panel."""
         camera, texture = self.camera, self._floor
         focal, (center_u, center_v) = camera.focal_px, camera.center_px
         horizon = math.floor(center_v) + 1
@@ -224,7 +224,7 @@ class Renderer:
         to_image = np.array([focal * right + center_u * depth, focal * drop + center_v * depth, depth])
         tile = texture.tile_mm or 1000.0
         depths = focal * viewpoint.height_mm / (np.arange(horizon, camera.height) - center_v)
-        # a floor texel is foreshortened along the view: the geometric mean of both directions decides
+        # floor texels are foreshortened along the view; use the geometric mean of both directions
         texels = texture.width / tile * depths / focal * np.sqrt(depths / viewpoint.height_mm)
         surface = Surface(texture, to_image, (1.0 / tile, 1.0 / tile), 1.0)
         for start, stop, level in _runs(texture.levels(texels[above : above + height])):
@@ -250,14 +250,14 @@ def _paint(image: Image, shown: NDArray[np.bool_], origin: tuple[int, int], surf
 
 
 def in_camera_frame(x_mm: float, y_mm: float, viewpoint: Viewpoint) -> tuple[float, float]:
-    """Right of the optical axis and along it, in mm."""
+    """Coordinates to the right of the optical axis and along it, mm."""
     heading = math.radians(viewpoint.heading_deg)
     dx, dy = x_mm - viewpoint.x_mm, y_mm - viewpoint.y_mm
     return dy * math.cos(heading) - dx * math.sin(heading), dx * math.cos(heading) + dy * math.sin(heading)
 
 
 def _clipped(ends: Sequence[tuple[float, float]]) -> Sequence[tuple[float, float]]:
-    """The foot line's ends with the part behind the lens cut off; at least one end must be in front."""
+    """The ends of the foot line, clipped at the near plane; at least one end must be in front."""
     (right0, depth0), (right1, depth1) = ends
     if min(depth0, depth1) >= NEAR_MM:
         return ends
@@ -267,14 +267,14 @@ def _clipped(ends: Sequence[tuple[float, float]]) -> Sequence[tuple[float, float
 
 
 def _shade(panel: Panel, front: bool) -> float:
-    """Brightness of the visible side by its direction: 0.78 away from the window to 1.0 facing it."""
+    """Brightness of the visible side by direction, from 0.78 (away from the light) to 1.0 (facing it)."""
     along = math.degrees(math.atan2(panel.y1_mm - panel.y0_mm, panel.x1_mm - panel.x0_mm))
     facing = along + (90.0 if front else -90.0)
     return 0.89 + 0.11 * math.cos(math.radians(facing - LIGHT_FROM_DEG))
 
 
 def _runs(levels: NDArray[np.intp]) -> Iterator[tuple[int, int, int]]:
-    """Stretches of one level: start, stop, level."""
+    """Runs of equal levels: start, stop, level."""
     breaks = [0, *(np.flatnonzero(np.diff(levels)) + 1).tolist(), len(levels)]
     for start, stop in pairwise(breaks):
         yield start, stop, int(levels[start])

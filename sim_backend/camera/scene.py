@@ -1,12 +1,12 @@
-"""What the world hands to the camera each frame: upright panels, and where the lens is.
+"""Input of the camera for each frame: upright panels, and the pose of the lens.
 
 The map is image-like: x to the right, y down, heading 0 along +x and 90 along +y (clockwise), lengths in millimetres.
 
-Every surface is an upright rectangle standing on a line from foot point 0 to foot point 1. Its *front* is the side from
-which point 0 is on the left and point 1 on the right; the texture reads correctly from there. Example: the panel from
+Each surface is an upright rectangle on the line from foot point 0 to foot point 1. Its *front* is the side from which
+point 0 is on the left and point 1 on the right; the texture reads correctly from there. Example: the panel from
 (1000, -100) to (1000, 100) shows its front to a camera at the origin with heading 0.
 
-Two panels in the same place show either; hang a picture some millimetres in front of its wall.
+The order of coincident panels is undefined; hang a picture some millimetres in front of its wall.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ PICTURE_BACK = "cardboard"
 
 @dataclass(frozen=True, slots=True)
 class Viewpoint:
-    """Where the lens is and where it looks; the camera is level, without pitch or roll.
+    """Pose of the lens; the camera is level, without pitch or roll.
 
     Attributes:
         x_mm: Lens position on the map.
@@ -90,13 +90,13 @@ def picture_panel(
     height_mm: float = 297.0,
     bottom_mm: float = 100.0,
 ) -> Panel:
-    """A picture (an A4 sheet unless said otherwise) with a plain back.
+    """A picture, by default an A4 sheet, with a plain back.
 
     Args:
         name: Picture in the texture library.
-        x_mm: Middle of the sheet on the map.
-        y_mm: Middle of the sheet on the map.
-        facing_deg: Direction the front looks to; a viewer standing in that direction sees the picture.
+        x_mm: Center of the sheet on the map.
+        y_mm: Center of the sheet on the map.
+        facing_deg: Direction of the front; a viewer in that direction sees the picture.
         width_mm: Width of the sheet.
         height_mm: Height of the sheet.
         bottom_mm: Lower edge above the floor.

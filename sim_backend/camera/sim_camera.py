@@ -11,18 +11,18 @@ from sim_backend.camera.textures import Image, TextureLibrary
 
 
 class SimCamera:
-    """What a webcam at a viewpoint would deliver.
+    """Frames of a webcam at a viewpoint.
 
-    It knows no time: the simulation asks for a frame when one is due, every 1 / `fps` seconds. The same seed and the
-    same sequence of calls give the same frames.
+    It has no clock: the simulation requests a frame when one is due. The same seed and sequence of calls give the same
+    frames.
 
     Args:
         size: Width and height of the frames in pixels.
         hfov_deg: Horizontal field of view.
-        seed: Seeds the textures and the sensor noise.
+        seed: Seed of the textures and the sensor noise.
         lens: The webcam's imperfections; `lens.PERFECT` for none.
         floor: Texture of the floor.
-        textures: A texture library to share between cameras; None makes one from `seed`.
+        textures: Texture library to share between cameras; by default one made from `seed`.
     """
 
     def __init__(
@@ -43,9 +43,9 @@ class SimCamera:
         """The next frame: (height, width, 3) uint8, blue, green, red.
 
         Args:
-            panels: Everything that stands in the world, in any order.
-            viewpoint: Where the lens is in the middle of the exposure.
-            turn_rate_deg_s: How fast the camera turns, clockwise; it smears the picture.
+            panels: All surfaces of the world, in any order.
+            viewpoint: Pose of the lens in the middle of the exposure.
+            turn_rate_deg_s: Turn rate of the camera, clockwise; it blurs the frame.
 
         Raises:
             ConfigError: A panel names a texture that does not exist.

@@ -1,7 +1,7 @@
-"""Surfaces of the simulated world: procedural walls, floors, boxes and clothes, and pictures.
+"""Textures of the simulated world: procedural walls, floors, boxes and clothes, and pictures.
 
-Every texture is drawn from a seed, so that two runs see the same world. None of them resembles the pictures a robot
-searches for: no face, no animal, no print.
+Procedural textures are generated from a seed, so that two runs see the same world. None of them resembles the pictures
+a robot searches for: no face, no animal, no print.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ Color = tuple[int, int, int]
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """Pixels for a surface, with ever smaller copies for the distance.
+    """Pixels of a surface, with mipmaps.
 
     Attributes:
         pixels: (height, width, 3) blue, green, red.
-        tile_mm: Width after which the texture repeats; None stretches it over the whole panel. Upright it always
-            stretches from the top to the bottom of the panel.
+        tile_mm: Width after which the texture repeats; None stretches it over the whole panel. Vertically it always
+            stretches over the panel.
     """
 
     pixels: Image
@@ -48,7 +48,7 @@ class Texture:
 
     @cached_property
     def mips(self) -> tuple[Image, ...]:
-        """The pixels and copies of half, a quarter, ... of the size, down to 4 texels."""
+        """The pixels, and copies of 1/2, 1/4, ... of the size, down to 4 texels."""
         mips = [self.pixels]
         while min(mips[-1].shape[:2]) >= 8:
             height, width = mips[-1].shape[:2]
@@ -58,20 +58,20 @@ class Texture:
         return tuple(mips)
 
     def levels(self, texels_per_pixel: NDArray[np.floating[Any]]) -> NDArray[np.intp]:
-        """The index into `mips` that shows about one texel per pixel."""
+        """Indices into `mips` with about one texel per pixel."""
         levels = np.floor(np.log2(np.maximum(texels_per_pixel, 1e-6)) + 0.5)
         return np.asarray(np.clip(levels, 0, len(self.mips) - 1), np.intp)
 
     def repeats(self, width_mm: float) -> int:
-        """How often the texture stands side by side on a panel of `width_mm`."""
+        """Number of repetitions across a panel of `width_mm`."""
         return 1 if self.tile_mm is None else max(1, round(width_mm / self.tile_mm))
 
 
 class TextureLibrary:
-    """Textures by name: the drawn ones listed in `names`, the shipped pictures, and image files by their path.
+    """Textures by name: procedural ones, bundled pictures, and image files by their path.
 
     Args:
-        seed: Seeds the procedural textures.
+        seed: Seed of the procedural textures.
     """
 
     def __init__(self, seed: int = 0) -> None:
@@ -80,7 +80,7 @@ class TextureLibrary:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all textures that come with the simulation."""
+        """Names of all bundled textures."""
         return (*SURFACES, *sorted(path.stem for path in PICTURES.glob("*.png")))
 
     def __getitem__(self, name: str) -> Texture:
@@ -95,7 +95,7 @@ class TextureLibrary:
 
     def _load(self, name: str) -> Texture:
         if name in SURFACES:
-            # a stream of its own for each texture: adding one leaves the others as they were
+            # a separate random stream for each texture: adding one does not change the others
             rng = np.random.default_rng([self._seed, *name.encode()])
             return SURFACES[name](rng)
         path = Path(name) if Path(name).suffix else PICTURES / f"{name}.png"
@@ -108,7 +108,7 @@ class TextureLibrary:
 
 
 def _speckle(shape: tuple[int, int], rng: np.random.Generator, coarse: float, fine: float) -> NDArray[np.float64]:
-    """Smooth stains plus grain, as a brightness offset that repeats without a seam."""
+    """Smooth stains plus grain, as a brightness offset that tiles without a seam."""
     height, width = shape
     knots = np.pad(rng.normal(0.0, coarse, (4, 4)), 2, mode="wrap")
     stains = cv2.resize(knots, (2 * width, 2 * height), interpolation=cv2.INTER_CUBIC)
@@ -225,7 +225,7 @@ def _crate(rng: np.random.Generator) -> Texture:
 
 
 def _clothes(shirt: Color, trousers: Color) -> Callable[[np.random.Generator], Texture]:
-    """A standing person without a face: hair, shirt, trousers, shoes, from top to bottom."""
+    """A standing person without a face: from top to bottom hair, shirt, trousers, shoes."""
 
     def draw(rng: np.random.Generator) -> Texture:
         pixels = np.empty((512, 128, 3), np.uint8)
@@ -255,4 +255,4 @@ SURFACES: dict[str, Callable[[np.random.Generator], Texture]] = {
     "person_blue": _clothes((150, 96, 60), (92, 70, 58)),
     "person_green": _clothes((92, 128, 78), (70, 84, 104)),
 }
-"""What draws each procedural texture."""
+"""Generator of each procedural texture."""

@@ -1,6 +1,6 @@
-"""Sensors to plug into the simulated brick: what they perceive comes from functions, what they say is LEGO's.
+"""Sensors for the simulated brick: callables supply the measured quantity, the output is that of LEGO's sensors.
 
-Plug them into a `SimBrick` with `attach_sensor`; those of a world file are made by `sim_backend.devices.mounting`.
+Connect them to a `SimBrick` with `attach_sensor`; `sim_backend.devices.mounting` makes those of a world file.
 """
 
 from sim_backend.devices.analog import AnalogInput, LightSensor, RcxTemperatureSensor, SoundSensor, TouchSensor

@@ -1,4 +1,4 @@
-"""Sensors that make a voltage."""
+"""Analog sensors."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from firmware_protocol.enums import SensorType
 from sim_backend.firmware.analog import FULL_SCALE, NORMALIZE
 
 _PRESSED = 183
-"""Converter value of the touch sensor: 2.2 kΩ against the brick's 10 kΩ; released it is an open circuit.
+"""Converter value of a pressed touch sensor: 2.2 kΩ against the brick's 10 kΩ; released it is an open circuit.
 Source: docs/firmware.md section 6 (switch type) and LEGO's hardware developer kit."""
 
 LOUDEST_DB = 90.0
-"""Where the sound sensor reads 100 %; the reading grows with the pressure. Source: LEGO's user guide of the NXT set."""
+"""Sound level that reads 100 %; the reading is proportional to the pressure. Source: LEGO's NXT user guide."""
 
 _DARK_PERCENT, _LAMP_PERCENT = 30.0, 45.0
-"""What the light sensor reads with its lamp over a floor that throws nothing back, and how much more over a mirror:
-black tape reads 32 %, white paper 68 %. Model."""
+"""Reading of the light sensor with its lamp over a floor that reflects nothing, and the increase over a mirror; black
+tape reads 32 %, white paper 68 %. Model."""
 
 _SHADE = 0.3
-"""How much of the room's light comes under the sensor. Model."""
+"""Share of the room's light that reaches the floor under the sensor. Model."""
 
 
 class AnalogInput:
@@ -88,11 +88,11 @@ class RcxTemperatureSensor(AnalogInput):
 
 
 def reflected_percent(red_percent: float, ambient_percent: float, *, lamp: bool) -> float:
-    """What a light sensor reads that looks at the floor.
+    """Reading of a light sensor that looks at the floor.
 
     Args:
-        red_percent: How much red light the floor throws back; the lamp is red.
-        ambient_percent: How bright the room is.
+        red_percent: Red light that the floor reflects; the lamp is red.
+        ambient_percent: Brightness of the room.
         lamp: Whether the lamp is on.
     """
     if lamp:
@@ -101,20 +101,20 @@ def reflected_percent(red_percent: float, ambient_percent: float, *, lamp: bool)
 
 
 def shaded_percent(reflected: float, ambient_percent: float) -> float:
-    """How much of the room's light a sensor gets back from the floor under it, which reflects `reflected` percent."""
+    """The room's light that a floor of `reflected` percent reflects into the sensor above it."""
     return _SHADE * ambient_percent * reflected / 100.0
 
 
 @cache
 def raw_for(sensor_type: int, normalized: int) -> int:
-    """The voltage that a sensor of this type is built to make.
+    """The voltage of a sensor of this type.
 
     Args:
-        sensor_type: One that the firmware normalises.
-        normalized: What the firmware is to read, 0..1023.
+        sensor_type: A type that the firmware normalises.
+        normalized: The normalized value, 0..1023.
 
     Returns:
-        The converter's value, 0..1023, that comes nearest.
+        The converter's value, 0..1023, that the firmware normalises to the nearest value.
     """
     normalize = NORMALIZE[sensor_type]
     return min(range(FULL_SCALE + 1), key=lambda raw: abs(normalize(raw) - normalized))

@@ -8,22 +8,22 @@ from sim_backend.firmware.analog import FULL_SCALE
 from sim_backend.firmware.color import BLANK
 
 _DARKNESS = 71
-"""Converter value without any light. Source: docs/firmware.md section 6.1, where the firmware's scale begins."""
+"""Converter value in the dark, the zero of the firmware's scale. Source: docs/firmware.md section 6.1."""
 _AMBIENT_STEPS, _LAMP_STEPS = 300, 500
-"""What full surrounding light adds, and a lamp over a mirror. Model."""
+"""Increase by full ambient light, and by a lamp over a mirror. Model."""
 _ONE = 1 << 16
 
 
 class ColorSensor:
-    """A photo diode and three lamps, lit as the brick says.
+    """A photodiode and three lamps that the brick switches.
 
     Args:
-        reflected_percent: How much red, green and blue light the floor throws back now.
-        ambient_percent: How much light reaches it now without lamps.
+        reflected_percent: Returns the red, green and blue light that the floor reflects.
+        ambient_percent: Returns the light without lamps.
 
     Attributes:
-        calibration: Three equal rows of factors: this sensor is the same in bright and dark rooms.
-        limits: Between the rows.
+        calibration: Three equal rows of factors: the sensor is the same in bright and dark rooms.
+        limits: Limits between the rows.
     """
 
     def __init__(
@@ -36,12 +36,12 @@ class ColorSensor:
         self.limits = (400, 200)
 
     def lit(self, lamp: int) -> int:
-        """The converter's value, 0..1023, while a lamp is on: red, green, blue or none."""
+        """The converter's value, 0..1023, with a lamp on: red, green, blue or none."""
         value = _DARKNESS + _AMBIENT_STEPS * self._ambient_percent() / 100.0
         if lamp != BLANK:
             value += _LAMP_STEPS * self._reflected_percent()[lamp] / 100.0
         return min(max(round(value), 0), FULL_SCALE)
 
     def raw(self) -> int:
-        """What a port sees that is set to another type."""
+        """The reading of a port that is set to another type."""
         return self.lit(BLANK)

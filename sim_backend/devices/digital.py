@@ -1,11 +1,11 @@
-"""Sensors on the I2C bus."""
+"""I2C sensors."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 NO_ECHO = 255
-"""What the ultrasonic sensor says when nothing answers."""
+"""Reading of the ultrasonic sensor without an echo."""
 
 _ULTRASONIC_CONSTANTS = {
     0x00: b"V1.0\0\0\0\0",
@@ -20,18 +20,18 @@ _ULTRASONIC_CONSTANTS = {
     0x51: b"\x01",
     0x52: b"\x0e",
 }
-"""Registers of the ultrasonic sensor that never change; several of them lie inside each other's text."""
+"""Constant registers of the ultrasonic sensor; some lie inside the text of others."""
 
 
 class GenericI2CDevice:
-    """A device of 256 registers with an address pointer that counts on, as most I2C sensors have.
+    """A device of 256 registers with an auto-increment pointer, like most I2C sensors.
 
     Args:
         address: Its 8-bit write address.
 
     Attributes:
         address: As given.
-        registers: What it holds.
+        registers: Content of the registers.
     """
 
     def __init__(self, address: int = 0x02) -> None:
@@ -40,7 +40,7 @@ class GenericI2CDevice:
         self._pointer = 0
 
     def write(self, data: bytes) -> None:
-        """Take the register number, then bytes to put there."""
+        """Set the pointer to the first byte, then store the others."""
         if not data:
             return
         self._pointer = data[0]
@@ -49,7 +49,7 @@ class GenericI2CDevice:
             self._pointer = (self._pointer + 1) % 256
 
     def read(self, size: int) -> bytes:
-        """Give bytes from the pointer on."""
+        """Read bytes from the pointer on."""
         data = bytes(self.registers[(self._pointer + i) % 256] for i in range(size))
         self._pointer = (self._pointer + size) % 256
         return data
@@ -59,7 +59,7 @@ class UltrasonicSensor:
     """LEGO's ultrasonic sensor. Source of its registers: LEGO's hardware developer kit, appendix on the sensor.
 
     Args:
-        distance_cm: Distance of the nearest echo now, or None without one.
+        distance_cm: Returns the distance of the nearest echo, or None without one.
 
     Attributes:
         address: Its 8-bit write address.
@@ -67,7 +67,7 @@ class UltrasonicSensor:
 
     ADDRESS = 0x02
     OFF, SINGLE_SHOT, CONTINUOUS, EVENT_CAPTURE, WARM_RESET = range(5)
-    """What can be written to the mode register."""
+    """Values of the mode register."""
 
     _MODE, _DISTANCES = 0x41, range(0x42, 0x4A)
 
@@ -79,7 +79,7 @@ class UltrasonicSensor:
         self._echoes = bytes([NO_ECHO] * len(self._DISTANCES))
 
     def write(self, data: bytes) -> None:
-        """Take the register number, and a command if it is the mode register."""
+        """Set the register, and the mode if it is the mode register."""
         if not data:
             return
         self._pointer = data[0]
@@ -87,7 +87,7 @@ class UltrasonicSensor:
             self._command(data[1])
 
     def read(self, size: int) -> bytes:
-        """Give bytes from the register on; the distance is measured now if the sensor runs by itself."""
+        """Read bytes from the register on; in continuous mode the distance is measured now."""
         if self._pointer == self._MODE:
             data = bytes([self._mode])
         elif self._pointer in self._DISTANCES:
@@ -115,7 +115,7 @@ class Compass:
     """HiTechnic's compass sensor (NMC1034). Source of its registers: HiTechnic's data sheet.
 
     Args:
-        heading_deg: Direction of the sensor now, clockwise from north.
+        heading_deg: Returns the direction of the sensor, clockwise from north.
 
     Attributes:
         address: Its 8-bit write address.
@@ -123,7 +123,7 @@ class Compass:
 
     ADDRESS = 0x02
     MEASURE, CALIBRATE = 0x00, 0x43
-    """What can be written to the mode register; while it calibrates, the heading stands still."""
+    """Values of the mode register; during calibration the heading is frozen."""
 
     _MODE, _HEADING = 0x41, 0x42
     _CONSTANTS = b"\xfdV1.23  HiTechncCompass "
@@ -136,11 +136,11 @@ class Compass:
         self._device.registers[: len(self._CONSTANTS)] = self._CONSTANTS
 
     def write(self, data: bytes) -> None:
-        """Take the register number, and a mode if it is the mode register; the others cannot be written."""
+        """Set the register, and the mode if it is the mode register; the others are read-only."""
         self._device.write(data[: 1 + (data[:1] == bytes((self._MODE,)))])
 
     def read(self, size: int) -> bytes:
-        """Give bytes from the register on: halves of degrees, the odd one, and degrees low byte first."""
+        """Read bytes from the register on: half degrees, the remainder, and degrees, low byte first."""
         registers = self._device.registers
         if registers[self._MODE] == self.MEASURE:
             degrees = round(self._heading_deg()) % 360
@@ -153,7 +153,7 @@ class TemperatureSensor:
     """LEGO's digital temperature sensor for the NXT (9749), a TMP275. Source of its registers: TI's data sheet.
 
     Args:
-        temperature_c: How warm it is now, -55..127 °C.
+        temperature_c: Returns the temperature, -55..127 °C.
 
     Attributes:
         address: Its 8-bit write address.
@@ -161,7 +161,7 @@ class TemperatureSensor:
 
     ADDRESS = 0x98
     TEMPERATURE, CONFIGURATION, LOW, HIGH = range(4)
-    """Its registers; the configuration has one byte, the others two, high byte first."""
+    """The registers; the configuration has one byte, the others two, high byte first."""
     SHUT_DOWN, ONE_SHOT = 0x01, 0x80
     """Bits of the configuration; bits 5 and 6 choose 9 to 12 bits of resolution."""
 
@@ -173,7 +173,7 @@ class TemperatureSensor:
         self._measure()
 
     def write(self, data: bytes) -> None:
-        """Take the register number and what to put there."""
+        """Set the register, and its value if given."""
         if not data:
             return
         self._pointer = data[0] & 0x03
@@ -185,7 +185,7 @@ class TemperatureSensor:
             self._registers[self._pointer] = data[1:3].ljust(2, b"\0")
 
     def read(self, size: int) -> bytes:
-        """Give the register, again and again; a sensor that is not shut down has just measured."""
+        """Read the register, repeatedly; unless shut down, the sensor measures now."""
         if not self._registers[self.CONFIGURATION][0] & self.SHUT_DOWN:
             self._measure()
         return (self._registers[self._pointer] * size)[:size]

@@ -1,4 +1,4 @@
-"""The sensors of a world file as devices that perceive that world."""
+"""Make the sensors of a world file, connected to its world."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ from sim_backend.world.sensor_tables import (
 from sim_backend.world.world import World
 
 RED = 0
-"""Index of the light that the light sensor's lamp gives."""
+"""Index of the colour of the light sensor's lamp."""
 
 
 def mount(table: Mount, world: World, lamp: Callable[[], bool]) -> AnalogSensor | I2CDevice:
-    """The device that a table of a world file describes.
+    """Make the device that a table of a world file describes.
 
     Args:
         table: One of the file's sensors.
-        world: What it perceives.
-        lamp: Whether the brick has switched on the lamp of a light sensor in this port.
+        world: The world it measures.
+        lamp: Returns whether the brick has switched on the lamp of a light sensor on this port.
     """
     noise = _Noise(world, table.port)
     match table:
@@ -67,13 +67,13 @@ def mount(table: Mount, world: World, lamp: Callable[[], bool]) -> AnalogSensor 
 
 
 class _Noise:
-    """Random errors that stay for a step of the world, so that it does not matter how often somebody looks."""
+    """Random errors that are constant within a step of the world, independent of the number of readings."""
 
     def __init__(self, world: World, port: int) -> None:
         self._world, self._port = world, port
 
     def draw(self, deviation: float, number: int = 0) -> float:
-        """The error of this moment; `number` tells apart what is measured at once."""
+        """The error of this step; `number` distinguishes values measured at the same time."""
         if not deviation:
             return 0.0
         key = f"{self._world.seed}/port {self._port}/{self._world.now_ms}/{number}"

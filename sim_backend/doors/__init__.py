@@ -1,1 +1,1 @@
-"""Ways for other programs to plug into the simulated brick."""
+"""Doors: ways for other programs to connect to the simulated brick."""

@@ -1,6 +1,6 @@
-"""What every way to plug into the simulated brick offers: a door, and a client for each program that has come in.
+"""Interfaces of every way to connect to the simulated brick: a door, and a client for each connected program.
 
-Nothing here ever blocks: a door and its clients are looked at in turns, and wait only together with all others.
+Nothing here blocks: the server polls doors and clients in turn, and waits for all of them together.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.framing import FrameReader
 
 PARTIAL_LIMIT_S = 0.5
-"""A telegram whose rest has not come by then belongs to a program that died; the next one's must not complete it."""
+"""Timeout of an incomplete telegram: its program died, and bytes of the next one must not complete it."""
 
 LOOPBACK = "127.0.0.1"
 """Default host: only programs on this computer can connect."""
@@ -22,16 +22,16 @@ SEND_BUFFER = 1 << 16
 stale frames, and a program that does not read would not be noticed."""
 
 CHUNK = 4096
-"""Bytes taken from a program at a time, which bounds the telegrams it can have waiting."""
+"""Bytes read from a program at a time, which bounds the number of waiting telegrams."""
 
 
 class Client(Protocol):
-    """One program at a door.
+    """One connected program.
 
     Attributes:
-        name: Who it is, for people.
-        at_end: Whether nothing more can come from it; what it has asked for can still be handed to it.
-        closed: Whether it is gone.
+        name: Display name.
+        at_end: Whether no more telegrams can arrive; replies can still be sent.
+        closed: Whether the connection is closed.
     """
 
     name: str
@@ -39,44 +39,44 @@ class Client(Protocol):
     closed: bool
 
     def receive(self) -> list[bytes]:
-        """The telegrams that have arrived since the last call."""
+        """Return the telegrams that arrived since the last call."""
 
     def send(self, data: bytes) -> None:
-        """Hand over what the brick sends: a packet over USB, a piece of the stream over Bluetooth."""
+        """Send the brick's output: a packet over USB, or a piece of the stream over Bluetooth."""
 
     def hang_up(self) -> None:
-        """End the connection, as a pulled cable does."""
+        """Close the connection, as a pulled cable does."""
 
     def fileno(self) -> int:
-        """What to wait on for telegrams."""
+        """File descriptor to wait on for telegrams."""
 
 
 class Door(Protocol):
-    """Where programs plug in.
+    """A place where programs connect.
 
     Attributes:
-        address: Where it is, for people and programs.
-        bluetooth: Whether the brick takes what comes through it for Bluetooth; else for USB.
+        address: Address for people and programs.
+        bluetooth: Whether the brick treats its telegrams as Bluetooth; otherwise as USB.
     """
 
     address: str
     bluetooth: bool
 
     def arrivals(self) -> list[Client]:
-        """The programs that have come in since the last call."""
+        """Return the programs that connected since the last call."""
 
     def fileno(self) -> int | None:
-        """What to wait on for programs; None while nobody can come in."""
+        """File descriptor to wait on for programs; None while none can connect."""
 
     def close(self) -> None:
-        """Send everybody away and take the address back; may be called again."""
+        """Close the door and release its address; may be called again."""
 
 
 def completed(frames: FrameReader, data: bytes) -> list[bytes]:
-    """The telegrams that `data` completes; what is no telegram is dropped, as a brick does."""
+    """Return the telegrams that `data` completes; invalid data is dropped, as a brick does."""
     frames.feed(data)
     telegrams = []
-    with contextlib.suppress(RemoteProtocolError):  # the reader has dropped it
+    with contextlib.suppress(RemoteProtocolError):  # the reader has dropped the invalid data
         while (telegram := frames.next()) is not None:
             telegrams.append(telegram)
     return telegrams

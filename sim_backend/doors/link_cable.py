@@ -8,7 +8,7 @@ FOR_EVER_MS = 3_600_000
 
 
 class LinkCable:
-    """Simulated time passes while a program reads, and only then."""
+    """A cable over a `SimLink`; simulation time advances only while a program reads."""
 
     def __init__(self, link: SimLink) -> None:
         self._link = link
@@ -18,7 +18,7 @@ class LinkCable:
         self._link.send(packet)
 
     def read(self, timeout_s: float | None) -> bytes | None:
-        """The next packet; who would wait for ever gives up after an hour of simulated time."""
+        """The next packet; an unlimited wait ends after an hour of simulation time."""
         return self._link.receive(FOR_EVER_MS if timeout_s is None else round(timeout_s * 1000))
 
     def close(self) -> None:

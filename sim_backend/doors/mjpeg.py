@@ -1,7 +1,7 @@
-"""The simulated camera as an MJPEG stream over HTTP, as network cameras offer it; browsers and OpenCV read it.
+"""The simulated camera as an MJPEG stream over HTTP, like that of a network camera; browsers and OpenCV read it.
 
-The simulation hands pictures over and never waits: whoever watches is served by a thread of his own, always with the
-freshest picture, and misses those that came while the line was busy.
+The simulation publishes frames and never waits. Each viewer has its own thread, which always sends the latest frame and
+skips those that arrived while the connection was busy.
 """
 
 from __future__ import annotations
@@ -25,24 +25,25 @@ from sim_backend.doors.door import LOOPBACK, SEND_BUFFER
 STREAM = "/camera.mjpg"
 BOUNDARY = "frame"
 JPEG_QUALITY = 80
-"""As webcams compress; the detectors were measured at this quality (docs/vision.md)."""
+"""Typical of webcams; the detectors were measured at this quality (docs/vision.md)."""
 
 STALLED_S = 5.0
-"""A watcher that takes no byte for so long is dropped."""
+"""A viewer that accepts no byte for this time is disconnected."""
 
 
 class MjpegDoor:
     """Serves ``http://127.0.0.1:PORT/camera.mjpg`` until closed.
 
     Attributes:
-        url: Where the stream is.
+        url: Address of the stream.
     """
 
     def __init__(self, port: int = 0) -> None:
         """Start to listen.
 
         Args:
-            port: TCP port on the loopback interface; 0 takes a free one.
+            port: TCP port on the loopback interface; 0 selects a free one. The stream has no password, so it is not
+                available to other computers.
 
         Raises:
             ConfigError: The port is taken or not allowed.
@@ -60,16 +61,16 @@ class MjpegDoor:
 
     @property
     def watched(self) -> bool:
-        """Whether somebody watches; else no picture need be made."""
+        """Whether there is a viewer; without one no frame needs to be rendered."""
         return self._feed.watchers > 0
 
     def show(self, image: NDArray[np.uint8]) -> None:
-        """Make the BGR `image` the freshest picture; returns at once, however slow the watchers are."""
+        """Publish the BGR `image` as the latest frame; does not wait for slow viewers."""
         _, jpeg = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
         self._feed.put(jpeg.tobytes())
 
     def close(self) -> None:
-        """Send every watcher away and free the port; returns when all threads have ended."""
+        """Disconnect all viewers and free the port; returns when all threads have ended."""
         self._server.shutdown()
         self._thread.join()
         self._feed.end()
@@ -77,7 +78,7 @@ class MjpegDoor:
 
 
 class _Feed:
-    """The freshest picture, between one that makes them and many that watch."""
+    """The latest frame, between one producer and many viewers."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -97,7 +98,7 @@ class _Feed:
             self._changed.notify_all()
 
     def end(self) -> None:
-        """Let no watcher wait any longer, neither for a picture nor for its line."""
+        """Wake and disconnect all viewers."""
         with self._changed:
             self._ended = True
             self._changed.notify_all()
@@ -106,7 +107,7 @@ class _Feed:
                     line.shutdown(socket.SHUT_RDWR)
 
     def watch(self, line: socket.socket) -> Generator[bytes]:
-        """Every picture made from now on that is still the freshest when the watcher asks for the next one."""
+        """Yield frames published from now on, each time the latest one."""
         with self._changed:
             self._lines.append(line)
             seen = self._number
@@ -125,7 +126,7 @@ class _Feed:
 
 
 class _Server(ThreadingMixIn, TCPServer):
-    """A thread per watcher; `server_close` waits for all of them."""
+    """A thread per viewer; `server_close` waits for all of them."""
 
     allow_reuse_address = True
 
@@ -135,7 +136,7 @@ class _Server(ThreadingMixIn, TCPServer):
 
 
 class _Watcher(BaseHTTPRequestHandler):
-    """One connection: the stream's header, then picture after picture until either side has enough."""
+    """One connection: the header of the stream, then frames until either side closes it."""
 
     timeout = STALLED_S
 
@@ -145,7 +146,7 @@ class _Watcher(BaseHTTPRequestHandler):
             self.send_error(HTTPStatus.NOT_FOUND, explain=f"The camera is at {STREAM}.")
             return
         self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
-        # the watcher leaves by hanging up, in the middle of whatever we write
+        # a viewer leaves by closing the connection, possibly during a write
         with contextlib.suppress(OSError), contextlib.closing(self._pictures()) as pictures:
             self.send_response(HTTPStatus.OK)
             self.send_header("Content-Type", f"multipart/x-mixed-replace; boundary={BOUNDARY}")
@@ -156,7 +157,7 @@ class _Watcher(BaseHTTPRequestHandler):
                 self.wfile.write(head.encode() + jpeg + b"\r\n")
 
     def log_message(self, *_: object) -> None:
-        """Say nothing: standard output belongs to the program."""
+        """Log nothing: standard output belongs to the program."""
 
     def _pictures(self) -> Generator[bytes]:
         return cast("_Server", self.server).feed.watch(self.connection)

@@ -1,9 +1,9 @@
 """A pseudo-terminal that looks like a brick's Bluetooth serial port.
 
-Any program that opens a serial port can plug in: the driver, nxt-python, pyserial. Nothing here needs privileges.
+Any program that opens a serial port can connect: the driver, nxt-python, pyserial. No privileges are needed.
 
-A pseudo-terminal does not tell who has opened it, so all programs, one after the other, are one client; it arrives
-with the first byte.
+A pseudo-terminal does not report when it is opened, so successive programs are one client, which connects with the
+first byte.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from firmware_protocol.framing import LENGTH_LIMIT, FrameReader
 from sim_backend.doors.door import CHUNK, PARTIAL_LIMIT_S, Client, completed
 
 UNREAD_LIMIT = 3072
-"""Bytes of replies nobody has read; the terminal holds 4096, and one that is full would cut a frame in two."""
+"""Limit of unread reply bytes; the terminal holds 4096, and a full one would split a frame."""
 
 
 class PtyDoor:
-    """A serial port under a name of the user's choice.
+    """A serial port with a name of the user's choice.
 
-    When the link is lost the terminal ends, as a radio's serial port does, and a new one takes the name.
+    When the link is lost the terminal is closed, like a Bluetooth serial port, and a new one takes the name.
 
     Attributes:
         path: The name, a symbolic link to the terminal.
-        address: The same, as the driver opens it.
+        address: The driver's address for it.
     """
 
     bluetooth = True
@@ -41,11 +41,11 @@ class PtyDoor:
         """Make the terminal and its name.
 
         Args:
-            path: Where the name shall stand; a symbolic link there is replaced.
-            now: Seconds of a clock that never goes back.
+            path: Path of the name; an existing symbolic link is replaced.
+            now: Returns seconds of a monotonic clock.
 
         Raises:
-            ConfigError: Something else stands there, its folder does not exist, or this system has no pseudo-terminals.
+            ConfigError: The path is not a link, its folder does not exist, or the system has no pseudo-terminals.
         """
         self.path = path
         self.address = f"serial://{path}"
@@ -54,7 +54,7 @@ class PtyDoor:
         self._spoken = False
 
     def arrivals(self) -> list[Client]:
-        """The terminal, once somebody has written to it."""
+        """The terminal, once a program has written to it."""
         if self._terminal is None:
             return []
         if self._terminal.closed:
@@ -65,11 +65,11 @@ class PtyDoor:
         return [self._terminal]
 
     def fileno(self) -> int | None:
-        """Our end of the terminal, until somebody has written to it."""
+        """Our end of the terminal, until a program has written to it."""
         return None if self._spoken or self._terminal is None else self._terminal.fileno()
 
     def close(self) -> None:
-        """Take the name away, unless another program has it by now, and end the terminal."""
+        """Remove the name, unless another program has replaced it, and close the terminal."""
         if self._terminal is None:
             return
         terminal, self._terminal = self._terminal, None
@@ -103,13 +103,13 @@ class Terminal:
         self._now = now
         self._frames = FrameReader(LENGTH_LIMIT)
         self._heard_s = now()
-        # kept open at this end: without any open terminal the other end reads an error instead of nothing
+        # keep the terminal open: otherwise our end reads an error instead of nothing while no program has it open
         self._end, self._terminal = _open_terminal()
         self.device = os.ttyname(self._terminal)
         self._session = _lead_session(self.device)
 
     def receive(self) -> list[bytes]:
-        """The telegrams that have arrived since the last call; what is no telegram is dropped, as a brick does."""
+        """Return the telegrams that arrived since the last call; invalid data is dropped, as a brick does."""
         data = self._read()
         if self._now() - self._heard_s > PARTIAL_LIMIT_S:
             self._frames.reset()
@@ -119,13 +119,13 @@ class Terminal:
         return completed(self._frames, data)
 
     def send(self, data: bytes) -> None:
-        """Write a frame in one piece: many a program reads just once per frame. Nobody need be there to read it."""
+        """Write a frame in one piece, as many programs read once per frame. It need not be read."""
         self._forget_unread()
-        with contextlib.suppress(BlockingIOError):  # the program at the other end has stopped its terminal
+        with contextlib.suppress(BlockingIOError):  # the other program has stopped its terminal
             os.write(self._end, data)
 
     def hang_up(self) -> None:
-        """End the terminal; whoever has it open reads an error."""
+        """Close the terminal; programs that have it open read an error."""
         if self.closed:
             return
         self.closed = True
@@ -136,11 +136,11 @@ class Terminal:
                 self._session.kill()
 
     def readable(self) -> bool:
-        """Whether somebody has written something."""
+        """Whether there is data to read."""
         return bool(select.select([self._end], [], [], 0)[0])
 
     def fileno(self) -> int:
-        """Our end."""
+        """File descriptor of our end."""
         return self._end
 
     def _read(self) -> bytes:
@@ -150,7 +150,7 @@ class Terminal:
             return b""
 
     def _forget_unread(self) -> None:
-        """Throw the replies away that a program left behind, lest the next one takes them for its own."""
+        """Discard replies that a program left unread, so that the next one does not read them."""
         import fcntl
         import termios
 
@@ -161,7 +161,7 @@ class Terminal:
 
 
 def _open_terminal() -> tuple[int, int]:
-    """Our end and the terminal itself, without echo or any other service a human would want."""
+    """Open our end and the terminal itself, in raw mode."""
     try:
         import pty
         import tty
@@ -180,11 +180,11 @@ def _open_terminal() -> tuple[int, int]:
 
 
 def _lead_session(device: str) -> subprocess.Popen[bytes] | None:
-    """A process of no other use than to have the terminal as its controlling one.
+    """Start a process that makes the terminal its controlling terminal.
 
-    On Linux a session's leader that opens a terminal without O_NOCTTY, as most programs do, gets it as its controlling
-    terminal, unless another session has it, and is killed by SIGHUP when our end is closed. The shell below takes that
-    part; it ends with us, at the end of its standard input.
+    On Linux a session leader that opens a terminal without O_NOCTTY, as most programs do, gets it as its controlling
+    terminal unless another session has it, and is killed by SIGHUP when our end is closed. The shell below holds the
+    terminal instead; it ends with us, when its standard input is closed.
     """
     if not sys.platform.startswith("linux"):
         return None
@@ -196,15 +196,15 @@ def _lead_session(device: str) -> subprocess.Popen[bytes] | None:
             stderr=subprocess.DEVNULL,
             start_new_session=True,
         )
-    except OSError:  # then programs do what they do at a radio's port
+    except OSError:  # without it, programs behave as on a Bluetooth port
         return None
     if leader.stdout is not None:
-        leader.stdout.readline()  # it has the terminal now, or has failed
+        leader.stdout.readline()  # wait until it has the terminal or has failed
     return leader
 
 
 def _name(device: str, path: Path) -> None:
-    """Make `path` a symbolic link to `device`, at once: nobody ever sees no link or half a link."""
+    """Make `path` a symbolic link to `device` atomically."""
     if path.exists() and not path.is_symlink():
         raise ConfigError(f"{path} exists and is not a link.", remedy="Choose a name for the port that is free.")
     fresh = path.with_name(f".{path.name}.{os.getpid()}")

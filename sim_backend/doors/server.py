@@ -1,7 +1,7 @@
-"""The simulation in real time: simulated time follows the wall clock, and telegrams pass through doors.
+"""Serve the simulation in real time: simulation time follows the wall clock, and telegrams pass through doors.
 
-When the computer is too slow, simulated time falls behind and stays behind: catching up would only make the next turn
-later still. How fast it went is reported instead.
+On a computer that is too slow, simulation time falls behind and stays behind: catching up would delay the next turn
+further. The achieved speed is reported instead.
 """
 
 from __future__ import annotations
@@ -16,62 +16,62 @@ from numpy.typing import NDArray
 from sim_backend.doors.switchboard import Switchboard
 
 PASS_S = 0.001
-"""The brick's own pass: nothing in the simulation is finer (docs/firmware.md section 10)."""
+"""The brick's pass, the finest time step of the simulation (docs/firmware.md section 10)."""
 
 QUIET_PASS_S = 0.01
-"""Turns are this long while nobody talks to the brick; whatever arrives ends them at once."""
+"""Length of turns without telegrams; arriving data ends them at once."""
 
 TALK_MS = 200
-"""For so long after a telegram the brick may still have to answer."""
+"""Time after a telegram during which the brick may still reply."""
 
 EARLY_MS = 0.01
-"""A pass may begin this much too early; waiting for so little would only spin."""
+"""A pass may begin this much early; waiting for less would only spin."""
 
 LONGEST_STEP_MS = 20
-"""Most simulated time between two looks at the door."""
+"""Maximum simulation time between two polls of the doors."""
 
 LATE_LIMIT_MS = 100
-"""Delay that is made up for; what goes beyond it is lost."""
+"""Delay that is made up for; any further delay is lost."""
 
 REPORT_EVERY_S = 1.0
 
 
 class Simulation(Protocol):
-    """What the loop needs of the simulation."""
+    """The part of the simulation that the server uses."""
 
     @property
     def now_ms(self) -> int:
-        """Simulated time."""
+        """Simulation time."""
 
     def advance(self, duration_ms: int) -> None:
-        """Let simulated time pass."""
+        """Advance the simulation."""
 
     def camera_frame(self) -> NDArray[np.uint8] | None:
-        """What the robot's camera sees now; None while it is unplugged."""
+        """Latest frame of the robot's camera; None while it is unplugged."""
 
 
 class CameraDoor(Protocol):
-    """Where other programs see what the robot sees."""
+    """Publishes camera frames to other programs."""
 
     @property
     def watched(self) -> bool:
-        """Whether somebody looks."""
+        """Whether there is a viewer."""
 
     def show(self, image: NDArray[np.uint8]) -> None:
-        """Show the next picture."""
+        """Publish a frame."""
 
 
 @dataclass(frozen=True, slots=True)
 class Status:
-    """How the last second of serving went.
+    """Figures of the last second.
 
     Attributes:
-        simulated_s: Simulated time.
-        telegrams: Telegrams received, in all.
-        telegrams_per_s: Of late.
-        clients: Programs that are connected.
-        frames_per_s: Camera frames of late; 0 while nobody watches.
-        real_time_factor: Simulated time per wall time of late; below 1 the computer is too slow.
+        simulated_s: Simulation time.
+        telegrams: Total number of received telegrams.
+        telegrams_per_s: Current rate of telegrams.
+        clients: Number of connected programs.
+        frames_per_s: Current frame rate; 0 without a viewer.
+        real_time_factor: Simulation time per wall time; below 1 the computer is too slow.
     """
 
     simulated_s: float
@@ -84,7 +84,7 @@ class Status:
 
 @dataclass(slots=True)
 class _Counts:
-    """What has been counted up to a moment."""
+    """Counters at a moment."""
 
     wall_s: float
     simulated_ms: int
@@ -93,11 +93,11 @@ class _Counts:
 
 
 class RealTimeServer:
-    """Lets one simulation run in real time behind its doors.
+    """Runs one simulation in real time behind its doors.
 
-    A door never answers sooner than the next pass of the brick, one millisecond after the question, on average: a
-    program that polls an I2C sensor thirty times without a pause, as nxt-python does, then still finds its answer,
-    which takes the brick some 5 ms.
+    A reply never leaves before the brick's next pass, on average one millisecond after the request. A program that
+    polls an I2C sensor thirty times without a pause, as nxt-python does, therefore still gets its data, which takes
+    the brick about 5 ms.
     """
 
     def __init__(
@@ -113,12 +113,12 @@ class RealTimeServer:
         """Make the server; `run` starts it.
 
         Args:
-            simulation: What is served.
-            switchboard: The doors, and the links to its brick.
-            camera: Where programs watch.
-            fps: Camera frames per simulated second, while somebody watches.
-            now: Seconds of a clock that never goes back.
-            wait: Rests so many seconds, or until one of the files can be read.
+            simulation: The simulation.
+            switchboard: The doors, and the links to the brick.
+            camera: Publishes camera frames.
+            fps: Camera frames per second of simulation time, while there is a viewer.
+            now: Returns seconds of a monotonic clock.
+            wait: Waits for the given seconds, or until one of the files is readable.
         """
         self._simulation, self._switchboard, self._camera = simulation, switchboard, camera
         self._frame_ms = 1000 / fps
@@ -131,7 +131,7 @@ class RealTimeServer:
         self._reported = _Counts(now(), start_ms)
 
     def run(self, stopped: Callable[[], bool], report: Callable[[Status], None]) -> None:
-        """Serve until `stopped` says so; `report` hears of it about once a second."""
+        """Serve until `stopped` returns True; call `report` about once a second."""
         while not stopped():
             self.turn()
             if self._now() - self._reported.wall_s >= REPORT_EVERY_S:
@@ -139,7 +139,7 @@ class RealTimeServer:
             self._wait(self._switchboard.files(), self._until_next_turn_s())
 
     def turn(self) -> None:
-        """Let the time pass that has passed, take what has arrived, hand out what is ready."""
+        """Run one turn: advance the simulation, accept telegrams, send replies and frames."""
         self._advance()
         if self._switchboard.take():
             self._talk_until_ms = self._simulation.now_ms + TALK_MS
@@ -147,7 +147,7 @@ class RealTimeServer:
         self._film()
 
     def status(self) -> Status:
-        """How it went since the last call."""
+        """Figures since the last call."""
         counts, last = self._counts, self._reported
         counts.wall_s, counts.simulated_ms = self._now(), self._simulation.now_ms
         counts.telegrams = self._switchboard.telegrams
@@ -172,7 +172,7 @@ class RealTimeServer:
         now_ms = self._simulation.now_ms
         if self._camera is None or now_ms < self._next_frame_ms or not self._camera.watched:
             return
-        # frames that came due unseen are skipped, the rhythm stays
+        # frames that were due without a viewer are skipped; the rhythm stays
         self._next_frame_ms += self._frame_ms * (1 + (now_ms - self._next_frame_ms) // self._frame_ms)
         if (image := self._simulation.camera_frame()) is not None:
             self._camera.show(image)

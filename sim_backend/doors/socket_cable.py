@@ -1,6 +1,6 @@
-"""A USB cable to a simulated brick in another process, which serves it at a `sim_backend.doors.sockets.UsbDoor`.
+"""A USB cable to a simulated brick in another process, which serves a `sim_backend.doors.sockets.UsbDoor`.
 
-This file needs nothing but the standard library, so that any interpreter can load it.
+This file needs only the standard library, so that any interpreter can load it.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ LENGTH_SIZE = 2
 
 
 class SocketCable:
-    """A cable to a simulated brick in another process; reading and writing may be done by two threads at once."""
+    """A cable to a simulated brick in another process; one thread may read while another writes."""
 
     def __init__(self, host: str, port: int) -> None:
-        """Plug in.
+        """Connect.
 
         Raises:
             BlockingIOError: Another program has the brick.
-            OSError: There is no brick any more.
+            OSError: The brick is gone.
         """
         self._socket = socket.create_connection((host, port), timeout=CONNECT_S)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -41,14 +41,14 @@ class SocketCable:
             return False
 
     def write(self, packet: bytes, timeout_s: float | None) -> None:
-        """Send a packet; whole or not at all."""
+        """Send a packet, completely or not at all."""
         with self._writing:
             if not select.select([], [self._socket], [], timeout_s)[1]:
                 raise TimeoutError
             self._socket.sendall(len(packet).to_bytes(LENGTH_SIZE, "little") + packet)
 
     def read(self, timeout_s: float | None) -> bytes | None:
-        """The next packet; what has come of one stays for the next call."""
+        """Return the next packet, or None on timeout; a partial packet is kept for the next call."""
         with self._reading:
             while (packet := self._whole()) is None:
                 if not select.select([self._socket], [], [], timeout_s)[0]:
@@ -60,7 +60,7 @@ class SocketCable:
             return packet
 
     def close(self) -> None:
-        """Unplug; a thread that reads at the same time gets an error."""
+        """Disconnect; a thread that reads at the same time gets an error."""
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
         self._socket.close()

@@ -1,8 +1,8 @@
 """The simulated brick on TCP ports, in three dialects.
 
-- `StreamClient`: each telegram with its length in front, as over Bluetooth; the driver's ``tcp://`` speaks it.
-- `NxtServerClient`: nxt-python's ``nxt-server``: telegrams as they are, for the brick on that server's USB.
-- `PacketClient`: a USB cable for `sim_backend.doors.usb_backend`: packets with their length in front.
+- `StreamClient`: telegrams preceded by their length, as over Bluetooth; used by the driver's ``tcp://``.
+- `NxtServerClient`: nxt-python's ``nxt-server`` protocol, bare telegrams for the brick on the server's USB.
+- `PacketClient`: a USB cable for `sim_backend.doors.usb_backend`, packets preceded by their length.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from sim_backend.doors.door import CHUNK, LOOPBACK, PARTIAL_LIMIT_S, SEND_BUFFER
 from sim_backend.doors.splitter import CLOSE, GET_LINK_TYPE, TelegramSplitter
 
 UNREAD_LIMIT = 1 << 16
-"""Bytes of replies a program may leave unread, beyond what the kernel keeps, before it is sent away."""
+"""Unread reply bytes, beyond the kernel's buffer, at which a program is disconnected."""
 
 BACKLOG = 8
 
 HANDOVER_S = 0.2
-"""Who finds the cable in use waits so long: a program that left a moment ago may not have been noticed yet."""
+"""Wait of a program that finds the cable in use: the end of the previous program may not have been noticed yet."""
 
 USB_LINK = b"usb"
-"""The link that the server tells nxt-python of; it expects more of a motor on it than over Bluetooth."""
+"""Link type reported to nxt-python, which expects faster motor control on USB than over Bluetooth."""
 
 
 class SocketClient(ABC):
-    """One connection; see `Client`. Subclasses say where telegrams end."""
+    """One connection; see `Client`. Subclasses find the ends of telegrams."""
 
     bluetooth = False
     scheme = "tcp"
@@ -44,7 +44,7 @@ class SocketClient(ABC):
         self._unsent = bytearray()
 
     def receive(self) -> list[bytes]:
-        """The telegrams that have arrived since the last call."""
+        """Return the telegrams that arrived since the last call."""
         self._flush()
         data = self._read()
         if data:
@@ -52,7 +52,7 @@ class SocketClient(ABC):
         return self._split(data, self._now() - self._heard_s)
 
     def send(self, data: bytes) -> None:
-        """Write it in one piece; a program that reads nothing for long is sent away."""
+        """Write the data; a program that leaves too much unread is disconnected."""
         self._unsent += data
         self._flush()
         if len(self._unsent) > UNREAD_LIMIT:
@@ -64,12 +64,12 @@ class SocketClient(ABC):
         self._socket.close()
 
     def fileno(self) -> int:
-        """The socket."""
+        """File descriptor of the socket."""
         return self._socket.fileno()
 
     @abstractmethod
     def _split(self, data: bytes, silent_s: float) -> list[bytes]:
-        """The telegrams that `data`, which may be empty, completes; `silent_s` is since when nothing has come."""
+        """Return the telegrams that `data`, possibly empty, completes; `silent_s` is the time since the last byte."""
 
     def _read(self) -> bytes:
         if self.closed or self.at_end:
@@ -95,7 +95,7 @@ class SocketClient(ABC):
 
 
 class StreamClient(SocketClient):
-    """Telegrams with their length in front, for the brick's Bluetooth."""
+    """Telegrams preceded by their length, for the brick's Bluetooth."""
 
     bluetooth = True
 
@@ -110,7 +110,7 @@ class StreamClient(SocketClient):
 
 
 class PacketClient(StreamClient):
-    """Packets with their length in front, for the brick's USB."""
+    """Packets preceded by their length, for the brick's USB."""
 
     bluetooth = False
     scheme = "usb"
@@ -148,12 +148,12 @@ class NxtServerClient(SocketClient):
 
 
 class SocketDoor:
-    """A TCP port at which programs plug in.
+    """A TCP port where programs connect.
 
     Attributes:
-        address: Dialect, host and port.
+        address: Scheme, host and port.
         bluetooth: See `Door`.
-        port: The number that was taken.
+        port: The actual port.
     """
 
     def __init__(
@@ -167,13 +167,13 @@ class SocketDoor:
         """Start to listen.
 
         Args:
-            dialect: How telegrams are told apart.
-            port: 0 takes a free one.
-            host: Which of this computer's addresses; anything but the loopback interface lets others drive.
-            now: Seconds of a clock that never goes back.
+            dialect: The protocol.
+            port: TCP port; 0 selects a free one.
+            host: Address of this computer; any other than the loopback interface lets other computers drive.
+            now: Returns seconds of a monotonic clock.
 
         Raises:
-            ConfigError: The port is taken or not allowed, or the host is not this computer.
+            ConfigError: The port is taken or not allowed, or the host is not an address of this computer.
         """
         self.bluetooth = dialect.bluetooth
         self._dialect, self._now = dialect, now
@@ -190,22 +190,22 @@ class SocketDoor:
         self.address = f"{dialect.scheme}://{_bracketed(host)}:{self.port}"
 
     def arrivals(self) -> list[Client]:
-        """The programs that have connected since the last call."""
+        """Return the programs that connected since the last call."""
         return list(self._connected())
 
     def fileno(self) -> int | None:
-        """The listening socket."""
+        """File descriptor of the listening socket."""
         return self._listener.fileno()
 
     def close(self) -> None:
-        """Free the port; those inside are not touched."""
+        """Free the port; existing connections stay."""
         self._listener.close()
 
     def _connected(self) -> Iterator[SocketClient]:
         while True:
             try:
                 connection, peer = self._listener.accept()
-            except OSError:  # nobody there, or gone again already
+            except OSError:  # no connection, or it is gone already
                 return
             connection.setblocking(False)
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -214,9 +214,9 @@ class SocketDoor:
 
 
 class UsbDoor(SocketDoor):
-    """The far end of a USB cable: one program has it at a time.
+    """The far end of a USB cable, used by one program at a time.
 
-    Whoever gets it is greeted with the brick's serial number; the others are sent away without a word.
+    That program is greeted with the brick's serial number; others are disconnected without a greeting.
     """
 
     def __init__(self, serial_number: str, port: int = 0, *, now: Callable[[], float]) -> None:
@@ -227,7 +227,7 @@ class UsbDoor(SocketDoor):
         self._queue: list[tuple[float, SocketClient]] = []
 
     def arrivals(self) -> list[Client]:
-        """The program that has the cable from now on, if it was free."""
+        """Return the program that gets the cable, if it was free."""
         now_s = self._now()
         self._queue += [(now_s, client) for client in self._connected()]
         admitted: list[Client] = []
@@ -245,7 +245,7 @@ class UsbDoor(SocketDoor):
         return admitted
 
     def close(self) -> None:
-        """Free the port and send away who still waits."""
+        """Free the port and disconnect waiting programs."""
         super().close()
         for _, client in self._queue:
             client.hang_up()
@@ -253,7 +253,7 @@ class UsbDoor(SocketDoor):
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this computer reaches that address of its own."""
+    """Whether only this computer can reach the address."""
     if host == "localhost":
         return True
     try:

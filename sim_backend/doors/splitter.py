@@ -1,7 +1,7 @@
-"""Telegrams out of a stream that does not say where they end.
+"""Split a stream of telegrams without delimiters.
 
-nxt-python's server protocol sends telegrams as they are, so that a burst arrives as one piece. What each begins with
-says how long it is, for all commands but a few; those end where the stream pauses.
+nxt-python's server protocol sends bare telegrams, so that a burst arrives in one piece. For most commands the first
+bytes determine the length; the others end where the stream pauses.
 """
 
 from __future__ import annotations
@@ -15,38 +15,38 @@ from firmware_protocol.system import IOMapWrite
 from firmware_protocol.telegram import COMMANDS, NO_REPLY, REQUEST_HEADER, Command, Kind
 
 GET_LINK_TYPE, CLOSE = 0x98, 0x99
-"""Telegrams of one byte for the server itself: which link the brick is on, and good bye."""
+"""One-byte telegrams to the server itself: query of the link type, and end of the connection."""
 
 END_S = 0.002
-"""A telegram that does not tell its length ends with such a pause: two passes of the brick. What a program sends at
-once arrives at once, up to far more than a telegram."""
+"""Pause that ends a telegram of unknown length: two passes of the brick. Data sent at once arrives at once, up to far
+more than a telegram."""
 
 SHORT_S = 0.5
-"""When the rest of a telegram has not come by then, it was a short one; the brick takes those as well."""
+"""Pause after which an incomplete telegram counts as a short one, which the brick accepts as well."""
 
 _DATA_LENGTH: dict[type[Command[Any]], str] = {
     MessageWrite: "size",
     LSWrite: "tx_length",
     IOMapWrite: "size",
 }
-"""Commands with data at the end, and their field that tells how much."""
+"""Commands with data at the end, and the field with its length."""
 
 
 class TelegramSplitter:
-    """Takes in bytes, gives out telegrams of at most a USB packet."""
+    """Splits bytes into telegrams of at most one USB packet."""
 
     def __init__(self) -> None:
         self._buffer = bytearray()
 
     def feed(self, data: bytes) -> None:
-        """Take in what has arrived."""
+        """Add received bytes."""
         self._buffer += data
 
     def next(self, silent_s: float) -> bytes | None:
-        """The next telegram, or None until more has arrived or the silence has lasted.
+        """Return the next telegram, or None until more bytes arrive or the pause is long enough.
 
         Args:
-            silent_s: For how long nothing has arrived.
+            silent_s: Time since the last byte.
         """
         buffer = self._buffer
         if not buffer:
@@ -65,14 +65,13 @@ class TelegramSplitter:
 
 
 def announced_size(head: bytes | bytearray) -> int | None:
-    """How long a telegram says it is.
+    """Length of a telegram as determined by its first bytes.
 
     Args:
-        head: How the telegram begins, at least one byte; it is at least so long as returned if it ends too early to
-            tell.
+        head: The start of the telegram, at least one byte.
 
     Returns:
-        Its size in bytes, or None when it does not say: a `Write`, and what is no declared command.
+        The size in bytes, a lower bound if `head` is too short; None for a `Write` and for unknown commands.
     """
     if head[0] in (GET_LINK_TYPE, CLOSE):
         return 1

@@ -1,4 +1,4 @@
-"""Connects programs at any number of doors with one brick, each by a link of its own, so that replies find back."""
+"""Connect programs at any number of doors to one brick, each by its own link, so that replies reach their sender."""
 
 from __future__ import annotations
 
@@ -9,40 +9,39 @@ from typing import Protocol
 from sim_backend.doors.door import Client, Door
 
 WAITING_LIMIT = 64
-"""A program with so many telegrams and replies under way is not read from until some have got through, as a brick on
-USB takes no packet while it is busy."""
+"""Telegrams and replies in flight at which a program is no longer read, as a busy brick accepts no USB packet."""
 
 CLIENT_LIMIT = 32
-"""Programs at once; any more are sent away."""
+"""Maximum number of connected programs; further ones are disconnected."""
 
 
 class Link(Protocol):
-    """What the switchboard needs of a way to the brick."""
+    """The part of a link that the switchboard uses."""
 
     @property
     def under_way(self) -> int:
-        """Telegrams and replies on their way."""
+        """Number of telegrams and replies in flight."""
 
     def send(self, telegram: bytes) -> None:
-        """Send a telegram to the brick; ConnectionError when the cable is out."""
+        """Send a telegram to the brick; ConnectionError if the cable is unplugged."""
 
     def poll(self) -> bytes | None:
-        """The next reply that has arrived, or None; ConnectionError when the cable is out."""
+        """The next reply that has arrived, or None; ConnectionError if the cable is unplugged."""
 
     def close(self) -> None:
-        """Give the link up."""
+        """Close the link."""
 
 
 @dataclass(frozen=True, slots=True)
 class Visit:
-    """A program has come or gone.
+    """A program connected or disconnected.
 
     Attributes:
         event: "connected" or "disconnected".
-        client: Its number; programs are counted from 1.
-        door: The address it came to.
-        name: Who it is.
-        telegrams: How many it has sent.
+        client: Number of the program, counted from 1.
+        door: Address of the door.
+        name: Name of the program.
+        telegrams: Number of telegrams it has sent.
     """
 
     event: str
@@ -67,38 +66,38 @@ class _Session:
 
 
 class Switchboard:
-    """All doors and everybody at them.
+    """All doors and their clients.
 
     Attributes:
-        telegrams: Telegrams that have come in.
+        telegrams: Number of received telegrams.
     """
 
     def __init__(
         self,
         doors: Sequence[Door],
         plug_in: Callable[[bool], Link],
-        told: Callable[[Visit], object] = lambda _: None,
+        on_visit: Callable[[Visit], object] = lambda _: None,
     ) -> None:
         """Connect the doors.
 
         Args:
-            doors: Where programs come in.
-            plug_in: Makes a link to the brick, over Bluetooth if asked so, else over USB; ConnectionError when the
-                cable is out.
-            told: Hears of programs that come and go.
+            doors: The doors.
+            plug_in: Makes a link to the brick, over Bluetooth if the argument is True, otherwise over USB; raises
+                ConnectionError if the cable is unplugged.
+            on_visit: Called when a program connects or disconnects.
         """
         self.telegrams = 0
-        self._doors, self._plug_in, self._told = doors, plug_in, told
+        self._doors, self._plug_in, self._on_visit = doors, plug_in, on_visit
         self._sessions: list[_Session] = []
         self._arrived = 0
 
     @property
     def clients(self) -> int:
-        """Programs that are connected now."""
+        """Number of connected programs."""
         return len(self._sessions)
 
     def take(self) -> int:
-        """Let in who has come, put on the way what has been said; returns the number of telegrams."""
+        """Accept new programs and forward their telegrams; returns the number of telegrams."""
         before = self.telegrams
         for session in self._sessions:
             if session.link.under_way < WAITING_LIMIT:
@@ -109,7 +108,7 @@ class Switchboard:
         return self.telegrams - before
 
     def hand_out(self) -> None:
-        """Hand out the replies that are due, forget who has gone."""
+        """Send the replies that are due, and remove disconnected programs."""
         for session in self._sessions:
             try:
                 while (reply := session.link.poll()) is not None:
@@ -120,13 +119,13 @@ class Switchboard:
             self._see_off(session)
 
     def files(self) -> list[int]:
-        """What to wait on for news."""
+        """File descriptors to wait on."""
         doors = [number for door in self._doors if (number := door.fileno()) is not None]
         listening = (s for s in self._sessions if s.link.under_way < WAITING_LIMIT and not s.client.at_end)
         return doors + [session.client.fileno() for session in listening]
 
     def close(self) -> None:
-        """Send everybody away, those at the first door last; the doors are their owner's to close."""
+        """Disconnect all programs, those at the first door last; the caller closes the doors."""
         for session in sorted(self._sessions, key=lambda session: self._doors.index(session.door), reverse=True):
             self._see_off(session)
 
@@ -141,7 +140,7 @@ class Switchboard:
         self._arrived += 1
         session = _Session(self._arrived, door, client, link)
         self._sessions.append(session)
-        self._told(session.visit("connected"))
+        self._on_visit(session.visit("connected"))
         self._listen(session)
 
     def _listen(self, session: _Session) -> None:
@@ -157,7 +156,7 @@ class Switchboard:
         self._sessions.remove(session)
         session.link.close()
         session.client.hang_up()
-        self._told(session.visit("disconnected"))
+        self._on_visit(session.visit("disconnected"))
 
 
 def _over(session: _Session) -> bool:

@@ -1,7 +1,7 @@
 """The simulated brick on USB, for any program that uses pyusb.
 
-This file needs nothing but the standard library and pyusb, so that any interpreter can load it: the one that runs a
-user's program need not have this project installed (see ``usb_hook/sitecustomize.py``).
+This file needs only the standard library and pyusb, so that any interpreter can load it: the one that runs a user's
+program need not have this project installed (see ``usb_hook/sitecustomize.py``).
 """
 
 from __future__ import annotations
@@ -66,27 +66,27 @@ ENDPOINTS = [
 
 
 class Cable(Protocol):
-    """What carries packets to the brick and back. OSError means it is out."""
+    """Carries packets to and from the brick. OSError means that it is unplugged."""
 
     def write(self, packet: bytes, timeout_s: float | None) -> None:
-        """Send a packet; TimeoutError when the brick takes none. None waits for ever."""
+        """Send a packet; TimeoutError if the brick accepts none. None waits without limit."""
 
     def read(self, timeout_s: float | None) -> bytes | None:
-        """The next packet from the brick, or None when the time is over. None waits for ever."""
+        """The next packet from the brick, or None on timeout. None as timeout waits without limit."""
 
     def close(self) -> None:
-        """Pull it out at this end."""
+        """Unplug this end."""
 
 
 class UsbBackend(usb.backend.IBackend):  # type: ignore[misc] # pyusb has no types
-    """A bus with one brick on it, to be handed to pyusb as ``backend=``."""
+    """A bus with one brick, for pyusb's argument ``backend=``."""
 
     def __init__(self, plug_in: Callable[[], Cable], serial_number: str) -> None:
         """Make the bus.
 
         Args:
-            plug_in: Makes a cable when a program claims the brick; BlockingIOError when another program has it, any
-                other OSError when there is no brick any more.
+            plug_in: Makes a cable when a program claims the brick; raises BlockingIOError if another program has it,
+                and any other OSError if the brick is gone.
             serial_number: The brick's address, 12 hex digits.
         """
         self._plug_in = plug_in
@@ -100,7 +100,7 @@ class UsbBackend(usb.backend.IBackend):  # type: ignore[misc] # pyusb has no typ
         """No hub in between."""
 
     def get_device_descriptor(self, dev: object) -> SimpleNamespace:  # noqa: ARG002
-        """What it is."""
+        """Its device descriptor."""
         return DEVICE
 
     def get_configuration_descriptor(self, dev: object, config: int) -> SimpleNamespace:  # noqa: ARG002
@@ -116,39 +116,39 @@ class UsbBackend(usb.backend.IBackend):  # type: ignore[misc] # pyusb has no typ
         return ENDPOINTS[ep]
 
     def open_device(self, dev: object) -> Handle:  # noqa: ARG002
-        """Nothing is claimed yet."""
+        """Open the brick without claiming it."""
         return Handle(self._plug_in)
 
     def close_device(self, dev_handle: Handle) -> None:
-        """Give it back."""
+        """Release the brick."""
         dev_handle.release()
 
     def set_configuration(self, dev_handle: Handle, config_value: int) -> None:  # noqa: ARG002
-        """There is but one."""
+        """There is only one."""
         if config_value != CONFIGURATION.bConfigurationValue:
             _fail(errno.EINVAL)
 
     def get_configuration(self, dev_handle: Handle) -> int:  # noqa: ARG002
-        """The operating system has set it when the brick was plugged in."""
+        """Set by the operating system when the brick was connected."""
         return int(CONFIGURATION.bConfigurationValue)
 
     def set_interface_altsetting(self, dev_handle: Handle, intf: int, altsetting: int) -> None:  # noqa: ARG002
-        """There is but one."""
+        """There is only one."""
         if intf or altsetting:
             _fail(errno.EINVAL)
 
     def claim_interface(self, dev_handle: Handle, intf: int) -> None:
-        """Take the brick."""
+        """Claim the brick."""
         if intf:
             _fail(errno.EINVAL)
         dev_handle.claim()
 
     def release_interface(self, dev_handle: Handle, intf: int) -> None:  # noqa: ARG002
-        """Give it back."""
+        """Release the brick."""
         dev_handle.release()
 
     def bulk_write(self, dev_handle: Handle, ep: int, intf: int, data: array[int], timeout: int) -> int:  # noqa: ARG002
-        """Send packets of at most 64 bytes, each of them a telegram to the brick."""
+        """Send packets of at most 64 bytes; each is one telegram to the brick."""
         if ep != ENDPOINT_OUT:
             _fail(errno.EINVAL)
         sent = bytes(data)
@@ -157,7 +157,7 @@ class UsbBackend(usb.backend.IBackend):  # type: ignore[misc] # pyusb has no typ
         return len(sent)
 
     def bulk_read(self, dev_handle: Handle, ep: int, intf: int, buff: array[int], timeout: int) -> int:  # noqa: ARG002
-        """Take packets until one is short or the buffer is full."""
+        """Read packets until one is short or the buffer is full."""
         if ep != ENDPOINT_IN:
             _fail(errno.EINVAL)
         filled = 0
@@ -185,7 +185,7 @@ class UsbBackend(usb.backend.IBackend):  # type: ignore[misc] # pyusb has no typ
         data: array[int],
         timeout: int,  # noqa: ARG002
     ) -> int:
-        """String descriptors; the brick stalls at whatever else it does not know."""
+        """Return string descriptors; the brick stalls on other requests to the host."""
         if not bmRequestType & 0x80:
             return len(data)
         if (bRequest, wValue >> 8) != (GET_DESCRIPTOR, STRING_DESCRIPTOR):
@@ -205,23 +205,23 @@ class UsbBackend(usb.backend.IBackend):  # type: ignore[misc] # pyusb has no typ
         """Endpoints of the brick never halt."""
 
     def reset_device(self, dev_handle: Handle) -> None:
-        """Forget what was not read."""
+        """Discard unread packets."""
         dev_handle.discard()
 
     def is_kernel_driver_active(self, dev_handle: Handle, intf: int) -> bool:  # noqa: ARG002
-        """No system has a driver for it."""
+        """No system has a kernel driver for the brick."""
         return False
 
 
 class Handle:
-    """One program's hold on the brick; each of its methods raises what libusb would."""
+    """One program's handle of the brick; its methods raise the errors that libusb would."""
 
     def __init__(self, plug_in: Callable[[], Cable]) -> None:
         self._plug_in = plug_in
         self._cable: Cable | None = None
 
     def claim(self) -> None:
-        """Take the brick, once."""
+        """Claim the brick once."""
         if self._cable is None:
             try:
                 self._cable = self._plug_in()
@@ -231,7 +231,7 @@ class Handle:
                 _fail(errno.ENODEV)
 
     def release(self) -> None:
-        """Give it back."""
+        """Release the brick."""
         if self._cable is not None:
             self._cable.close()
             self._cable = None
@@ -246,14 +246,14 @@ class Handle:
             _fail(errno.ENODEV)
 
     def read(self, timeout_s: float | None) -> bytes | None:
-        """The next packet, or None when the time is over."""
+        """The next packet, or None on timeout."""
         try:
             return self._claimed().read(timeout_s)
         except OSError:
             _fail(errno.ENODEV)
 
     def discard(self) -> None:
-        """Read what is there and forget it."""
+        """Discard unread packets of the cable."""
         while self._cable is not None and self.read(0.0) is not None:
             pass
 
@@ -264,7 +264,7 @@ class Handle:
 
 
 def _seconds(timeout_ms: int) -> float | None:
-    """Libusb takes 0 for "wait for ever"."""
+    """Convert a timeout of libusb, where 0 means no limit."""
     return timeout_ms / 1000 if timeout_ms else None
 
 
@@ -273,5 +273,5 @@ def _fail(number: int) -> NoReturn:
 
 
 def _fail_late() -> NoReturn:
-    kind: Any = getattr(usb.core, "USBTimeoutError", usb.core.USBError)  # pyusb before 1.1 has but one
+    kind: Any = getattr(usb.core, "USBTimeoutError", usb.core.USBError)  # pyusb before 1.1 has only one
     raise kind("Operation timed out", LIBUSB_TIMEOUT, errno.ETIMEDOUT)

@@ -1,4 +1,4 @@
-"""From the converter's value to what a program reads: normalisation by type, scaling by mode.
+"""Convert the converter's value to what a program reads: normalisation by type, scaling by mode.
 
 Source: docs/firmware.md section 6.
 """
@@ -14,26 +14,26 @@ from firmware_protocol.enums import SensorMode, SensorType
 from sim_backend.firmware.cint import s16
 
 FULL_SCALE = 1023
-"""Largest value of the 10-bit converter; also what an open port reads."""
+"""Largest value of the 10-bit converter; also the reading of an open port."""
 
 _PRESSED_BELOW = 460
-"""Normalized values above it are boolean 0."""
+"""Normalized values above it give boolean 0."""
 
 _TEMPERATURE = {
     290: 1023, 300: 986, 400: 747, 450: 666, 460: 650, 500: 593, 512: 577, 550: 527,
     562: 511, 563: 511, 600: 466, 700: 345, 800: 220, 899: 61, 900: 59, 928: 0,
 }  # fmt: skip
-"""Raw to normalized at the measured points of the firmware's table. In between a smooth curve is drawn; leaving out one
-point at a time, it comes within 2 of those from 400 to 600 and of 899, and within 7 of the others."""
+"""Raw to normalized at the measured points of the firmware's table, with a smooth curve in between. With one point left
+out at a time, the curve is within 2 of the points from 400 to 600 and of 899, and within 7 of the others."""
 
 _KNOTS = tuple(raw for raw in _TEMPERATURE if raw not in (460, 563, 899))
-"""Points the curve goes through; the others are rounded too close to a neighbour to give a slope."""
+"""Points that define the curve; the others lie too close to a neighbour to give a slope after rounding."""
 
 _BANDS = (450, 675, 910)
-"""Borders of the rotation sensor's four bands, per mille of full scale 440, 660, 890."""
+"""Borders of the rotation sensor's four bands: 440, 660 and 890 per mille of full scale."""
 
 _ORDER = (0, 1, 3, 2)
-"""The bands in the order in which a turning shaft passes them; the same backwards is the other direction."""
+"""The bands in the order in which a turning shaft passes them; the reverse order is the other direction."""
 
 
 def _inverted(zero: int, percent: int) -> Callable[[int], int]:
@@ -44,7 +44,7 @@ def _inverted(zero: int, percent: int) -> Callable[[int], int]:
 
 
 def _slopes() -> list[float]:
-    """Slope of the curve at each knot: that of a parabola through it and its neighbours."""
+    """Slope of the curve at each knot: that of the parabola through it and its neighbours."""
     widths = [right - left for left, right in pairwise(_KNOTS)]
     chords = [(_TEMPERATURE[right] - _TEMPERATURE[left]) / (right - left) for left, right in pairwise(_KNOTS)]
     inner = [
@@ -85,16 +85,16 @@ NORMALIZE: dict[int, Callable[[int], int]] = {
     SensorType.SOUND_DBA: _inverted(162, 83),
     SensorType.CUSTOM: _unchanged,
 }
-"""How each analog type turns raw into normalized; types that are not here are not evaluated."""
+"""Raw to normalized, by analog type; other types are not evaluated."""
 
 
 def celsius(normalized: int) -> int:
-    """Tenths of a degree."""
+    """Temperature in tenths of a degree."""
     return 900 * normalized // FULL_SCALE - 200
 
 
 def fahrenheit(normalized: int) -> int:
-    """Tenths of a degree; below 0 °C the firmware's unsigned arithmetic gives garbage."""
+    """Temperature in tenths of a degree; below 0 °C the firmware's unsigned arithmetic gives garbage."""
     return s16((celsius(normalized) * 180 & 0xFFFF_FFFF) // 100 + 320)
 
 
@@ -104,7 +104,7 @@ LEVEL: dict[int, Callable[[int], int]] = {
     SensorMode.CELSIUS: celsius,
     SensorMode.FAHRENHEIT: fahrenheit,
 }
-"""Modes whose scaled value depends on nothing but the normalized one."""
+"""Modes whose scaled value depends only on the normalized one."""
 
 
 def boolean(normalized: int, slope: int, before: int, last: int) -> int:
@@ -112,9 +112,9 @@ def boolean(normalized: int, slope: int, before: int, last: int) -> int:
 
     Args:
         normalized: 0..1023.
-        slope: 0 for a fixed threshold, else the change that counts.
-        before: The normalized value one pass earlier.
-        last: The boolean one pass earlier; the answer where the firmware's is undefined.
+        slope: 0 for a fixed threshold, otherwise the change that counts.
+        before: The normalized value of the previous pass.
+        last: The boolean of the previous pass; returned where the firmware's result is undefined.
     """
     if not slope:
         return int(normalized <= _PRESSED_BELOW)
@@ -133,5 +133,5 @@ def band(normalized: int) -> int:
 
 
 def step(before: int, now: int) -> int:
-    """Sixteenths of a turn between two bands: +1, -1, or 0 if the disc cannot have moved so."""
+    """Sixteenths of a turn between two bands: +1, -1, or 0 for an impossible step."""
     return {1: 1, 3: -1}.get((now - before) % 4, 0)

@@ -1,4 +1,4 @@
-"""The battery as the firmware watches it. Source: docs/firmware.md section 4 (0x0B) and section 8."""
+"""Battery voltage and warnings as in the firmware. Source: docs/firmware.md section 4 (0x0B) and section 8."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ FRESH_BATTERY = 560
 """Converter value of a good set of batteries, 7.75 V."""
 
 RECHARGEABLE = 0x8000
-"""Bit of the battery's converter value: the rechargeable pack is fitted."""
+"""Bit of the battery's converter value that marks the rechargeable pack."""
 
 SAMPLE_MS = 167
 _LOW_MV, _LOW_RECHARGEABLE_MV = 6100, 7100
@@ -19,7 +19,7 @@ class Battery:
     """Voltage, sampled six times a second.
 
     Attributes:
-        millivolts: At the last sample.
+        millivolts: Voltage at the last sample.
     """
 
     def __init__(self) -> None:
@@ -34,13 +34,13 @@ class Battery:
 
     @property
     def bars(self) -> int:
-        """Bars of the battery symbol, 0..4; only the ends of the scale are measured."""
+        """Bars of the battery symbol, 0..4; only both ends of the scale were measured."""
         low = self._threshold_mv
         return min(max((self.millivolts - low) * _LEVELS // (_FULL_MV - low), 0), _LEVELS)
 
     @property
     def low(self) -> bool:
-        """Whether it was low for long enough to say so."""
+        """Whether the voltage was low in enough samples for a warning."""
         return self._low_samples >= _LOW_SAMPLES
 
     @property
@@ -54,7 +54,7 @@ class Battery:
         self._raw = raw
 
     def sample(self) -> None:
-        """Measure."""
+        """Take a sample."""
         self.millivolts = self._now_mv
         self._low_samples = self._low_samples + 1 if self.millivolts < self._threshold_mv else 0
 
@@ -68,5 +68,5 @@ class Battery:
 
 
 def next_sample_ms(now_ms: int) -> int:
-    """The pass of the next sample."""
+    """Pass of the next sample."""
     return (now_ms // SAMPLE_MS + 1) * SAMPLE_MS

@@ -1,4 +1,4 @@
-"""A motor on the test bench: the deterministic integer model the golden conversations were recorded with.
+"""The deterministic integer motor model with which the golden conversations were recorded.
 
 Source: docs/firmware.md section 0.2.
 """
@@ -9,7 +9,7 @@ from sim_backend.firmware.cint import divide
 
 
 class BenchMotor:
-    """An unloaded motor: first-order lag from PWM to speed, with different time constants for drive, brake and coast.
+    """An unloaded motor: first-order lag from PWM to speed, with separate time constants for drive, brake and coast.
 
     Attributes:
         gain: Speed per percent of PWM, 1/65536 degree per ms; 590 is about 855 deg/s at 100 %.
@@ -17,7 +17,7 @@ class BenchMotor:
         tau_brake: Time constant with PWM 0 and the brake on, ms.
         tau_coast: Time constant with PWM 0 and the brake off, ms.
         deadband: PWM that does not turn the shaft, percent.
-        locked: Whether something holds the shaft.
+        locked: Whether the shaft is held.
         velocity: 1/65536 degree per ms.
         position: 1/65536 degree.
     """
@@ -37,7 +37,7 @@ class BenchMotor:
         self.configure(gain, tau, tau_brake, tau_coast, deadband, locked)
 
     def configure(self, gain: int, tau: int, tau_brake: int, tau_coast: int, deadband: int, locked: bool) -> None:
-        """Change the motor's properties; position and speed stay, but a locked shaft stands."""
+        """Change the motor's properties; position and speed stay, except that a locked shaft stops."""
         self.gain, self.tau, self.tau_brake, self.tau_coast = gain, tau, tau_brake, tau_coast
         self.deadband, self.locked = deadband, locked
 
@@ -48,18 +48,18 @@ class BenchMotor:
 
     @property
     def at_rest(self) -> bool:
-        """Whether stepping it without PWM would change nothing."""
+        """Whether a step without PWM changes nothing."""
         return self.velocity == 0 and self.position >> 16 == self._reported
 
     def turn(self, degrees: int) -> None:
-        """Turn the shaft by hand; the counts come with the next step."""
+        """Turn the shaft by hand; the next step reports the counts."""
         self.position += degrees << 16
 
     def step(self, pwm: int, brake: bool) -> int:
         """Run one millisecond.
 
         Args:
-            pwm: -100..100 percent (the firmware passes on what it was told, up to -128..127).
+            pwm: -100..100 percent (the firmware passes on any commanded byte, -128..127).
             brake: Whether the windings are shorted while PWM is off.
 
         Returns:

@@ -1,4 +1,4 @@
-"""The simulated brick: the firmware's modules behind one link, in passes of one millisecond."""
+"""The simulated brick: the firmware's modules, scheduled in passes of one millisecond."""
 
 from __future__ import annotations
 
@@ -38,30 +38,30 @@ BOOT_MS = 6000
 """Passes from power-on until melody and radio have started. Source: docs/firmware.md section 0.1."""
 
 FIRMWARES = ("1.29", "1.05")
-"""The firmware versions the brick can behave as."""
+"""The firmware versions that can be simulated."""
 
 _POOL_LAYOUTS = {"1.29": Layout(clump=28, growth=25), "1.05": Layout(clump=24, growth=5)}
-"""How each firmware uses the memory pool; see `vm.memory`."""
+"""Memory pool layout of each firmware; see `vm.memory`."""
 
 _MOTOR_PORTS = ("A", "B", "C")
 _SENSOR_PORTS = range(1, 5)
 
 
 class SimBrick:
-    """A brick that was switched on six seconds ago and has started up.
+    """A brick six seconds after power-on, when it has booted.
 
-    Telegrams are handled in the pass of one millisecond that is about to run; time passes only in `tick`. Waiting costs
-    nothing while nothing moves: the scheduler goes straight to the next pass in which a module has something to do.
+    A telegram is handled in the pass that is about to run; time advances only in `tick`. Idle time is cheap: the
+    scheduler skips to the next pass in which a module has work.
 
     Args:
-        firmware: "1.29", or "1.05" without the commands and sensors that came later.
+        firmware: "1.29", or "1.05", which lacks some commands and sensors.
         name: The brick's name, at most 15 characters.
-        address: Six bytes: the address of its radio and its USB serial number.
-        flash: What another brick left in its `loader.flash`: switching it off and on; without it an empty one.
-        seed: Of the random numbers that programs draw.
+        address: Six bytes: Bluetooth address and USB serial number.
+        flash: The `loader.flash` of another brick, to simulate a power cycle; empty by default.
+        seed: Seed of the random numbers that programs draw.
 
     Raises:
-        ValueError: There is no such firmware.
+        ValueError: The firmware is unknown.
 
     Attributes:
         firmware: As given.
@@ -71,12 +71,12 @@ class SimBrick:
         sound: The loudspeaker's module.
         ui: Battery, sleep timer, busy state.
         button: The four buttons.
-        io_control: Orders to the supply.
+        io_control: Commands to the power supply.
         command: The program interpreter's module.
-        loader: The flash.
-        high_speed: The RS485 link on port 4.
+        loader: The file system.
+        high_speed: The RS485 port on input 4.
         radio: Name, address, Bluetooth.
-        comm: Telegram buffers and dispatch of the USB link.
+        comm: Telegram buffers and dispatch for USB.
         bluetooth: The same for Bluetooth.
     """
 
@@ -132,7 +132,7 @@ class SimBrick:
         )
 
     def _make_maps(self, *, extended: bool) -> list[LiveMap]:
-        """The IO maps in the order of the firmware's modules."""
+        """The IO maps, in the firmware's order of modules."""
         return [
             io_maps.comm_map(self.radio, self.high_speed),
             io_maps.input_map(self.input, color=extended),
@@ -148,7 +148,7 @@ class SimBrick:
         ]
 
     def _equip(self, mailboxes: Mailboxes) -> Devices:
-        """What a program that starts now can reach."""
+        """The modules that a program started now can use."""
         return Devices(
             output=self.output,
             input=self.input,
@@ -164,7 +164,7 @@ class SimBrick:
         )
 
     def _reset_devices(self) -> None:
-        """Forget sensors and let motors go, as at the start and at the end of a program."""
+        """Reset inputs and outputs, as at the start and end of a program."""
         self.input.reset()
         self.output.reset()
 
@@ -175,14 +175,14 @@ class SimBrick:
 
     @property
     def powered_off(self) -> bool:
-        """Whether the firmware has switched the brick off; a real one no longer answers."""
+        """Whether the firmware has switched the brick off; a real one no longer replies."""
         return bool(self.io_control.power_word)
 
     def receive(self, telegram: bytes) -> bytes | None:
-        """Handle one telegram in the pass that is about to run; no time passes.
+        """Handle one telegram; no time passes.
 
         Args:
-            telegram: At most 64 bytes; what is beyond is not looked at, as no USB packet carries more.
+            telegram: At most 64 bytes, the size of a USB packet; further bytes are ignored.
 
         Returns:
             The reply as LEGO's firmware would send it, or None.
@@ -190,18 +190,18 @@ class SimBrick:
         return self.comm.receive(telegram)
 
     def receive_bluetooth(self, framed: bytes) -> bytes:
-        """Handle one telegram that came over Bluetooth, in the pass that is about to run.
+        """Handle one telegram that arrived over Bluetooth; no time passes.
 
         Args:
-            framed: Two bytes of length and the telegram.
+            framed: Two bytes of length, then the telegram.
 
         Returns:
-            What the brick puts on the stream: its reply in the same form, or nothing.
+            The reply in the same form, or nothing.
         """
         return self.bluetooth.receive_framed(framed)
 
     def tick(self, passes: int = 1) -> None:
-        """Let `passes` milliseconds go by."""
+        """Run `passes` milliseconds."""
         clock, output, inputs, sleepers = self._clock, self.output, self.input, self._sleepers
         now, end = clock.now_ms, clock.now_ms + passes
         while now < end:
@@ -218,10 +218,10 @@ class SimBrick:
                         module.run(now)
 
     def attach_motor(self, port: str, plant: MotorPlant | None) -> None:
-        """Plug a motor into port "A", "B" or "C", or unplug it with None.
+        """Connect a motor to port "A", "B" or "C"; None disconnects it.
 
         Raises:
-            ValueError: There is no such port.
+            ValueError: The port is unknown.
         """
         if port not in _MOTOR_PORTS:
             raise ValueError(f"motors are plugged into ports {', '.join(_MOTOR_PORTS)}, not {port!r}")
@@ -229,10 +229,10 @@ class SimBrick:
         self.output.wake()
 
     def attach_sensor(self, port: int, sensor: AnalogSensor | I2CDevice | None) -> None:
-        """Plug a sensor, analog or I2C, into port 1 to 4, or unplug it with None.
+        """Connect an analog or I2C sensor to port 1 to 4; None disconnects it.
 
         Raises:
-            ValueError: There is no such port.
+            ValueError: The port is unknown.
         """
         if port not in _SENSOR_PORTS:
             raise ValueError(f"sensors are plugged into ports 1 to 4, not {port!r}")
@@ -245,9 +245,9 @@ class SimBrick:
         self.input.plug_in(analog, sensor)
 
     def unplug_usb(self) -> None:
-        """Pull the cable: files opened through it are closed."""
+        """Pull the USB cable: files opened over it are closed."""
         self.loader.close_all()
 
     def set_battery(self, raw: int) -> None:
-        """Change the battery: what the 10-bit converter reads, 13.848 mV each; see `ui.RECHARGEABLE`."""
+        """Set the battery's 10-bit converter value, 13.848 mV per step, plus `battery.RECHARGEABLE`."""
         self.ui.set_battery(raw)

@@ -1,4 +1,4 @@
-"""The button module: what the four buttons count. Source: docs/firmware.md section 5.2 (Button map) and section 8."""
+"""The button module: states and counters of the buttons. Source: docs/firmware.md sections 5.2 (Button map) and 8."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Button:
     """One button.
 
     Attributes:
-        presses, long_presses, short_releases, long_releases, releases: Counted since power-on, 8 bits.
+        presses, long_presses, short_releases, long_releases, releases: 8-bit counters since power-on.
         state: See `ButtonState`.
     """
 
@@ -39,7 +39,7 @@ class Button:
         return bool(self.state & ButtonState.PRESSED)
 
     def sample(self, pressed: bool, now_ms: int) -> None:
-        """Look at the button."""
+        """Update state and counters."""
         before = self.state & ButtonState.PRESSED
         held_ms = now_ms - self._pressed_ms
         self.state = before
@@ -68,25 +68,25 @@ class ButtonModule:
 
     Attributes:
         due_ms: See `Module`.
-        buttons: In that order.
+        buttons: The four buttons in that order.
     """
 
     def __init__(self, clock: Clock, on_press: Callable[[int], None]) -> None:
-        """Make the module; `on_press` is called with the buttons that go down, as a mask."""
+        """Make the module; `on_press` is called with a mask of newly pressed buttons."""
         self._clock, self._on_press = clock, on_press
         self.buttons = [Button() for _ in range(4)]
         self.due_ms = NEVER
         self._mask = 0
 
     def hold(self, mask: int) -> None:
-        """Keep the buttons of `mask` (bit 0 exit, 1 right, 2 left, 3 enter) pressed and the others not."""
+        """Hold the buttons of `mask` (bit 0 exit, 1 right, 2 left, 3 enter) and release the others."""
         if new := mask & ~self._mask:
             self._on_press(new)
         self._mask = mask
         self.due_ms = (self._clock.now_ms // SAMPLE_MS + 1) * SAMPLE_MS
 
     def run(self, now_ms: int) -> None:
-        """Sample all buttons; again as long as one is pressed or has an event to forget."""
+        """Sample all buttons; repeat while one is pressed or has an event to clear."""
         for number, button in enumerate(self.buttons):
             button.sample(bool(self._mask >> number & 1), now_ms)
         self.due_ms = now_ms + SAMPLE_MS if any(button.state for button in self.buttons) else NEVER

@@ -1,6 +1,6 @@
-"""The colour sensor's part of an input port: calibrating what it sees, and naming the colour.
+"""The colour sensor's part of an input port: calibration of its readings, and the name of the colour.
 
-Source: docs/firmware.md section 6.1. The wire protocol by which the sensor hands over its calibration is not simulated.
+Source: docs/firmware.md section 6.1. The wire protocol that transfers the sensor's calibration is not simulated.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from firmware_protocol.enums import SensorMode
 from sim_backend.firmware.analog import FULL_SCALE, LEVEL, boolean
 
 RED, GREEN, BLUE, BLANK = range(4)
-"""Which lamp of the sensor is lit; blank is none."""
+"""The lit lamp of the sensor; blank is none."""
 
 _BACKGROUND_ZERO, _BACKGROUND_PERCENT = 71, 93
 _FACTOR_BITS = 16
@@ -21,7 +21,7 @@ _MODE, _SLOPE = 0xE0, 0x1F
 
 
 class Color(IntEnum):
-    """What the firmware calls a colour."""
+    """Colour numbers of the firmware."""
 
     BLACK = 1
     BLUE = 2
@@ -33,12 +33,12 @@ class Color(IntEnum):
 
 @runtime_checkable
 class ColorDevice(Protocol):
-    """A colour sensor as the firmware meets it.
+    """A colour sensor as the firmware sees it.
 
     Attributes:
-        calibration: Three rows of factors for red, green, blue and blank, in 1/65536: for bright, dimmer and dark
+        calibration: Three rows of factors for red, green, blue and blank, in 1/65536, for bright, dim and dark
             surroundings.
-        limits: Below these blank readings the second and the third row count.
+        limits: Blank readings below which the second and the third row apply.
     """
 
     calibration: Sequence[Sequence[int]]
@@ -49,16 +49,16 @@ class ColorDevice(Protocol):
 
 
 class ColorPort:
-    """What the Input map shows of a colour sensor; rows of four are red, green, blue and blank.
+    """Values of a colour sensor in the Input map; rows of four are red, green, blue and blank.
 
     Attributes:
-        device: What is plugged in, or None.
+        device: The sensor, or None.
         calibration: All factors of the sensor, row after row.
-        limits: As the sensor has them.
-        readings: Of the converter.
-        normalized: Readings without the background and calibrated.
-        scaled: By the port's mode; modes that count or step do not apply to single colours and give 0.
-        booleans: By the port's slope.
+        limits: Limits of the sensor.
+        readings: Converter values.
+        normalized: Readings after background subtraction and calibration.
+        scaled: Values in the port's mode; counting modes do not apply to single colours and give 0.
+        booleans: Values by the port's slope.
     """
 
     def __init__(self) -> None:
@@ -69,14 +69,14 @@ class ColorPort:
         self.readings = self.normalized = self.scaled = self.booleans = nothing
 
     def plug_in(self, device: ColorDevice | None) -> None:
-        """Take over the calibration of another sensor."""
+        """Connect a sensor and copy its calibration."""
         self.device = device
         if device is not None:
             self.calibration = tuple(factor for row in device.calibration for factor in row)
             self.limits = tuple(device.limits)
 
     def look(self, device: ColorDevice, mode: int) -> Color:
-        """Light one lamp after the other and name the colour."""
+        """Light the lamps in turn and name the colour."""
         self.readings = red, green, blue, blank = tuple(device.lit(lamp) for lamp in (RED, GREEN, BLUE, BLANK))
         row = device.calibration[sum(blank < limit for limit in device.limits)]
         lit = (max(0, reading - blank) for reading in (red, green, blue))
@@ -96,12 +96,12 @@ class ColorPort:
 
 
 def background(reading: int) -> int:
-    """The blank value, and that of the single lamps: not inverted, as those of the light sensor are."""
+    """Normalize a blank or single-lamp reading; not inverted, unlike the light sensor's."""
     return min(FULL_SCALE, max(0, reading - _BACKGROUND_ZERO) * 100 // _BACKGROUND_PERCENT)
 
 
 def name_color(red: int, green: int, blue: int, blank: int) -> Color:
-    """The firmware's decision, by the strongest of the three."""
+    """The firmware's decision, by the strongest of the three colours."""
     if red > blue and red > green:
         return _name_reddish(red, green, blue, blank)
     if green > blue:

@@ -1,7 +1,7 @@
 """The comm module: telegrams in, replies out. Source: docs/firmware.md section 2 and 3.
 
-Two things of the real firmware show on the wire and are kept: the receive buffer is never cleared, so a short telegram
-is completed with bytes of the ones before it; and a system opcode without a handler is answered with stale bytes.
+Two quirks of the real firmware show on the wire and are kept: the receive buffer is never cleared, so a short telegram
+is completed with bytes of earlier ones; and an unknown system opcode is answered with stale bytes.
 """
 
 from __future__ import annotations
@@ -18,33 +18,33 @@ from sim_backend.firmware.handler_result import Handlers
 from sim_backend.firmware.limits import BLUETOOTH, Channel, Limits
 
 _WRITE_SIZE = 3
-"""Bytes of a Write request in front of its data."""
+"""Bytes of a Write request before its data."""
 
 _READ_OVERHEAD = 3
 """Bytes of a Read reply between its status and its data."""
 
 _ERROR = 0x80
-"""Bit of a status byte that says that a command failed."""
+"""Bit of the status byte that marks a failure."""
 
 _SPLIT = 256
-"""Length of a Bluetooth telegram that the firmware takes for two. Source: docs/firmware.md section 1, fact 20."""
+"""Length of a Bluetooth telegram that the firmware treats as two. Source: docs/firmware.md section 1, fact 20."""
 
 
 class Comm:
     """Buffers and dispatch of one link.
 
     Attributes:
-        handled: The commands this firmware has handlers for.
+        handled: The commands that have handlers.
     """
 
     def __init__(self, handlers: Handlers, channel: Channel, limits: Limits, *, extended: bool) -> None:
         """Make the link.
 
         Args:
-            handlers: What to do for each command.
-            channel: Tells the handlers over which link they are asked.
-            limits: This link's sizes.
-            extended: Whether the firmware knows the commands that came with 1.28.
+            handlers: Handler of each command.
+            channel: Tells the handlers which link a command came over.
+            limits: Sizes of this link.
+            extended: Whether the firmware has the commands added in 1.28.
         """
         self._handlers = handlers
         self._channel, self._limits = channel, limits
@@ -54,11 +54,11 @@ class Comm:
 
     @property
     def handled(self) -> Collection[type[Command[Any]]]:
-        """The commands this firmware has handlers for."""
+        """The commands that have handlers."""
         return self._handlers.keys()
 
     def receive(self, telegram: bytes) -> bytes | None:
-        """Handle one telegram; what does not fit the buffer is cut, but for a `Write` over Bluetooth."""
+        """Handle one telegram; bytes beyond the buffer are cut, except for a `Write` over Bluetooth."""
         inbox, size = self._inbox, self._limits.buffer
         if not self._limits.streams:
             telegram = telegram[:size]
@@ -72,7 +72,7 @@ class Comm:
         command = COMMANDS.get((Kind(kind), opcode))
         if command is None or command not in self._handlers or not (self._extended or command.firmware_1_05):
             reply = self._unknown(kind, opcode, len(telegram))
-        elif not want_reply and _only_asks(command):
+        elif not want_reply and _is_query(command):
             return None
         else:
             reply = self._handle(command, telegram)
@@ -83,14 +83,14 @@ class Comm:
 
     def _handle(self, command: type[Command[Any]], telegram: bytes) -> bytes:
         data = bytes(self._inbox)
-        if command is Write:  # it alone goes by the telegram's length, the others take stale bytes for missing ones
+        if command is Write:  # only Write uses the telegram's length; other commands read stale bytes beyond its end
             data = telegram if len(telegram) >= _WRITE_SIZE else data[:_WRITE_SIZE]
         self._channel.limits = self._limits
         status, payload = self._handlers[command](command.decode(data))
         return bytes((Kind.REPLY, command.opcode, status)) + payload
 
     def _store_message(self, reply: bytes) -> None:
-        """Put what another brick answered to a MessageRead into the mailbox it asked for, if it succeeded."""
+        """Store another brick's successful reply to a MessageRead in the mailbox it names."""
         if not reply[2] & _ERROR:
             box, size = reply[REPLY_HEADER : REPLY_HEADER + 2]
             self._handlers[MessageWrite](MessageWrite(box, size, reply[REPLY_HEADER + 2 :][:MESSAGE_LIMIT]))
@@ -102,15 +102,15 @@ class Comm:
 
 
 class BluetoothComm(Comm):
-    """The link over Bluetooth: a stream in which every telegram has its length in front."""
+    """The Bluetooth link: a stream in which each telegram is preceded by its length."""
 
     def __init__(self, handlers: Handlers, channel: Channel, *, extended: bool) -> None:
         super().__init__(handlers, channel, BLUETOOTH, extended=extended)
 
     def receive_framed(self, data: bytes) -> bytes:
-        """Handle one telegram with its length in front; returns the reply in the same form, or nothing.
+        """Handle one telegram preceded by its length, and return the reply in the same form, or nothing.
 
-        A long Read that meets the end of its file announces more than it then delivers, as the firmware does.
+        A long Read that reaches the end of its file announces more bytes than it delivers, as in the firmware.
         """
         telegram = data[LENGTH_SIZE:]
         if len(telegram) == _SPLIT:
@@ -127,6 +127,6 @@ class BluetoothComm(Comm):
         return (announced & LENGTH_LIMIT).to_bytes(LENGTH_SIZE, "little") + reply
 
 
-def _only_asks(command: type[Command[Any]]) -> bool:
-    """Whether a direct command does nothing but answer; the firmware skips it when no reply is wanted."""
+def _is_query(command: type[Command[Any]]) -> bool:
+    """Whether a direct command only returns values; the firmware skips it when no reply is wanted."""
     return command.kind == Kind.DIRECT and command.reply_type is not Ack and command is not KeepAlive

@@ -1,4 +1,4 @@
-"""The flash memory: files and the sectors they take. Source: docs/firmware.md section 5, "File system"."""
+"""The flash memory: files and their sectors. Source: docs/firmware.md section 5, "File system"."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ _POINTER = 2
 _ALIGNMENT = 4
 
 SETTINGS = "NVConfig.sys"
-"""The file the firmware makes at its first boot."""
+"""File that the firmware creates at its first boot."""
 
 
 def capacity(sectors: int) -> int:
-    """Bytes one file can have in so many sectors: its header and a pointer to each further sector take their part."""
+    """Capacity in bytes of a file with `sectors` sectors, without its header and the pointers to further sectors."""
     if not sectors:
         return 0
     pointers = -(-_POINTER * (sectors - 1) // _ALIGNMENT) * _ALIGNMENT
@@ -23,7 +23,7 @@ def capacity(sectors: int) -> int:
 
 
 def sectors_for(size: int) -> int:
-    """Sectors a file of `size` bytes takes."""
+    """Number of sectors of a file of `size` bytes."""
     sectors = max(1, (size + _HEADER) // SECTOR)
     while capacity(sectors) < size:
         sectors += 1
@@ -35,12 +35,12 @@ class File:
     """A file.
 
     Attributes:
-        name: At most 19 characters, as given at its creation.
-        size: Bytes reserved.
+        name: At most 19 characters, as given at creation.
+        size: Reserved bytes.
         appendable: Whether it is a data file, which can grow up to `size`.
-        content: What was written.
-        sectors: Numbers of the sectors it takes.
-        data_size: Bytes that can be read; set when the file is closed.
+        content: Written bytes.
+        sectors: Numbers of its sectors.
+        data_size: Readable bytes; set when the file is closed.
     """
 
     name: str
@@ -52,11 +52,11 @@ class File:
 
 
 class Flash:
-    """Files, newest first, and free sectors; it keeps both when the brick is switched off.
+    """Files, newest first, and free sectors; both survive power-off.
 
     Attributes:
         files: The directory.
-        limit: Most entries of the directory.
+        limit: Maximum number of entries.
     """
 
     def __init__(self, sectors: int, limit: int, settings: bytes) -> None:
@@ -70,18 +70,18 @@ class Flash:
 
     @property
     def free(self) -> int:
-        """Size of the largest file that would fit."""
+        """Size of the largest file that fits."""
         return capacity(self._total - len(self._used))
 
     def find(self, matches: Callable[[str], bool], start: int = 0) -> int:
-        """Number of the next file from `start` on whose name matches; the count of files if there is none."""
+        """Index of the next matching file from `start` on; the number of files if there is none."""
         for number in range(start, len(self.files)):
             if matches(self.files[number].name):
                 return number
         return len(self.files)
 
     def reserve(self, file: File, *, contiguous: bool) -> bool:
-        """Take sectors for `file`; false if there are not enough, or not enough in one piece."""
+        """Allocate sectors for `file`; False if there are too few, or too few contiguous ones."""
         count = sectors_for(file.size)
         free = [sector for sector in range(self._total) if sector not in self._used]
         for start in range(len(free) - count + 1):
@@ -93,24 +93,24 @@ class Flash:
         return False
 
     def shrink(self, file: File) -> None:
-        """Reserve no more for a data file than it holds."""
+        """Shrink the reservation of a data file to its content."""
         file.size = len(file.content)
         keep = sectors_for(file.size)
         self._used.difference_update(file.sectors[keep:])
         file.sectors = file.sectors[:keep]
 
     def release(self, file: File) -> None:
-        """Give the file's sectors back, and with them those of all downloads: only the directory is looked at."""
+        """Free the file's sectors, and those of all downloads too: the firmware only considers the directory."""
         file.sectors = []
         self._used = {sector for other in self.files for sector in other.sectors}
 
     def power_up(self) -> None:
-        """Forget what was under way when the brick was switched off: downloads, and data not yet closed."""
+        """Discard incomplete downloads and unclosed data, as at power-on."""
         self._used = {sector for file in self.files for sector in file.sectors}
         for file in self.files:
             del file.content[file.data_size :]
 
     def erase(self) -> None:
-        """Delete everything, the settings too."""
+        """Delete all files, including the settings."""
         self.files.clear()
         self._used.clear()

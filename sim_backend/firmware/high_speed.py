@@ -1,4 +1,4 @@
-"""The high speed link, RS485 on port 4, as far as telegrams see it: a poll buffer.
+"""The high speed port, RS485 on input 4, as telegrams see it: a poll buffer.
 
 Source: docs/firmware.md section 5 (0xA1, 0xA2) and 5.2 (Comm map).
 """
@@ -11,10 +11,10 @@ _CAPACITY = 128
 
 
 class HighSpeed:
-    """What arrived on port 4 and was not fetched.
+    """Bytes that arrived on port 4 and were not fetched yet.
 
     Attributes:
-        flags: As in the comm map; bit 0 asks the firmware to look at `state`.
+        flags: As in the comm map; bit 0 makes the firmware check `state`.
         state: As in the comm map; 1 opens the receiver.
     """
 
@@ -24,15 +24,15 @@ class HighSpeed:
 
     @property
     def waiting(self) -> int:
-        """Bytes not yet fetched."""
+        """Number of bytes not yet fetched."""
         return len(self._waiting)
 
     def arrive(self, data: bytes) -> None:
-        """Take bytes from the wire; lost while the receiver is closed, or the buffer full."""
+        """Receive bytes; they are lost while the receiver is closed or the buffer is full."""
         if self.flags & _UPDATE and self.state == _INITIALISE:
             self._waiting = (self._waiting + data)[:_CAPACITY]
 
     def fetch(self, size: int) -> bytes:
-        """Take up to `size` bytes out of the buffer."""
+        """Remove and return up to `size` bytes."""
         data, self._waiting = self._waiting[:size], self._waiting[size:]
         return data

@@ -1,4 +1,4 @@
-"""One I2C bus: the wires between an input port and a digital sensor."""
+"""The I2C bus between an input port and a digital sensor."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
 ADDRESS_CLOCKS = 9
-"""Clock pulses of one byte, its acknowledge included."""
+"""Clock pulses of one byte including its acknowledge."""
 
 STEPS_PER_MS = 23.4375
 FRAME_STEPS, TX_STEPS = 20, 21
-"""Interrupts of the bit machine per millisecond, for start and stop, and per byte written; together with those for
-reading in `low_speed` they reproduce all durations measured (docs/firmware.md section 7)."""
+"""Timer interrupts per millisecond, for start and stop, and per byte written; with those for reading in `low_speed`
+they reproduce all measured durations (docs/firmware.md section 7)."""
 
 _CLOCK_STEPS = 2
 
@@ -27,20 +27,20 @@ class I2CDevice(Protocol):
     address: int
 
     def write(self, data: bytes) -> None:
-        """Take the bytes behind the address."""
+        """Receive the bytes after the address."""
 
     def read(self, size: int) -> bytes:
-        """Give `size` bytes."""
+        """Return `size` bytes."""
 
 
 class I2CBus:
     """The bus of one port, with at most one device, as LEGO's cables allow.
 
     Attributes:
-        device: What is plugged in, or None.
-        stuck: Whether something holds a line low.
-        trace: What happened on the wires, if a list is put here: S start, [aa] address byte, a acknowledged, n not, xx
-            byte written, rxx byte read, N last byte read, P stop.
+        device: The sensor, or None.
+        stuck: Whether a line is held low.
+        trace: Set to a list to record the bus: S start, [aa] address byte, a acknowledged, n not, xx byte written,
+            rxx byte read, N last byte read, P stop.
         clocks: Clock pulses so far.
     """
 
@@ -55,11 +55,11 @@ class I2CBus:
         self._told = self._counted = 0
 
     def acknowledges(self, address: int) -> bool:
-        """Whether a device answers to the 8-bit `address`, read or write."""
+        """Whether a device acknowledges the 8-bit `address`, read or write."""
         return self.device is not None and self.device.address == address & 0xFE
 
     def probe(self, address: int) -> None:
-        """Call a device that does not answer."""
+        """Address a device that does not acknowledge."""
         self._record(("S", f"[{address:02x}]n", "P"), bytes_moved=1, extra_clocks=1)
 
     def transfer(self, message: bytes, rx_size: int) -> bytes:
@@ -79,11 +79,11 @@ class I2CBus:
         return received
 
     def pour_out(self, message: bytes, now_ms: int) -> None:
-        """Begin to write a message that never ends in a stop; `settle` tells how far it is."""
+        """Start a message that never ends in a stop; `settle` computes its progress."""
         self._poured = (message, now_ms)
 
     def settle(self, now_ms: int) -> None:
-        """Put into the trace what of such a message has gone out by `now_ms`."""
+        """Add the part of such a message that was sent by `now_ms` to the trace."""
         if self._poured is None:
             return
         message, started_ms = self._poured

@@ -1,4 +1,4 @@
-"""The input module: what the four input ports read. Source: docs/firmware.md section 6; the map is in section 5.2."""
+"""The input module: readings of the four input ports. Source: docs/firmware.md section 6; the map is in section 5.2."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _SETTLING_COLOR = 400
 _SOUND = (SensorType.SOUND_DB, SensorType.SOUND_DBA)
 _COLOR = range(SensorType.COLOR_FULL, SensorType.COLOR_NONE + 1)
 _PLAIN = (SensorType.NONE, SensorType.SWITCH, SensorType.TEMPERATURE)
-"""Types that share one set-up of the port's pins."""
+"""Types that share one pin configuration."""
 
 
 class AnalogSensor(Protocol):
-    """What an input port's converter sees."""
+    """A sensor on the converter of an input port."""
 
     def raw(self) -> int:
         """The converter's value now, 0..1023."""
@@ -37,18 +37,18 @@ class InputPort:
     """One input port.
 
     Attributes:
-        sensor: What is plugged in, or None; None reads as an open port.
+        sensor: The sensor, or None for an open port.
         type: As commanded.
-        known_type: The type the port is already set up for.
+        known_type: The type that the port is configured for.
         mode: As commanded.
-        raw: Of the converter, 0..1023.
+        raw: Converter value, 0..1023.
         normalized: 0..1023.
-        scaled: By the mode.
+        scaled: Value in the mode.
         boolean: Whether "pressed".
-        invalid: Whether the values do not yet belong to the type.
-        custom_zero_offset, custom_full_scale, custom_active: For `SensorType.CUSTOM`; kept, not used here.
+        invalid: Whether the values are not yet those of the type.
+        custom_zero_offset, custom_full_scale, custom_active: For `SensorType.CUSTOM`; stored only.
         pin_directions, pins_in, pins_out: The two digital lines.
-        color: What a colour sensor sees.
+        color: Values of a colour sensor.
     """
 
     def __init__(self, reading: int) -> None:
@@ -65,34 +65,34 @@ class InputPort:
 
     @property
     def counts(self) -> bool:
-        """Whether the values depend on more than the last reading, so that no pass may be left out."""
+        """Whether the values depend on earlier readings, so that no pass may be skipped."""
         return bool(self.mode & _SLOPE) or self.mode & _MODE in _COUNTING
 
     def settle(self, passes: int) -> int:
-        """The type changed: the values are invalid for so many passes more."""
+        """Accept the new type; the values stay invalid for `passes` passes."""
         self.known_type = self.type
         self._settling = passes
         return passes
 
     def wait(self, passes: int) -> int:
-        """Let `passes` go by; returns how many of the settling time are left, -1 when it is over."""
+        """Advance by `passes`; returns the remaining settling passes, -1 when it is over."""
         left = self._settling - passes
         self._settling = max(left, 0)
         return left
 
     def reset(self) -> None:
-        """Forget what is plugged in and what it said; the type counts as changed only if it was another."""
+        """Reset type, mode and values; the type counts as changed only if it was different."""
         self.type, self.mode, self.invalid = int(SensorType.NONE), int(SensorMode.RAW), True
         self.raw = self.normalized = self.scaled = self.boolean = 0
 
     def read(self) -> None:
-        """Take the sensor's value and scale it."""
+        """Read and scale the sensor's value."""
         self.raw = raw = self.sensor.raw() if self.sensor is not None else FULL_SCALE
         normalize = NORMALIZE.get(self.type)
         self._scale(normalize(raw) if normalize else raw)
 
     def read_color(self, device: ColorDevice) -> None:
-        """Have the colour sensor name a colour, or tell how bright it is in the light of one lamp."""
+        """Read the colour sensor: the colour, or the brightness with one lamp on."""
         if self.type == SensorType.COLOR_FULL:
             self.scaled = self.color.look(device, self.mode)
             return
@@ -138,7 +138,7 @@ class InputModule:
 
         Args:
             clock: The brick's time.
-            evaluates_all: Whether every type is read (firmware 1.05) or only the analog ones.
+            evaluates_all: Whether every type is read (firmware 1.05) or only analog ones.
         """
         self.ports: Sequence[InputPort] = [InputPort(FULL_SCALE if evaluates_all else 0) for _ in range(4)]
         self.due_ms = NEVER
@@ -147,29 +147,29 @@ class InputModule:
         self._last_ms = clock.now_ms
 
     def wake(self) -> None:
-        """Make the next pass count: a type or mode was set or a sensor plugged in."""
+        """Run in the next pass: a type, mode or sensor changed."""
         self.due_ms = self._clock.now_ms + 1
 
     def set_mode(self, port: InputPort, sensor_type: int, mode: int) -> None:
-        """Say what is plugged in; the values are invalid until a later pass."""
+        """Set type and mode; the values are invalid until a later pass."""
         port.type, port.mode, port.invalid = sensor_type, mode, True
         self.wake()
 
     def plug_in(self, port: InputPort, sensor: object) -> None:
-        """Something was plugged in or, with None, unplugged; a colour sensor is asked for its calibration first."""
+        """Handle a changed sensor, or None; the calibration of a colour sensor is read first."""
         port.color.plug_in(sensor if isinstance(sensor, ColorDevice) else None)
         if port.type in _COLOR:
             port.known_type = SensorType.NONE
         self.wake()
 
     def reset(self) -> None:
-        """Forget all types, modes and values."""
+        """Reset all types, modes and values."""
         for port in self.ports:
             port.reset()
         self.wake()
 
     def run(self, now_ms: int) -> None:
-        """Read the sensors; passes left out since the last run only count for settling."""
+        """Read the sensors; skipped passes count for settling only."""
         passes, self._last_ms = now_ms - self._last_ms, now_ms
         due = NEVER
         for port in self.ports:
@@ -191,7 +191,7 @@ class InputModule:
         self.due_ms = due
 
     def _settling(self, port: InputPort) -> int:
-        """Passes after that of the change of type in which the values are invalid."""
+        """Number of passes after a change of type in which the values are invalid."""
         new, old = port.type, port.known_type
         if self._evaluates_all:
             if new in _PLAIN and old in _PLAIN:

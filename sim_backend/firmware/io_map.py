@@ -1,4 +1,4 @@
-"""A module's IO map made live: the declared variables over bytes that keep what is written to the rest."""
+"""Live IO map of a module: declared variables on top of plain bytes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from firmware_protocol.iomap_layout import IOMap
 
 
 class _View(NamedTuple):
-    """A live variable; `put` is None if the firmware overwrites at once what is written."""
+    """A live variable; `put` is None if the firmware overwrites written values at once."""
 
     offset: int
     layout: struct.Struct
@@ -23,17 +23,17 @@ class LiveMap:
     """The map of one module of one brick.
 
     Attributes:
-        layout: Its declaration.
-        size: Bytes.
+        layout: Declaration of the map.
+        size: Size in bytes.
     """
 
     def __init__(self, layout: IOMap, *, size: int | None = None, on_write: Callable[[], None] | None = None) -> None:
-        """Make a map without live variables yet.
+        """Make a map without live variables.
 
         Args:
             layout: See `LiveMap`.
-            size: Bytes, if not those of the declaration.
-            on_write: Tells the module that something was written.
+            size: Size in bytes if it differs from the declaration.
+            on_write: Called after each write.
         """
         self.layout = layout
         self.size = layout.size if size is None else size
@@ -42,16 +42,16 @@ class LiveMap:
         self._bytes = bytearray(self.size)
 
     def preset(self, offset: int, data: bytes) -> None:
-        """Put bytes there as the firmware's boot does."""
+        """Set bytes as the firmware's boot does."""
         self._bytes[offset : offset + len(data)] = data
 
     def bind(self, owner: object, *, index: int = 0, **names: str) -> None:
-        """Make variables live that are attributes of `owner`: firmware's name to attribute's name."""
+        """Bind variables to attributes of `owner`: name in the firmware to name of the attribute."""
         for name, attribute in names.items():
             self._add(name, index, partial(getattr, owner, attribute), partial(setattr, owner, attribute))
 
     def show(self, owner: object, *, index: int = 0, **names: str) -> None:
-        """Like `bind`, for variables that the firmware overwrites at once if they are written."""
+        """Bind variables read-only: the firmware overwrites written values at once."""
         for name, attribute in names.items():
             self._add(name, index, partial(getattr, owner, attribute), None)
 
@@ -61,7 +61,7 @@ class LiveMap:
             self._views.append(_View(spot.offset, struct.Struct("<" + spot.wire.code), get, put))
 
     def read(self, offset: int, size: int) -> bytes:
-        """`size` bytes from `offset`; the caller has checked the range."""
+        """Read `size` bytes at `offset`; the caller has checked the range."""
         self._refresh(offset, offset + size)
         return bytes(self._bytes[offset : offset + size])
 

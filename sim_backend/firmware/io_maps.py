@@ -1,4 +1,4 @@
-"""Which variables of the modules stand where in their IO maps. Source: docs/firmware.md section 5.2."""
+"""The IO maps of the modules, with their live variables. Source: docs/firmware.md section 5.2."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _AWAKE = b"\x01"
 
 
 def output_map(module: OutputModule) -> LiveMap:
-    """What is commanded takes effect by the flags, in the next pass."""
+    """Motors; commands take effect through the flags in the next pass."""
     live = LiveMap(iomap.OUTPUT, on_write=module.wake)
     for i, output in enumerate(module.outputs):
         live.show(
@@ -54,7 +54,7 @@ def output_map(module: OutputModule) -> LiveMap:
 
 
 def input_map(module: InputModule, *, color: bool) -> LiveMap:
-    """Types and modes written here act as those commanded."""
+    """Sensors; types and modes written here act like commanded ones."""
     live = LiveMap(iomap.INPUT, size=None if color else iomap.INPUT.size_1_05, on_write=module.wake)
     for i, port in enumerate(module.ports):
         live.bind(
@@ -88,7 +88,7 @@ def input_map(module: InputModule, *, color: bool) -> LiveMap:
 
 
 def low_speed_map(module: LowSpeedModule) -> LiveMap:
-    """Only to be looked at; transactions are started by telegrams."""
+    """I2C; read-only, transactions are started by telegrams."""
     live = LiveMap(iomap.LOW_SPEED)
     for i, channel in enumerate(module.channels):
         live.show(
@@ -106,7 +106,7 @@ def low_speed_map(module: LowSpeedModule) -> LiveMap:
 
 
 def sound_map(module: SoundModule) -> LiveMap:
-    """What sounds."""
+    """Tone, sound file and volume."""
     live = LiveMap(iomap.SOUND, on_write=module.wake)
     live.bind(
         module,
@@ -123,7 +123,7 @@ def sound_map(module: SoundModule) -> LiveMap:
 
 
 def ui_map(module: UiModule, sound: SoundModule) -> LiveMap:
-    """State of the user interface; the pointer in front is nobody's business."""
+    """State of the user interface; the pointer at the start of the map is not simulated."""
     live = LiveMap(iomap.UI, on_write=module.wake)
     live.bind(
         module,
@@ -146,7 +146,7 @@ def ui_map(module: UiModule, sound: SoundModule) -> LiveMap:
 
 
 def comm_map(radio: Radio, high_speed: HighSpeed) -> LiveMap:
-    """Who the brick is; the tables of known and connected devices are empty."""
+    """Identity of the brick; the tables of known and connected devices are empty."""
     live = LiveMap(iomap.COMM)
     live.bind(radio, BrickName="name")
     live.show(radio, BrickAddress="address")
@@ -156,7 +156,7 @@ def comm_map(radio: Radio, high_speed: HighSpeed) -> LiveMap:
 
 
 def command_map(module: CommandModule, *, sync_times: bool) -> LiveMap:
-    """State of the program interpreter, with the variables of the program; programs can be started and stopped here."""
+    """State of the program interpreter and the memory pool; programs can be started and stopped here."""
     live = LiveMap(iomap.COMMAND, size=None if sync_times else iomap.COMMAND.size_1_05, on_write=module.wake)
     live.show(module, Tick="tick", OffsetDS="variables_offset", OffsetDVA="descriptors_offset")
     live.bind(
@@ -175,21 +175,21 @@ def command_map(module: CommandModule, *, sync_times: bool) -> LiveMap:
 
 
 def display_map() -> LiveMap:
-    """Keeps what is drawn; the firmware's own pictures are not simulated."""
+    """Display; keeps written pixels, the firmware's own drawing is not simulated."""
     live = LiveMap(iomap.DISPLAY)
     live.preset(_DISPLAY_FLAGS, _DISPLAY_ON)
     return live
 
 
 def loader_map(loader: Loader) -> LiveMap:
-    """Free memory for files."""
+    """Free flash."""
     live = LiveMap(iomap.LOADER)
     live.show(loader, FreeUserFlash="free_flash")
     return live
 
 
 def io_control_map(module: IoControl) -> LiveMap:
-    """Orders to the supply."""
+    """Commands to the power supply."""
     live = LiveMap(iomap.IOCTRL)
     live.bind(module, PowerOn="power_word")
     return live

@@ -1,4 +1,4 @@
-"""How much fits into a telegram over either link. Source: docs/firmware.md section 2."""
+"""Sizes of telegrams over USB and Bluetooth. Source: docs/firmware.md section 2."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 
 class Limits(NamedTuple):
-    """Sizes of one link, bytes.
+    """Sizes of one link in bytes.
 
     Attributes:
-        buffer: Of the firmware's receive and send buffers.
-        read: Data of a Read reply that fits the buffer.
+        buffer: Receive and send buffer of the firmware.
+        read: Data of a Read reply.
         io_map_read: Data of an IOMapRead reply.
         io_map_write: Data of an IOMapWrite request.
         poll: Data of a Poll reply.
-        streams: Whether files are transferred in pieces of any length, and the dangerous commands refused.
+        streams: Whether files are transferred in pieces of any length, and dangerous commands are refused.
     """
 
     buffer: int
@@ -30,10 +30,10 @@ BLUETOOTH = Limits(128, 122, 119, 118, 121, streams=True)
 
 
 class Channel:
-    """Over which link the firmware is being asked.
+    """The link that the current command came over.
 
     Attributes:
-        limits: That link's.
+        limits: Limits of that link.
     """
 
     def __init__(self) -> None:

@@ -1,7 +1,7 @@
 """The loader module: sixteen handles for files and searches. Source: docs/firmware.md section 5.
 
-The firmware's oddities are kept: a search that was never opened can be continued, opening an empty file closes handle 0
-and loses its own, handles beyond the table can be "closed".
+The firmware's quirks are kept: a search that was never opened can be continued, opening an empty file closes handle 0
+and leaks its own, and handles beyond the table can be "closed".
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ WRITERS = 4
 NAME_LIMIT = 19
 
 _LINEAR = (".rxe", ".sys", ".rtm")
-"""Names that contain one of these get one contiguous block; programs are executed in place."""
+"""Files whose names contain one of these are contiguous: programs are executed in place."""
 
 _FLASH = {"1.29": (477, 127, bytes(6)), "1.05": (491, 63, bytes(1))}
-"""Sectors for files, directory entries and the settings of each firmware."""
+"""Sectors for files, directory entries and settings of each firmware."""
 
 
 def fresh_flash(firmware: str) -> Flash:
@@ -31,7 +31,7 @@ def fresh_flash(firmware: str) -> Flash:
 
 
 class Use(Enum):
-    """What a handle is used for."""
+    """Use of a handle."""
 
     FREE = auto()
     READ = auto()
@@ -47,9 +47,9 @@ class Handle:
         file: The open file.
         position: Next byte to read.
         overrun: Whether more was written than announced.
-        matches: What a search looks for.
-        found: Number of the file a search found last.
-        keep: Whether it outlives the USB cable.
+        matches: Test of a search.
+        found: Index of the last file found by a search.
+        keep: Whether it stays open when the USB cable is pulled.
     """
 
     __slots__ = ("file", "found", "keep", "matches", "overrun", "position", "use")
@@ -64,7 +64,7 @@ class Handle:
 
 
 class Opened(NamedTuple):
-    """What opening came to; the handle's number is told even if it was refused and is free again."""
+    """Result of opening a file; the handle's number is reported even if it was refused and is free again."""
 
     status: Status
     handle: int
@@ -76,15 +76,15 @@ class Loader:
 
     Attributes:
         flash: The files.
-        free_flash: Bytes free, as of the last change; closing does not refresh it.
+        free_flash: Free bytes at the last change; closing a file does not refresh it.
     """
 
     def __init__(self, flash: Flash, *, strict_data_names: bool) -> None:
         """Make the module.
 
         Args:
-            flash: What the last power-off left.
-            strict_data_names: Whether data files must not have the names of programs (not in firmware 1.05).
+            flash: The flash at power-on.
+            strict_data_names: Whether data files may not have names of programs (not in firmware 1.05).
         """
         flash.power_up()
         self.flash = flash
@@ -93,16 +93,16 @@ class Loader:
         self._handles = [Handle() for _ in range(HANDLES)]
 
     def exists(self, name: str) -> bool:
-        """Whether a file could be found; false without a free handle to look with."""
+        """Whether a file exists; False without a free handle for the search."""
         return self._find(name)[2] is not None
 
     def open_read(self, name: str, *, keep: bool = False) -> Opened:
-        """Open the first file that matches; `keep` it open when the USB cable is pulled."""
+        """Open the first file that matches; `keep` leaves it open when the USB cable is pulled."""
         status, number, file = self._find(name)
         if file is None:
             return Opened(status, number)
         if not file.size:
-            self._handles[number].use = Use.READ  # leaked, with nothing to read
+            self._handles[number].use = Use.READ  # the firmware leaks it
             self.close(0)
             return Opened(Status.FILE_NOT_FOUND, 0)
         self._take(number, Use.READ, file, keep=keep)
@@ -111,7 +111,7 @@ class Loader:
     def create(
         self, name: str, size: int, *, linear: bool = False, appendable: bool = False, keep: bool = False
     ) -> Opened:
-        """Create a file, open for writing; it appears in the directory at once or when it is closed complete."""
+        """Create a file open for writing; it enters the directory at once or when closed complete."""
         program = any(part in name.lower() for part in _LINEAR)
         if appendable and program and self._strict_data_names:
             return Opened(Status.ILLEGAL_FILE_NAME, 0)
@@ -129,7 +129,7 @@ class Loader:
         return Opened(Status.OK, number)
 
     def append(self, name: str, *, keep: bool = False) -> Opened:
-        """Open a data file to write on behind its data; `Opened.size` is what is left."""
+        """Open a data file to append; `Opened.size` is the space left."""
         status, number, file = self._find(name)
         if file is None:
             return Opened(status, number)
@@ -143,7 +143,7 @@ class Loader:
         return Opened(Status.OK, number, file.size - file.data_size)
 
     def read(self, number: int, size: int) -> tuple[Status, bytes]:
-        """Read on; at the end fewer bytes than asked for."""
+        """Read on; fewer bytes at the end of the file."""
         handle = self._handle(number, Use.READ)
         if handle is None or handle.file is None:
             return Status.ILLEGAL_HANDLE, b""
@@ -152,7 +152,7 @@ class Loader:
         return (Status.OK if len(data) == size else Status.END_OF_FILE), data
 
     def write(self, number: int, data: bytes) -> tuple[Status, int]:
-        """Write on; returns how many bytes fitted."""
+        """Write on; returns the status and the number of bytes that fitted."""
         handle = self._handle(number, Use.WRITE)
         if handle is None or handle.file is None:
             return Status.ILLEGAL_HANDLE, 0
@@ -165,7 +165,7 @@ class Loader:
         return Status.OK, len(fitting)
 
     def close(self, number: int) -> Status:
-        """Close; a complete download enters the directory, an incomplete one is gone."""
+        """Close a handle; a complete download enters the directory, an incomplete one is lost."""
         if number >= HANDLES:
             return Status.OK
         handle = self._handles[number]
@@ -177,7 +177,7 @@ class Loader:
         return Status.OK
 
     def crop(self, number: int) -> Status:
-        """Close a data file and give back what it does not need."""
+        """Close a data file and free its unused space."""
         handle = self._handle(number, Use.WRITE)
         file = handle.file if handle else None
         status = self.close(number)
@@ -199,7 +199,7 @@ class Loader:
         return Status.OK
 
     def find_first(self, pattern: str, *, keep: bool = False) -> tuple[Status, int, File | None]:
-        """Start a listing; when nothing matches the handle is free again."""
+        """Start a listing; without a match the handle is free again."""
         status, number = self._allocate(pattern)
         if status:
             return status, 0, None
@@ -211,7 +211,7 @@ class Loader:
         return found
 
     def find_next(self, number: int) -> tuple[Status, int, File | None]:
-        """Continue a listing; whether it was ever started is not checked."""
+        """Continue a listing; the firmware does not check whether it was started."""
         handle = self._handles[number % HANDLES]
         files = self.flash.files
         handle.found = self.flash.find(handle.matches, min(handle.found + 1, len(files)))
@@ -220,7 +220,7 @@ class Loader:
         return Status.OK, number, files[handle.found]
 
     def close_all(self) -> None:
-        """Close every handle that was opened over USB, as when the cable goes."""
+        """Close every handle that was opened over USB, as when the cable is pulled."""
         for number, handle in enumerate(self._handles):
             if not handle.keep:
                 self.close(number)
@@ -233,7 +233,7 @@ class Loader:
         self.free_flash = self.flash.free
 
     def _allocate(self, name: str) -> tuple[Status, int]:
-        """The lowest free handle for something to do with `name`; it is only taken by `_take`."""
+        """The lowest free handle, if `name` is legal; `_take` makes it used."""
         if len(name) > NAME_LIMIT:
             return Status.ILLEGAL_FILE_NAME, 0
         for number, handle in enumerate(self._handles):

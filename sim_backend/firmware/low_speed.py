@@ -1,7 +1,7 @@
 """The low speed module: I2C transactions on the four input ports. Source: docs/firmware.md section 7.
 
-Its peculiarities are kept: a ring of 16 bytes per port that counts modulo 16 (a read of 16 bytes is lost), retries that
-send bytes from beyond the message, an error that stays until the next write.
+Its quirks are kept: a ring of 16 bytes per port that counts modulo 16 (a read of 16 bytes is lost), retries that send
+bytes from beyond the message, and an error that stays until the next write.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from sim_backend.firmware.low_speed_ram import WRAP, from_send_buffer
 from sim_backend.firmware.module import NEVER, Clock
 
 RING = 16
-"""Bytes of a port's buffers."""
+"""Size of a port's buffers in bytes."""
 
 RETRIES = 3
-"""Times a message is sent again when nobody acknowledged the address."""
+"""Number of retries when the address is not acknowledged."""
 
 _TRY_MS = 2
 _RESTART_STEPS, _RX_STEPS = 28, 20
-"""Interrupts of the bit machine for the turn to reading, and per byte read."""
+"""Timer interrupts for the turn to reading, and per byte read."""
 
 
 class ChannelState(IntEnum):
-    """What a port's bus is doing, as in the map."""
+    """State of a port's bus, as in the map."""
 
     IDLE = 0
     INIT = 1
@@ -49,7 +49,7 @@ class ChannelMode(IntEnum):
 
 
 class ChannelError(IntEnum):
-    """What went wrong, as in the map."""
+    """Error of a port's bus, as in the map."""
 
     NONE = 0
     NOT_READY = 1
@@ -58,13 +58,13 @@ class ChannelError(IntEnum):
 
 
 def transfer_ms(tx_size: int, rx_size: int) -> int:
-    """Milliseconds a transaction keeps the bus busy."""
+    """Duration of a transaction in milliseconds."""
     steps = FRAME_STEPS + TX_STEPS * tx_size + (_RESTART_STEPS + _RX_STEPS * rx_size if rx_size else 0)
     return int(-(-steps // STEPS_PER_MS))
 
 
 class _Plan(NamedTuple):
-    """How a transaction will end: after how many calls into the void, and with which message."""
+    """Outcome of a transaction: the addresses that fail, and the message that is acknowledged."""
 
     failures: list[int]
     message: bytes | None
@@ -74,15 +74,15 @@ class Channel:
     """One port's bus and buffers.
 
     Attributes:
-        bus: The wires.
+        bus: The bus itself.
         state: See `ChannelState`.
         mode: See `ChannelMode`.
         error: See `ChannelError`.
         tx, rx: Buffers of 16 bytes.
-        tx_size: Bytes of the message to send.
-        rx_size: Bytes to read after it.
+        tx_size: Number of bytes to send.
+        rx_size: Number of bytes to read after that.
         rx_in, rx_out: Positions in the receive ring.
-        received: Bytes the last transaction that read has read.
+        received: Number of bytes of the last read.
         due_ms: Pass of the next change of state.
     """
 
@@ -96,7 +96,7 @@ class Channel:
 
     @property
     def ready(self) -> int:
-        """Received bytes waiting; 16 look like none."""
+        """Number of received bytes waiting; 16 look like none."""
         return (self.rx_in - self.rx_out) % RING
 
     @property
@@ -105,20 +105,20 @@ class Channel:
         return self.mode, self.state, self.error
 
     def start(self, data: bytes, rx_size: int, now_ms: int) -> None:
-        """Take over a message; the next pass sends it."""
+        """Accept a message; the next pass sends it."""
         self.tx = data + self.tx[len(data) :]
         self.tx_size, self.rx_size = len(data), rx_size
         self.state, self.error = ChannelState.INIT, ChannelError.NONE
         self.due_ms = now_ms + 1
 
     def fetch(self) -> bytes:
-        """Take the waiting bytes out of the ring."""
+        """Remove and return the waiting bytes."""
         count, first = self.ready, self.rx_out
         self.rx_out = self.rx_in
         return bytes(self.rx[(first + i) % RING] for i in range(count))
 
     def advance(self, now_ms: int, ram: bytes) -> None:
-        """Make the change of state that is due; `ram` begins with the send buffer."""
+        """Make the next change of state; `ram` begins with the send buffer."""
         self.due_ms = NEVER
         if self.state == ChannelState.INIT:
             self._send(now_ms, ram)
@@ -134,13 +134,13 @@ class Channel:
         self.state, self.mode = ChannelState.COMMUNICATING, ChannelMode.TRANSMITTING
         self._plan = plan = self._foresee(ram)
         if plan.message is not None and not self.tx_size:
-            self.bus.pour_out(plan.message, now_ms)  # and the port never finishes
+            self.bus.pour_out(plan.message, now_ms)  # the port never finishes
             return
         busy = 0 if plan.message is None else transfer_ms(self.tx_size, self.rx_size)
         self.due_ms = now_ms + _TRY_MS * len(plan.failures) + busy
 
     def _foresee(self, ram: bytes) -> _Plan:
-        """Try the address, and after a refusal up to three times what lies behind the message."""
+        """Try the address, then up to three times the bytes beyond the message."""
         size = self.tx_size or WRAP
         beyond = ram[self.tx_size : self.tx_size + size]
         failures: list[int] = []
@@ -179,14 +179,14 @@ class LowSpeedModule:
         self._clock, self._inputs = clock, inputs
 
     def run(self, now_ms: int) -> None:
-        """Advance the channels whose time has come."""
+        """Advance the channels that are due."""
         for index, channel in enumerate(self.channels):
             if channel.due_ms <= now_ms:
                 channel.advance(now_ms, from_send_buffer(self.channels, index))
         self.due_ms = min(channel.due_ms for channel in self.channels)
 
     def status(self, port: int) -> Status:
-        """What `LSGetStatus` says about a port, 0..3."""
+        """Status of a port, 0..3, as `LSGetStatus` reports it."""
         if not self._configured(port):
             return Status.CHANNEL_NOT_CONFIGURED
         match self.channels[port].state:
@@ -198,7 +198,7 @@ class LowSpeedModule:
                 return Status.PENDING
 
     def write(self, port: int, data: bytes, rx_size: int) -> bool:
-        """Start a transaction; false if the port is not set up or busy. After an error the set-up is not checked."""
+        """Start a transaction; False if the port is busy or not configured, which is not checked after an error."""
         channel = self.channels[port]
         idle = channel.state == ChannelState.IDLE and self._configured(port)
         if not idle and channel.state != ChannelState.ERROR:

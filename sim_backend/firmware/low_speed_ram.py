@@ -1,9 +1,8 @@
-"""The RAM in which the send buffers of the four I2C ports lie: what a port sends that reads on beyond its message.
+"""RAM around the send buffers of the four I2C ports: the bytes that a port sends beyond its message.
 
-A message of no bytes makes a port send until its byte counter of 8 bits has wrapped, and a retry sends what lies behind
-the message. Behind the send buffers come the receive buffers, some counters, and then the module's IO map. The order
-and the sizes were taken from the bytes on the wire in the recorded conversation i2c_sizes, the map's from
-docs/firmware.md section 5.2.
+An empty message makes a port send until its 8-bit byte counter wraps, and a retry sends the bytes beyond the message.
+The send buffers are followed by the receive buffers, some counters and the module's IO map. Order and sizes were taken
+from the bytes on the wire in the recorded conversation i2c_sizes, those of the map from docs/firmware.md section 5.2.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 WRAP = 256
-"""Bytes that are sent if a message has none."""
+"""Number of bytes sent for an empty message."""
 
 _POINTERS = bytes(2)
 _BUFFER = 16
@@ -23,7 +22,7 @@ _MAP_PORT, _MAP_END = 3, bytes(3)
 
 
 class Port(Protocol):
-    """What is in RAM of one port."""
+    """The state of one port that is in RAM."""
 
     tx: bytes
     rx: bytearray
@@ -38,7 +37,7 @@ class Port(Protocol):
 
 
 def from_send_buffer(ports: Sequence[Port], index: int) -> bytes:
-    """The RAM from the first byte of a port's send buffer on, long enough for `WRAP` bytes and more."""
+    """RAM from the start of a port's send buffer, more than `WRAP` bytes."""
     send = b"".join(port.tx + _POINTERS for port in ports)
     receive = b"".join(bytes(_BUFFER + 1) + bytes([port.received]) for port in ports)
     ram = send + receive + bytes(_COUNTERS) + _TIMER_RUNS + _PADDING + _io_map(ports)

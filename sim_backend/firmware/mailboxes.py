@@ -1,4 +1,4 @@
-"""The mailboxes of a running program: queues of five messages in its memory pool.
+"""Mailboxes of a running program: queues of five messages in its memory pool.
 
 Source: docs/firmware.md section 4 (0x09, 0x13).
 """
@@ -10,21 +10,21 @@ from collections import deque
 from sim_backend.firmware.vm.memory import Memory, OutOfMemory
 
 MAILBOXES = 20
-"""Ten towards the program and ten from it."""
+"""Ten to the program and ten from it."""
 
 DEPTH = 5
 _BYTE = 1
 
 
 class Mailboxes:
-    """Twenty queues; a sixth message pushes the oldest out."""
+    """Twenty queues; a sixth message drops the oldest."""
 
     def __init__(self, memory: Memory) -> None:
         self._memory = memory
         self._queues: list[deque[int]] = [deque() for _ in range(MAILBOXES)]
 
     def write(self, box: int, message: bytes) -> None:
-        """Put a message at the end of a queue.
+        """Append a message to a queue.
 
         Raises:
             OutOfMemory: The pool is full.
@@ -44,7 +44,7 @@ class Mailboxes:
         """The oldest message of a queue, or None.
 
         Raises:
-            OutOfMemory: The program has spoiled its memory.
+            OutOfMemory: The program has corrupted its memory.
         """
         queue = self._queues[box]
         if not queue:

@@ -1,18 +1,18 @@
-"""What the firmware's modules have in common: they sleep until a pass in which they have something to do."""
+"""Base of the firmware's modules: they sleep until a pass in which they have work."""
 
 from __future__ import annotations
 
 from typing import Protocol
 
 NEVER = 1 << 62
-"""A pass that does not come."""
+"""A pass that never comes."""
 
 
 class Clock:
-    """The brick's time; only the scheduler moves it.
+    """The brick's time; only the scheduler advances it.
 
     Attributes:
-        now_ms: Milliseconds since power-on: the passes that are over.
+        now_ms: Milliseconds since power-on, the number of completed passes.
     """
 
     __slots__ = ("now_ms",)
@@ -24,11 +24,11 @@ class Clock:
 class Module(Protocol):
     """One module of the firmware, run by the scheduler once per pass of 1 ms.
 
-    The scheduler leaves out passes in which no module has anything to do, so that waiting costs nothing. `run` tells a
-    module the pass it is in; it accounts for the uneventful ones before it.
+    The scheduler skips passes in which no module has work. `run` receives the number of the pass; the module accounts
+    for the skipped ones before it.
 
     Attributes:
-        due_ms: The next pass the module must not miss; `NEVER` when only a telegram can wake it.
+        due_ms: The next pass that must run; `NEVER` if only a telegram can wake the module.
     """
 
     due_ms: int

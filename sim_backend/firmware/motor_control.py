@@ -1,6 +1,6 @@
 """One motor inside the firmware: run states, ramps, tacho limits. Source: docs/firmware.md section 9.1-9.5 and 9.7.
 
-The regulators that turn errors into PWM are in `regulation`. Arithmetic is the firmware's: whole numbers, division
+The regulators that turn errors into PWM are in `regulation`. Arithmetic follows the firmware: integers, division
 towards zero, fixed widths where they matter.
 """
 
@@ -20,13 +20,13 @@ PERIOD = 101
 """Passes between two regulations."""
 
 COUNT_WRAP = 10_000_000
-"""A motor that runs forever starts counting anew beyond this many degrees."""
+"""A motor without a limit restarts its count beyond this many degrees."""
 
 STALL_PATIENCE = 100
-"""Passes without progress after which an unregulated ramp-up pushes harder."""
+"""Passes without progress after which an unregulated ramp-up increases its power."""
 
 CREEP = 10
-"""Slowest speed a ramp starts from or ends at, percent."""
+"""Lowest speed at the start or end of a ramp, percent."""
 
 
 class MotorControl:
@@ -34,24 +34,24 @@ class MotorControl:
 
     Attributes:
         index: 0..2 for A..C.
-        set_speed: Speed the motion shall reach, percent.
-        target_speed: Speed wanted in this pass, percent.
-        actual_speed: PWM handed to the motor, percent.
+        set_speed: Final speed of the motion, percent.
+        target_speed: Speed for this pass, percent.
+        actual_speed: PWM of the motor, percent.
         turn: Turn ratio, percent.
-        gains: P, I and D of the regulators.
+        gains: P, I and D gains.
         elapsed: Passes since the last regulation.
         run_state: Phase of the motion.
-        regulation: Regulator bits in force (speed, synchronisation).
+        regulation: Active regulator bits (speed, synchronisation).
         brake: Whether the windings are shorted in the PWM's off-phase.
-        overloaded: Whether the regulator asked for more than 100 %.
-        forever: Whether no tacho limit is in force.
+        overloaded: Whether the regulator requested more than 100 %.
+        forever: Whether no tacho limit is active.
         delta: Counts since the last regulation.
         count: TachoCount, degrees.
         limit: Absolute target of the tacho limit, degrees.
         block: BlockTachoCount, degrees.
         rotation: RotationCount, degrees.
         fresh: Counts that arrived since the last pass.
-        zero_divisions: How often a ramp divided by zero; the outcome on the brick's processor is not known, here 0.
+        zero_divisions: How often a ramp divided by zero; the result on the brick's processor is unknown, here it is 0.
     """
 
     def __init__(self, index: int, *, stop_all_synchronised: bool) -> None:
@@ -86,7 +86,7 @@ class MotorControl:
         return None
 
     def stop(self) -> None:
-        """Let go: idle without regulation; speed falls by the idle rule."""
+        """Go idle without regulation; the speed falls by the idle rule."""
         self.run_state, self.regulation = IDLE, 0
 
     def reset_count(self) -> None:
@@ -106,13 +106,13 @@ class MotorControl:
             self.limit = s32(self.limit + limit if direction > 0 else self.limit - limit)
 
     def enable_regulation(self, regulation: int) -> None:
-        """Put regulator bits in force; speed regulation from rest starts with clean errors."""
+        """Activate regulator bits; speed regulation from rest starts with cleared errors."""
         self.regulation = regulation
         if self.run_state != RAMP_DOWN and regulation & SPEED and not self.set_speed:
             self.accumulated_error = self.old_error = 0
 
     def set_motion(self, run_state: int, speed: int, turn: int) -> None:
-        """Ask for a motion, as docs/firmware.md section 9.1 `setSpeed`."""
+        """Start a motion; see `setSpeed` in docs/firmware.md section 9.1."""
         if (self.set_speed, self.run_state, self.turn) == (speed, run_state, turn) and run_state != IDLE:
             return
         if not self.target_speed:
@@ -142,7 +142,7 @@ class MotorControl:
         return run_state
 
     def advance(self) -> bool:
-        """Run the motor's part of one pass up to regulation.
+        """Run one pass of the motor, up to regulation.
 
         Returns:
             Whether the regulation period is over.
@@ -294,7 +294,7 @@ class MotorControl:
             self.run_state = partner.run_state = IDLE
 
     def _outer_reached_limit(self, partner: MotorControl) -> bool:
-        """Whether the faster motor of a turning pair is there; it then hands its counts to the slower one."""
+        """Whether the faster motor of a turning pair reached its limit; the slower one then gets its counts."""
         first, second = (partner, self) if self.turn > 0 else (self, partner)
         if first.target_speed >= 0:
             outer, inner = first, second

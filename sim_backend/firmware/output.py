@@ -1,4 +1,4 @@
-"""The output module: commands to the three motors, applied and regulated in passes of 1 ms.
+"""The output module: motor commands, applied and regulated in passes of 1 ms.
 
 Source: docs/firmware.md section 9; the map's layout is in section 5.2.
 """
@@ -15,10 +15,10 @@ from sim_backend.firmware.regulation import Regulators
 
 
 class MotorPlant(Protocol):
-    """What hangs on an output port: a motor and whatever it drives.
+    """The motor on an output port, with its load.
 
-    A plant may have a property ``at_rest: bool``, true when stepping it without PWM would change nothing; the simulated
-    brick then leaves out the milliseconds in which nothing moves. Plants without it are stepped every millisecond.
+    A plant may have a property ``at_rest: bool``, true when a step without PWM changes nothing; the simulated brick
+    then skips the milliseconds in which nothing moves. Plants without it are stepped every millisecond.
     """
 
     def step(self, pwm: int, brake: bool) -> int:
@@ -44,15 +44,15 @@ _SPEED, _LIMIT, _MODE, _PID = (
 
 
 class Output:
-    """One output port: what was commanded, the motor's control and the plant.
+    """One output port: the command, the motor's control and the plant.
 
     Attributes:
-        control: The motor as the driver below sees it.
-        plant: What is plugged in, or None.
+        control: Control of the motor.
+        plant: The motor, or None.
         flags: `firmware_protocol.iomap.OutputFlag` bits waiting for the next pass.
         mode: As commanded.
         power: As commanded, percent.
-        p_gain, i_gain, d_gain: Regulator gains; in force after `OutputFlag.PID`.
+        p_gain, i_gain, d_gain: Regulator gains; active after `OutputFlag.PID`.
         run_state: As commanded until the next pass, then live.
         regulation: As commanded.
         turn: As commanded, percent.
@@ -99,18 +99,18 @@ class OutputModule:
         self._last_ms = clock.now_ms
 
     def wake(self) -> None:
-        """Make the next pass count: a command was given or a plant was touched."""
+        """Run in the next pass: a command was given or a plant moved."""
         self.due_ms = self._clock.now_ms + 1
 
     def reset(self) -> None:
-        """Let all motors go and zero their counters in the next pass."""
+        """Stop all motors and zero their counters in the next pass."""
         for output in self.outputs:
             output.mode = output.power = output.regulation = output.turn = output.run_state = output.tacho_limit = 0
             output.flags |= COMMAND | _RESET_COUNT | _RESET_BLOCK | _RESET_ROTATION
         self.wake()
 
     def run(self, now_ms: int) -> None:
-        """Apply commands, regulate, hand out PWM, and let the plants move for one millisecond."""
+        """Apply commands, regulate, and step the plants by one millisecond."""
         slept = now_ms - self._last_ms - 1
         if slept > 0:
             self._account(slept)
@@ -135,7 +135,7 @@ class OutputModule:
         self.due_ms = now_ms + 1 if awake else NEVER
 
     def _account(self, passes: int) -> None:
-        """Let only the regulation timers go on: all motors were at rest."""
+        """Advance the regulation timers only: all motors were at rest."""
         for control in self.controls:
             elapsed = control.elapsed + passes
             if elapsed >= PERIOD:
@@ -143,7 +143,7 @@ class OutputModule:
             control.elapsed = elapsed % PERIOD
 
     def _apply(self, output: Output) -> None:
-        """Take over what the flags announce, in the firmware's order (docs/firmware.md section 9.1)."""
+        """Apply the flagged values in the firmware's order (docs/firmware.md section 9.1)."""
         control, flags = output.control, output.flags
         if flags & _RESET_ROTATION:
             control.rotation = 0

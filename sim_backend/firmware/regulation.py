@@ -6,14 +6,13 @@ from sim_backend.firmware.cint import clamp, divide, s16
 from sim_backend.firmware.motor_control import SPEED, SYNC, MotorControl
 
 WINDUP = 32_000
-"""The position error times P stays below this."""
+"""Limit of the position error times P."""
 
 
 class Regulators:
     """Speed regulation of single motors and synchronisation of pairs.
 
-    The synchronisation state exists once, for whichever pair runs: that is the firmware's, three synchronised motors
-    disturb each other.
+    As in the firmware, there is one synchronisation state for all motors: three synchronised ones disturb each other.
     """
 
     __slots__ = ("_accumulated", "_old", "_turn_sum")
@@ -22,7 +21,7 @@ class Regulators:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the synchronisation errors."""
+        """Clear the synchronisation errors."""
         self._accumulated = self._old = self._turn_sum = 0
 
     def regulate(self, motor: MotorControl) -> None:
@@ -57,7 +56,7 @@ def _follower(lead: MotorControl) -> MotorControl | None:
 
 
 def _turn_rate(lead: MotorControl, follow: MotorControl) -> int:
-    """Counts per period by which the pair shall drift apart."""
+    """Wanted difference of the pair's counts per period."""
     turn = lead.turn
     if not turn:
         return 0

@@ -1,1 +1,1 @@
-"""Floor, walls, people, pictures and the robot among them."""
+"""The simulated world: floor, walls, objects, people, pictures and the robot."""

@@ -1,4 +1,4 @@
-"""Reading a world file, with every mistake in it said at once."""
+"""Load a world file and report all of its mistakes at once."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def parse_world(tables: Mapping[str, Any], path: Path) -> WorldFile:
     """The world in the parsed tables of a TOML file.
 
     Args:
-        tables: As `tomllib` returns them.
-        path: The file, for messages and for the pictures beside it.
+        tables: The tables as `tomllib` returns them.
+        path: The file, for messages and to find pictures beside it.
 
     Raises:
         ConfigError: The tables have mistakes; the message lists all of them.
@@ -65,7 +65,7 @@ def _wrong_names(world: WorldFile) -> Iterator[str]:
     taken: set[str] = set()
     for table, own in names.items():
         for index, name in enumerate(own):
-            # boxes, people and pictures share their names; an event may be called as a thing
+            # boxes, people and pictures share one namespace; an event may have the name of one of them
             if name in (own[:index] if table == "events" else taken):
                 yield f"{table}[{index}].name: {name!r} is taken already"
             taken.add(name)

@@ -1,11 +1,11 @@
-"""The NXT's motor as physics: lag, dead zone, brake or coast, and a wheel that holds or slips on the floor."""
+"""Physics of the NXT's motor: lag, dead zone, brake or coast, and a wheel that grips or slips."""
 
 from __future__ import annotations
 
 from math import copysign, floor
 
 DEAD_ZONE_PERCENT = 5
-"""PWM that does not overcome the gears' friction. Source: docs/firmware.md section 0.2."""
+"""PWM below which the gears' friction holds the shaft. Source: docs/firmware.md section 0.2."""
 
 SPEED_PER_VOLT = 855.0 / 95.0 / 8.0
 """Unloaded speed in deg/s for each percent beyond the dead zone and each volt of the battery: 855 deg/s at 100 % and
@@ -15,23 +15,23 @@ DRIVE_TAU_MS, BRAKE_TAU_MS, COAST_TAU_MS = 60.0, 12.0, 150.0
 """Time constants under PWM, with shorted windings and with open windings. Source: docs/firmware.md section 0.2."""
 
 SPEED_DROP_PER_NM = 1020.0 / 0.5
-"""How much slower, in deg/s, a torque of 1 N·m makes the motor: the line between 170 rpm without load and 0.5 N·m when
-held. Source: Philippe Hurbain's measurements of the NXT motor at 9 V (philohome.com/nxtmotor)."""
+"""Loss of speed in deg/s per N·m of torque: the line between 170 rpm without load and 0.5 N·m at stall. Source:
+Philippe Hurbain's measurements of the NXT motor at 9 V (philohome.com/nxtmotor)."""
 
 REST_DEG_S = 15.0
-"""Below this speed a motor without power stands still: its gears hold it."""
+"""Below this speed a motor without power stops: its gears hold it."""
 
 
 class WheelMotor:
     """A motor with a wheel; a `MotorPlant` of the simulated brick.
 
-    The state is the speed the motor would turn at without load. The world says every few milliseconds, through
-    `roll_freely` and `grip`, whether the wheel is loaded: then the shaft follows the ground as far as the tyre's
-    friction can force it to, and slips beyond.
+    The state is the speed the motor would have without load. Every few milliseconds the world sets the load through
+    `roll_freely` and `grip`: under load the shaft follows the ground up to the limit of the tyre's friction, and slips
+    beyond it.
 
     Args:
-        battery_mv: Speed is proportional to it.
-        strength: Factor on the speed, for motors that differ.
+        battery_mv: Battery voltage; the speed is proportional to it.
+        strength: Factor on the speed, for differences between motors.
 
     Attributes:
         free_speed: Speed without load, deg/s.
@@ -51,12 +51,12 @@ class WheelMotor:
     def set_battery(self, battery_mv: int) -> None:
         """Change the voltage; the speed is proportional to it."""
         slope = SPEED_PER_VOLT * battery_mv / 1000.0 * self._strength
-        # indexed by a signed byte: Python counts negative indices from the end, which is just what is wanted
+        # indexed by a signed byte: negative indices count from the end
         self._targets = [_target(power if power < 128 else power - 256, slope) for power in range(256)]
 
     @property
     def at_rest(self) -> bool:
-        """Whether stepping it without power would change nothing."""
+        """Whether a step without power changes nothing."""
         return self.free_speed == 0.0
 
     def step(self, pwm: int, brake: bool) -> int:
@@ -90,20 +90,20 @@ class WheelMotor:
         return counts
 
     def roll_freely(self) -> None:
-        """From now on nothing but its own inertia loads the wheel."""
+        """Remove the load from the wheel."""
         self._ground = None
 
     @property
     def gripped(self) -> bool:
-        """Whether the floor loads the wheel."""
+        """Whether the wheel is loaded by the floor."""
         return self._ground is not None
 
     def grip(self, ground_deg_s: float, torque_nm: float) -> None:
-        """From now on the wheel rubs on a floor that passes by.
+        """Load the wheel with the friction of the floor.
 
         Args:
-            ground_deg_s: Speed of the floor under the wheel, as speed of the shaft.
-            torque_nm: Torque on the shaft at which the tyre slips.
+            ground_deg_s: Speed of the floor under the wheel, as shaft speed.
+            torque_nm: Shaft torque at which the tyre slips.
         """
         self._ground = ground_deg_s
         self._hold = torque_nm * SPEED_DROP_PER_NM

@@ -1,4 +1,4 @@
-"""The robot's body: two driven wheels under a disc that walls, boxes and people stop."""
+"""The robot's body: a disc with two driven wheels that collides with walls, boxes and people."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ from sim_backend.world.world_file import Robot
 
 GRAVITY_MM_S2 = 9810.0
 DRIVEN_SHARE = 0.8
-"""Part of the weight that rests on the driven wheels; the caster carries the rest."""
+"""Share of the weight on the driven wheels; the caster carries the rest."""
 BUMPER_DEG = 45.0
-"""A contact within this angle of the front presses the bumper."""
+"""Contacts within this angle of the front press the bumper."""
 SLIP_MM_S = 5.0
-"""Less difference than this between wheel and floor is rolling."""
+"""A smaller difference between the speeds of wheel and floor counts as rolling."""
 REST_MM_S = 0.05
 ROBOT_GROUP = 1
-"""Shapes of this pymunk filter group belong to the robot; its own rays pass through them."""
+"""Filter group of the robot's shapes in pymunk; its own rays pass through them."""
 
 
 class RobotBody:
     """The robot in the physics of the floor.
 
-    The wheels ask for a motion, friction between tyres and floor carries it out as far as it can, and contacts resist.
-    The wheels' motors then learn what the floor did.
+    The wheels demand a motion, which friction between tyres and floor transfers up to its limit, and contacts resist.
+    The motors then get the resulting load.
 
     Args:
-        space: Where it moves; millimetres, kilograms and seconds.
-        robot: Its figures.
-        random: Draws the slip of the wheels.
+        space: The physics; millimetres, kilograms and seconds.
+        robot: Parameters from the world file.
+        random: Random numbers for the slip of the wheels.
 
     Attributes:
         left: Left wheel and motor.
         right: Right wheel and motor.
-        contact_bearings_deg: Where something touches the body, relative to its front, positive right.
+        contact_bearings_deg: Bearings of contacts with the body relative to its front, positive right.
     """
 
     def __init__(self, space: pymunk.Space, robot: Robot, random: Random) -> None:
@@ -59,7 +59,7 @@ class RobotBody:
         space.add(self.body, shape, *self._traction())
 
     def _traction(self) -> tuple[pymunk.Constraint, ...]:
-        """Friction that pulls the body along with the wheels, and no harder than the tyres can."""
+        """Friction joints that pull the body along with the wheels, limited by the tyres' grip."""
         grip = self._robot.grip * self._robot.mass_kg * DRIVEN_SHARE * GRAVITY_MM_S2
         drive = pymunk.PivotJoint(self._wheels, self.body, (0, 0), (0, 0))
         turn = pymunk.GearJoint(self._wheels, self.body, 0.0, 1.0)
@@ -70,21 +70,21 @@ class RobotBody:
 
     @property
     def x_mm(self) -> float:
-        """Middle of the axle on the map."""
+        """Position of the middle of the axle."""
         return float(self.body.position.x)
 
     @property
     def y_mm(self) -> float:
-        """Middle of the axle on the map."""
+        """Position of the middle of the axle."""
         return float(self.body.position.y)
 
     @property
     def heading_deg(self) -> float:
-        """Direction of the front, clockwise from +x, not wrapped."""
+        """Direction of the front, clockwise from +x, unwrapped."""
         return math.degrees(self.body.angle)
 
     def place(self, at_mm: Point, heading_deg: float) -> None:
-        """Lift the robot up and put it down elsewhere."""
+        """Move the robot to another pose, at rest."""
         self.body.position, self.body.angle = at_mm, math.radians(heading_deg)
         self.body.velocity, self.body.angular_velocity = (0.0, 0.0), 0.0
         if self.body.space is not None:
@@ -92,12 +92,12 @@ class RobotBody:
 
     @property
     def turn_rate_deg_s(self) -> float:
-        """Clockwise."""
+        """Turn rate, clockwise."""
         return math.degrees(self.body.angular_velocity)
 
     @property
     def at_rest(self) -> bool:
-        """Whether neither wheels nor body move."""
+        """Whether wheels and body are at rest."""
         return self.left.at_rest and self.right.at_rest and self._asked == (0.0, 0.0) and not any(self.body.velocity)
 
     @property
@@ -111,13 +111,13 @@ class RobotBody:
         return any(abs(offset) <= width_deg / 2 for offset in offsets)
 
     def point_mm(self, at_mm: Point) -> Point:
-        """Place on the map of a point on the robot: in front of and to the right of the middle of the axle."""
+        """Map position of a point on the robot, given as (forward, right) of the middle of the axle."""
         (forward, right), angle = at_mm, self.body.angle
         cos, sin = math.cos(angle), math.sin(angle)
         return self.x_mm + forward * cos - right * sin, self.y_mm + forward * sin + right * cos
 
     def drive(self, duration_s: float) -> None:
-        """Let the wheels ask for the motion they made in the last `duration_s`."""
+        """Demand the motion that the wheels made in the last `duration_s`."""
         left = self._wheel_speed(self.left, self._angles[0], duration_s)
         right = self._wheel_speed(self.right, self._angles[1], duration_s)
         self._angles = (self.left.angle, self.right.angle)
@@ -132,7 +132,7 @@ class RobotBody:
         self._wheels.angular_velocity = turning
 
     def _wheel_speed(self, motor: WheelMotor, angle: float, duration_s: float) -> float:
-        """What the wheel asks for, mm/s: the way it rolled, or under load the speed it strives for."""
+        """Demanded speed of a wheel, mm/s: its rolled distance over time, or under load its free speed."""
         speed = motor.free_speed if motor.gripped else (motor.angle - angle) / duration_s
         jitter = self._robot.slip.jitter_percent
         if speed and jitter:
@@ -140,7 +140,7 @@ class RobotBody:
         return speed * self._mm_per_deg
 
     def settle(self) -> None:
-        """After the physics moved the body: note the contacts and tell the motors what the floor did."""
+        """Record the contacts and set the motors' loads after a physics step."""
         velocity, angle = self.body.velocity, self.body.angle
         forward = velocity.x * math.cos(angle) + velocity.y * math.sin(angle)
         half_turn = self.body.angular_velocity * self._robot.track_mm / 2

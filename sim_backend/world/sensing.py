@@ -1,4 +1,4 @@
-"""What the robot's sensors could perceive of the floor: echoes, and lines of sight."""
+"""Ray queries for the robot's sensors: ultrasonic echoes and lines of sight."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ CONE_DEG = 15.0
 """Half the angle of the ultrasonic beam."""
 RAYS = 7
 NEAREST_MM, FARTHEST_MM = 30.0, 2550.0
-"""Range of the ultrasonic sensor; 255 cm is its word for "no echo". Source: LEGO's hardware developer kit."""
+"""Range of the ultrasonic sensor; 255 cm means "no echo". Source: LEGO's hardware developer kit."""
 VIEW_RANGE_MM = 3000.0
-"""Farther pictures do not count as seen. Source: docs/vision.md, A4 at 320 x 240."""
+"""Pictures beyond this distance do not count as visible. Source: docs/vision.md, A4 at 320 x 240."""
 VIEW_ANGLE_DEG = 55.0
-"""Nor do pictures seen from further than this from their normal."""
+"""Pictures at a larger angle from their normal do not count as visible."""
 
 _NOT_ROBOT = pymunk.ShapeFilter(group=ROBOT_GROUP)
 
 
 class UltrasonicBeam:
-    """The ultrasonic sensor's view: the nearest echo in a cone.
+    """The beam of an ultrasonic sensor: the nearest echo in a cone.
 
     Args:
-        space: What reflects.
-        sensor: Its figures.
-        robot: What carries it.
-        at_mm: Where on the robot: in front of and to the right of the middle of the axle.
-        direction_deg: Where it looks, clockwise from the front.
-        heights_mm: Height of every shape; lower ones than the sensor pass under the beam.
-        random: Draws noise and missing echoes.
+        space: The physics with all obstacles.
+        sensor: Parameters of the sensor.
+        robot: The robot that carries it.
+        at_mm: Position on the robot: (forward, right) of the middle of the axle.
+        direction_deg: Direction of the beam, clockwise from the front.
+        heights_mm: Height of every shape; shapes lower than the sensor give no echo.
+        random: Random numbers for noise and dropouts.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class UltrasonicBeam:
         return min(echoes, default=None)
 
     def _echo_mm(self, x: float, y: float, angle: float) -> float | None:
-        """Distance of what one ray hits, or None if that is nothing or throws the echo away."""
+        """Distance of the first hit of a ray; None without a hit or if the surface deflects the echo."""
         along_x, along_y = math.cos(angle), math.sin(angle)
         for hit in _hits(self._space, (x, y), (x + FARTHEST_MM * along_x, y + FARTHEST_MM * along_y)):
             if hit.shape is None or self._heights_mm[hit.shape] < self._sensor.height_mm:
@@ -89,13 +89,13 @@ def in_view(
     hfov_deg: float,
     heights_mm: Mapping[pymunk.Shape, float],
 ) -> bool:
-    """Whether a camera could recognise a picture: present, in front, near enough, not too oblique, and not hidden.
+    """Whether a camera could recognise a picture: present, in front, near, not too oblique and not hidden.
 
     Args:
-        space: What may hide it.
+        space: The physics with all obstacles.
         picture: The picture.
-        viewpoint: Where the lens is.
-        hfov_deg: Horizontal angle of view; all of the picture's middle half must be inside.
+        viewpoint: Pose of the lens.
+        hfov_deg: Horizontal field of view; the middle half of the picture must be inside.
         heights_mm: Height of every shape.
     """
     if not picture.present:
@@ -132,7 +132,7 @@ def _hidden(
 def _hits(
     space: pymunk.Space, start: tuple[float, float], end: tuple[float, float]
 ) -> Iterable[pymunk.SegmentQueryInfo]:
-    """Everything but the robot between two points, nearest first."""
+    """All hits between two points except the robot, nearest first."""
     return sorted(space.segment_query(start, end, 0.0, _NOT_ROBOT), key=lambda hit: hit.alpha)
 
 

@@ -1,4 +1,4 @@
-"""The part of a world file that sensors perceive, and the sensors on the robot."""
+"""Tables of a world file for sensors: what they measure, and the sensors on the robot."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ Byte = Annotated[int, Field(ge=0, le=255)]
 
 
 class Patch(Table):
-    """A patch of colour on the floor: a rectangle, or tape along a line. Later patches lie on top of earlier ones.
+    """A patch of colour on the floor: a rectangle, or tape along a line. Later patches cover earlier ones.
 
     Attributes:
-        color: A name, or [red, green, blue] in percent of the light.
-        at_mm: Middle of the rectangle.
-        size_mm: Its depth along its facing, and width.
-        facing_deg: Direction of its depth.
-        along_mm: Corners of the line the tape follows.
-        width_mm: Of the tape.
+        color: A name, or reflected [red, green, blue] light in percent.
+        at_mm: Center of the rectangle.
+        size_mm: Depth along the facing, and width, of the rectangle.
+        facing_deg: Direction of the depth.
+        along_mm: Corners of the tape's line.
+        width_mm: Width of the tape.
     """
 
     color: Paint
@@ -43,12 +43,12 @@ class Patch(Table):
 
 
 class Surroundings(Table):
-    """What is the same everywhere in the room.
+    """Conditions that are the same everywhere in the room.
 
     Attributes:
         sound_db: Background noise.
-        temperature_c: Degrees Celsius.
-        north_deg: Where a compass needle points on the map; 270 is up.
+        temperature_c: Temperature, degrees Celsius.
+        north_deg: Direction of a compass needle on the map; 270 is up.
     """
 
     sound_db: Annotated[float, Field(ge=0, le=130)] = 50.0
@@ -57,13 +57,13 @@ class Surroundings(Table):
 
 
 class Sound(Table):
-    """Something that makes a noise; it fades by 6 dB for each doubling of the distance.
+    """A source of sound; the level falls by 6 dB per doubling of the distance.
 
     Attributes:
-        at_mm: Where it is.
-        level_db: As heard at 1 m.
-        from_s: When it begins.
-        for_s: How long it lasts; without it for ever.
+        at_mm: Position.
+        level_db: Sound level at 1 m.
+        from_s: Start time.
+        for_s: Duration; unlimited if omitted.
     """
 
     at_mm: Point
@@ -73,12 +73,12 @@ class Sound(Table):
 
 
 class Magnet(Table):
-    """Iron that turns the compass needle near it.
+    """Iron or a magnet that deflects a compass nearby.
 
     Attributes:
-        at_mm: Where it is.
-        radius_mm: How far it reaches.
-        deflection_deg: How far it turns the needle there, clockwise; less with the distance, nothing at the radius.
+        at_mm: Position.
+        radius_mm: Range.
+        deflection_deg: Deflection at the position, clockwise; it falls linearly to zero at the range.
     """
 
     at_mm: Point
@@ -87,13 +87,13 @@ class Magnet(Table):
 
 
 class Echo(Table):
-    """What an ultrasonic sensor is like.
+    """Parameters of an ultrasonic sensor.
 
     Attributes:
-        height_mm: Sensor above the floor; lower things give no echo.
+        height_mm: Height of the sensor; lower objects give no echo.
         noise_mm: Standard deviation of a reading.
-        dropout: Share of readings without echo for no reason, 0..1.
-        max_incidence_deg: A flat surface hit further from its normal than this throws the echo away; 90 keeps all.
+        dropout: Share of readings that randomly miss the echo, 0..1.
+        max_incidence_deg: Flat surfaces hit at a larger angle from their normal deflect the echo; 90 keeps all.
     """
 
     height_mm: Length = 90.0
@@ -106,7 +106,7 @@ class Ultrasonic(Echo):
     """The ultrasonic sensor at the robot's front.
 
     Attributes:
-        forward_mm: Sensor in front of the axle.
+        forward_mm: Distance in front of the axle.
     """
 
     forward_mm: float = 100.0
@@ -117,8 +117,8 @@ class TouchMount(Table):
 
     Attributes:
         port: Input port.
-        direction_deg: Its middle, clockwise from the front.
-        width_deg: Angle it covers.
+        direction_deg: Direction of its middle, clockwise from the front.
+        width_deg: Covered angle.
     """
 
     kind: Literal["touch"] = "touch"
@@ -128,12 +128,12 @@ class TouchMount(Table):
 
 
 class LightMount(Table):
-    """The light sensor, with its lamp on or off as the brick's type says.
+    """The light sensor; the type set on the brick switches its lamp.
 
     Attributes:
         port: Input port.
-        at_mm: On the robot: in front of and to the right of the middle of the axle.
-        looks: At the floor under it, or ahead into the room.
+        at_mm: Position on the robot: (forward, right) of the middle of the axle.
+        looks: Down at the floor, or ahead into the room.
         noise_percent: Standard deviation of a reading.
     """
 
@@ -145,12 +145,12 @@ class LightMount(Table):
 
 
 class ColorMount(Table):
-    """The colour sensor, looking at the floor under it.
+    """The colour sensor, directed at the floor below it.
 
     Attributes:
         port: Input port.
-        at_mm: On the robot: in front of and to the right of the middle of the axle.
-        noise_percent: Standard deviation of what each lamp shows.
+        at_mm: Position on the robot: (forward, right) of the middle of the axle.
+        noise_percent: Standard deviation of the reading of each lamp.
     """
 
     kind: Literal["color"]
@@ -173,12 +173,12 @@ class SoundMount(Table):
 
 
 class UltrasonicMount(Echo):
-    """Another ultrasonic sensor.
+    """An additional ultrasonic sensor.
 
     Attributes:
         port: Input port.
-        at_mm: On the robot: in front of and to the right of the middle of the axle.
-        direction_deg: Where it looks, clockwise from the front.
+        at_mm: Position on the robot: (forward, right) of the middle of the axle.
+        direction_deg: Direction of the beam, clockwise from the front.
     """
 
     kind: Literal["ultrasonic"]
@@ -192,7 +192,7 @@ class TemperatureMount(Table):
 
     Attributes:
         port: Input port.
-        model: The digital one for the NXT (9749), or the old one for the RCX (9889).
+        model: "nxt" is the digital one (9749), "rcx" the analog one of the RCX (9889).
     """
 
     kind: Literal["temperature"]
@@ -226,12 +226,12 @@ def _registers(values: dict[str, str | tuple[int, ...]]) -> dict[str, str | tupl
 
 
 class I2CMount(Table):
-    """Any digital sensor, as registers that keep what is written to them.
+    """Any digital sensor, as 256 readable and writable registers.
 
     Attributes:
         port: Input port.
-        address: In the 8-bit write form.
-        registers: What they hold at the start: number of the first to a text or a list of bytes.
+        address: Address in the 8-bit write form.
+        registers: Initial values: number of the first register to a text or a list of bytes.
     """
 
     kind: Literal["i2c"]

@@ -1,4 +1,4 @@
-"""What sensors without eyes perceive of a world: paint on the floor, light, noise, warmth, and where north is."""
+"""Conditions that simple sensors measure: floor colour, light, sound, temperature and magnetic north."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from sim_backend.world.world_file import WorldFile
 Rgb = tuple[float, float, float]
 
 _NEAREST_MM = 100.0
-"""Sound does not get louder nearer than this."""
+"""Below this distance from a source the sound level is constant."""
 _ONE_METRE_MM = 1000.0
 
 
 class Surroundings:
-    """A world as it is at its places.
+    """Conditions of a world at each place.
 
     Args:
-        file: What the world consists of.
+        file: The world file.
     """
 
     def __init__(self, file: WorldFile) -> None:
@@ -29,23 +29,23 @@ class Surroundings:
 
     @property
     def ambient_percent(self) -> float:
-        """How bright the room is for a light sensor."""
+        """Reading of a light sensor that looks ahead with its lamp off."""
         return self._file.light.ambient_percent
 
     @property
     def temperature_c(self) -> float:
-        """Degrees Celsius."""
+        """Temperature, degrees Celsius."""
         return self._file.surroundings.temperature_c
 
     def paint(self, at_mm: Point) -> Rgb:
-        """How much red, green and blue light the floor throws back at a place, percent each."""
+        """Red, green and blue light that the floor reflects at a place, percent each."""
         for patch in self._on_top:
             if _covers(patch, at_mm):
                 return patch.color
         return self._file.floor.color
 
     def sound_db(self, at_mm: Point, now_ms: int) -> float:
-        """How loud it is at a place: background and all sources that sound now."""
+        """Sound level at a place: the background and all active sources."""
         energy = _energy(self._file.surroundings.sound_db)
         for sound in self._file.sounds:
             since_s = now_ms / 1000.0 - sound.from_s
@@ -55,7 +55,7 @@ class Surroundings:
         return 10.0 * math.log10(energy)
 
     def north_deg(self, at_mm: Point) -> float:
-        """Where a compass needle points at a place, on the map."""
+        """Direction of a compass needle at a place, on the map."""
         north_deg = self._file.surroundings.north_deg
         for magnet in self._file.magnets:
             share = 1.0 - math.dist(at_mm, magnet.at_mm) / magnet.radius_mm
@@ -79,7 +79,7 @@ def _covers(patch: Patch, at_mm: Point) -> bool:
 
 
 def _distance_mm(point: Point, start: Point, end: Point) -> float:
-    """From a point to the line between two others."""
+    """Distance from a point to the line segment between two others."""
     way_x, way_y = end[0] - start[0], end[1] - start[1]
     square = way_x**2 + way_y**2
     share = ((point[0] - start[0]) * way_x + (point[1] - start[1]) * way_y) / square if square else 0.0

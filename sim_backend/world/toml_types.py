@@ -1,4 +1,4 @@
-"""What the tables of a world file are made of."""
+"""Types of the keys in a world file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Percent = Annotated[float, Field(ge=0, le=100)]
 
 
 def _span(value: object) -> object:
-    """A number of seconds as a span of no width; spans themselves are checked for order."""
+    """Convert a number of seconds to a range of zero width; check the order of a given range."""
     match value:
         case bool():
             pass
@@ -26,7 +26,7 @@ def _span(value: object) -> object:
 
 
 Duration = Annotated[tuple[float, float], BeforeValidator(_span)]
-"""Shortest and longest time in seconds, to draw from evenly with the simulation's seed."""
+"""Shortest and longest time in seconds; durations are drawn uniformly with the simulation's seed."""
 
 PAINTS: dict[str, tuple[float, float, float]] = {
     "black": (5, 5, 5),
@@ -37,7 +37,7 @@ PAINTS: dict[str, tuple[float, float, float]] = {
     "white": (85, 85, 85),
     "grey": (45, 45, 45),
 }
-"""Share of red, green and blue light that comes back, percent; typical of tape, paint and paper."""
+"""Reflected red, green and blue light, percent; typical of tape, paint and paper."""
 
 
 def _paint(value: object) -> object:
@@ -49,10 +49,10 @@ def _paint(value: object) -> object:
 
 
 Paint = Annotated[tuple[Percent, Percent, Percent], BeforeValidator(_paint)]
-"""A colour by its name, or how much red, green and blue light it throws back, percent."""
+"""A colour by name, or as reflected red, green and blue light in percent."""
 
 
 class Table(BaseModel):
-    """A table of the world file; misspelt keys are refused."""
+    """A table of the world file; unknown keys are rejected."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)

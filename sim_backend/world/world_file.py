@@ -1,4 +1,4 @@
-"""World files: a room, what stands in it, and what happens there.
+"""World files: a room, its objects and people, and its events.
 
 A world file is TOML. Lengths are millimetres, angles degrees clockwise, times seconds; the map has x to the right and y
 down, heading 0 along +x. The bundled worlds in `sim_backend/worlds/` show every table. Unknown keys are mistakes.
@@ -21,7 +21,7 @@ class Floor(Table):
     """The room: its floor from (0, 0) to `size_mm`, closed by four walls.
 
     Attributes:
-        color: What light and colour sensors see where no patch lies.
+        color: Colour of the floor outside all patches, for light and colour sensors.
     """
 
     size_mm: tuple[Length, Length]
@@ -31,11 +31,11 @@ class Floor(Table):
 
 
 class Light(Table):
-    """How bright the room is.
+    """Brightness of the room.
 
     Attributes:
         exposure: Factor on the camera's brightness; 1 is a well-lit room, 0.25 is dusk.
-        ambient_percent: What a light sensor that looks ahead with its lamp off reads.
+        ambient_percent: Reading of a light sensor that looks ahead with its lamp off.
     """
 
     exposure: Annotated[float, Field(gt=0, le=4)] = 1.0
@@ -43,13 +43,13 @@ class Light(Table):
 
 
 class Slip(Table):
-    """How far the wheels' counts and the true motion differ.
+    """Differences between the wheels' counts and the true motion.
 
     Attributes:
-        distance_percent: Part of the driven distance that is lost.
-        turn_percent: Part of each turn that is lost.
-        veer_deg_per_m: Turn (positive right) for each metre driven.
-        jitter_percent: Standard deviation of a random loss or gain, drawn for each wheel and each 10 ms.
+        distance_percent: Share of the driven distance that is lost.
+        turn_percent: Share of each turn that is lost.
+        veer_deg_per_m: Turn per metre driven, positive right.
+        jitter_percent: Standard deviation of a random factor, drawn per wheel every 10 ms.
     """
 
     distance_percent: Annotated[float, Field(gt=-50, lt=100)] = 0.0
@@ -59,15 +59,15 @@ class Slip(Table):
 
 
 class Robot(Table):
-    """Where the robot starts, how it is built and plugged.
+    """Start pose, dimensions and ports of the robot.
 
     Attributes:
         start_mm: Middle of the wheel axle at the start.
-        heading_deg: Where it looks at the start.
+        heading_deg: Heading at the start.
         radius_mm: Radius of the body, a disc around the middle of the axle.
-        wheel_diameter_mm: The tyre of the standard set by default.
+        wheel_diameter_mm: By default, the tyre of the NXT set.
         track_mm: Distance between the wheels.
-        mass_kg: With brick and batteries.
+        mass_kg: Mass with brick and batteries.
         grip: Coefficient of friction between tyres and floor.
         motor_mismatch_percent: How much faster the right motor turns than the left at the same power.
         battery_mv: Battery voltage; the motors' speed is proportional to it.
@@ -75,7 +75,7 @@ class Robot(Table):
         right_port: Output port of the right wheel.
         touch_port: Input port of the front bumper, or 0 for none.
         ultrasonic_port: Input port of the ultrasonic sensor, or 0 for none.
-        slip: How far counts and true motion differ.
+        slip: Differences between counts and true motion.
     """
 
     start_mm: Point
@@ -106,9 +106,9 @@ class Camera(Table):
     """The webcam on the robot.
 
     Attributes:
-        hfov_deg: Horizontal angle of view.
-        height_mm: Lens above the floor.
-        forward_mm: Lens in front of the axle.
+        hfov_deg: Horizontal field of view.
+        height_mm: Height of the lens above the floor.
+        forward_mm: Distance of the lens in front of the axle.
         fps: Frames per second.
     """
 
@@ -129,14 +129,14 @@ class Wall(Table):
 
 
 class Box(Table):
-    """A box on the floor; low ones stop the robot but hide no picture.
+    """A box on the floor; a low one stops the robot but hides no picture.
 
     Attributes:
-        at_mm: Middle of the box.
-        size_mm: Depth along its facing, and width.
-        facing_deg: Direction of its front.
-        mass_kg: If given, the robot can push it; else it stands fast.
-        present: Whether it is there at the start.
+        at_mm: Center.
+        size_mm: Depth along the facing, and width.
+        facing_deg: Direction of the front.
+        mass_kg: With a mass, the robot can push the box; otherwise it is fixed.
+        present: Whether it is present at the start.
     """
 
     name: Name
@@ -150,11 +150,11 @@ class Box(Table):
 
 
 class Person(Table):
-    """Somebody who comes and goes by events.
+    """A person who comes and goes by events.
 
     Attributes:
-        enters_from_mm: Where the person appears and disappears: a door.
-        radius_mm: Half the width of the body.
+        enters_from_mm: Door where the person appears and disappears.
+        radius_mm: Half of the body's width.
         speed_mm_s: Walking speed.
     """
 
@@ -170,13 +170,13 @@ class Picture(Table):
     """A picture on a stand.
 
     Attributes:
-        name: What missions call it, and its name in the texture library unless `file` is given.
-        at_mm: Middle of the picture.
-        facing_deg: Direction the picture looks to; a viewer must stand there.
+        name: Name in missions, and in the texture library unless `file` is given.
+        at_mm: Center.
+        facing_deg: Direction of the front; a viewer must stand there.
         file: Image file beside the world file.
-        size_mm: Width and height; A4 unless said otherwise.
-        centre_height_mm: Middle of the picture above the floor.
-        present: Whether it is there at the start.
+        size_mm: Width and height; A4 by default.
+        centre_height_mm: Height of the center above the floor.
+        present: Whether it is present at the start.
     """
 
     name: Name
@@ -195,19 +195,19 @@ class Picture(Table):
 
 
 class When(Table):
-    """When an event happens: as soon as everything given here holds at the same time.
+    """Trigger of an event: it happens as soon as all given conditions hold at the same time.
 
     Attributes:
-        at_s: This much time of the simulation has passed.
-        after: The event of this name has begun.
-        after_end_of: The event of this name is over (the person has left again).
-        delay_s: And since then this much time has passed.
-        sees: The picture of this name is in the camera's view now.
-        for_s: And has been, in all, for this long since the event became possible.
-        view_number: And this is at least the n-th time it came into view.
-        of: What the robot's distance is measured from, a picture, box or person; the picture of `sees` by default.
-        robot_within_mm: The robot's middle is nearer than this.
-        robot_beyond_mm: The robot's middle is farther than this.
+        at_s: This simulation time has been reached.
+        after: The event with this name has begun.
+        after_end_of: The event with this name is over (its person has left).
+        delay_s: This time has passed since the conditions above were met.
+        sees: The picture with this name is in the camera's view.
+        for_s: It has been in view for this time in total, since the conditions above were met.
+        view_number: It has come into view at least this many times.
+        of: Picture, box or person from which the robot's distance is measured; by default the picture of `sees`.
+        robot_within_mm: The distance to the middle of the robot is below this.
+        robot_beyond_mm: The distance to the middle of the robot is above this.
     """
 
     at_s: Seconds | None = None
@@ -236,22 +236,22 @@ class When(Table):
 
 
 class Event(Table):
-    """Something that happens: a person comes or leaves, a picture or box moves, appears or disappears.
+    """An event: a person comes or leaves, or a picture or box moves, appears or disappears.
 
     Attributes:
-        name: For other events to refer to.
+        name: Name, for references from other events.
         when: The trigger.
-        times: How often at most; 0 for no limit.
-        person: Who comes; with `to_mm` or `blocks`, and `stays_s`; or with `leaves`.
-        picture: Which picture moves or (dis)appears.
-        box: Which box moves or (dis)appears.
-        to_mm: Where to.
+        times: Maximum number of occurrences; 0 for no limit.
+        person: Person who comes, with `to_mm` or `blocks` and optionally `stays_s`, or who leaves, with `leaves`.
+        picture: Picture that moves, appears or disappears.
+        box: Box that moves, appears or disappears.
+        to_mm: New position.
         facing_deg: New facing of a picture or box.
-        blocks: The person or box stands between the robot and this picture.
-        blocks_at_mm: That far in front of the picture.
-        stays_s: How long the person stays once there; without it, until an event says `leaves`.
-        leaves: The person goes now.
-        present: Whether the picture or box is there from now on.
+        blocks: The person or box moves between the robot and this picture.
+        blocks_at_mm: Distance in front of that picture.
+        stays_s: How long the person stays after arrival; without it, until an event with `leaves`.
+        leaves: The person leaves now.
+        present: Whether the picture or box is present from now on.
     """
 
     name: Name
@@ -292,8 +292,8 @@ class WorldFile(Table):
     """A whole world.
 
     Attributes:
-        title: One line for people.
-        sensors: On the robot, besides the bumper and the ultrasonic sensor that `robot` names the ports of.
+        title: One-line description.
+        sensors: Sensors on the robot other than the bumper and ultrasonic sensor of the table `robot`.
     """
 
     title: str = ""

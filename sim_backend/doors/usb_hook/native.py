@@ -1,8 +1,8 @@
-"""Runs a native program with the simulated brick on its USB, through umockdev, which stands between libusb and kernel.
+"""Run a native program with the simulated brick on its USB, through umockdev, which replaces the kernel for libusb.
 
 ``nxtdrive sim exec --native`` starts it: ``native.py HOST PORT SERIAL-NUMBER COMMAND...``, in whatever interpreter has
 umockdev's bindings (Debian: python3-gi and gir1.2-umockdev-1.0). Only those and the standard library are needed.
-The program, be it linked with libusb 0.1 or 1.0, opens a device node that is a file, and each of its ioctls comes here.
+The program, linked with libusb 0.1 or 1.0, opens a device node that is a file, and each of its ioctls arrives here.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ DEVICE = bytes.fromhex("12 01 0002 00 00 00 08 9406 0200 0000 00 00 01 01")
 CONFIGURATION = bytes.fromhex(
     "09 02 2000 01 01 00 C0 00  09 04 00 00 02 FF FF FF 00  07 05 01 02 4000 00  07 05 82 02 4000 00"
 )
-"""The brick's descriptors; the same as in usb_backend.py. Source: docs/firmware.md section 2."""
+"""The brick's descriptors, the same as in usb_backend.py. Source: docs/firmware.md section 2."""
 
 ENDPOINT_IN = 0x82
 PACKET_SIZE = 64
@@ -41,8 +41,8 @@ STRING = 3
 CONTROL, SUBMIT, DISCARD, REAP, REAP_NO_DELAY = 0x00, 0x0A, 0x0B, 0x0C, 0x0D
 CLAIM, RELEASE = 0x0F, 0x10
 HARMLESS = (0x03, 0x04, 0x05, 0x14, 0x15)
-"""Numbers of usbdevfs's ioctls, see Linux's usbdevice_fs.h; the last: reset endpoint, set interface and configuration,
-reset, clear halt."""
+"""Numbers of usbdevfs ioctls, see Linux's usbdevice_fs.h; harmless ones: reset endpoint, set interface, set
+configuration, reset, clear halt."""
 
 HANDOVER_MS = 200
 
@@ -57,7 +57,7 @@ DONE: Answer = (0, 0)
 
 
 class Bus(UMockdev.IoctlBase):  # type: ignore[misc] # no types
-    """Answers the ioctls on the brick's device node."""
+    """Handles the ioctls on the brick's device node."""
 
     def __init__(self, host: str, port: int, serial_number: str) -> None:
         super().__init__()
@@ -76,9 +76,9 @@ class Bus(UMockdev.IoctlBase):  # type: ignore[misc] # no types
         self._finished: list[Any] = []
 
     def do_handle_ioctl(self, client: Any) -> bool:  # noqa: ANN401 - the bindings have no types, here and below
-        """Answer one; called by umockdev."""
+        """Handle one ioctl; called by umockdev."""
         if client.get_request() & 0xFF == CLAIM and self._in_use(client):
-            # a program that ended a moment ago may not have been noticed yet
+            # the end of the previous program may not have been noticed yet
             GLib.timeout_add(HANDOVER_MS, self._complete, client)
         else:
             self._complete(client)
@@ -90,7 +90,7 @@ class Bus(UMockdev.IoctlBase):  # type: ignore[misc] # no types
         except OSError as refused:
             result, error = _refuse(refused.errno or errno.ENODEV)
         client.complete(result, error)
-        return False  # not again
+        return False  # do not repeat
 
     def _answer(self, client: Any, number: int, argument: Any) -> Answer:  # noqa: ANN401
         if number in HARMLESS:
@@ -110,11 +110,11 @@ class Bus(UMockdev.IoctlBase):  # type: ignore[misc] # no types
         return _refuse(errno.ENOTTY)
 
     def _in_use(self, client: Any) -> bool:  # noqa: ANN401
-        """Whether another program has the brick; one that has closed the node or has ended has it no more."""
+        """Whether another program has the brick, and has neither closed the node nor ended."""
         return self._owner is not None and self._owner is not client and self._owner.get_connected()
 
     def _claim(self, client: Any) -> Answer:  # noqa: ANN401
-        """Let one program have the brick."""
+        """Give the brick to one program."""
         if self._in_use(client):
             return _refuse(errno.EBUSY)
         if self._owner is not client:
@@ -124,7 +124,7 @@ class Bus(UMockdev.IoctlBase):  # type: ignore[misc] # no types
         return DONE
 
     def _release(self, client: Any) -> Answer:  # noqa: ANN401
-        """Take it back."""
+        """Take the brick back."""
         if self._owner is client and self._cable is not None:
             self._cable.close()
             self._cable = self._owner = None
@@ -133,7 +133,7 @@ class Bus(UMockdev.IoctlBase):  # type: ignore[misc] # no types
         return DONE
 
     def _control(self, transfer: Any) -> Answer:  # noqa: ANN401
-        """A control transfer as libusb 0.1 asks for it."""
+        """A control transfer as libusb 0.1 requests it."""
         setup = bytes(transfer.retrieve())[:SETUP_SIZE]
         answer = self._told(setup)
         if answer is None:
@@ -142,12 +142,12 @@ class Bus(UMockdev.IoctlBase):  # type: ignore[misc] # no types
         return len(answer), 0
 
     def _told(self, setup: bytes) -> bytes | None:
-        """What every device answers; None where the brick stalls."""
+        """Reply to a standard request; None where the brick stalls."""
         answer = self._standard.get((setup[0], setup[1], setup[2] | setup[3] << 8))
         return None if answer is None else answer[: _length(setup, SETUP_LENGTH, 2)]
 
     def _submit(self, pointer: bytes, urb: Any) -> Answer:  # noqa: ANN401
-        """Take a request: packets to the brick go at once, for those from it somebody will ask again."""
+        """Accept a request: packets to the brick are sent at once, packets from it are read when reaped."""
         head = bytes(urb.retrieve())
         length = _length(head, URB_LENGTH)
         if head[0] == URB_CONTROL:
@@ -165,7 +165,7 @@ class Bus(UMockdev.IoctlBase):  # type: ignore[misc] # no types
         return DONE
 
     def _submit_control(self, urb: Any, buffer: Any) -> None:  # noqa: ANN401
-        """A control transfer as libusb 1.0 asks for it: what it says comes first in its buffer."""
+        """A control transfer as libusb 1.0 requests it: the setup packet comes first in the buffer."""
         answer = self._told(bytes(buffer.retrieve())[:SETUP_SIZE])
         if answer is None:
             self._finish(urb, 0, -errno.EPIPE)
@@ -181,7 +181,7 @@ class Bus(UMockdev.IoctlBase):  # type: ignore[misc] # no types
         return DONE
 
     def _reap(self, argument: Any) -> Answer:  # noqa: ANN401
-        """Hand out a request that is finished."""
+        """Return a finished request."""
         if self._reading and not self._finished:
             self._read()
         if not self._finished:
@@ -223,7 +223,7 @@ def _testbed() -> UMockdev.Testbed:
 
 
 def main(host: str, port: str, serial_number: str, *program: str) -> int:
-    """Run the program; returns its exit code, 128 and more if a signal ended it."""
+    """Run the program; returns its exit code, 128 plus the number of a signal that ended it."""
     testbed, bus = _testbed(), Bus(host, int(port), serial_number)
     testbed.attach_ioctl(f"/dev/{NODE}", bus)
     preload = ":".join(filter(None, [PRELOAD, os.environ.get("LD_PRELOAD")]))
@@ -239,11 +239,11 @@ def main(host: str, port: str, serial_number: str, *program: str) -> int:
 
     def pass_on(number: int) -> bool:
         child.send_signal(number)
-        return True  # and go on listening
+        return True  # keep the handler
 
     for number in (signal.SIGTERM, signal.SIGHUP):
         GLib.unix_signal_add(GLib.PRIORITY_DEFAULT, number, pass_on, number)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the terminal's Ctrl-C reaches the program by itself
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the terminal's Ctrl-C reaches the program directly
     loop.run()
     testbed.detach_ioctl(f"/dev/{NODE}")
     return ended[0] if ended[0] >= 0 else 128 - ended[0]

@@ -1,7 +1,7 @@
-"""Puts the simulated brick on the USB of whatever Python program runs with this folder on PYTHONPATH.
+"""Put the simulated brick on the USB of any Python program that runs with this folder on PYTHONPATH.
 
-``nxtdrive sim exec`` does that. Python imports `sitecustomize` at its start; nothing is loaded here unless the program
-uses pyusb, and only the standard library is needed until then.
+``nxtdrive sim exec`` does that. Python imports `sitecustomize` at start; nothing is loaded here unless the program uses
+pyusb, and only the standard library is needed until then.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 LIBUSB = "usb.backend.libusb1"
 VARIABLE = "NXTDRIVE_SIM_USB"
-"""Where the brick is: ``host:port/serial number``."""
+"""Address of the brick: ``host:port/serial number``."""
 
 
 class _Finder(MetaPathFinder):
-    """Waits for pyusb's libusb module and changes it as soon as it has been loaded."""
+    """Finds pyusb's libusb module and patches it after loading."""
 
     def find_spec(
         self,
@@ -31,7 +31,7 @@ class _Finder(MetaPathFinder):
         path: Sequence[str] | None,
         target: ModuleType | None = None,
     ) -> ModuleSpec | None:
-        """Find that one module, by the ordinary means."""
+        """Find that one module by the ordinary path finder."""
         spec = PathFinder.find_spec(fullname, path, target) if fullname == LIBUSB else None
         if spec is not None and spec.loader is not None:
             spec.loader = _Loader(spec.loader)
@@ -39,7 +39,7 @@ class _Finder(MetaPathFinder):
 
 
 class _Loader(Loader):
-    """Loads as another one does, then puts our bus in the place of libusb's."""
+    """Loads with another loader, then replaces libusb's bus by ours."""
 
     def __init__(self, inner: Loader) -> None:
         self._inner = inner
@@ -54,7 +54,7 @@ class _Loader(Loader):
 
 
 def _bus(brick: str) -> object:
-    """The bus with the brick that is served at `brick`."""
+    """The bus with the brick at the address `brick`."""
     where, _, serial_number = brick.partition("/")
     host, _, port = where.rpartition(":")
     backend = _load("nxtdrive_usb_backend", HERE.parent / "usb_backend.py")
@@ -73,7 +73,7 @@ def _load(name: str, path: Path) -> Any:  # noqa: ANN401 - a module like any oth
 
 
 def _run_hidden() -> None:
-    """Run the `sitecustomize` that Python would have run without this one, if there is any."""
+    """Run the `sitecustomize` that this one hides, if any."""
     elsewhere = [entry for entry in sys.path if Path(entry or ".").resolve() != HERE]
     spec = PathFinder.find_spec("sitecustomize", elsewhere)
     if spec is not None and spec.origin:

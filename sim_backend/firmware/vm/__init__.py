@@ -1,1 +1,1 @@
-"""Programs: the file format, the memory and the bytecode of the NXT's interpreter."""
+"""Programs: file format, memory and bytecode of the NXT's interpreter."""

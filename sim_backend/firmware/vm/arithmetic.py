@@ -1,4 +1,4 @@
-"""Instructions that calculate; between arrays they work element by element."""
+"""Arithmetic instructions; on arrays they work element by element."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _WORD = 0xFFFF_FFFF
 
 
 def _divide(left: Number, right: Number) -> Number:
-    """Towards zero between whole numbers; by zero it gives zero."""
+    """Divide, integers towards zero; division by zero gives zero."""
     if isinstance(left, int) and isinstance(right, int):
         return divide(left, right)
     return left / right if right else 0
@@ -31,7 +31,7 @@ def _whole(function: Callable[[int, int], int]) -> Callable[[Number, Number], Nu
 
 
 def _shift(value: int, places: int) -> int:
-    """To the left by `places`, to the right if they are negative."""
+    """Shift left by `places`, right if negative."""
     return value << min(places, 32) if places >= 0 else value >> min(-places, 32)
 
 

@@ -1,4 +1,4 @@
-"""Instructions for arrays and texts; a text is an array of bytes with a zero at its end."""
+"""Instructions for arrays and texts; a text is a zero-terminated array of bytes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def elements(value: Value) -> list[Value]:
     """The elements of an array.
 
     Raises:
-        ProgramError: It is none.
+        ProgramError: The value is not an array.
     """
     if not isinstance(value, list):
         raise ProgramError("a number where an array is needed")
@@ -24,7 +24,7 @@ def elements(value: Value) -> list[Value]:
 
 
 def text(value: Value) -> str:
-    """What an array says before its zero."""
+    """The text of a zero-terminated array."""
     return bytes(number(element) & 0xFF for element in elements(value)).split(b"\0")[0].decode("latin-1")
 
 
@@ -59,7 +59,7 @@ def _size(machine: Machine, instruction: Instruction) -> None:
 
 
 def _build(machine: Machine, instruction: Instruction) -> None:
-    """Join values and arrays of them."""
+    """Concatenate values and arrays."""
     target, *sources = instruction.arguments
     nested = machine.memory.kind(target + 1) == Type.ARRAY
     result: list[Value] = []

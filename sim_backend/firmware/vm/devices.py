@@ -1,4 +1,4 @@
-"""What a program reaches of the brick: the fields of its ports, and the modules its system calls use.
+"""The brick as a program sees it: fields of ports, and the modules for system calls.
 
 Source: LEGO's executable file specification (numbers of the fields).
 """
@@ -23,7 +23,7 @@ from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.ui import UiModule
 
 FIRST_FIELD = 0xC000
-"""Arguments from here on are fields of ports, not variables."""
+"""First argument that is a field of a port, not a variable."""
 
 _OUTPUTS = 0x200
 INPUT_FIELDS = ("type", "mode", "raw", "normalized", "scaled", "invalid")
@@ -44,11 +44,11 @@ OUTPUT_FIELDS = (
     "block",
     "rotation",
 )
-"""Fields of a port in the order of their numbers, by the names they have here."""
+"""Attribute names of the fields of a port, in the order of their numbers."""
 
 _SIGNED_OUTPUT_FIELDS = ("power", "turn")
 _LIVE = ("actual_speed", "count", "overloaded", "block", "rotation")
-"""Fields that belong to the motor's control and cannot be written."""
+"""Read-only fields of the motor's control."""
 
 _INVALID = 5
 
@@ -56,7 +56,7 @@ T = TypeVar("T")
 
 
 class NoSuchField(LookupError):
-    """A program asks for a port or a field there is not."""
+    """A program accessed a port or field that does not exist."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Devices:
         return self.get_input(port, field) if inputs else self.get_output(port, field)
 
     def put_field(self, argument: int, value: int) -> None:
-        """Change the field an argument names."""
+        """Set the field an argument names."""
         inputs, port, field = _split(argument)
         (self.put_input if inputs else self.put_output)(port, field, value)
 
@@ -90,7 +90,7 @@ class Devices:
         return int(getattr(_at(self.input.ports, port), _name(INPUT_FIELDS, field)))
 
     def put_input(self, port: int, field: int, value: int) -> None:
-        """Change a field of an input port; types, modes and validity act in the next pass."""
+        """Set a field of an input port; types, modes and validity take effect in the next pass."""
         name = _name(INPUT_FIELDS, field)
         setattr(_at(self.input.ports, port), name, bool(value) if field == _INVALID else value & 0xFFFF)
         self.input.wake()
@@ -102,7 +102,7 @@ class Devices:
         return int(getattr(output.control if name in _LIVE else output, name))
 
     def put_output(self, port: int, field: int, value: int) -> None:
-        """Change a field of an output port; flags are added to those that wait."""
+        """Set a field of an output port; flags are added to pending ones."""
         output: Output = _at(self.output.outputs, port)
         name = _name(OUTPUT_FIELDS, field)
         if name == "flags":
@@ -115,7 +115,7 @@ class Devices:
 
 
 def _split(argument: int) -> tuple[bool, int, int]:
-    """Whether it is an input's, the port, the field."""
+    """Whether an input field is meant, the port, and the field."""
     index = argument - FIRST_FIELD
     if index < _OUTPUTS:
         return True, *divmod(index, len(INPUT_FIELDS))

@@ -1,4 +1,4 @@
-"""Instructions that steer: jumps, comparisons, clumps, mutexes, time."""
+"""Control flow: jumps, comparisons, clumps, mutexes, time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _COMPARISONS: tuple[Callable[[Any, Any], bool], ...] = (
 
 
 def compare(instruction: Instruction, left: Value, right: Value) -> bool:
-    """The comparison an instruction asks for."""
+    """Result of an instruction's comparison."""
     return bool(_COMPARISONS[instruction.flags](left, right))
 
 
@@ -47,7 +47,7 @@ def _stop(machine: Machine, instruction: Instruction) -> None:
 
 
 def _finish(machine: Machine, instruction: Instruction) -> None:
-    """End the clump, and set off those of its dependents the arguments name."""
+    """End the clump and fire the given range of its dependents."""
     first, last = instruction.arguments
     machine.suspend(machine.task)
     if last != NONE:
@@ -61,7 +61,7 @@ def _finish_into(machine: Machine, instruction: Instruction) -> None:
 
 
 def _acquire(machine: Machine, instruction: Instruction) -> None:
-    """Take a mutex, or sleep until it is free."""
+    """Acquire a mutex, or sleep until it is free."""
     waiting = machine.mutexes.setdefault(instruction.arguments[0], [])
     waiting.append(machine.task.number)
     if len(waiting) > 1:
@@ -77,7 +77,7 @@ def _release(machine: Machine, instruction: Instruction) -> None:
 
 
 def _call(machine: Machine, instruction: Instruction) -> None:
-    """Let another clump run, and go on when it returns."""
+    """Run another clump, and continue when it returns."""
     clump, caller = instruction.arguments
     machine.put(caller, machine.task.number)
     machine.suspend(machine.task)

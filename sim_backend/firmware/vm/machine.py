@@ -1,7 +1,7 @@
-"""The interpreter: clumps that take turns, a few instructions each in every pass of one millisecond.
+"""The interpreter: clumps run in turns, a few instructions each per pass of one millisecond.
 
-Source: LEGO's executable file specification; life cycle in docs/firmware.md section 8. A program that does something
-impossible ends with an error.
+Source: LEGO's executable file specification; life cycle in docs/firmware.md section 8. An illegal operation ends the
+program with an error.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from sim_backend.firmware.vm.memory import Memory, OutOfMemory, Value
 from sim_backend.firmware.vm.rxe import Program
 
 SLICE = 20
-"""Instructions a clump runs before the next one's turn; one turn each in a pass. How many fit into a pass of the real
-brick depends on what they do; programs that wait by the clock do not notice."""
+"""Instructions per turn of a clump; each clump has one turn per pass. On the real brick the number depends on the
+instructions; programs that wait by the clock are not affected."""
 
 NONE = 0xFFFF
-"""An argument that is left out."""
+"""An omitted argument."""
 
 JUMP = 0x25
 _SHORT = 0x08
 _VARIABLE_SIZE = 0xE
 _WORD = 2
 _SHORT_OPCODES = (0x1B, 0x2C, 0x2D, 0x2E)
-"""Move, acquire, release and call have forms of one word less."""
+"""Move, acquire, release and call have short forms of one word less."""
 
 
 class Outcome(IntEnum):
@@ -40,15 +40,15 @@ class Outcome(IntEnum):
 
 
 class ProgramError(Exception):
-    """The program cannot go on."""
+    """The program cannot continue."""
 
 
 class Instruction(NamedTuple):
     """One instruction.
 
     Attributes:
-        flags: Which comparison.
-        arguments: Words behind it.
+        flags: Index of the comparison.
+        arguments: Words after the instruction word.
     """
 
     flags: int
@@ -63,13 +63,13 @@ class _Decoded(NamedTuple):
 
 
 class Task:
-    """A clump at work.
+    """A running clump.
 
     Attributes:
-        number: Of the clump.
-        pc: Next word of code.
-        missing: How many other clumps must end before it starts.
-        wake_ms: Pass in which it goes on, `NEVER` if it turns in a circle doing nothing.
+        number: Number of the clump.
+        pc: Index of the next word of code.
+        missing: Number of clumps that must end before it starts.
+        wake_ms: Pass in which it continues, `NEVER` in an empty endless loop.
     """
 
     __slots__ = ("missing", "number", "pc", "start", "wake_ms")
@@ -81,15 +81,15 @@ class Task:
 
 
 class Machine:
-    """A program at work.
+    """A running program.
 
     Attributes:
-        program: What runs.
+        program: The program.
         memory: Its variables.
-        devices: What it reaches outside.
-        task: The clump whose turn it is.
-        now_ms: The pass that runs.
-        mutexes: By number of the variable: the clumps that want it; the first has it.
+        devices: The brick's modules.
+        task: The clump that runs now.
+        now_ms: The current pass.
+        mutexes: Number of the variable to the clumps that requested it; the first one holds it.
     """
 
     def __init__(
@@ -109,7 +109,7 @@ class Machine:
         self._stopped = False
 
     def run(self, now_ms: int) -> Outcome | None:
-        """Give every clump its turn; returns how the program ended, or None while it runs."""
+        """Run one turn of every clump; returns the outcome, or None while the program runs."""
         self.now_ms = now_ms
         try:
             for task in list(self._queue):
@@ -121,7 +121,7 @@ class Machine:
 
     @property
     def due_ms(self) -> int:
-        """The next pass in which something happens."""
+        """The next pass in which a clump continues."""
         return max(self.now_ms + 1, min((task.wake_ms for task in self._queue), default=NEVER))
 
     def _turn(self, task: Task) -> None:
@@ -160,7 +160,7 @@ class Machine:
         return decoded
 
     def _spins(self, pc: int) -> bool:
-        """Whether nothing but jumps follows for ever."""
+        """Whether the code at `pc` is an endless loop of jumps only."""
         code, seen = self.program.code, set[int]()
         while pc not in seen and 0 <= pc < len(code) - 1 and code[pc] & (_SHORT << 8 | 0xFF) == JUMP:
             seen.add(pc)
@@ -174,39 +174,39 @@ class Machine:
         return self.memory.get(argument)
 
     def put(self, argument: int, value: Value) -> None:
-        """Change a variable, or a field of a port."""
+        """Set a variable, or a field of a port."""
         if argument >= FIRST_FIELD:
             self.devices.put_field(argument, number(value))
         else:
             self.memory.put(argument, value)
 
     def jump(self, words: int) -> None:
-        """Go on so many words from the beginning of the instruction; `words` is 16 bits, signed."""
+        """Jump by `words` (16 bits, signed) from the start of the instruction."""
         self.task.pc = self._at + s16(words)
 
     def wait(self, duration_ms: int) -> None:
-        """Let the clump whose turn it is sleep."""
+        """Put the current clump to sleep."""
         self.task.wake_ms = self.now_ms + max(duration_ms, 0)
 
     def suspend(self, task: Task) -> None:
-        """Take a clump out of the queue."""
+        """Remove a clump from the queue."""
         if task in self._queue:
             self._queue.remove(task)
 
     def resume(self, task: Task) -> None:
-        """Put a clump at the end of the queue."""
+        """Append a clump to the queue."""
         if task not in self._queue:
             self._queue.append(task)
 
     def fire(self, number: int) -> None:
-        """Tell a clump that one of those it waits for has ended."""
+        """Count the end of a clump that this one waits for."""
         task = self.tasks[number]
         task.missing -= 1
         if task.missing <= 0:
             self.restart(task)
 
     def restart(self, task: Task) -> None:
-        """Let a clump begin."""
+        """Start a clump from its beginning."""
         task.pc, task.missing, task.wake_ms = task.start, self.program.clumps[task.number].fire_count, 0
         self.resume(task)
 

@@ -1,12 +1,11 @@
-"""The memory pool of a running program: its variables, its arrays, and the room left for both.
+"""The memory pool of a running program: variables, arrays and free space.
 
-Every array has a descriptor of ten bytes: where it is, the size of an element, how many there are, and two links. The
-descriptors are an array themselves, number 0, which grows by several entries at once. What moves is packed together
-when the end of the pool is reached.
+Each array has a descriptor of ten bytes: offset, element size, length and two links. The descriptors form an array
+themselves, number 0, which grows by several entries at once. Arrays are compacted when the end of the pool is reached.
 
-Source: LEGO's executable file specification; the size of the pool is in docs/firmware.md section 5.2 (Command map). How
-much a program itself takes out of the pool, and by how many descriptors their array grows, were chosen so that the
-recorded conversation message_memory is met in both firmwares.
+Source: LEGO's executable file specification; the size of the pool is in docs/firmware.md section 5.2 (Command map). The
+pool space of a clump and the growth of the descriptors were fitted to the recorded conversation message_memory of both
+firmwares.
 """
 
 from __future__ import annotations
@@ -33,19 +32,19 @@ _SCALARS = {
 }
 
 Value = int | float | list["Value"]
-"""A number, or the elements of an array, or the members of a cluster."""
+"""A number, the elements of an array, or the members of a cluster."""
 
 
 class OutOfMemory(Exception):
-    """The pool is full, or a program has written nonsense over its array descriptors."""
+    """The pool is full, or a program has corrupted its array descriptors."""
 
 
 class Layout(NamedTuple):
-    """What differs between firmwares.
+    """Differences between firmwares.
 
     Attributes:
-        clump: Bytes of the pool each clump takes.
-        growth: Descriptors that are added at once.
+        clump: Pool bytes per clump.
+        growth: Number of descriptors added at once.
     """
 
     clump: int
@@ -62,17 +61,17 @@ class Memory:
     """The pool with one program in it.
 
     Attributes:
-        pool: All of it.
-        base: Where the program's variables begin.
-        descriptors: Where the descriptors are, from `base`.
+        pool: The whole pool.
+        base: Offset of the program's variables.
+        descriptors: Offset of the descriptors from `base`.
     """
 
     def __init__(self, program: Program, layout: Layout) -> None:
-        """Put the program's first values into an empty pool.
+        """Load the program's initial values into an empty pool.
 
         Raises:
-            BadProgram: It does not fit, or its descriptors are nonsense.
-            OutOfMemory: Its descriptors are longer than the pool.
+            BadProgram: It does not fit, or its descriptors are invalid.
+            OutOfMemory: Its descriptors exceed the pool.
         """
         self.pool = bytearray(POOL_SIZE)
         self.base = _aligned(len(program.clumps) * layout.clump)
@@ -92,11 +91,11 @@ class Memory:
         self._free: list[int] = []
 
     def address(self, variable: int) -> int:
-        """Where a single variable is, from `base`."""
+        """Offset of a scalar variable from `base`."""
         return self._variables[variable].data
 
     def kind(self, variable: int) -> Type:
-        """Type of a variable."""
+        """The type of a variable."""
         return self._variables[variable].type
 
     def members(self, cluster: int) -> list[int]:
@@ -112,7 +111,7 @@ class Memory:
         return self._read(variable, 0)
 
     def put(self, variable: int, value: Value) -> None:
-        """Change a variable; numbers are fitted into its type, arrays get the length of `value`.
+        """Set a variable; numbers are truncated to its type, arrays take the length of `value`.
 
         Raises:
             OutOfMemory: A longer array does not fit.
@@ -120,11 +119,11 @@ class Memory:
         self._write(variable, 0, value)
 
     def count(self, array: int) -> int:
-        """Elements of an array variable."""
+        """Length of an array variable."""
         return self._array(self._index(self._variables[array].data)).length
 
     def new_array(self, element_size: int) -> int:
-        """Number of a new, empty array's descriptor.
+        """Allocate an empty array; returns the number of its descriptor.
 
         Raises:
             OutOfMemory: There is no room for more descriptors.
@@ -139,12 +138,12 @@ class Memory:
         return index
 
     def free_array(self, index: int) -> None:
-        """Give an array and its descriptor back."""
+        """Free an array and its descriptor."""
         self._describe(index, _Array(NOT_AN_OFFSET, 0, 0))
         self._free.append(index)
 
     def resize(self, index: int, count: int) -> None:
-        """Give an array `count` elements; those it has stay, new ones are zero.
+        """Set the length of an array; new elements are zero.
 
         Raises:
             OutOfMemory: There is no room.
@@ -162,13 +161,13 @@ class Memory:
         self._describe(index, _Array(offset if new else NOT_AN_OFFSET, array.element, count))
 
     def bytes_of(self, index: int) -> bytes:
-        """An array as it is stored."""
+        """The stored bytes of an array."""
         array = self._array(index)
         start = self.base + array.offset
         return bytes(self.pool[start : start + array.element * array.length])
 
     def set_bytes(self, index: int, data: bytes) -> None:
-        """Store an array; its length becomes that of `data`.
+        """Store the bytes of an array and set its length.
 
         Raises:
             OutOfMemory: There is no room.
@@ -189,7 +188,7 @@ class Memory:
         return end
 
     def _compact(self) -> None:
-        """Move all arrays together, in their order."""
+        """Compact all arrays in their order."""
         end = self._movable
         arrays = [(self._array(index), index) for index in range(self._count)]
         for array, index in sorted((array, index) for array, index in arrays if array.length and array.element):
@@ -254,12 +253,12 @@ class Memory:
             place = self._array(index)
             if nested and i >= array.length:
                 sub = self.new_array(self._element_size(variable + 2))
-                place = self._array(index)  # descriptors and elements may have moved
+                place = self._array(index)  # new_array may have moved descriptors and elements
                 _INDEX.pack_into(self.pool, self.base + place.offset + i * place.element, sub)
             self._write(variable + 1, place.offset + i * place.element, value)
 
     def _element_size(self, variable: int) -> int:
-        """Bytes of an element of the type at `variable`."""
+        """Element size in bytes of the type at `variable`."""
         kind, _, data = self._variables[variable]
         if kind != Type.CLUSTER:
             return SIZES.get(kind, 0)
@@ -277,7 +276,7 @@ def _parts(value: Value) -> list[Value]:
 
 
 def _fitting(kind: Type, value: float) -> int | float:
-    """The low bits of `value`, as many as the type has."""
+    """Truncate `value` to the bits of the type."""
     if kind == Type.FLOAT:
         return value
     bits = 8 * SIZES[kind]

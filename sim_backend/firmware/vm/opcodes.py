@@ -1,4 +1,4 @@
-"""Which instruction does what. To add one, write its function and enter it in the table of its file.
+"""Handlers of all instructions. To add one, write its function and enter it in the table of its module.
 
 Source: LEGO's executable file specification.
 """

@@ -1,4 +1,4 @@
-"""Instructions that read and change fields of ports."""
+"""Instructions that read and write fields of ports."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _get_output(machine: Machine, instruction: Instruction) -> None:
 
 
 def _set_output(machine: Machine, instruction: Instruction) -> None:
-    """Change several fields of one port, or of each in an array of ports."""
+    """Set several fields of one port, or of each port in an array."""
     ports, *pairs = instruction.arguments
     chosen = machine.get(ports)
     for port in chosen if isinstance(chosen, list) else [chosen]:

@@ -1,7 +1,7 @@
-"""The executable file: header, table of variables, their first values, clumps and code.
+"""The executable file: header, variable table, initial values, clumps and code.
 
-Source: LEGO's published executable file specification (MINDSTORMS NXT software developer kit). All numbers are
-little-endian but the version; offsets count bytes, those of code count words of two bytes.
+Source: LEGO's published executable file specification (MINDSTORMS NXT software developer kit). All numbers except the
+version are little-endian; offsets count bytes, offsets of code count words of two bytes.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from typing import NamedTuple
 _HEADER = struct.Struct("<14sBB HHH HHH HHH HH")
 _FORMAT = b"MindstormsNXT\0"
 OLDEST_VERSION = (0, 4)
-"""Files of an older format are refused. Source: docs/firmware.md section 8."""
+"""Oldest accepted format. Source: docs/firmware.md section 8."""
 
 _VARIABLE = struct.Struct("<BBH")
 _CLUMP = struct.Struct("<BBH")
 _WORD = 2
 _ZERO_FIRST = 1
-"""Flag of a variable whose first value is zero and not in the file."""
+"""Flag of a variable whose initial value is zero and not in the file."""
 
 
 class Type(IntEnum):
@@ -50,11 +50,11 @@ SIZES = {
     Type.MUTEX: 4,
     Type.FLOAT: 4,
 }
-"""Bytes a variable takes itself; an array is the number of its descriptor, a cluster nothing but its members."""
+"""Size of a variable in bytes; an array is the number of its descriptor, a cluster has no bytes of its own."""
 
 
 class BadProgram(Exception):
-    """The file is not a program this firmware runs."""
+    """The file is not a program that this firmware can run."""
 
 
 class Variable(NamedTuple):
@@ -62,8 +62,8 @@ class Variable(NamedTuple):
 
     Attributes:
         type: See `Type`.
-        first_zero: Whether it starts as zero.
-        data: Offset of its value; of a cluster the number of its members.
+        first_zero: Whether the initial value is zero.
+        data: Offset of the value; for a cluster, its number of members.
     """
 
     type: Type
@@ -72,12 +72,12 @@ class Variable(NamedTuple):
 
 
 class Clump(NamedTuple):
-    """A piece of code that runs on its own.
+    """A unit of code that is scheduled on its own.
 
     Attributes:
-        fire_count: How many others must end before it starts; 0 starts at once.
-        dependents: Numbers of the clumps it may set off.
-        start: Its first word of code.
+        fire_count: Number of clumps that must end before it starts; 0 starts at once.
+        dependents: Numbers of the clumps it may fire.
+        start: Index of its first word of code.
     """
 
     fire_count: int
@@ -87,15 +87,15 @@ class Clump(NamedTuple):
 
 @dataclass(frozen=True)
 class Program:
-    """What a file holds.
+    """Content of an executable file.
 
     Attributes:
-        variables: The table.
-        memory: Variables, descriptors and arrays as they are at the start.
-        static_size: How many bytes of it are variables; behind them memory can move.
-        descriptors: Offset of the array descriptors in it.
-        clumps: All of them.
-        code: Words.
+        variables: The variable table.
+        memory: Initial variables, descriptors and arrays.
+        static_size: Number of bytes of scalar variables; the memory after them can move.
+        descriptors: Offset of the array descriptors in `memory`.
+        clumps: All clumps.
+        code: Words of code.
     """
 
     variables: tuple[Variable, ...]
@@ -124,10 +124,10 @@ class _Header(NamedTuple):
 
 
 def parse(content: bytes) -> Program:
-    """Take a file apart.
+    """Parse an executable file.
 
     Raises:
-        BadProgram: It is no program, too old a one, or shorter than it says.
+        BadProgram: The file is not a program, too old, or truncated.
     """
     try:
         return _parse(content)
@@ -159,7 +159,7 @@ def _parse(content: bytes) -> Program:
 
 
 def _first_values(header: _Header, variables: tuple[Variable, ...], defaults: bytes) -> bytes:
-    """Memory at the start: single values in the order of the table, then descriptors and arrays as they are."""
+    """Initial memory: scalar values in the order of the table, then descriptors and arrays."""
     memory = bytearray(header.initial_size)
     at = index = 0
     while index < len(variables):
@@ -177,7 +177,7 @@ def _first_values(header: _Header, variables: tuple[Variable, ...], defaults: by
 
 
 def following(variables: tuple[Variable, ...], index: int) -> int:
-    """Number of the entry behind the variable `index`, whose elements and members follow it in the table."""
+    """Index of the entry after the variable `index` and its elements or members."""
     while variables[index].type == Type.ARRAY:
         index += 1
     members = variables[index].data if variables[index].type == Type.CLUSTER else 0
@@ -188,7 +188,7 @@ def following(variables: tuple[Variable, ...], index: int) -> int:
 
 
 def _clumps(content: bytes, at: int, count: int) -> tuple[tuple[Clump, ...], int]:
-    """All clumps, and where the code begins: behind the lists of dependents, at an even place."""
+    """All clumps, and the even offset of the code after the lists of dependents."""
     lists = at + count * _CLUMP.size
     clumps = []
     for i in range(count):

@@ -1,7 +1,7 @@
-"""System calls: what a program asks of the other modules. To add one, write its function and enter it in the table.
+"""System calls: requests of a program to other modules. To add one, write its function and enter it in the table.
 
-A call's arguments are the members of a cluster; most calls put their status into the first. A call that is not in the
-table ends the program with an error.
+A call's arguments are the members of a cluster; most calls return their status in the first. An unknown call ends the
+program with an error.
 
 Source: LEGO's executable file specification.
 """
@@ -23,11 +23,11 @@ _OK = int(Status.OK)
 _RANDOM_LIMIT = 0x7FFF
 
 Arguments = list[int]
-"""Numbers of the variables that are members of a call's cluster."""
+"""Numbers of the variables in a call's cluster."""
 
 
 def call(machine: Machine, instruction: Instruction) -> None:
-    """Do the system call an instruction names."""
+    """Run the system call that an instruction names."""
     name, cluster = instruction.arguments
     function = TABLE.get(name)
     if function is None:
@@ -52,7 +52,7 @@ def _play_file(machine: Machine, arguments: Arguments) -> None:
 
 
 def _play_tone(machine: Machine, arguments: Arguments) -> None:
-    """Play a tone; it ends after its time even if it is asked to repeat."""
+    """Play a tone once; the loop argument is ignored."""
     status, frequency, duration, _, volume = arguments
     sound = machine.devices.sound
     sound.volume = min(_number(machine, volume), MAX_VOLUME)
@@ -75,7 +75,7 @@ def _set_sound_state(machine: Machine, arguments: Arguments) -> None:
 
 
 def _draw(machine: Machine, arguments: Arguments) -> None:
-    """Succeed: what is on the display is not simulated."""
+    """Succeed without effect: drawing is not simulated."""
     machine.put(arguments[0], _OK)
 
 
@@ -194,7 +194,7 @@ def _open_read(machine: Machine, arguments: Arguments) -> None:
 
 
 def _open_write(machine: Machine, arguments: Arguments) -> None:
-    """Create a data file of the length asked for."""
+    """Create a data file of the given length."""
     status, handle, name, length = arguments
     size = _number(machine, length)
     opened = machine.devices.loader.create(text(machine.get(name)), size, appendable=True)
@@ -263,4 +263,4 @@ TABLE: Mapping[int, Callable[[Machine, Arguments], None]] = {
     32: _io_map_read,
     33: _io_map_write,
 }
-"""Number of the call to its function."""
+"""Number of each call to its function."""
