@@ -53,7 +53,7 @@ class MjpegDoor:
             self._server = _Server((LOOPBACK, port), self._feed)
         except (OSError, OverflowError) as error:
             raise ConfigError(
-                f"the camera's stream cannot use port {port}: {error}.", remedy="Take another one; 0 finds a free one."
+                f"the camera stream cannot use port {port}: {error}.", remedy="Take another one; 0 finds a free one."
             ) from error
         self.url = f"http://{LOOPBACK}:{self._server.server_address[1]}{STREAM}"
         self._thread = threading.Thread(target=self._server.serve_forever, args=(0.1,), name="camera stream")

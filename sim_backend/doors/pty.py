@@ -166,13 +166,13 @@ def _open_terminal() -> tuple[int, int]:
         import pty
         import tty
     except ImportError:
-        raise ConfigError("this system has no pseudo-terminals.", remedy="Linux and macOS have them.") from None
+        raise ConfigError("this system has no pseudo-terminals.", remedy="Use Linux or macOS, or a TCP port.") from None
     try:
         end, terminal = pty.openpty()
     except OSError as error:
         raise ConfigError(
-            f"no pseudo-terminal can be had: {os.strerror(error.errno or errno.EIO)}.",
-            remedy="End programs that hold some, or serve on a TCP port: nxtdrive sim serve --tcp 0.",
+            f"no pseudo-terminal is available: {os.strerror(error.errno or errno.EIO)}.",
+            remedy="End programs that use some, or serve on a TCP port: nxtdrive sim serve --tcp 0.",
         ) from error
     tty.setraw(terminal)
     os.set_blocking(end, False)
@@ -206,7 +206,7 @@ def _lead_session(device: str) -> subprocess.Popen[bytes] | None:
 def _name(device: str, path: Path) -> None:
     """Make `path` a symbolic link to `device` atomically."""
     if path.exists() and not path.is_symlink():
-        raise ConfigError(f"{path} exists and is not a link.", remedy="Choose a name for the port that is free.")
+        raise ConfigError(f"{path} exists and is not a link.", remedy="Choose another name for the port.")
     fresh = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         fresh.symlink_to(device)

@@ -182,7 +182,7 @@ class SocketDoor:
             self._listener = socket.create_server((host, port), family=family, backlog=BACKLOG)
         except (OSError, OverflowError) as error:
             raise ConfigError(
-                f"nothing can be served at {host}, port {port}: {error}.",
+                f"cannot listen on {host}, port {port}: {error}.",
                 remedy="Take another port; 0 finds a free one.",
             ) from error
         self._listener.setblocking(False)

@@ -216,12 +216,12 @@ class CompassMount(Table):
 def _registers(values: dict[str, str | tuple[int, ...]]) -> dict[str, str | tuple[int, ...]]:
     for name, value in values.items():
         if isinstance(value, str) and not value.isascii():
-            raise ValueError(f"what begins at {name} has letters beyond ASCII; give it as bytes")
+            raise ValueError(f"the text at {name} is not ASCII; give it as bytes")
         number = int(name, 0) if name.isdecimal() or name.lower().startswith("0x") else -1
         if not 0 <= number <= 255:
-            raise ValueError(f'{name!r} is no register; give 0 to 255, or "0x42"')
+            raise ValueError(f'{name!r} is not a register; give 0 to 255, or "0x42"')
         if number + len(value) > 256:
-            raise ValueError(f"what begins at {name} goes beyond register 255")
+            raise ValueError(f"the values at {name} go beyond register 255")
     return values
 
 

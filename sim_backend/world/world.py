@@ -142,7 +142,7 @@ class World:
             ValueError: The name is taken.
         """
         if table.name in self._objects:
-            raise ValueError(f"there is a {table.name!r} in the world already")
+            raise ValueError(f"the world already has a {table.name!r}")
         obj: PlacedObject | PersonObject
         match table:
             case Box():

@@ -224,7 +224,7 @@ class When(Table):
     @model_validator(mode="after")
     def _complete(self) -> Self:
         if all(condition is None for condition in (self.at_s, self.after, self.after_end_of, self.sees, self.of)):
-            raise ValueError("says nothing; give at_s, after, after_end_of, sees, or of with a distance")
+            raise ValueError("has no condition; give at_s, after, after_end_of, sees, or of with a distance")
         if self.after is not None and self.after_end_of is not None:
             raise ValueError("after and after_end_of exclude each other")
         near, far = self.robot_within_mm, self.robot_beyond_mm

@@ -128,7 +128,7 @@ def test_all_wrong_names_and_places_are_reported_at_once():
 @pytest.mark.parametrize(
     ("event", "sentence"),
     [
-        ("when = {}\npicture = 'lena'", "says nothing"),
+        ("when = {}\npicture = 'lena'", "has no condition"),
         ("when = { at_s = 1 }", "exactly one of person, picture and box"),
         ("when = { at_s = 1 }\nperson = 'anna'", "exactly one of to_mm, blocks and leaves"),
         ("when = { at_s = 1 }\npicture = 'lena'\nstays_s = 3", "are for persons"),
@@ -203,10 +203,10 @@ def test_ports_may_not_collide():
         ("kind = 'light'\nport = 2\nlooks = 'up'", ["sensors[0].looks: input should be 'down' or 'ahead'"]),
         ("kind = 'compass'", ["sensors[0].port: is missing"]),
         ("kind = 'i2c'\nport = 2\naddress = 3", ["sensors[0].address: input should be a multiple of 2"]),
-        ("kind = 'i2c'\nport = 2\nregisters = { x = [1] }", ["sensors[0].registers: 'x' is no register"]),
+        ("kind = 'i2c'\nport = 2\nregisters = { x = [1] }", ["sensors[0].registers: 'x' is not a register"]),
         (
             "kind = 'i2c'\nport = 2\nregisters = { 255 = 'ab' }",
-            ["sensors[0].registers: what begins at 255 goes beyond"],
+            ["sensors[0].registers: the values at 255 go beyond"],
         ),
     ],
 )
