@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -55,8 +56,6 @@ class Webcam:
         self.fps, self.hfov_deg = float(world.file.camera.fps), world.file.camera.hfov_deg
         self.unplugged_ms: tuple[tuple[int, int], ...] = ()
         self.next_frame_ms = 0.0
-        self._camera: SimCamera | None = None
-        self._sensor: GeometricSensor | None = None
         self._exposure: Exposure | None = None
         self._drawn: tuple[int, Image] | None = None
 
@@ -103,8 +102,6 @@ class Webcam:
         picture = self._world.pictures.get(name)
         if picture is None or self.unplugged:
             return None
-        if self._sensor is None:
-            self._sensor = self._open_sensor()
         seen = self._fresh()
         return self._sensor.observe(seen.panels, seen.viewpoint, picture.texture, seen.turn_rate_deg_s)
 
@@ -124,18 +121,18 @@ class Webcam:
         return Exposure(self.index, world.panels(), world.viewpoint(), world.robot.turn_rate_deg_s)
 
     def _draw(self, exposure: Exposure) -> Image:
-        if self._camera is None:
-            self._camera = self._open_camera()
         image = self._camera.frame(exposure.panels, exposure.viewpoint, exposure.turn_rate_deg_s)
         image.flags.writeable = False
         return image
 
-    def _open_sensor(self) -> GeometricSensor:
+    @cached_property
+    def _sensor(self) -> GeometricSensor:
         from sim_backend.camera.geometric import GeometricSensor
 
         return GeometricSensor(self.size, self.hfov_deg, self._seed)
 
-    def _open_camera(self) -> SimCamera:
+    @cached_property
+    def _camera(self) -> SimCamera:
         from sim_backend.camera.lens import LensEffects
         from sim_backend.camera.sim_camera import SimCamera
 

@@ -19,7 +19,7 @@ class Battery:
     """Voltage, sampled six times a second.
 
     Attributes:
-        millivolts: Voltage at the last sample.
+        millivolts: Voltage at the last sample, refreshed every 167 ms.
     """
 
     def __init__(self) -> None:

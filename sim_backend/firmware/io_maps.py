@@ -127,7 +127,6 @@ def ui_map(module: UiModule, sound: SoundModule) -> LiveMap:
     live = LiveMap(iomap.UI, on_write=module.wake)
     live.bind(
         module,
-        BatteryVoltage="battery_mv",
         LMSfilename="program_name",
         Flags="flags",
         State="state",
@@ -140,7 +139,9 @@ def ui_map(module: UiModule, sound: SoundModule) -> LiveMap:
         OBPPointer="pointer",
         ForceOff="force_off",
     )
-    live.show(module, BatteryState="battery_state", SleepTimer="sleep_timer", Rechargeable="rechargeable")
+    live.show(module, SleepTimer="sleep_timer")
+    live.bind(module.battery, BatteryVoltage="millivolts")
+    live.show(module.battery, BatteryState="bars", Rechargeable="rechargeable")
     live.bind(sound, Volume="volume")
     return live
 

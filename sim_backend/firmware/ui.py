@@ -90,25 +90,6 @@ class UiModule:
         self._schedule()
 
     @property
-    def battery_mv(self) -> int:
-        """Voltage, refreshed every 167 ms."""
-        return self.battery.millivolts
-
-    @battery_mv.setter
-    def battery_mv(self, millivolts: int) -> None:
-        self.battery.millivolts = millivolts
-
-    @property
-    def rechargeable(self) -> bool:
-        """Whether the rechargeable pack is fitted."""
-        return self.battery.rechargeable
-
-    @property
-    def battery_state(self) -> int:
-        """Bars of the battery symbol."""
-        return self.battery.bars
-
-    @property
     def sleep_timer(self) -> int:
         """Whole minutes since the timer was last reset."""
         return (self._clock.now_ms - self._timer_started_ms) // MINUTE_MS

@@ -17,9 +17,9 @@ LOST_AFTER_S = 0.6
 
 @pytest.mark.parametrize("eyes", ["geometric", "camera"])
 def test_an_unplugged_camera_is_noticed_as_such_and_nothing_is_forgotten(eyes):
-    play, referee = perform(draw_scenario("camera_loss", 102), "adaptive", eyes)
+    trace, referee = perform(draw_scenario("camera_loss", 102), "adaptive", eyes)
     choices = [record for record in referee.records if record.kind is Kind.CHOICE]
     assert [choice.data["evidence"]["reason"] for choice in choices] == [Reason.CAMERA_LOST]
-    unplugged_s = max(each.time_s for each in play.happenings if each.time_s < choices[0].time_s)
+    unplugged_s = max(each.time_s for each in trace.disturbances if each.time_s < choices[0].time_s)
     assert choices[0].time_s - unplugged_s <= LOST_AFTER_S + 2 * GLANCE_TIMEOUT_S
-    assert play.ending is Ending.ACHIEVED
+    assert trace.ending is Ending.ACHIEVED
