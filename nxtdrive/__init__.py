@@ -1,4 +1,4 @@
-"""The driver: bricks, motors, sensors and the rover, over any transport.
+"""The driver: bricks, motors, sensors and the rover, over any transport; and missions in one line.
 
 ::
 
@@ -9,47 +9,49 @@
         print(brick.touch(1).pressed, brick.ultrasonic(4).distance_mm, brick.battery_v)
         brick.rover().straight(300)
 
-What is named here is loaded when it is first used.
+Sensors' classes are in `nxtdrive.sensors`, errors in `nxtdrive.errors`. What is named here is loaded when it is first
+used.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from behaviors.ports import MotionResult, Pose, StopReason
     from firmware_protocol.errors import NXTError
     from nxtdrive.brick import Brick, BrickInfo, open_brick
     from nxtdrive.motion.motor import Motor, MotorSettings, Then
     from nxtdrive.motion.rover import DriveSettings, Rover, SafetyLimits
-    from nxtdrive.sensors import Touch, Ultrasonic
     from nxtdrive.transports import open_transport
 
 __all__ = [
     "Brick",
     "BrickInfo",
     "DriveSettings",
+    "MotionResult",
     "Motor",
     "MotorSettings",
     "NXTError",
+    "Pose",
     "Rover",
     "SafetyLimits",
+    "StopReason",
     "Then",
-    "Touch",
-    "Ultrasonic",
     "open_brick",
     "open_transport",
 ]
 
 _HOMES = {
+    "behaviors.ports": ("MotionResult", "Pose", "StopReason"),
+    "firmware_protocol.errors": ("NXTError",),
     "nxtdrive.brick": ("Brick", "BrickInfo", "open_brick"),
     "nxtdrive.motion.motor": ("Motor", "MotorSettings", "Then"),
     "nxtdrive.motion.rover": ("DriveSettings", "Rover", "SafetyLimits"),
-    "nxtdrive.sensors": ("Touch", "Ultrasonic"),
     "nxtdrive.transports": ("open_transport",),
-    "firmware_protocol.errors": ("NXTError",),
 }
 
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401 - whatever bears the name
+def __getattr__(name: str) -> Any:  # noqa: ANN401 - whatever has that name
     for module, names in _HOMES.items():
         if name in names:
             value = globals()[name] = getattr(import_module(module), name)

@@ -120,6 +120,10 @@ class Simulation:
         """Simulation time."""
         return self._now_ms / 1000.0
 
+    def motors_turn(self) -> bool:
+        """Whether the brick gives power to a motor that is to turn."""
+        return any(output.control.actual_speed for output in self.brick.output.outputs)
+
     def advance(self, duration_ms: int) -> None:
         """Advance the simulation; must not be called from an action or a frame callback.
 

@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Literal, overload
 
 from behaviors.ports import StopReason
+from firmware_protocol.errors import LocalProtocolError
 from nxtdrive.link.protocol import MotorLink
 from nxtdrive.link.scheduler import Motion, Steps
 from nxtdrive.motion.lease import LEASE_RANGE_S, LEASE_S
@@ -25,6 +26,8 @@ STANDING_DEG_S = 20.0
 """A motor slower than this, though it should run, is stalled."""
 FASTEST_DEG_S = 900.0
 """Highest speed that regulation can keep: a fresh battery turns the free motor at about 1000."""
+ANGLE_RANGE_DEG = 1_000_000.0
+"""A longer motion, of more than a quarter of an hour, is a mistake in a unit."""
 SLOWEST_DEG_S = 10.0
 """Lowest speed, and the step between speeds."""
 
@@ -140,7 +143,9 @@ class Motor:
         Returns:
             DONE, or STALLED or TIMEOUT if something holds the motor.
         """
-        in_range("speed_deg_s", abs(speed_deg_s), SLOWEST_DEG_S, FASTEST_DEG_S)
+        in_range("angle_deg", angle_deg, -ANGLE_RANGE_DEG, ANGLE_RANGE_DEG)
+        if abs(in_range("speed_deg_s", speed_deg_s, -FASTEST_DEG_S, FASTEST_DEG_S)) < SLOWEST_DEG_S:
+            raise LocalProtocolError(f"speed_deg_s must be at least {SLOWEST_DEG_S:g} either way, not {speed_deg_s!r}.")
         settings = self.settings
         pace = Pace(abs(self._limited(speed_deg_s)), settings.acceleration_deg_s2 or ACCELERATION_DEG_S2)
         wheel = Wheel(self._output, self._sign if speed_deg_s > 0 else -self._sign)
@@ -161,6 +166,7 @@ class Motor:
         self, speed_deg_s: float, target_deg: float, then: Then = Then.HOLD, *, wait: bool = True
     ) -> StopReason | Motion[StopReason]:
         """Turn until `angle` is `target_deg`; otherwise as `run_angle`, and the sign of the speed does not matter."""
+        in_range("target_deg", target_deg, -ANGLE_RANGE_DEG, ANGLE_RANGE_DEG)
         angle_deg = target_deg - self.angle
         if wait:
             return self.run_angle(abs(speed_deg_s), angle_deg, then)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 from firmware_protocol.enums import SensorMode, SensorType
 from nxtdrive.link.protocol import SensorLink
 from nxtdrive.ports import SensorPort
 from nxtdrive.sensors.port import Sensor
 from nxtdrive.sensors.reading import Measuring
 
+POLL_S = 0.02
+"""Between two looks at a button; a press lasts a tenth of a second."""
 FULL_SCALE = 1023
 """The firmware's normalised values are 0..1023. Source: docs/firmware.md section 6."""
 
@@ -28,6 +32,24 @@ class Touch(Sensor, Measuring[bool]):
     def value(self) -> bool:
         """The same as `pressed`."""
         return self.pressed
+
+    def wait_for_press(self, timeout_s: float = math.inf) -> bool:
+        """Wait until the button is pressed; one that is down already has to be let go first.
+
+        Args:
+            timeout_s: Longest wait.
+
+        Returns:
+            Whether it was pressed in time.
+        """
+        link, end, was_down = self.link, self.link.now() + timeout_s, self.pressed
+        while link.now() < end:
+            link.sleep(POLL_S)
+            down = self.pressed
+            if down and not was_down:
+                return True
+            was_down = down
+        return False
 
 
 class Percentage(Sensor, Measuring[float]):

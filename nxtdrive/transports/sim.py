@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Self
 from firmware_protocol.errors import AddressError, LinkLost
 from firmware_protocol.framing import USB_TELEGRAM_LIMIT
 from nxtdrive.transports.address import Address
+from nxtdrive.transports.sleep_warning import SleepWarning
 
 if TYPE_CHECKING:
     from sim_backend.link import LinkFaults, SimLink
@@ -89,6 +90,7 @@ class SimTransport:
         self._simulation = simulation
         self._latency_ms = latency_ms
         self._faults = faults
+        self._sleep_warning = None if realtime else SleepWarning()
         self._started_s = time.monotonic() - simulation.now_ms / 1000 if realtime else None
         self._link: SimLink = self._plug_in()
 
@@ -131,6 +133,8 @@ class SimTransport:
 
     def send(self, telegram: bytes) -> None:
         """Put a telegram on the way to the simulated brick."""
+        if self._sleep_warning:
+            self._sleep_warning.enter(self._simulation.motors_turn)
         try:
             self._link.send(telegram)
         except ConnectionError as error:
@@ -143,6 +147,7 @@ class SimTransport:
         except ConnectionError as error:
             raise self._lost(error) from error
         self._keep_pace()
+        self._leave()
         return reply
 
     def close(self) -> None:
@@ -163,6 +168,7 @@ class SimTransport:
         if duration_s > 0:
             self._simulation.advance(max(1, round(duration_s * 1000)))
             self._keep_pace()
+            self._leave()
 
     def on_frame(self, callback: Callable[[Any, float], None], fps: float) -> None:
         """Have `callback` called with the webcam's frame and its time, `fps` times a simulated second."""
@@ -175,6 +181,10 @@ class SimTransport:
             return SimLink(self._simulation, self._latency_ms, self._faults or NO_FAULTS)
         except ConnectionError as error:
             raise self._lost(error) from error
+
+    def _leave(self) -> None:
+        if self._sleep_warning:
+            self._sleep_warning.leave()
 
     def _keep_pace(self) -> None:
         if self._started_s is None:

@@ -1,0 +1,171 @@
+"""What people type: names where they look for them, one object a port, plain refusals."""
+
+import threading
+import warnings
+
+import pytest
+
+import nxtdrive
+from firmware_protocol.errors import LocalProtocolError
+from nxtdrive import MotionResult, Pose, StopReason, open_brick
+from nxtdrive.brick import Brick
+from nxtdrive.motion.rover import Rover
+
+PUBLIC_NAMES = 25
+
+
+def test_the_brick_is_a_facade_of_few_names(lab):
+    brick = lab().brick
+    names = [name for name in dir(brick) if not name.startswith("_")]
+    assert len(names) <= PUBLIC_NAMES, names
+
+
+def test_results_have_their_types_at_the_root(lab):
+    result = Rover(lab().brick.link).straight(50)
+    assert isinstance(result, MotionResult)
+    assert result.stop is StopReason.DONE
+    assert isinstance(nxtdrive.Pose(), Pose)
+
+
+def test_what_is_asked_for_twice_is_one_object(lab):
+    brick = lab().brick
+    assert brick.ultrasonic(4) is brick.ultrasonic(4)
+    assert brick.motor("A") is brick.motor("a")
+    assert brick.light(3, lamp=False) is brick.light(3)
+    assert brick.motor("A", reversed=True) is not brick.motor("A")
+    assert brick.touch(4) is not brick.ultrasonic(4), "something else is plugged in now"
+
+
+def test_a_sensor_is_set_up_once(lab):
+    room = lab('[[boxes]]\nname = "box"\nat_mm = [2500, 1500]\nsize_mm = [200, 1000]\nheight_mm = 300\n')
+    assert room.brick.ultrasonic(4).distance_mm
+    begun_ms = room.simulation.now_ms
+    assert room.brick.ultrasonic(4).distance_mm
+    assert room.simulation.now_ms - begun_ms < 20
+    assert room.brick.rover().range_mm()
+    assert room.simulation.now_ms - begun_ms < 40
+
+
+def test_a_brick_can_be_renamed(lab):
+    brick = lab().brick
+    brick.name = "Robot 7"
+    assert (brick.name, brick.info().name) == ("Robot 7", "Robot 7")
+    with pytest.raises(LocalProtocolError):
+        brick.name = "a name of more than 15"
+    with pytest.raises(LocalProtocolError):
+        brick.name = 7
+
+
+def test_the_volume_can_be_set_and_read(lab):
+    brick = lab().brick
+    brick.volume = 2
+    assert brick.volume == 2
+    with pytest.raises(LocalProtocolError, match="volume"):
+        brick.volume = 5
+
+
+def test_a_screenshot_shows_the_display(lab):
+    picture = lab().brick.screenshot()
+    assert (picture.shape, picture.dtype) == ((64, 100), bool)
+
+
+@pytest.mark.parametrize(
+    ("mistake", "name"),
+    [
+        (lambda brick: brick.rover().turn("90"), "angle_deg"),
+        (lambda brick: brick.rover().straight(None), "distance_mm"),
+        (lambda brick: brick.rover().straight(100, "fast"), "speed_mm_s"),
+        (lambda brick: brick.rover().curve(100, float("nan")), "angle_deg"),
+        (lambda brick: brick.rover().drive("200", 0), "speed_mm_s"),
+        (lambda brick: brick.rover(safety=None), "safety"),
+        (lambda brick: brick.rover(settings={}), "settings"),
+        (lambda brick: brick.rover(wheel_diameter_mm="56"), "wheel_diameter_mm"),
+        (lambda brick: brick.motor("A").run("fast"), "speed_deg_s"),
+        (lambda brick: brick.motor("A").run_angle(360, "720"), "angle_deg"),
+        (lambda brick: brick.motor("A").run_time(360, None), "duration_s"),
+        (lambda brick: brick.motor("A").dc(True), "power"),
+        (lambda brick: brick.motor(1), "1"),
+        (lambda brick: brick.touch("1"), "'1'"),
+        (lambda brick: brick.tone("a", 100), "frequency_hz"),
+        (lambda brick: brick.programs.write_message("1", "hello"), "box"),
+    ],
+)
+def test_a_wrong_argument_is_one_kind_of_error_that_names_it(lab, mistake, name):
+    with pytest.raises(LocalProtocolError, match=name):
+        mistake(lab().brick)
+
+
+@pytest.mark.parametrize("way", ["stepped", "threaded"])
+@pytest.mark.parametrize(
+    ("radius_mm", "angle_deg"), [(300, 90), (300, -60), (-200, 45), (56, 90), (0, 120), (1000, 20)]
+)
+def test_a_curve_turns_by_its_angle_on_its_circle(lab, radius_mm, angle_deg):
+    rover = Rover(lab().brick.link, ultrasonic=None, touch=None)
+    result = rover.curve(radius_mm, angle_deg)
+    assert result.stop is StopReason.DONE
+    assert result.turned_deg == pytest.approx(angle_deg, abs=2)
+    assert result.distance_mm == pytest.approx(radius_mm * abs(angle_deg) * 3.14159 / 180, abs=4)
+    # the chord of the circle, forward or back, and to the side of the turn
+    pose = rover.pose()
+    assert (pose.x_mm > 0) == (radius_mm > 0) or not radius_mm
+    assert abs(pose.y_mm) < 10 or (pose.y_mm > 0) == (angle_deg * radius_mm > 0)
+
+
+def test_a_drive_may_have_a_speed_of_its_own(lab):
+    def seconds(speed_mm_s):
+        room = lab()
+        rover = Rover(room.brick.link, ultrasonic=None, touch=None)
+        assert rover.straight(400, speed_mm_s).done
+        return room.simulation.time_s
+
+    assert seconds(80) > 1.5 * seconds(250)
+
+
+def test_waiting_for_a_press_waits_for_a_new_one(lab):
+    room = lab()
+    down = [True]
+    room.attach(1, _Button(down))
+    touch = room.brick.touch(1)
+    assert not touch.wait_for_press(timeout_s=0.5), "it was down all the time"
+    room.simulation.at(room.simulation.now_ms + 300, lambda: down.__setitem__(0, False))
+    room.simulation.at(room.simulation.now_ms + 700, lambda: down.__setitem__(0, True))
+    begun_s = room.brick.now()
+    assert touch.wait_for_press(timeout_s=5)
+    assert room.brick.now() - begun_s == pytest.approx(0.7, abs=0.05)
+
+
+class _Button:
+    """A touch sensor that a list presses."""
+
+    def __init__(self, down):
+        self.down = down
+
+    def raw(self, *_):
+        return 200 if self.down[0] else 1023
+
+
+def test_sleeping_on_the_wall_clock_is_warned_of_once_while_the_robot_moves(lab):
+    def rest():
+        threading.Event().wait(0.15)
+
+    with lab().brick as brick:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            for _ in range(3):
+                rest()
+                assert brick.battery_v, "the robot stands"
+        brick.motor("A").run(300)
+        brick.sleep(0.5)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            for _ in range(5):
+                rest()
+                assert brick.battery_v
+        (warning,) = caught
+        assert "use brick.sleep() instead of time.sleep()" in str(warning.message)
+
+
+def test_opening_by_name_works_as_the_docstring_says():
+    with open_brick("sim://open") as brick:
+        assert isinstance(brick, Brick)
+        brick.motor("A").run_angle(360, 90)
