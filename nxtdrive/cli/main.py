@@ -224,16 +224,16 @@ class _Parser(argparse.ArgumentParser):
 
 
 class _Version(argparse.Action):
-    """Prints the version; reads the package's metadata only when asked, it is slow to import."""
+    """Prints the version."""
 
     def __init__(self, option_strings: Sequence[str], dest: str) -> None:
         super().__init__(option_strings, dest, nargs=0, help="print the version")
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         """Print it and leave."""
-        from importlib.metadata import version
+        import nxtdrive
 
-        print(f"nxtdrive {version('nxtdrive')}")
+        print(f"nxtdrive {nxtdrive.__version__}")
         parser.exit()
 
 

@@ -1,14 +1,14 @@
 from pathlib import Path
 
 from firmware_protocol.catalog import names
-from nxtdrive.tools.opcode_table import document
+from nxtdrive.tools.dev.opcode_table import document
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "protocol.md"
 
 
 def test_the_document_is_the_one_made_from_the_declarations():
     assert DOCUMENT.read_text(encoding="utf-8") == document(), (
-        "run: python -m nxtdrive.tools.opcode_table > docs/protocol.md"
+        "run: python -m tools.dev.opcode_table > docs/protocol.md"
     )
 
 

@@ -2,8 +2,8 @@
 
 import statistics
 
-from nxtdrive.tools import bench_compass
-from nxtdrive.tools.bench_compass import turned_error_deg, walked_errors
+from nxtdrive.tools.dev import bench_compass
+from nxtdrive.tools.dev.bench_compass import turned_error_deg, walked_errors
 
 SLIPPERY = 100
 """Seed of a room in which the wheels lose a fifth of each turn."""

@@ -3,7 +3,7 @@
 import importlib.util
 import sys
 
-from nxtdrive.tools.bench_doors import measure_doors
+from nxtdrive.tools.dev.bench_doors import measure_doors
 
 
 def test_every_door_the_passes_and_the_memory_are_measured():

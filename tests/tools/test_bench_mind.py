@@ -5,7 +5,14 @@ import math
 import pytest
 
 from behaviors.events import Fact, Reason
-from nxtdrive.tools.bench_mind import WAYS, decision_times_s, frame_times_s, measure_mind, searching_chart, spread_ms
+from nxtdrive.tools.dev.bench_mind import (
+    WAYS,
+    decision_times_s,
+    frame_times_s,
+    measure_mind,
+    searching_chart,
+    spread_ms,
+)
 
 
 def test_every_figure_is_there_and_has_its_goal():

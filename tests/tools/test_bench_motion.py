@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from nxtdrive.tools.bench_motion import angle_errors, cut_motor, cut_rover, error_figures, heading_errors
+from nxtdrive.tools.dev.bench_motion import angle_errors, cut_motor, cut_rover, error_figures, heading_errors
 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
 

@@ -4,7 +4,7 @@ import importlib.util
 
 import pytest
 
-from nxtdrive.tools import bench_sensors
+from nxtdrive.tools.dev import bench_sensors
 
 
 @pytest.mark.skipif(importlib.util.find_spec("pty") is None, reason="needs pseudo-terminals")

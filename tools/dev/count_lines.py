@@ -4,7 +4,7 @@ Imports count; docstrings, comments and blank lines do not.
 
 ::
 
-    python tools/dev/count_lines.py [FOLDER]
+    python -m tools.dev.count_lines [FOLDER]
 """
 
 from __future__ import annotations

@@ -13,11 +13,11 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from functools import cache, partial
 from hashlib import sha256
-from importlib.metadata import version
-from importlib.util import find_spec
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
+import nxtdrive
 from firmware_protocol.errors import AddressError, ConfigError
 
 from .runner import WorkersDied
@@ -137,16 +137,16 @@ def installed() -> Installed:
     """What nxtdrive this process has; read once, since what it has loaded stays when the files change."""
     files: dict[str, Path] = {}
     for room in ROOMS:
-        spec = find_spec(room)
-        if spec is not None and spec.origin is not None:
-            root = Path(spec.origin).parent
-            paths = (path for path in root.rglob("*") if path.suffix in INGREDIENTS)
-            # tools/ lies inside the package or, in a checkout, beside it; its names are the same
-            files |= {f"{room.replace('.', '/')}/{path.relative_to(root).as_posix()}": path for path in paths}
+        # tools/ lies inside the package or, in a checkout, beside it; its names are the same
+        root = Path(import_module(room).__path__[0])
+        for path in root.rglob("*"):
+            name = path.relative_to(root).as_posix()
+            if path.suffix in INGREDIENTS and not name.startswith("dev/"):  # tools/dev is in checkouts only
+                files[f"{room.replace('.', '/')}/{name}"] = path
     digest = sha256()
     for name, path in sorted(files.items()):
         digest.update(f"{name} {sha256(path.read_bytes()).hexdigest()}\n".encode())
-    return Installed(version("nxtdrive"), digest.hexdigest())
+    return Installed(nxtdrive.__version__, digest.hexdigest())
 
 
 def as_there(there: Installed, fn: Callable[..., T], *args: Any, **kwargs: Any) -> T:  # noqa: ANN401 - whatever fn takes

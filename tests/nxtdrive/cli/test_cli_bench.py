@@ -5,8 +5,8 @@ import json
 import pytest
 
 from nxtdrive.cli.main import DONE, USAGE, main
-from nxtdrive.tools import bench
-from nxtdrive.tools.bench import Figure
+from nxtdrive.tools.dev import bench
+from nxtdrive.tools.dev.bench import Figure
 
 FIGURES = [
     Figure("requests", 1.5, "µs", peer=6.0),
@@ -65,6 +65,13 @@ def test_mistakes_are_said_before_anything_is_measured(words, hint, measured, ca
     assert main(["bench", *words]) == USAGE
     assert hint in capsys.readouterr().err
     assert measured == []
+
+
+def test_the_help_names_every_area(capsys):
+    with pytest.raises(SystemExit):
+        main(["bench", "--help"])
+    told = capsys.readouterr().out
+    assert [area for area in (*bench.AREAS, bench.DRIVER) if area not in told] == []
 
 
 def test_nothing_is_compared_when_nxt_python_is_not_installed(monkeypatch):

@@ -49,7 +49,7 @@ print(statistics.median(rates))
 
 DRIVER_CLIENT = """
 import sys
-from nxtdrive.tools.bench_doors import over
+from nxtdrive.tools.dev.bench_doors import over
 print(over(sys.argv[1], *map(int, sys.argv[2:])))
 """
 NXT_PYTHON = """

@@ -12,9 +12,10 @@ from dataclasses import replace
 
 from nxtdrive.brick import open_brick
 from nxtdrive.motion.motor import FASTEST_DEG_S, Then
-from nxtdrive.tools.bench import Figure
-from nxtdrive.tools.bench_motion import LATENCIES_MS, REST_S, error_figures, rotation
-from nxtdrive.tools.bench_peer import run_nxt_python, served, where
+
+from .bench import Figure
+from .bench_motion import LATENCIES_MS, REST_S, error_figures, rotation
+from .bench_peer import run_nxt_python, served, where
 
 MOVES = ((40, 90), (-75, 360), (100, 720), (-40, 450), (75, 180), (-100, 270))
 """Power in percent, its sign being the direction, and degrees."""

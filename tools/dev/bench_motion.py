@@ -21,10 +21,11 @@ from firmware_protocol.enums import OutputPort
 from nxtdrive.brick import Brick, open_brick
 from nxtdrive.motion.motor import FASTEST_DEG_S, Then
 from nxtdrive.motion.rover import Rover, SafetyLimits
-from nxtdrive.tools.bench import Figure
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 from sim_backend.world.world_file import Floor, Robot, Slip, WorldFile
+
+from .bench import Figure
 
 if TYPE_CHECKING:
     from nxtdrive.motion.motor import Motor
@@ -217,7 +218,7 @@ def _simulation(seed: int, slip_percent: float = 0.0) -> Simulation:
 
 def main() -> int:
     """Print every figure; the only argument, if there is one, is the address of a real brick."""
-    from nxtdrive.tools.bench_nxt_python import measure_nxt_python
+    from .bench_nxt_python import measure_nxt_python
 
     address = sys.argv[1] if len(sys.argv) > 1 else None
     for figure in chain(measure_motion(address), measure_nxt_python(address)):

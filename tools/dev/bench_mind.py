@@ -32,10 +32,10 @@ from nxtdrive.brick import Brick
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 
+from ..sweep.performance import Task, evaluate
+from ..sweep.robot import GEOMETRIC, Robot, build_robot
+from ..sweep.scenarios import CLASSES, draw_scenario
 from .bench import REPEATS, Figure
-from .sweep.performance import Task, evaluate
-from .sweep.robot import GEOMETRIC, Robot, build_robot
-from .sweep.scenarios import CLASSES, draw_scenario
 
 # Windows counts CPU time in steps of 15.6 ms, which is no use for single decisions
 cpu_s = time.perf_counter if sys.platform == "win32" else time.process_time

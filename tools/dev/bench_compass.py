@@ -12,12 +12,13 @@ from collections.abc import Iterable, Iterator
 
 from nxtdrive.brick import Brick
 from nxtdrive.motion.rover import Rover, SafetyLimits
-from nxtdrive.tools.bench import Figure
-from nxtdrive.tools.sweep.scenarios import COMPASS_PORT, draw_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 from sim_backend.world.sensor_tables import CompassMount, Magnet
 from sim_backend.world.world_file import Floor, Robot, Slip, WorldFile
+
+from ..sweep.scenarios import COMPASS_PORT, draw_scenario
+from .bench import Figure
 
 TURNS, LOST_PERCENT = 10, 8.0
 IRON = Magnet(at_mm=(1800.0, 2000.0), radius_mm=800.0, deflection_deg=45.0)

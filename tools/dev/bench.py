@@ -22,6 +22,7 @@ from importlib.metadata import version
 from importlib.util import find_spec
 from typing import cast
 
+import nxtdrive
 from behaviors.executive import Executive, Report
 from behaviors.ports import Eyes
 from firmware_protocol.direct import GetOutputState, OutputState
@@ -107,7 +108,7 @@ def circumstances() -> dict[str, object]:
         "python": platform.python_version(),
         "cores": os.cpu_count(),
         "load": load,
-        "nxtdrive": version("nxtdrive"),
+        "nxtdrive": nxtdrive.__version__,
         "nxt-python": version("nxt-python") if find_spec("nxt") else None,
     }
 

@@ -1,6 +1,6 @@
 """Puts a run's map and a few frames of its film into one picture, as the README shows it.
 
-``python -m nxtdrive.tools.run_picture runs/lena-then-rilakkuma-001 docs/images/run.png``
+``python -m tools.dev.run_picture runs/lena-then-rilakkuma-001 docs/images/run.png``
 """
 
 from __future__ import annotations
