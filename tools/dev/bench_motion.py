@@ -10,10 +10,8 @@ from __future__ import annotations
 import math
 import random
 import statistics
-import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import chain
 from typing import TYPE_CHECKING
 
 from firmware_protocol.direct import GetOutputState
@@ -214,18 +212,3 @@ def _simulation(seed: int, slip_percent: float = 0.0) -> Simulation:
     slip = Slip(jitter_percent=slip_percent)
     robot = Robot(start_mm=(1500, 2000), motor_mismatch_percent=MISMATCH_PERCENT, slip=slip)
     return Simulation(WorldFile(floor=floor, robot=robot), seed=seed)
-
-
-def main() -> int:
-    """Print every figure; the only argument, if there is one, is the address of a real brick."""
-    from .bench_nxt_python import measure_nxt_python
-
-    address = sys.argv[1] if len(sys.argv) > 1 else None
-    for figure in chain(measure_motion(address), measure_nxt_python(address)):
-        goal = "" if figure.met is None else f"  (goal {figure.goal}: {'met' if figure.met else 'MISSED'})"
-        print(f"{figure.name:<76}{figure.value:9.2f} {figure.unit}{goal}", flush=True)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,0 +1,106 @@
+"""Who imports whom: exhaustive layers, no circle of imports, and which libraries each package may use.
+
+The layers are in pyproject.toml, under ``tool.importlinter``.
+"""
+
+from __future__ import annotations
+
+import ast
+import shutil
+import subprocess
+import sys
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import grimp
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+DRIVER = {"usb", "libusb_package", "serial", "cv2", "numpy", "pydantic", "rich", "gi"}
+LIBRARIES = {
+    "firmware_protocol": set(),
+    "behaviors": {"numpy", "pydantic", "statemachine"},
+    "sim_backend": {"cv2", "numpy", "pydantic", "pydantic_core", "pymunk", "usb", "gi"},
+    "nxtdrive": DRIVER | {"pytest"},
+    "tools": DRIVER | {"distributed", "matplotlib", "pygame", "textual"},
+}
+"""Package -> what it may import besides the standard library and the other packages."""
+
+# the driver's modules that still import each other; goes when what hangs on the brick depends on the link alone
+KNOWN_CIRCLE = ("nxtdrive.brick", "nxtdrive.motion", "nxtdrive.programs", "nxtdrive.sensors")
+
+
+@pytest.fixture(scope="module")
+def graph():
+    """Every import, also those that only a type checker follows."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(ROOT)
+        return grimp.build_graph(
+            *LIBRARIES, include_external_packages=True, exclude_type_checking_imports=False, cache_dir=None
+        )
+
+
+def _circle(graph: grimp.ImportGraph, known: tuple[str, ...]) -> list[str]:
+    """Modules that import each other in a circle, or none; those below `known` count as one."""
+
+    def merged(module: str) -> str:
+        return "known circle" if module.startswith(known) else module
+
+    order = TopologicalSorter[str]()
+    for module in graph.modules:
+        for imported in graph.find_modules_directly_imported_by(module):
+            if merged(module) != merged(imported):
+                order.add(merged(module), merged(imported))
+    try:
+        order.prepare()
+    except CycleError as error:
+        return error.args[1]
+    return []
+
+
+def test_no_modules_import_each_other_in_a_circle(graph):
+    assert _circle(graph, KNOWN_CIRCLE) == []
+
+
+def test_a_circle_of_imports_is_found():
+    graph = grimp.ImportGraph()
+    for importer, imported in [("a", "b"), ("b", "c"), ("c", "a"), ("c", "d")]:
+        graph.add_import(importer=importer, imported=imported)
+    assert set(_circle(graph, ())) == {"a", "b", "c"}
+
+
+@pytest.mark.parametrize("package", LIBRARIES)
+def test_packages_use_only_their_own_libraries(graph, package):
+    used = {
+        imported
+        for module in {package, *graph.find_descendants(package)}
+        for imported in graph.find_modules_directly_imported_by(module)
+        if graph.is_module_squashed(imported)
+    }
+    assert used - LIBRARIES[package] - sys.stdlib_module_names == set()
+
+
+def _names_tools(path: Path) -> bool:
+    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    return any(isinstance(node, ast.ImportFrom) and (node.module or "").startswith("nxtdrive.tools") for node in nodes)
+
+
+def test_only_the_command_line_imports_the_tools():
+    # the tools themselves use relative imports, which the contracts follow
+    paths = (path for package in LIBRARIES for path in (ROOT / package).rglob("*.py"))
+    assert {path.parent for path in paths if _names_tools(path)} == {ROOT / "nxtdrive" / "cli"}
+
+
+@pytest.mark.parametrize("package", LIBRARIES)
+def test_a_new_module_fails_until_it_is_placed(package, tmp_path):
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    for name in LIBRARIES:
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / package / "stray.py").touch()
+    program = Path(sys.executable).parent / "lint-imports"
+    checked = subprocess.run(
+        [program, "--no-cache"], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60
+    )
+    assert checked.returncode == 1
+    assert f"{package}.stray" in " ".join(checked.stdout.split())
