@@ -18,7 +18,7 @@ from nxtdrive.link.link import Link
 from nxtdrive.link.threads import THREADS, Threads
 from nxtdrive.motion.outputs import braked, coasting
 from nxtdrive.ports import MotorPort, SensorPort, input_port, output_port
-from nxtdrive.termination import TerminationAsExit
+from nxtdrive.signals import termination_as_exit
 from nxtdrive.transports import open_transport
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ class Brick:
         self.link = Link(transport, timeout_s=timeout_s, reconnecting=reconnecting, threads=threads)
         self.request = self.link.request
         self._parts: dict[object, Any] = {}
-        self._termination = TerminationAsExit()
+        self._termination = contextlib.ExitStack()
 
     def now(self) -> float:
         """The link's clock: seconds since an arbitrary start; simulated ones in the simulator."""
@@ -304,7 +304,7 @@ class Brick:
             self.link.close()
 
     def __enter__(self) -> Self:
-        self._termination.begin()
+        self._termination.enter_context(termination_as_exit())
         return self
 
     def __exit__(
@@ -313,7 +313,7 @@ class Brick:
         try:
             self.close()
         finally:
-            self._termination.end()
+            self._termination.close()
 
     def _part(self, port: InputPort | OutputPort, kind: object, make: Callable[[], P]) -> P:
         """What is plugged into a port: the object of the call before if that was of the same kind, else a new one."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_json_argument, add_policy_argument
+from nxtdrive.cli.options import add_json_argument, add_profile_argument
 
 if TYPE_CHECKING:
     from behaviors.operator import OperatorChoice
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Say why a robot did what it did: for each decision of a run what had failed, what
 was known, what could have been done at what price, what was chosen, why, and what
-came of it. With --policy, say also what that policy would have chosen there."""
+came of it. With --profile, also say what its policy would have chosen there."""
 EXAMPLES = """\
   nxtdrive explain-run runs/lena-then-rilakkuma-001
-  nxtdrive explain-run runs/lena-then-rilakkuma-001 --policy thesis
+  nxtdrive explain-run runs/lena-then-rilakkuma-001 --profile thesis
   nxtdrive explain-run journal.jsonl --json"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("run_path", metavar="RUN", type=Path, help="a run's folder, or its journal.jsonl")
-    add_policy_argument(parser, "give each decision's evidence to this policy, too")
+    add_profile_argument(parser, "also give each decision's evidence to the policy of this profile")
     add_json_argument(parser)
 
 
@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.recording.explanation import explain
     from nxtdrive.recording.run_reader import read_run
 
-    explanation = explain(read_run(args.run_path), args.policy)
+    explanation = explain(read_run(args.run_path), args.profile)
     if args.json:
         print(json.dumps(_plain(explanation), indent=2, ensure_ascii=False))
         return DONE

@@ -7,8 +7,6 @@ import os
 from typing import Any
 
 DEFAULT_ADDRESS = "sim://"
-PROFILES = ("thesis", "adaptive")
-"""Names of profiles; those in `behaviors.profiles`, which is slow to import."""
 
 
 def add_action(actions: Any, name: str, summary: str) -> argparse.ArgumentParser:  # noqa: ANN401 - argparse's
@@ -36,6 +34,9 @@ def add_json_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON instead of text")
 
 
-def add_policy_argument(parser: argparse.ArgumentParser, meaning: str) -> None:
-    """``--policy NAME``: one of the profiles."""
-    parser.add_argument("--policy", choices=PROFILES, help=meaning)
+def add_profile_argument(parser: argparse.ArgumentParser, meaning: str) -> None:
+    """``--profile NAME``; ``--policy`` is its old name."""
+    from behaviors.profiles.registry import PROFILES
+
+    parser.add_argument("--profile", choices=PROFILES, help=meaning)
+    parser.add_argument("--policy", choices=PROFILES, dest="profile", help=argparse.SUPPRESS)

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import argparse
 import json
-import signal
 import sys
-from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, LINK_LOST, NOT_ACHIEVED
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_policy_argument
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_profile_argument
+from nxtdrive.signals import termination_as_interrupt
 
 if TYPE_CHECKING:
-    from types import FrameType
-
     from behaviors.executive import Executive, Report
     from behaviors.journal import Observer, Record
     from behaviors.mission import Mission
@@ -34,7 +31,7 @@ the brick is back, for link_patience_s at most. `nxtdrive explain-run` tells
 afterwards why the robot did what it did."""
 EXAMPLES = """\
   nxtdrive run
-  nxtdrive run --nxt "sim://?seed=7" --policy adaptive
+  nxtdrive run --nxt "sim://?seed=7" --profile adaptive
   nxtdrive run --confirm-recovery        # you have the last word after each failure
   nxtdrive run my-mission.toml --nxt usb:// --camera 0
   nxtdrive run --nxt serial:///tmp/nxt --camera http://127.0.0.1:8081/camera.mjpg
@@ -54,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where the run's folder goes (default: runs)"
     )
-    add_policy_argument(parser, "how the robot behaves (default: the mission's profile)")
+    add_profile_argument(parser, "how the robot behaves (default: the mission's profile)")
     parser.add_argument(
         "--confirm-recovery",
         action="store_true",
@@ -80,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.json:
         console.say("Connecting to NXT")
     with ExitStack() as stack:
-        stack.enter_context(_terminating_gracefully())
+        stack.enter_context(termination_as_interrupt())
         brick = stack.enter_context(open_brick(args.nxt))
         _outlast_losses(brick)
         source = args.camera or mission_run.default_camera(brick)
@@ -121,9 +118,9 @@ def _mission(args: argparse.Namespace) -> Mission:
     if args.confirm_recovery and not (sys.stdin.isatty() and sys.stderr.isatty()):
         raise ConfigError("--confirm-recovery needs a terminal to ask you in.", remedy="Run it in one, or without it.")
     mission = load(args.mission)
-    if args.policy is None:
+    if args.profile is None:
         return mission
-    table = mission.mission.model_copy(update={"profile": args.policy})
+    table = mission.mission.model_copy(update={"profile": args.profile})
     return mission.model_copy(update={"mission": table})
 
 
@@ -177,17 +174,3 @@ def _exit_code(report: Report) -> int:
     if report.ending is Ending.LINK_LOST:
         return LINK_LOST
     return DONE if report.achieved else NOT_ACHIEVED
-
-
-@contextmanager
-def _terminating_gracefully() -> Iterator[None]:
-    """SIGTERM ends a run as Ctrl-C does: motors stopped, folder complete."""
-
-    def interrupt(_number: int, _frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

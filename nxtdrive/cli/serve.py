@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments
 from nxtdrive.cli.pace import in_real_time
-from nxtdrive.cli.signals import until_signal
+from nxtdrive.signals import until_signal
 
 if TYPE_CHECKING:
     from behaviors.journal import Record

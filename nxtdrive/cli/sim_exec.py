@@ -17,8 +17,8 @@ from pathlib import Path
 
 import sim_backend.doors
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.signals import handling
 from nxtdrive.cli.sim_serve import links, wait_for_news
+from nxtdrive.signals import handling
 from nxtdrive.transports.base import WallClock
 from sim_backend.doors.server import RealTimeServer
 from sim_backend.doors.sockets import UsbDoor

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict
 
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.signals import until_signal
+from nxtdrive.signals import until_signal
 from nxtdrive.transports.base import WallClock
 from sim_backend.doors.door import Door
 from sim_backend.doors.mjpeg import MjpegDoor

@@ -29,7 +29,7 @@ EXAMPLES = """\
   nxtdrive sweep
   nxtdrive sweep --suite full --workers 2 --out full.jsonl --resume
   nxtdrive sweep --suite full --dask tcp://host:8786 --out full.jsonl
-  nxtdrive sweep --classes open,clutter --seeds 100-119 --policies thesis,oracle
+  nxtdrive sweep --classes open,clutter --seeds 100-119 --profiles thesis,oracle
   nxtdrive sweep --map clutter:100:thesis --out clutter.png
   nxtdrive sweep --suite full --out full.jsonl --resume --plot full.svg"""
 
@@ -52,7 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--classes", metavar="A,B", type=_names, help="only these classes of scenarios")
     parser.add_argument("--seeds", metavar="A-B", type=_seeds, help="these seeds of each class, both ends included")
-    parser.add_argument("--policies", metavar="A,B", type=_names, help="only these policies")
+    parser.add_argument("--profiles", metavar="A,B", type=_names, help="only these profiles and baselines")
+    parser.add_argument("--policies", type=_names, dest="profiles", help=argparse.SUPPRESS)
     parser.add_argument(
         "--eyes", choices=("geometric", "camera"), default="geometric", help="skip drawing and detecting, or do both"
     )
@@ -87,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
     tasks = plan(
         _known("class", args.classes or list(CLASSES), CLASSES),
         range(first, last + 1),
-        _known("policy", args.policies or policies or NAMES, ALL_NAMES),
+        _known("profile", args.profiles or policies or NAMES, ALL_NAMES),
         args.eyes,
     )
     out = args.out or DEFAULT_OUT
@@ -167,7 +168,7 @@ def _draw_map(args: argparse.Namespace) -> int:
     if not seed.isdecimal():
         raise ConfigError(f"--map {args.map}: expected CLASS:SEED:POLICY, as in clutter:100:thesis.")
     _known("class", [kind], CLASSES)
-    _known("policy", [policy], ALL_NAMES)
+    _known("profile", [policy], ALL_NAMES)
     out = args.out or Path(f"{kind}-{seed}-{policy}.png")
     play, _ = perform(draw_scenario(kind, int(seed)), policy, args.eyes)
     try:

@@ -72,13 +72,13 @@ def test_the_same_for_programs(runs, explained):
 
 
 def test_another_policy_says_where_it_would_have_chosen_otherwise(runs, explained):
-    told = explained(runs["adaptive"], "--policy", "thesis", "--json")
+    told = explained(runs["adaptive"], "--profile", "thesis", "--json")
     first = told["decisions"][0]
     assert first["replay"]["choice"]["choice"] in ("wait", "move_to")
     assert first["replay"]["differs"] == (first["replay"]["choice"]["choice"] != first["chose"]["choice"]) or (
         first["replay"]["choice"].get("wait_s") == 7.0
     )
-    said = explained(runs["adaptive"], "--policy", "thesis")
+    said = explained(runs["adaptive"], "--profile", "thesis")
     assert "thesis would have chosen otherwise in" in said
     assert "wait up to 7.0 s" in said, "the mission's own numbers count"
 

@@ -16,7 +16,6 @@ import pytest
 
 from behaviors.mission import MissionTable
 from behaviors.profiles.registry import PROFILES
-from nxtdrive.cli import options
 from nxtdrive.cli.main import main
 
 FILES = ["camera.mp4", "journal.jsonl", "map.png", "mission.json", "summary.json"]
@@ -91,7 +90,7 @@ def test_json_is_one_record_a_line_and_a_summary_at_the_end(capsys, small):
 def test_a_mission_that_is_not_achieved_ends_with_one(small):
     mission = Path(small)
     mission.write_text(MISSION.replace("lena", "rilakkuma") + "[thesis]\nmax_researches = 0\n", encoding="utf-8")
-    code, folder = _run(small, "--nxt", "sim://open", "--no-video", "--policy", "thesis")
+    code, folder = _run(small, "--nxt", "sim://open", "--no-video", "--profile", "thesis")
     assert code == 1
     assert _journal(folder)[-1]["ending"] == "exhausted"
 
@@ -109,8 +108,8 @@ def test_the_policy_can_be_chosen_whatever_the_mission_says(capsys, small):
     assert said[failed + 1].endswith(f": {first['why']}")
 
 
-def test_the_command_line_offers_every_profile_there_is():
-    assert set(get_args(MissionTable.model_fields["profile"].annotation)) == set(options.PROFILES) == set(PROFILES)
+def test_mission_files_may_name_every_profile_there_is():
+    assert set(get_args(MissionTable.model_fields["profile"].annotation)) == set(PROFILES)
 
 
 def test_a_mission_that_names_no_profile_is_pursued_adaptively(small):

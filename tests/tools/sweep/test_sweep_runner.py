@@ -151,7 +151,7 @@ def test_tables_tell_what_was_chosen_for_each_cause_and_how_soon_targets_were_re
 
 def test_the_command_prints_tables_and_draws_maps(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    words = ["sweep", "--classes", "open", "--seeds", "100", "--policies", "oracle", "--out", "out.jsonl"]
+    words = ["sweep", "--classes", "open", "--seeds", "100", "--profiles", "oracle", "--out", "out.jsonl"]
     assert main(words) == DONE
     shown = capsys.readouterr().out
     assert "oracle" in shown
