@@ -4,15 +4,24 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from firmware_protocol.direct import SetOutputState
+from firmware_protocol.enums import OutputPort
+from firmware_protocol.iomap import OUTPUT
+from firmware_protocol.system import IOMapWrite
+from firmware_protocol.telegram import NO_REPLY
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument
 
 if TYPE_CHECKING:
+    from nxtdrive.brick import Brick
     from nxtdrive.transports.trace_file import Entry, Exchange
+
+REPLY_TIMEOUT_S = 1.0
+"""How long a repeated request may take to be answered where the recorded one was."""
 
 DESCRIPTION = """\
 Look at what was said between a program and a brick. Every command that opens a
@@ -89,7 +98,7 @@ def _as_json(entry: Entry) -> dict[str, object]:
 
 
 def _diff(args: argparse.Namespace) -> int:
-    from nxtdrive.conversation import differences
+    from nxtdrive.transports.trace_diff import differences
     from nxtdrive.transports.trace_file import read_trace
 
     lines = differences(read_trace(args.file).exchanges(), read_trace(args.other).exchanges())
@@ -98,14 +107,51 @@ def _diff(args: argparse.Namespace) -> int:
 
 def _replay(args: argparse.Namespace) -> int:
     from nxtdrive.brick import Brick
-    from nxtdrive.conversation import differences, repeat
     from nxtdrive.transports import open_transport
+    from nxtdrive.transports.trace_diff import differences
     from nxtdrive.transports.trace_file import read_trace
 
     recorded = read_trace(args.file).exchanges()
     with Brick(open_transport(args.nxt)) as brick:
-        repeated: list[Exchange] = repeat(recorded, brick)
+        repeated = _repeat(recorded, brick)
     return _report(differences(recorded, repeated), f"all {len(recorded)} requests were answered as recorded")
+
+
+def _repeat(exchanges: Sequence[Exchange], brick: Brick) -> list[Exchange]:
+    """Send the same requests to a brick, at the same intervals; motors that are driven are stopped when it is closed.
+
+    Raises:
+        LinkError: The link is lost.
+    """
+    from nxtdrive.transports.trace_file import Entry, Exchange, Kind
+
+    transport, started_s = brick.link.transport, brick.now()
+    repeated = []
+    for exchange in exchanges:
+        transport.sleep(started_s + exchange.time_s - brick.now())
+        for port in _driven(exchange.request):
+            brick.link.mark_driven(port)
+        sent_s = brick.now() - started_s
+        transport.send(exchange.request)
+        outcome = []
+        for _ in range(max(len(exchange.replies), not exchange.request[0] & NO_REPLY)):
+            telegram = transport.receive(REPLY_TIMEOUT_S)
+            if telegram is None:
+                break
+            outcome.append(Entry(brick.now() - started_s, Kind.FROM_BRICK, telegram))
+        repeated.append(Exchange(sent_s, exchange.request, tuple(outcome)))
+    return repeated
+
+
+def _driven(request: bytes) -> list[OutputPort]:
+    """List the motors that a request may set in motion."""
+    ports = [OutputPort.A, OutputPort.B, OutputPort.C]
+    kind, opcode = request[0] & ~NO_REPLY, request[1] if len(request) > 1 else -1
+    if (kind, opcode) == (SetOutputState.kind, SetOutputState.opcode):
+        return [port for port in ports if request[2:3] in (bytes((port,)), bytes((OutputPort.ALL,)))]
+    if (kind, opcode) == (IOMapWrite.kind, IOMapWrite.opcode):
+        return ports if request[2:6] == OUTPUT.module_id.to_bytes(4, "little") else []
+    return []
 
 
 def _report(lines: Iterator[str], otherwise: str) -> int:

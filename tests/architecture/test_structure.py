@@ -83,6 +83,14 @@ def test_the_driver_has_few_names_at_its_root_and_all_of_them_work():
         assert getattr(nxtdrive, name) is not None
 
 
+def test_every_error_is_found_where_people_look_for_it():
+    import firmware_protocol.errors
+    import nxtdrive.errors
+
+    tree = {name for name, value in vars(firmware_protocol.errors).items() if isinstance(value, type)}
+    assert tree == set(nxtdrive.errors.__all__)
+
+
 def test_importing_the_driver_loads_no_heavy_library():
     heavy = ("usb", "serial", "cv2", "numpy", "statemachine", "pydantic", "pymunk", "rich")
     code = f"import sys, nxtdrive; print([name for name in {heavy!r} if name in sys.modules])"

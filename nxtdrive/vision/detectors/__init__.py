@@ -1,6 +1,6 @@
 """The detectors, by the name a mission file gives them.
 
-A new detector is one module here with a class that has ``detect(image)`` and a function ``from_options(options)`` that
+A new detector is one module here with a class that has ``detect(image)`` and a function ``from_spec(spec)`` that
 makes it, and one line in `DETECTORS`.
 """
 
@@ -12,7 +12,7 @@ from pathlib import Path
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detection import Detector, TargetDetector
-from nxtdrive.vision.detectors.options import Options
+from nxtdrive.vision.detectors.spec import DetectorSpec
 from nxtdrive.vision.geometry import A4_HEIGHT_MM
 from nxtdrive.vision.opencv import configure
 
@@ -42,10 +42,10 @@ def make_detector(spec: Mapping[str, object], folder: Path = Path()) -> TargetDe
     kind = values.pop("detector", None)
     if not isinstance(kind, str) or kind not in DETECTORS:
         raise ConfigError(f"There is no detector {kind!r}.", remedy=f"Use one of: {', '.join(DETECTORS)}.")
-    options = Options(kind, values, folder)
-    height_mm = options.take("height_mm", float, A4_HEIGHT_MM)
+    remaining = DetectorSpec(kind, values, folder)
+    height_mm = remaining.take("height_mm", float, A4_HEIGHT_MM)
     if not 1 <= height_mm <= 10_000:
         raise ConfigError(f"height_mm = {height_mm:g} is no height of a target.", remedy="An A4 sheet is 297 mm high.")
-    detector: Detector = import_module(DETECTORS[kind]).from_options(options)
-    options.finish()
+    detector: Detector = import_module(DETECTORS[kind]).from_spec(remaining)
+    remaining.finish()
     return TargetDetector(detector, height_mm)

@@ -7,7 +7,7 @@ import numpy as np
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detection import Detection, Image
-from nxtdrive.vision.detectors.options import Options
+from nxtdrive.vision.detectors.spec import DetectorSpec
 
 HUES = {"red": 0, "orange": 14, "yellow": 28, "green": 60, "cyan": 92, "blue": 112, "magenta": 150}
 """Middle of each colour in OpenCV's hues: 0 to 179, half degrees."""
@@ -57,9 +57,9 @@ class ColorDetector:
         return mask
 
 
-def from_options(options: Options) -> ColorDetector:
+def from_spec(spec: DetectorSpec) -> ColorDetector:
     """Make it from ``color``."""
-    return ColorDetector(options.take("color", str))
+    return ColorDetector(spec.take("color", str))
 
 
 def _bound(hue: int, saturation: int, value: int) -> cv2.typing.MatLike:

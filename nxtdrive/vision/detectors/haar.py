@@ -9,7 +9,7 @@ import cv2
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detection import Detection, Image
 from nxtdrive.vision.detectors.correlation import distinct
-from nxtdrive.vision.detectors.options import Options
+from nxtdrive.vision.detectors.spec import DetectorSpec
 
 DEFAULT_CASCADE = "haarcascade_frontalface_alt2"
 
@@ -59,10 +59,10 @@ class HaarDetector:
         )
 
 
-def from_options(options: Options) -> HaarDetector:
+def from_spec(spec: DetectorSpec) -> HaarDetector:
     """Make it from ``cascade``: a name, or a file."""
-    cascade = options.take("cascade", str, DEFAULT_CASCADE)
-    file = options.path(cascade)
+    cascade = spec.take("cascade", str, DEFAULT_CASCADE)
+    file = spec.path(cascade)
     return HaarDetector(str(file) if file.is_file() else cascade)
 
 

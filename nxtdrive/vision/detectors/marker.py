@@ -6,7 +6,7 @@ import cv2
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detection import Detection, Image, Quad, box_of
-from nxtdrive.vision.detectors.options import Options
+from nxtdrive.vision.detectors.spec import DetectorSpec
 
 DEFAULT_FAMILY = "aruco_4x4_50"
 
@@ -49,9 +49,9 @@ class MarkerDetector:
         return sorted(found, key=lambda detection: -detection.box[3])
 
 
-def from_options(options: Options) -> MarkerDetector:
+def from_spec(spec: DetectorSpec) -> MarkerDetector:
     """Make it from ``id`` and ``family``."""
-    return MarkerDetector(options.take("id", int), options.take("family", str, DEFAULT_FAMILY))
+    return MarkerDetector(spec.take("id", int), spec.take("family", str, DEFAULT_FAMILY))
 
 
 def _quad(corners: cv2.typing.MatLike) -> Quad:

@@ -9,7 +9,7 @@ from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.detection import Detection, Image
 from nxtdrive.vision.detectors.correlation import CorrelationMatcher, distinct, pyramid
 from nxtdrive.vision.detectors.features import FeatureMatcher, keypoints
-from nxtdrive.vision.detectors.options import Options
+from nxtdrive.vision.detectors.spec import DetectorSpec
 from nxtdrive.vision.sources import read_image
 
 SMALLEST_PX = 40
@@ -48,9 +48,9 @@ class PictureDetector:
         return distinct(found)
 
 
-def from_options(options: Options) -> PictureDetector:
+def from_spec(spec: DetectorSpec) -> PictureDetector:
     """Make it from ``pictures``: image files of the same target."""
-    return PictureDetector([_read(path) for path in options.take_paths("pictures")])
+    return PictureDetector([_read(path) for path in spec.take_paths("pictures")])
 
 
 def _read(path: Path) -> Image:

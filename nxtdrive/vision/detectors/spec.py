@@ -1,4 +1,4 @@
-"""The options of a detector's description, taken one by one, so that every mistake has its own sentence."""
+"""Reads a detector's options one by one, so that every mistake has its own message."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from firmware_protocol.errors import ConfigError
 T = TypeVar("T", str, int, float)
 
 
-class Options:
-    """What stands in a description beside the kind of detector.
+class DetectorSpec:
+    """The options of one detector.
 
     Args:
         kind: Of the detector, for messages.

@@ -1,0 +1,41 @@
+"""Every error that nxtdrive raises; `firmware_protocol.errors` draws the tree."""
+
+from firmware_protocol.errors import (
+    AddressError,
+    BrickBusy,
+    BrickError,
+    BrickNotFound,
+    CameraError,
+    CommunicationPending,
+    ConfigError,
+    LinkBusy,
+    LinkError,
+    LinkLost,
+    LinkTimeout,
+    LocalProtocolError,
+    MailboxEmpty,
+    NXTError,
+    PermissionDenied,
+    ProtocolError,
+    RemoteProtocolError,
+)
+
+__all__ = [
+    "AddressError",
+    "BrickBusy",
+    "BrickError",
+    "BrickNotFound",
+    "CameraError",
+    "CommunicationPending",
+    "ConfigError",
+    "LinkBusy",
+    "LinkError",
+    "LinkLost",
+    "LinkTimeout",
+    "LocalProtocolError",
+    "MailboxEmpty",
+    "NXTError",
+    "PermissionDenied",
+    "ProtocolError",
+    "RemoteProtocolError",
+]
