@@ -16,6 +16,17 @@ if TYPE_CHECKING:
 pytest_plugins = ["nxtdrive.pytest_plugin", "pytester"]
 
 
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """Two processes for folders; none for single files and tests, so that -s and debuggers work there."""
+    single = any("::" in arg or arg.endswith(".py") for arg in config.args)
+    return 0 if single or config.option.capture == "no" else 2
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the groups, which stay in one process each: begun last, they would be waited for."""
+    items.sort(key=lambda item: item.get_closest_marker("xdist_group") is None)
+
+
 @pytest.fixture
 def mission_for() -> Callable[..., Mission]:
     """Makes missions for some of the built-in pictures; numbers go into the profile's table."""

@@ -26,7 +26,11 @@ from nxtdrive.tools.dev.bench_doors import measure_doors
 print(*(figure.name for figure in measure_doors(round_trips=3, repeats=1, passes=50)), sep="\\n")
 """
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs symbolic links")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.xdist_group("packaging"),
+    pytest.mark.skipif(sys.platform == "win32", reason="needs symbolic links"),
+]
 
 
 def _environment(home: Path) -> Path:

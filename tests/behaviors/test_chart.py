@@ -116,6 +116,7 @@ def test_an_exception_in_the_policy_surfaces():
         _send(chart, Event.SEARCH_FAILED)
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(
     facts=st.lists(st.sampled_from(list(Event)), max_size=40),

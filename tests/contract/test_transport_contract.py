@@ -47,6 +47,7 @@ def test_the_longest_telegram_of_the_brick_passes(rig):
     assert transport.receive(PATIENCE_S)[:3] == b"\x02\x0b\x00"
 
 
+@pytest.mark.slow
 def test_silence_is_none_and_not_an_error(rig):
     transport = rig.open()
     assert transport.receive(SHORT_S) is None
@@ -83,6 +84,7 @@ def test_the_brick_answers_through_it(rig):
         assert brick.battery_v > 1
 
 
+@pytest.mark.slow
 def test_a_lost_reply_is_a_timeout_and_the_next_question_is_answered(brick, fault):
     with brick({1: fault.DROP}) as lossy:
         lossy.request(KeepAlive())
@@ -91,6 +93,7 @@ def test_a_lost_reply_is_a_timeout_and_the_next_question_is_answered(brick, faul
         assert lossy.request(GetBatteryLevel()).voltage_mv > 1000
 
 
+@pytest.mark.slow
 def test_a_late_reply_is_never_taken_for_the_answer_to_a_later_question(brick, fault):
     with brick({0: fault.LATE}) as slow:
         with pytest.raises(LinkTimeout):
@@ -105,6 +108,7 @@ def test_a_reply_that_comes_twice_counts_once(brick, fault):
             assert stuttering.request(GetOutputState(port)).port is port
 
 
+@pytest.mark.slow
 def test_garbage_is_not_believed_and_does_not_outlast_the_next_question(brick, fault):
     with brick({0: fault.GARBAGE}) as noisy:
         with pytest.raises((LinkTimeout, RemoteProtocolError)):
@@ -117,6 +121,7 @@ def test_a_reply_in_pieces_is_whole_again(stream_rig, fault):
         assert brick.request(GetBatteryLevel()).voltage_mv > 1000
 
 
+@pytest.mark.slow
 def test_half_a_reply_and_then_silence_does_not_swallow_the_next_one(stream_rig, fault):
     with Brick(stream_rig.open({0: fault.HALF}), timeout_s=0.6) as brick:
         with pytest.raises(LinkTimeout):
@@ -173,6 +178,7 @@ def test_a_burst_that_wants_no_reply_reaches_the_brick_telegram_by_telegram(rig)
     assert GetOutputState.decode_reply(reply).power == 20
 
 
+@pytest.mark.slow
 def test_every_question_to_a_mute_brick_ends_within_its_time(brick, fault):
     with brick(dict.fromkeys(range(1000), fault.DROP)) as mute:
         for _ in range(3):

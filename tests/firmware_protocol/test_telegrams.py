@@ -66,6 +66,7 @@ def test_a_reply_survives_the_wire(command, data):
     assert command.decode_reply(telegram) == answer
 
 
+@pytest.mark.slow
 @every_command
 @EXAMPLES
 @given(data=st.data())
@@ -84,6 +85,7 @@ def test_repeated_fields_lead_the_reply(command):
     assert list(command.reply_type.layout.wires)[: len(shared)] == shared
 
 
+@pytest.mark.slow
 @every_command
 @EXAMPLES
 @given(data=st.data())

@@ -41,6 +41,7 @@ with nxt.locator.find(**where) as brick:
 """
 
 
+@pytest.mark.slow
 def test_its_test_program_is_content(rig):
     text = rig.plug.tool("nxt-test")
     assert "Firmware version 1.29" in text
@@ -48,6 +49,7 @@ def test_its_test_program_is_content(rig):
     assert "Battery level 8" in text
 
 
+@pytest.mark.slow
 def test_a_file_pushed_arrives_intact(rig, tmp_path):
     content = bytes(i * 7 % 251 for i in range(3000))
     (tmp_path / "data.bin").write_bytes(content)
@@ -67,6 +69,7 @@ def test_a_file_is_read_back_and_found(rig, tmp_path):
     assert rig.plug.script(FILES) == f"{text}notes.txt\n"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(find_spec("PIL") is None, reason="nxt-screenshot needs Pillow (pip install pillow)")
 def test_a_screenshot_is_what_the_display_shows(rig, tmp_path):
     import cv2
@@ -81,6 +84,7 @@ def test_a_screenshot_is_what_the_display_shows(rig, tmp_path):
     assert np.array_equal(shot, np.where(pixels, 0, 255))
 
 
+@pytest.mark.slow
 def test_turning_a_motor_moves_the_robot(rig):
     with rig.halted() as simulation:
         before_deg = simulation.truth.pose.heading_deg
@@ -94,6 +98,7 @@ def test_turning_a_motor_moves_the_robot(rig):
     assert turned_deg == pytest.approx(expected_deg, rel=0.25)
 
 
+@pytest.mark.slow
 def test_the_ultrasonic_sensor_is_recognised_and_measures_the_true_distance(rig):
     name, *distances = rig.plug.script(MEASURE).split()
     assert name == "Ultrasonic"
@@ -104,5 +109,6 @@ def test_the_ultrasonic_sensor_is_recognised_and_measures_the_true_distance(rig)
     assert [int(cm) for cm in distances] == pytest.approx([true_cm] * 15, abs=3)
 
 
+@pytest.mark.slow
 def test_a_burst_of_commands_without_replies_loses_nothing(rig):
     assert rig.plug.script(BURST) == "C\n"

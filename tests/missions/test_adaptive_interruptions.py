@@ -102,6 +102,7 @@ def _stands_still(samples: list[Any]) -> bool:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", STATES)
 def test_ctrl_c_in_any_state_stops_the_motors(perform, visit, state):
     scenario, ask, moment_s = visit(state).scenario, visit(state).ask, visit(state).middle_s
@@ -117,6 +118,7 @@ def test_ctrl_c_in_any_state_stops_the_motors(perform, visit, state):
     assert _stands_still(after)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", STATES)
 def test_a_link_that_falls_silent_in_any_state_suspends_the_mission_which_then_goes_on(perform, visit, state):
     scenario, ask, moment_s = visit(state).scenario, visit(state).ask, visit(state).middle_s
@@ -134,6 +136,7 @@ def test_a_link_that_falls_silent_in_any_state_suspends_the_mission_which_then_g
     assert any(record.time_s > back_s + 0.5 for record in done.of(Kind.LOOK))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["block_permanent", "block_transient", "dim"])
 def test_the_same_seed_gives_the_same_journal(kind):
     journals = []

@@ -15,6 +15,7 @@ LOST_AFTER_S = 0.6
 """The adaptive profile misses pictures after half of its `lost_after_s`."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("eyes", ["geometric", "camera"])
 def test_an_unplugged_camera_is_noticed_as_such_and_nothing_is_forgotten(eyes):
     trace, referee = perform(draw_scenario("camera_loss", 102), "adaptive", eyes)

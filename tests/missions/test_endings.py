@@ -36,6 +36,7 @@ def test_a_lost_link_ends_the_mission_and_the_robot_stops_by_itself(perform, mis
 FOREVER_MS = 10**9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", ["thesis", "adaptive"])
 @pytest.mark.parametrize("moment_s", [2.0, 3.5, 7.0])
 def test_a_link_that_comes_back_resumes_the_mission_where_it_was(perform, mission_for, profile, moment_s):
@@ -77,11 +78,13 @@ def test_a_mission_without_its_target_is_exhausted_not_broken(perform, mission_f
     assert _at_rest(done)
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_journal(perform, mission_for):
     first, second = (perform("figure6", mission_for("lena"), geometric=True) for _ in range(2))
     assert [record.to_json() for record in first.records] == [record.to_json() for record in second.records]
 
 
+@pytest.mark.slow
 def test_reaching_is_an_explicit_stop_near_the_target(perform, mission_for):
     done = perform("open", mission_for("lena"))
     assert done.report.achieved
@@ -89,6 +92,7 @@ def test_reaching_is_an_explicit_stop_near_the_target(perform, mission_for):
     assert 250 < done.simulation.truth.distance_mm("lena") < 500
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limit_s", [1.5, 5.0, 9.0, 30.0, 60.0])
 def test_a_time_limit_ends_the_mission_in_any_state_within_two_seconds(perform, mission_for, limit_s):
     mission = mission_for("lena", "rilakkuma")

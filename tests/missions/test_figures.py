@@ -19,11 +19,13 @@ FIGURE_1, FIGURE_7 = (
 )
 
 
+@pytest.mark.slow
 def test_figure_1_an_arrival_fails(perform, mission_for):
     done = perform("figure1", mission_for("lena", max_researches=0))
     assert done.lines == FIGURE_1
 
 
+@pytest.mark.slow
 def test_figure_7_the_target_is_changed(perform, mission_for):
     done = perform("figure7", mission_for("lena", "rilakkuma"))
     at = done.lines.index("[client2] change target!")
@@ -33,6 +35,7 @@ def test_figure_7_the_target_is_changed(perform, mission_for):
     assert done.simulation.truth.distance_mm("rilakkuma") < 500
 
 
+@pytest.mark.slow
 def test_figure_5_not_recognised_turns_right_by_ninety_degrees_and_advances_ten_times(perform, mission_for):
     done = perform("figure5", mission_for("lena"))
     assert done.report.achieved
@@ -49,6 +52,7 @@ def test_figure_5_not_recognised_turns_right_by_ninety_degrees_and_advances_ten_
     assert lengths == pytest.approx([150] * 9, abs=15)
 
 
+@pytest.mark.slow
 def test_figure_5_is_eleven_calls_of_move_to(perform, mission_for):
     done = perform("figure5", mission_for("lena"), geometric=True)
     replies = [record.data["value"] for record in done.of(Kind.REPLY, verb="move_to")]
@@ -57,6 +61,7 @@ def test_figure_5_is_eleven_calls_of_move_to(perform, mission_for):
     assert len(done.of(Kind.STEP, what="advance")) == 10
 
 
+@pytest.mark.slow
 def test_figure_6_recognised_but_not_reached_waits_fifteen_seconds_at_rest(perform, mission_for):
     done = perform("figure6", mission_for("lena"))
     assert done.report.achieved

@@ -16,6 +16,7 @@ UNUSUAL = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", list(UNUSUAL))
 @pytest.mark.parametrize("world", ["figure5", "figure6"])
 def test_every_choice_follows_from_the_evidence_in_the_journal_and_the_missions_numbers(

@@ -33,6 +33,7 @@ def _in_order(mission: Mission) -> Mission:
     return mission.model_copy(update={"adaptive": mission.adaptive.model_copy(update={"in_order": True})})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("in_order", [False, True])
 def test_a_target_in_view_comes_before_one_that_is_not_found(in_order):
     first, second = SCENARIO.mission.mission.targets

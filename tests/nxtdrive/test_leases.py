@@ -215,6 +215,7 @@ def count(brick):
     return brick.request(GetOutputState(OutputPort.B)).rotation_count
 
 
+@pytest.mark.slow
 @MOTIONS
 def test_a_killed_program_leaves_a_robot_that_stops(served, motion):
     assert die_driving(served, motion, signal.SIGKILL) == -signal.SIGKILL
@@ -227,6 +228,7 @@ def test_a_killed_program_leaves_a_robot_that_stops(served, motion):
         assert stopped - before <= 200 / MM_PER_DEG * (LEASE_S + COAST_S) * 1.05
 
 
+@pytest.mark.slow
 @MOTIONS
 @pytest.mark.parametrize(
     ("number", "code"),
@@ -240,6 +242,7 @@ def test_a_program_that_is_told_to_end_brakes_before_it_goes(served, motion, num
         assert (state.power, count(brick) - state.rotation_count) == (0, 0)
 
 
+@pytest.mark.slow
 def test_a_motion_goes_on_beside_the_program_on_a_real_clock(served):
     """How exactly it ends depends there on how busy this computer is; that is measured in virtual time."""
     with open_brick(served, timeout_s=5) as brick:

@@ -95,6 +95,7 @@ def test_w2_a_silent_brick_ends_every_call_within_its_time(lab, timeout_s):
         assert room.simulation.time_s - before <= timeout_s + 0.01
 
 
+@pytest.mark.slow
 def test_w3_error_statuses_leave_nothing_behind():
     brick = Brick(Scripted(LSGetStatus.encode_reply(status=Status.PENDING)))
 

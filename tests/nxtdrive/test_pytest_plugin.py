@@ -131,6 +131,7 @@ def test_the_entry_point_is_called_as_its_module():
     assert points["pytest11"] == {PLUGIN: PLUGIN}
 
 
+@pytest.mark.slow
 def test_the_examples_own_tests_pass():
     arguments = ["-p", PLUGIN, "-p", "no:cacheprovider", "-q"]
     done = subprocess.run(

@@ -45,6 +45,7 @@ def test_turns_are_exact(lab, latency_ms, angle_deg, seed):
     assert travelled(room, before) < 10
 
 
+@pytest.mark.slow
 @LINKS
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("distance_mm", [150, 300, 1000, -150, -500, 20])

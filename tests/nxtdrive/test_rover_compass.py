@@ -44,6 +44,7 @@ def heading_error(room, rover):
 TEN_TURNS = pytest.mark.parametrize("extra", ["", magnet(1000, 1500, 900, 50), magnet(1400, 1500, 600, -60)])
 
 
+@pytest.mark.slow
 @LINKS
 @TEN_TURNS
 def test_ten_turns_with_slipping_wheels_are_counted_by_the_needle_at_any_place(lab, latency_ms, extra):
@@ -66,6 +67,7 @@ def test_without_a_compass_they_are_not(lab):
     assert heading_error(room, rover) == pytest.approx(288, abs=10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("north_deg", [270, 10, 92.5])
 @pytest.mark.parametrize("turn_percent", [-8, 8])
 def test_wherever_north_is(lab, north_deg, turn_percent):

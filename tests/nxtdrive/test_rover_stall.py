@@ -68,6 +68,7 @@ def test_the_next_call_is_another_try(lab):
     assert drive_on(room, rover, 100)[0] is None
 
 
+@pytest.mark.slow
 @LINKS
 @ASKS
 @pytest.mark.parametrize("battery_mv", [8000, 5500])

@@ -145,6 +145,7 @@ height_mm = 297
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rendered", [False, True])
 def test_a_mission_waits_where_it_lost_the_target(sim_world, sim_brick, tmp_path, rendered):
     path = tmp_path / "find_lena.toml"

@@ -141,6 +141,7 @@ class Starving(SimTransport):
             return stop, self.simulation.brick.output.outputs[0].control.rotation
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle_deg", [90, 720])
 def test_a_computer_that_falters_does_not_end_a_move_short_or_long(angle_deg):
     errors_deg = []

@@ -52,6 +52,7 @@ def golden(name):
     return list(zip(requests, (int(line[2:]) for line in lines[1::2]), strict=True))
 
 
+@pytest.mark.slow
 @CLIENTS
 def test_figure_1_an_arrival_fails(serve, tmp_path, name, options):
     text = (EXAMPLES / name).read_text(encoding="utf-8")
@@ -66,6 +67,7 @@ def test_figure_1_an_arrival_fails(serve, tmp_path, name, options):
     assert served.dialogue == [*golden("figure1.txt"), ("bye", 1)]
 
 
+@pytest.mark.slow
 @CLIENTS
 def test_figure_7_the_target_is_changed(serve, name, options):
     served = serve("figure7")

@@ -33,12 +33,14 @@ def replay(ask, path):
     return lines
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", [False, True], ids=["geometric", "camera"])
 def test_figure_1_an_arrival_fails(serve, camera):
     served = serve("figure1", "lena", camera=camera)
     assert replay(served.client().ask, GOLDEN / "figure1.txt") == FIGURE_1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", [False, True], ids=["geometric", "camera"])
 def test_figure_7_the_target_is_changed(serve, camera):
     served = serve("figure7", camera=camera)

@@ -49,6 +49,7 @@ def test_move_to_is_one_turn_ten_advances_and_a_one(serve):
     assert client.ask("why") == Why.MOVED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("between", ["connect", "select", "stop", "target lena", "arrive lena"])
 def test_another_command_starts_move_to_afresh(serve, between):
     served = serve(advance_mm=50.0)
@@ -83,6 +84,7 @@ def test_exist_is_reset_by_every_search_and_by_a_new_target(serve):
     assert client.ask("select") == 0
 
 
+@pytest.mark.slow
 def test_a_bare_arrive_means_the_present_target(serve):
     served = serve("open", "rilakkuma", "lena")
     client = served.client()
@@ -102,6 +104,7 @@ def test_a_target_that_nobody_described_is_a_bad_argument(serve):
     assert client.ask("arrive") == 0, "the present target is still lena"
 
 
+@pytest.mark.slow
 def test_a_long_conversation_with_camera_and_detector_reaches_the_target(serve):
     served = serve("open", camera=True)
     client = served.client()
@@ -215,6 +218,7 @@ class Blind:
         return Glance(0.0, {})
 
 
+@pytest.mark.slow
 def test_stop_breaks_off_a_motion_over_a_real_link(serving, mission_for):
     simulation = Simulation("open", seed=1)
     clock_end = threading.Event()
@@ -303,6 +307,7 @@ def test_a_link_that_breaks_is_told_and_connect_mends_it(serve):
     assert client.ask("status") == Status.IDLE
 
 
+@pytest.mark.slow
 @settings(
     max_examples=12,
     deadline=None,
@@ -348,6 +353,7 @@ def test_time_stands_still_between_commands(serve):
     assert served.simulation.now_ms == before_ms
 
 
+@pytest.mark.slow
 def test_in_real_time_the_world_goes_on_and_the_brick_stays_awake(serving, mission_for):
     simulation = Simulation("open", seed=1)
     passed = threading.Event()

@@ -79,6 +79,7 @@ def test_figure_1_takes_lena_away_during_the_approach():
     assert "lena" not in driver.truth.pictures
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("world", ["figure5", "arena"])
 def test_lena_is_in_view_only_after_moving_off(world):
     driver = Driver(world)
@@ -97,6 +98,7 @@ def test_in_figure_6_waiting_helps():
     assert driver.approach("lena")
 
 
+@pytest.mark.slow
 def test_figure_7_leads_from_no_lena_to_rilakkuma():
     driver = Driver("figure7")
     for _ in range(2):
@@ -108,6 +110,7 @@ def test_figure_7_leads_from_no_lena_to_rilakkuma():
     assert driver.approach("rilakkuma")
 
 
+@pytest.mark.slow
 def test_the_story_of_the_arena():
     driver = Driver("arena")
     driver.turn(90)

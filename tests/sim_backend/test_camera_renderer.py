@@ -192,6 +192,7 @@ def test_the_sides_of_a_box_look_outwards():
     assert sum(side.width_mm for side in sides) == pytest.approx(1000.0)
 
 
+@pytest.mark.slow
 def test_every_texture_can_be_drawn_and_depends_on_nothing_but_the_seed():
     library = TextureLibrary(seed=3)
     for name in library.names:

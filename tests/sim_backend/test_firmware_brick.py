@@ -77,6 +77,7 @@ def test_no_bytes_disturb_the_brick(telegrams):
     assert brick.receive(direct.GetOutputState(OutputPort.B).encode())[:3] == b"\x02\x06\x00"
 
 
+@pytest.mark.slow
 @given(st.lists(st.binary(max_size=300), max_size=20))
 def test_no_bytes_over_bluetooth_disturb_the_brick(telegrams):
     brick = equipped()
@@ -97,6 +98,7 @@ def test_a_read_over_bluetooth_has_the_length_it_announces_while_the_file_lasts(
     assert int.from_bytes(reply[:2], "little") == len(reply) - 2 & 0xFFFF == size + 6 & 0xFFFF
 
 
+@pytest.mark.slow
 def test_no_bytes_make_the_brick_grow():
     random = Random(7)
     brick = equipped()
@@ -119,6 +121,7 @@ def test_no_bytes_make_the_brick_grow():
         tracemalloc.stop()
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=40)
 @given(st.lists(st.tuples(TELEGRAMS, st.integers(1, 700)), max_size=6))
 def test_waiting_at_once_is_waiting_step_by_step(steps):

@@ -38,6 +38,7 @@ def upload(brick, name):
     return content
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=30)
 @given(st.dictionaries(st.sampled_from(["a.txt", "b.rxe", "c.rso", "d"]), st.binary(min_size=1, max_size=900)))
 def test_files_come_back_as_they_were_also_after_a_power_cycle(files):

@@ -300,6 +300,7 @@ def test_variables_can_be_watched_and_changed_through_the_map():
 LOOP = program(Variables(), [FOREVER])
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=300)
 @given(st.data())
 def test_no_file_disturbs_the_brick(data):

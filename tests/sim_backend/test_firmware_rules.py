@@ -234,6 +234,7 @@ def test_a_long_press_is_counted_as_one():
     assert [field(brick, BUTTON, name, 3) for name in ("ShortRelCnt", "LongRelCnt", "RelCnt")] == [0, 1, 1]
 
 
+@pytest.mark.slow
 def test_a_key_keeps_the_brick_awake():
     brick = SimBrick()
     brick.tick(9 * MINUTE_MS)

@@ -143,6 +143,7 @@ LAW_MARGIN = 0.25
 """The law holds for the average over places; at single places the detector sees better or worse."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("situation", SITUATIONS)
 def test_the_law_agrees_with_the_real_detector_on_rendered_frames(situation):
     arrange, turn_rate_deg_s = SITUATIONS[situation]

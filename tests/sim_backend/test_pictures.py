@@ -49,6 +49,7 @@ def faces(cascade, frame, neighbors):
     return cascade.detectMultiScale(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), scaleFactor=1.1, minNeighbors=neighbors)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("size", "metres"), NEAR + FAR)
 def test_opencv_takes_lena_for_a_face(cascade, size, metres):
     for frame, middle, px_per_mm in frames("lena", size, metres):
@@ -59,6 +60,7 @@ def test_opencv_takes_lena_for_a_face(cascade, size, metres):
         assert 110 * px_per_mm < width < 190 * px_per_mm
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "lena"])
 @pytest.mark.parametrize(
     ("size", "metres"), [((320, 240), 0.5), ((320, 240), 1.2), ((640, 480), 0.8), ((640, 480), 2.0)]
@@ -67,6 +69,7 @@ def test_opencv_takes_no_other_picture_for_a_face(cascade, name, size, metres):
     assert [len(faces(cascade, frame, 5)) for frame, _, _ in frames(name, size, metres)] == [0] * LOOKS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("surface", sorted(SURFACES))
 def test_no_surface_is_taken_for_a_face(cascade, surface):
     panel = Panel(1000.0, -300.0, 1000.0, 300.0, 0.0, 700.0, surface)
@@ -99,6 +102,7 @@ def small_gray(image):
     )
 
 
+@pytest.mark.slow
 def test_features_tell_lena_from_the_bear():
     """SIFT with the ratio test, as the picture detector's second opinion."""
     sift = cv2.SIFT_create()

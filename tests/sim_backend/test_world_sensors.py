@@ -368,6 +368,7 @@ def test_sensors_that_nobody_reads_do_not_change_a_run(room):
     assert poses[0] == poses[1]
 
 
+@pytest.mark.slow
 def test_a_line_follower_goes_round_the_bundled_track():
     simulation = Simulation("track")
     with Brick(SimTransport(simulation)) as brick:

@@ -15,6 +15,7 @@ from nxtdrive.tools.dev.bench_mind import (
 )
 
 
+@pytest.mark.slow
 def test_every_figure_is_there_and_has_its_goal():
     figures = {
         figure.name: figure for figure in measure_mind(turns=2, hard=["far"], seeds=[100], kinds=["open", "link"])
@@ -48,6 +49,7 @@ def test_the_facts_do_what_they_are_called_and_lead_back_to_the_search(name, reg
     assert chart.mission_state == "search"
 
 
+@pytest.mark.slow
 def test_decisions_are_timed_throughout_a_mission_and_frames_while_looking_round():
     assert len(decision_times_s("far", 100)) >= 1
     assert len(frame_times_s("far", 100)) >= 30

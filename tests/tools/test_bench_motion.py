@@ -9,6 +9,7 @@ from nxtdrive.tools.dev.bench_motion import angle_errors, cut_motor, cut_rover, 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
 
 
+@pytest.mark.slow
 @LINKS
 def test_angles_of_any_size_at_any_speed_are_exact(latency_ms):
     middle, high = error_figures("run_angle", angle_errors(latency_ms, 30), "deg", 2.0, 5.0)
@@ -16,6 +17,7 @@ def test_angles_of_any_size_at_any_speed_are_exact(latency_ms):
     assert high.met
 
 
+@pytest.mark.slow
 @LINKS
 def test_turns_are_exact_and_straights_are_straight_though_the_wheels_differ(latency_ms):
     turns, drifts = heading_errors(latency_ms, 6)

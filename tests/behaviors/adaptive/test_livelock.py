@@ -100,6 +100,7 @@ class Decider:
         )
 
 
+@pytest.mark.slow
 def test_no_sequence_of_failures_makes_it_do_the_same_a_third_time_at_one_place():
     mission, decisions = _mission(["a"]), 0
     for seed in range(SEQUENCES):
@@ -112,6 +113,7 @@ def test_no_sequence_of_failures_makes_it_do_the_same_a_third_time_at_one_place(
     assert decisions > 5 * SEQUENCES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(60))
 def test_any_sequence_of_facts_in_which_nothing_is_reached_ends_the_mission(seed):
     """Everything at every place can be tried only so often, so the targets are given up in the end."""
@@ -280,6 +282,7 @@ class Witness:
         return max(runs, default=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(30))
 def test_whatever_happens_to_the_robot_its_mission_ends(seed):
     ports = Ports(seed)

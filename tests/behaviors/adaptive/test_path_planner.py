@@ -146,6 +146,7 @@ DISCS = st.lists(
 GOALS = st.tuples(st.floats(-1900.0, 1900.0), st.floats(-1900.0, 1900.0))
 
 
+@pytest.mark.slow
 @given(discs=DISCS, goal=GOALS)
 def test_the_straight_legs_of_a_way_cross_nothing_solid(discs, goal):
     floor = _with_discs(discs)

@@ -112,6 +112,7 @@ def _at_a_terminal(folder: Path, *answers: bytes) -> int:
     return process.wait()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
 @pytest.mark.parametrize("last", [b"s\n", b"\x03", b"\x04"], ids=["s", "Ctrl-C", "Ctrl-D"])
 def test_at_a_real_terminal_one_answer_is_obeyed_and_another_ends_the_mission(tmp_path, last):

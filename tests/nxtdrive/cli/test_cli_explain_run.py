@@ -9,6 +9,8 @@ import pytest
 
 from nxtdrive.cli.main import DONE, USAGE, main
 
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("explained runs")]
+
 MISSION = """
 [mission]
 name = "behind a corner"

@@ -54,6 +54,7 @@ def small(tmp_path) -> str:
     return str(path)
 
 
+@pytest.mark.slow
 def test_the_built_in_mission_shows_every_behaviour_in_one_go(capsys):
     code, folder = _run()
     assert code == 0
@@ -77,6 +78,7 @@ def test_the_built_in_mission_shows_every_behaviour_in_one_go(capsys):
     assert cv2.imread(str(folder / "map.png")) is not None
 
 
+@pytest.mark.slow
 def test_json_is_one_record_a_line_and_a_summary_at_the_end(capsys, small):
     code, folder = _run(small, "--nxt", "sim://open", "--json", "--no-video")
     assert code == 0
@@ -87,6 +89,7 @@ def test_json_is_one_record_a_line_and_a_summary_at_the_end(capsys, small):
     assert not (folder / "camera.mp4").exists()
 
 
+@pytest.mark.slow
 def test_a_mission_that_is_not_achieved_ends_with_one(small):
     mission = Path(small)
     mission.write_text(MISSION.replace("lena", "rilakkuma") + "[thesis]\nmax_researches = 0\n", encoding="utf-8")
@@ -95,6 +98,7 @@ def test_a_mission_that_is_not_achieved_ends_with_one(small):
     assert _journal(folder)[-1]["ending"] == "exhausted"
 
 
+@pytest.mark.slow
 def test_the_policy_can_be_chosen_whatever_the_mission_says(capsys, small):
     hard = Path(small)
     hard.write_text(MISSION.replace("targets", 'profile = "thesis"\ntargets'), encoding="utf-8")
@@ -112,6 +116,7 @@ def test_mission_files_may_name_every_profile_there_is():
     assert set(get_args(MissionTable.model_fields["profile"].annotation)) == set(PROFILES)
 
 
+@pytest.mark.slow
 def test_a_mission_that_names_no_profile_is_pursued_adaptively(small):
     _, folder = _run(small, "--nxt", "sim://open", "--no-video")
     assert json.loads((folder / "mission.json").read_text(encoding="utf-8"))["mission"]["profile"] == "adaptive"
@@ -153,6 +158,7 @@ def test_mistakes_in_a_mission_file_are_told_before_anything_moves(capsys, small
     assert not Path("runs").exists()
 
 
+@pytest.mark.slow
 def test_a_brick_that_says_nothing_is_told_after_two_seconds(capsys):
     master, slave = pty.openpty()
     try:
@@ -164,6 +170,7 @@ def test_a_brick_that_says_nothing_is_told_after_two_seconds(capsys):
     assert "was not answered within 2 s" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_ctrl_c_leaves_a_complete_folder(tmp_path, number):
     process = subprocess.Popen(

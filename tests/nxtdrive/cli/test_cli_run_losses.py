@@ -65,6 +65,7 @@ def _until(process: subprocess.Popen[str], **values: object) -> dict:
     return next(each for each in records if all(each.get(key) == value for key, value in values.items()))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
 def test_a_brick_that_is_back_goes_on_with_the_mission(start, tmp_path):
     serve = ("sim", "serve", "--world", "open", "--json", "--size", "160x120", "--pty")

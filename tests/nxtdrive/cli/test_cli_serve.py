@@ -40,6 +40,7 @@ def _ask(client, replies, line):
     return int(replies.readline())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_it_in_good_order_in_the_midst_of_a_command(server, number):
     process, address = server("--nxt", "sim://open")
@@ -58,11 +59,13 @@ def test_a_signal_ends_it_in_good_order_in_the_midst_of_a_command(server, number
     assert errors == ""
 
 
+@pytest.mark.slow
 def test_it_tells_the_brick_the_camera_and_the_targets(server):
     process, _ = server("--nxt", "sim://open")
     assert process.stdout.readline() == "brick sim://open?pace=realtime, camera sim, targets lena, rilakkuma\n"
 
 
+@pytest.mark.slow
 def test_a_conversation_with_the_brick_can_be_recorded(server, tmp_path):
     process, address = server("--nxt", "sim://open", "--trace", str(tmp_path / "talk.nxttrace"))
     with socket.create_connection(address, timeout=60) as client, client.makefile("rb") as replies:
@@ -73,6 +76,7 @@ def test_a_conversation_with_the_brick_can_be_recorded(server, tmp_path):
     assert (tmp_path / "talk.nxttrace").stat().st_size > 0
 
 
+@pytest.mark.slow
 def test_whoever_listens_to_everybody_is_warned(server):
     process, address = server("--nxt", "sim://open", "--host", "0.0.0.0")
     process.send_signal(signal.SIGTERM)

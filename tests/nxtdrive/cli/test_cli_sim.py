@@ -79,12 +79,14 @@ def test_brick_and_camera_are_there_and_both_are_named_in_the_command(server, tm
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_it_as_well(server, tmp_path):
     _serving(server)
     assert _end(server, signal.SIGINT)[-1]["event"] == "ended"
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["serial", "tcp", "nxt-server"])
 def test_the_driver_runs_through_the_door(server, scheme, capsys):
     (nxt,) = (door for door in _serving(server)["doors"] if door.startswith(scheme))
@@ -93,6 +95,7 @@ def test_the_driver_runs_through_the_door(server, scheme, capsys):
     _end(server, signal.SIGTERM)
 
 
+@pytest.mark.slow
 def test_programs_that_come_and_go_are_told_of(server):
     (address,) = (door for door in _serving(server)["doors"] if door.startswith("nxt-server"))
     with socket.create_connection(("127.0.0.1", int(address.rpartition(":")[2])), timeout=20) as line:
@@ -104,6 +107,7 @@ def test_programs_that_come_and_go_are_told_of(server):
     _end(server, signal.SIGTERM)
 
 
+@pytest.mark.slow
 def test_a_brick_that_switches_itself_off_is_told_of_and_takes_nobody(server):
     (address,) = (door for door in _serving(server)["doors"] if door.startswith("nxt-server"))
     place = "127.0.0.1", int(address.rpartition(":")[2])
@@ -115,6 +119,7 @@ def test_a_brick_that_switches_itself_off_is_told_of_and_takes_nobody(server):
     _end(server, signal.SIGTERM)
 
 
+@pytest.mark.slow
 def test_it_reports_how_it_goes(server):
     _serving(server)
     status = json.loads(server.stdout.readline())
@@ -164,6 +169,7 @@ def test_without_a_door_there_is_nothing_to_serve(capsys):
     assert "--nxt-server" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_doors_to_the_network_are_warned_of():
     command = [sys.executable, "-m", "nxtdrive.cli.main", "sim", "serve", "--tcp", "0", "--host", "0.0.0.0", "--json"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:

@@ -31,6 +31,7 @@ def execute():
     return run
 
 
+@pytest.mark.slow
 def test_a_program_that_knows_only_pyusb_finds_the_brick(execute):
     done = execute()
     assert (done.returncode, done.stderr) == (0, "")
@@ -39,11 +40,13 @@ def test_a_program_that_knows_only_pyusb_finds_the_brick(execute):
     assert reply.startswith("020b00")
 
 
+@pytest.mark.slow
 def test_our_own_driver_finds_it(execute):
     done = execute(program=("-m", "nxtdrive.cli.main", "info", "--nxt", "usb://", "--json"))
     assert json.loads(done.stdout)["firmware"] == "1.29"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("end", "code"), [("sys.exit(7)", 7), ("os.kill(os.getpid(), signal.SIGKILL)", 128 + signal.SIGKILL)]
 )
@@ -53,18 +56,21 @@ def test_the_exit_code_is_the_programs(execute, end, code):
     assert "sent nothing" in done.stderr
 
 
+@pytest.mark.slow
 def test_only_one_program_at_a_time_has_the_brick(execute):
     second = f"import subprocess, sys; sys.exit(subprocess.call([sys.executable, '-c', {ASK_BATTERY!r}]))"
     done = execute(program=("-c", f"{ASK_BATTERY}\n{second}"))
     assert "Resource busy" in done.stderr or "Errno 16" in done.stderr
 
 
+@pytest.mark.slow
 def test_programs_may_come_one_after_the_other(execute):
     again = "import subprocess, sys\nfor _ in range(3): subprocess.run([sys.executable, '-c', sys.argv[1]], check=True)"
     done = execute(program=("-c", again, ASK_BATTERY))
     assert done.stdout.count("020b00") == 3, done.stderr
 
 
+@pytest.mark.slow
 def test_a_program_may_read_and_write_in_different_threads(execute):
     program = """
 import threading, usb.core
@@ -80,6 +86,7 @@ print(heard == [0x0B] * 50)
     assert execute(program=("-c", program)).stdout == "True\n"
 
 
+@pytest.mark.slow
 def test_a_sitecustomize_of_the_users_own_still_runs(execute, tmp_path):
     (tmp_path / "sitecustomize.py").write_text("print('mine')")
     path = os.pathsep.join(filter(None, [str(tmp_path), os.environ.get("PYTHONPATH")]))
@@ -88,10 +95,12 @@ def test_a_sitecustomize_of_the_users_own_still_runs(execute, tmp_path):
     assert "020b00" in done.stdout
 
 
+@pytest.mark.slow
 def test_pyusb_is_not_loaded_for_programs_that_do_not_use_it(execute):
     assert execute(program=("-c", "import sys; print('usb' in sys.modules)")).stdout == "False\n"
 
 
+@pytest.mark.slow
 def test_a_world_and_faults_can_be_chosen(execute, tmp_path):
     faults = tmp_path / "faults.toml"
     faults.write_text("drop_replies = [0]")
@@ -99,6 +108,7 @@ def test_a_world_and_faults_can_be_chosen(execute, tmp_path):
     assert "timed out" in done.stderr
 
 
+@pytest.mark.slow
 def test_a_pulled_cable_is_a_missing_device(execute, tmp_path):
     faults = tmp_path / "faults.toml"
     faults.write_text("unplugged_ms = [[1, 1000000]]")
@@ -106,6 +116,7 @@ def test_a_pulled_cable_is_a_missing_device(execute, tmp_path):
     assert "No such device" in done.stderr
 
 
+@pytest.mark.slow
 def test_a_signal_reaches_the_program():
     program = """
 import signal, sys

@@ -57,6 +57,7 @@ def test_an_approach_is_sighted_without_gaps(look_at, scene):
         assert sightings[i].distance_mm * np.cos(np.radians(bearing_deg)) == pytest.approx(distances[i], rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_target_that_was_taken_away_is_not_sighted_any_more(look_at, scene):
     eyes = look_at([scene.render(1000)] * 3 + [scene.background] * 10)
     sightings = [eyes.look("astronaut") for _ in range(13)]

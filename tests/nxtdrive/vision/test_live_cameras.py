@@ -105,6 +105,7 @@ def test_a_stream_that_is_not_there_is_reported():
         open_camera(f"http://127.0.0.1:{port}/stream.mjpg", clock=WallClock(), **SHORT)
 
 
+@pytest.mark.slow
 def test_a_server_that_never_answers_is_reported():
     with socket.create_server(("127.0.0.1", 0)) as silent:
         url = f"http://127.0.0.1:{silent.getsockname()[1]}/stream.mjpg"
@@ -162,6 +163,7 @@ def test_a_webcam_gives_its_freshest_frame_not_the_oldest(mocker):
     assert webcam.released.is_set()
 
 
+@pytest.mark.slow
 def test_a_webcam_that_was_pulled_out_comes_back_when_plugged_in(mocker):
     first, second = Webcam(), Webcam()
     mocker.patch("cv2.VideoCapture", side_effect=[first, Webcam(opened=False), second])

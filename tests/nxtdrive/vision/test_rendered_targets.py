@@ -31,6 +31,7 @@ def room(name, distance_mm, bearing_deg, slant_deg=0.0):
     return SimCamera(seed=1).frame([*WALLS, picture], Viewpoint(0, 0, 0, 200))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("distance_mm", [400, 550, 800, 1200, 1700, 2300, 2500, 2750, 3000])
 @pytest.mark.parametrize("bearing_deg", [-9, 6])

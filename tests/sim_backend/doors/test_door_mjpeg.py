@@ -95,6 +95,7 @@ def test_it_knows_whether_anybody_watches(door):
         assert _until(lambda: not door.watched)
 
 
+@pytest.mark.slow
 def test_a_watcher_that_does_not_read_holds_up_nobody(door):
     with _connect(door):
         assert _until(lambda: door.watched)

@@ -150,6 +150,7 @@ def test_nothing_is_written_unasked(terminal, client):
     assert client.in_waiting == 0
 
 
+@pytest.mark.slow
 @settings(max_examples=50, deadline=None)
 @given(garbage=st.binary(min_size=1, max_size=300), telegram=st.binary(min_size=1, max_size=64))
 def test_after_any_garbage_and_a_pause_telegrams_pass(garbage, telegram):

@@ -55,6 +55,7 @@ def _settle(house, line):
     _revive(house)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["tcp", "packets", "nxt-server"])
 @thorough
 @given(pieces=bursts)
@@ -76,6 +77,7 @@ def test_after_any_bytes_the_same_program_and_the_next_are_answered(house, kind,
     house.turn(5)
 
 
+@pytest.mark.slow
 @thorough
 @given(pieces=bursts)
 def test_after_any_bytes_the_serial_port_answers(house, pieces):
@@ -101,6 +103,7 @@ def _empty(port):
     return b""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("receive", ["receive", "receive_bluetooth"])
 @settings(max_examples=300, deadline=None)
 @given(pieces=st.lists(st.one_of(noise, telegrams), max_size=20))

@@ -14,6 +14,7 @@ SCENARIOS = {firmware: load(RECORDING, firmware) for firmware in FIRMWARES}
 CASES = [(firmware, name) for firmware in FIRMWARES for name in SCENARIOS[firmware]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("firmware", "name"), CASES)
 def test_it_answers_and_moves_as_the_firmware_did(firmware, name):
     assert replay(name, SCENARIOS[firmware][name], firmware).difference == ""

@@ -9,6 +9,7 @@ from nxtdrive.tools.dev.fit_geometric import fit
 from sim_backend.camera.geometric import Falloff
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("truth", "low", "high"), [(Falloff(55.0, 3.0), 20.0, 85.0), (Falloff(3.7, -0.15), 2.5, 5.5)])
 def test_a_known_falloff_is_recovered(truth, low, high):
     rng = random.Random(1)

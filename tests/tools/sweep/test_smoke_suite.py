@@ -7,6 +7,9 @@ from nxtdrive.tools.sweep.performance import FAILED, evaluate
 from nxtdrive.tools.sweep.runner import plan, sweep, workers
 from nxtdrive.tools.sweep.scenarios import CLASSES
 
+# one process performs the missions that all tests look at
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("smoke suite")]
+
 WORKERS = 2
 PROFILES = ("thesis", "adaptive")
 (FIRST, LAST), POLICIES = SUITES["smoke"]

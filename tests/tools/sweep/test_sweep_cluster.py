@@ -19,9 +19,13 @@ from nxtdrive.tools.sweep.cluster import Cluster
 from nxtdrive.tools.sweep.performance import FAILED, evaluate
 from nxtdrive.tools.sweep.runner import plan, read_lines, sweep
 
-pytestmark = pytest.mark.skipif(
-    importlib.util.find_spec("distributed") is None, reason="needs Dask: pip install 'nxtdrive[cluster]'"
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.xdist_group("cluster"),
+    pytest.mark.skipif(
+        importlib.util.find_spec("distributed") is None, reason="needs Dask: pip install 'nxtdrive[cluster]'"
+    ),
+]
 
 TASKS = plan(["open", "absent"], [100], ["thesis", "oracle"], "geometric")
 STARTS_S = 30.0

@@ -15,6 +15,7 @@ def _limited(scenario, limit_s):
     return type(scenario)(**{name: getattr(scenario, name) for name in scenario.__slots__} | {"mission": mission})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", ALL_NAMES)
 def test_every_policy_ends_a_mission_with_the_robot_at_rest(policy):
     trace, referee = perform(_limited(draw_scenario("absent", 100), 40.0), policy, "geometric")
@@ -24,6 +25,7 @@ def test_every_policy_ends_a_mission_with_the_robot_at_rest(policy):
     assert trace.marks[-1].record.kind is Kind.END
 
 
+@pytest.mark.slow
 def test_nav2s_list_recovers_in_turn_and_gives_up_after_six():
     _, referee = perform(draw_scenario("absent", 101), "nav2-list", "geometric")
     first = referee.records[0].data["targets"][0]
@@ -38,6 +40,7 @@ def test_the_robot_outlasts_outages_of_the_link():
     assert trace.ending is Ending.ACHIEVED
 
 
+@pytest.mark.slow
 def test_real_eyes_see_the_same_scenario():
     trace, referee = perform(_limited(draw_scenario("camera_loss", 101), 12.0), "thesis", "camera")
     assert trace.ending is Ending.TIME_UP

@@ -29,6 +29,10 @@ with workers(2) as executor:
 """
 
 
+# one process performs the missions that all tests look at
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("sweep")]
+
+
 @pytest.fixture(scope="module", name="lines")
 def _lines():
     return [evaluate(task) for task in TASKS]

@@ -12,6 +12,7 @@ from sim_backend.simulation import Simulation
 from sim_backend.world.loading import parse_world
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", CLASSES)
 @settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 10**6))
@@ -50,6 +51,7 @@ def test_far_targets_are_out_of_sight_at_the_start():
         assert math.dist(first.at_mm, scenario.world.robot.start_mm) >= 3000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", CLASSES)
 @settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 10**6))

@@ -108,6 +108,7 @@ def test_without_pygame_it_names_the_command(monkeypatch):
 WITHOUT_PYGAME = "import sys; sys.modules['pygame'] = None; from nxtdrive.cli.main import main; sys.exit(main())"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs pseudo-terminals")
 def test_asked_for_a_gamepad_without_pygame_teleop_says_what_to_install():
     master, slave = os.openpty()
@@ -128,6 +129,7 @@ def test_asked_for_a_gamepad_without_pygame_teleop_says_what_to_install():
     assert "pip install 'nxtdrive[gamepad]'" in done.stderr
 
 
+@pytest.mark.slow
 def test_not_asked_for_one_teleop_does_without_pygame(terminal):
     screen = terminal(sys.executable, "-c", WITHOUT_PYGAME, "teleop")
     screen.wait("stopped")
@@ -172,6 +174,7 @@ def _play(app, play):
     assert app.failure is None
 
 
+@pytest.mark.slow
 def test_the_stick_drives_as_long_as_it_is_held_and_its_middle_stops(teleop):
     simulation, app, virtual = teleop
     start = simulation.truth.pose
@@ -188,6 +191,7 @@ def test_the_stick_drives_as_long_as_it_is_held_and_its_middle_stops(teleop):
     _play(app, play)
 
 
+@pytest.mark.slow
 def test_unplugging_stops_with_the_stick_held_and_plugging_in_drives_again(teleop):
     _, app, virtual = teleop
 
@@ -203,6 +207,7 @@ def test_unplugging_stops_with_the_stick_held_and_plugging_in_drives_again(teleo
     _play(app, play)
 
 
+@pytest.mark.slow
 def test_b_is_an_emergency_stop_a_ends_it_and_shoulders_change_the_speed(teleop):
     _, app, virtual = teleop
 

@@ -58,6 +58,7 @@ def _play(app, play):
         app.finish()
 
 
+@pytest.mark.slow
 def test_keys_drive_and_letting_go_stops(teleop):
     simulation, app = teleop()
     start = simulation.truth.pose
@@ -73,6 +74,7 @@ def test_keys_drive_and_letting_go_stops(teleop):
     assert app.failure is None
 
 
+@pytest.mark.slow
 def test_space_stops_at_once_and_stays_until_enter(teleop):
     _, app = teleop()
 
@@ -89,6 +91,7 @@ def test_space_stops_at_once_and_stays_until_enter(teleop):
     _play(app, play)
 
 
+@pytest.mark.slow
 def test_plus_and_minus_change_the_speed(teleop):
     _, app = teleop()
 
@@ -102,6 +105,7 @@ def test_plus_and_minus_change_the_speed(teleop):
     _play(app, play)
 
 
+@pytest.mark.slow
 def test_leaving_stops_the_robot(teleop):
     simulation, app = teleop()
 
@@ -117,6 +121,7 @@ def test_leaving_stops_the_robot(teleop):
     assert _place(simulation) == pytest.approx(rest, abs=1.0)
 
 
+@pytest.mark.slow
 def test_a_lost_link_ends_it_with_the_reason(teleop):
     simulation, app = teleop()
 
@@ -140,6 +145,7 @@ def test_without_textual_it_names_the_command(capsys, monkeypatch):
     assert "pip install 'nxtdrive[tui]'" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_in_a_real_terminal(terminal):
     screen = terminal(sys.executable, "-m", "nxtdrive.cli.main", "teleop", "--nxt", "sim://", "--target", "lena")
     screen.wait("stopped")
