@@ -74,7 +74,7 @@ class Look:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``try`` and its arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    try_ = add_action(actions, "try", "run a detector and draw what it sees")
+    try_ = add_action(actions, "try", "run a detector and draw what it sees", _try)
     try_.add_argument("source", metavar="SOURCE", help="image, video, folder of images, URL, or a webcam's number")
     target = try_.add_mutually_exclusive_group(required=True)
     target.add_argument("--target", metavar="NAME", help="a target of a mission (of the built-in one: lena, rilakkuma)")
@@ -90,12 +90,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--frames", metavar="N", type=int, help="most frames (default: all of a recording, 100 of a camera)"
     )
     add_json_argument(try_)
-    try_.set_defaults(action=_try)
-
-
-def run(args: argparse.Namespace) -> int:
-    """Do what the subcommand says."""
-    return int(args.action(args))
 
 
 def _try(args: argparse.Namespace) -> int:

@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument
+from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, on_brick, writing
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -35,35 +34,21 @@ EXAMPLES = """\
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    ls = add_action(actions, "ls", "list files")
+    ls = add_action(actions, "ls", "list files", on_brick(_ls))
     ls.add_argument("pattern", metavar="PATTERN", nargs="?", default="*", help="such as '*.rxe' (default: all)")
-    ls.set_defaults(action=_ls)
-    get = add_action(actions, "get", "fetch a file")
+    get = add_action(actions, "get", "fetch a file", on_brick(_get))
     get.add_argument("name", metavar="NAME", help="on the brick")
     get.add_argument("--to", metavar="PATH", type=Path, help="file or folder (default: the same name, here)")
-    get.set_defaults(action=_get)
-    put = add_action(actions, "put", "send files")
+    put = add_action(actions, "put", "send files", on_brick(_put))
     put.add_argument("paths", metavar="PATH", nargs="+", type=Path, help="on this computer")
     put.add_argument("--as", dest="name", metavar="NAME", help="name on the brick, of a single file")
     put.add_argument("--replace", action="store_true", help="delete files of the same name first")
-    put.set_defaults(action=_put)
-    rm = add_action(actions, "rm", "delete files")
+    rm = add_action(actions, "rm", "delete files", on_brick(_rm))
     rm.add_argument("patterns", metavar="PATTERN", nargs="+", help="a name, or such as 'old*.rxe'")
-    rm.set_defaults(action=_rm)
-    df = add_action(actions, "df", "room for files")
-    df.set_defaults(action=_df)
+    df = add_action(actions, "df", "room for files", on_brick(_df))
     for action in (ls, get, put, rm, df):
         add_brick_arguments(action)
         add_json_argument(action)
-
-
-def run(args: argparse.Namespace) -> int:
-    """Open the brick and do what the subcommand says."""
-    from nxtdrive.brick import open_brick
-
-    with open_brick(args.nxt) as brick:
-        args.action(args, brick)
-    return DONE
 
 
 def _ls(args: argparse.Namespace, brick: Brick) -> None:
@@ -81,12 +66,8 @@ def _get(args: argparse.Namespace, brick: Brick) -> None:
         target = target / args.name
     with _progress(args.name) as progress:
         content = brick.files.read(args.name, progress)
-    try:
+    with writing(target, "Name another with --to."):
         target.write_bytes(content)
-    except OSError as error:
-        raise ConfigError(
-            f"{target} cannot be written ({error.strerror}).", remedy="Name another with --to."
-        ) from error
     _say(args, {"name": args.name, "size": len(content), "path": str(target)})
 
 

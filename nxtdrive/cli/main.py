@@ -78,11 +78,11 @@ class CommandModule(Protocol):
     """Lines shown under ``--help``, each a command that works."""
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Declare the command's arguments."""
+        """Declare the arguments, and the actions if there are any (see `nxtdrive.cli.options.add_action`)."""
         ...
 
     def run(self, args: argparse.Namespace) -> int:
-        """Do it; returns the exit code."""
+        """Do it, in a command without actions; returns the exit code."""
         ...
 
 
@@ -211,7 +211,7 @@ def _add_command(commands: argparse._SubParsersAction[_Parser], name: str, modul
     )
     parser.add_argument("-v", "--verbose", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
     command.add_arguments(parser)
-    if parser.get_default("run") is None:
+    if hasattr(command, "run"):
         parser.set_defaults(run=command.run)
 
 

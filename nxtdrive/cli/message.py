@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
+from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import MailboxEmpty
-from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument
+from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, on_brick
+
+if TYPE_CHECKING:
+    from nxtdrive.brick import Brick
 
 DESCRIPTION = """\
 Put a message into a mailbox of the program that runs on the brick, or take one
@@ -25,44 +28,30 @@ POLL_S = 0.1
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    write = add_action(actions, "write", "put a message into a mailbox")
+    write = add_action(actions, "write", "put a message into a mailbox", on_brick(_write))
     write.add_argument("box", metavar="BOX", type=int, help="1 to 10")
     write.add_argument("text", metavar="TEXT", help="at most 58 characters")
-    read = add_action(actions, "read", "take a message the program has left")
+    read = add_action(actions, "read", "take a message the program has left", on_brick(_read))
     read.add_argument("box", metavar="BOX", type=int, help="1 to 10")
     read.add_argument("--keep", action="store_true", help="leave it in its mailbox")
     read.add_argument("--wait", metavar="S", type=float, default=0.0, help="wait so long for one (default: 0)")
     add_json_argument(read)
-    for action, do in ((write, _write), (read, _read)):
+    for action in (write, read):
         add_brick_arguments(action)
-        action.set_defaults(action=do)
 
 
-def run(args: argparse.Namespace) -> int:
-    """Do what the action says."""
-    return int(args.action(args))
+def _write(args: argparse.Namespace, brick: Brick) -> None:
+    brick.programs.write_message(args.box, args.text)
 
 
-def _write(args: argparse.Namespace) -> int:
-    from nxtdrive.brick import open_brick
-
-    with open_brick(args.nxt) as brick:
-        brick.programs.write_message(args.box, args.text)
-    return DONE
-
-
-def _read(args: argparse.Namespace) -> int:
-    from nxtdrive.brick import open_brick
-
-    with open_brick(args.nxt) as brick:
-        deadline = brick.now() + args.wait
-        while True:
-            try:
-                text = brick.programs.read_message(args.box, remove=not args.keep)
-                break
-            except MailboxEmpty:
-                if brick.now() >= deadline:
-                    raise
-                brick.sleep(POLL_S)
+def _read(args: argparse.Namespace, brick: Brick) -> None:
+    deadline = brick.now() + args.wait
+    while True:
+        try:
+            text = brick.programs.read_message(args.box, remove=not args.keep)
+            break
+        except MailboxEmpty:
+            if brick.now() >= deadline:
+                raise
+            brick.sleep(POLL_S)
     print(json.dumps({"box": args.box, "text": text}) if args.json else text)
-    return DONE

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE
-from nxtdrive.cli.options import add_action, add_json_argument
+from nxtdrive.cli.options import add_action, add_json_argument, writing
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
@@ -27,22 +27,14 @@ EXAMPLES = """\
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the three subcommands."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    check = add_action(actions, "check", "say what is wrong with mission files, everything at once")
+    check = add_action(actions, "check", "say what is wrong with mission files, everything at once", _check)
     check.add_argument("files", metavar="FILE", nargs="+", type=Path, help="mission files, *.toml")
     add_json_argument(check)
-    check.set_defaults(action=_check)
-    show = add_action(actions, "show", "a mission's numbers, the chart's transitions and its diagram")
+    show = add_action(actions, "show", "a mission's numbers, the chart's transitions and its diagram", _show)
     show.add_argument("file", metavar="FILE", nargs="?", type=Path, help="without it, the built-in mission")
     add_json_argument(show)
-    show.set_defaults(action=_show)
-    new = add_action(actions, "new", "write a commented mission file")
+    new = add_action(actions, "new", "write a commented mission file", _new)
     new.add_argument("file", metavar="FILE", type=Path, help="a name that is free, such as my-mission.toml")
-    new.set_defaults(action=_new)
-
-
-def run(args: argparse.Namespace) -> int:
-    """Do what the subcommand says."""
-    return int(args.action(args))
 
 
 def _check(args: argparse.Namespace) -> int:
@@ -130,14 +122,9 @@ def _short(value: object) -> str:
 def _new(args: argparse.Namespace) -> int:
     from nxtdrive.cli.mission_template import template
 
-    try:
-        with args.file.open("x", encoding="utf-8") as file:
-            file.write(template())
-    except FileExistsError:
-        raise ConfigError(f"{args.file} exists already.", remedy="Choose another name.") from None
-    except OSError as error:
-        raise ConfigError(
-            f"{args.file} cannot be written ({error.strerror}).", remedy="Name a file in a folder that exists."
-        ) from error
+    if args.file.exists():
+        raise ConfigError(f"{args.file} exists already.", remedy="Choose another name.")
+    with writing(args.file):
+        args.file.write_text(template(), encoding="utf-8")
     print(f"{args.file} is written. Change the targets, then: nxtdrive mission check {args.file}")
     return DONE

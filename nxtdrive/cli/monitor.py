@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number
 from nxtdrive.cli.pace import in_real_time
 
 if TYPE_CHECKING:
@@ -42,20 +42,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what is plugged in, kinds as for `nxtdrive sensor`; may be given for each port",
     )
     parser.add_argument(
-        "--every", metavar="S", type=_seconds, default=0.25, help="from one look to the next (default: 0.25)"
+        "--every",
+        metavar="S",
+        type=number("seconds", float, 0.01, 3600),
+        default=0.25,
+        help="time between updates (default: 0.25)",
     )
     parser.add_argument("--once", action="store_true", help="look once and leave")
     add_json_argument(parser)
-
-
-def _seconds(text: str) -> float:
-    value = float(text)
-    if not 0.01 <= value <= 3600:
-        raise ValueError
-    return value
-
-
-_seconds.__name__ = "seconds"  # argparse says "invalid seconds value"
 
 
 def run(args: argparse.Namespace) -> int:

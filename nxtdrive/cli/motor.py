@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
-from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument
+from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, on_brick
 
 if TYPE_CHECKING:
     from behaviors.ports import StopReason
@@ -31,33 +31,24 @@ PORTS = ("A", "B", "C")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``run``, ``turn`` and ``stop`` with their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    run_ = add_action(actions, "run", "turn for a time")
+    run_ = add_action(actions, "run", "turn for a time", on_brick(_run))
     run_.add_argument("port", metavar="PORT", type=str.upper, choices=PORTS, help="A, B or C")
     how = run_.add_mutually_exclusive_group()
     how.add_argument("--speed", metavar="DEG_S", type=float, default=360.0, help="degrees per second (default: 360)")
     how.add_argument("--power", metavar="PERCENT", type=int, help="duty cycle, -100..100, instead of a speed")
     run_.add_argument("--seconds", metavar="S", type=float, default=2.0, help="for how long (default: 2)")
-    turn = add_action(actions, "turn", "turn by an angle")
+    turn = add_action(actions, "turn", "turn by an angle", on_brick(_turn))
     turn.add_argument("port", metavar="PORT", type=str.upper, choices=PORTS, help="A, B or C")
     turn.add_argument("angle", metavar="DEGREES", type=float, help="how far; negative: backward")
     turn.add_argument("--speed", metavar="DEG_S", type=float, default=360.0, help="degrees per second (default: 360)")
-    stop = add_action(actions, "stop", "brake motors and switch them off, whoever started them")
+    stop = add_action(actions, "stop", "brake motors and switch them off, whoever started them", on_brick(_stop))
     stop.add_argument("ports", metavar="PORT", nargs="*", type=str.upper, help="A, B or C (default: all)")
-    for action, function in ((run_, _run), (turn, _turn), (stop, _stop)):
+    for action in (run_, turn, stop):
         add_brick_arguments(action)
         add_json_argument(action)
-        action.set_defaults(action=function)
 
 
-def run(args: argparse.Namespace) -> int:
-    """Do what the subcommand says."""
-    from nxtdrive.brick import open_brick
-
-    with open_brick(args.nxt) as brick:
-        return int(args.action(brick, args))
-
-
-def _run(brick: Brick, args: argparse.Namespace) -> int:
+def _run(args: argparse.Namespace, brick: Brick) -> int:
     from behaviors.ports import StopReason
     from nxtdrive.motion.motor import Then
     from nxtdrive.ports import in_range
@@ -72,18 +63,18 @@ def _run(brick: Brick, args: argparse.Namespace) -> int:
         brick.sleep(args.seconds)
         stop = StopReason.STALLED if motor.done else StopReason.DONE
         motor.brake()
-    return _report(brick, args, before, stop)
+    return _report(args, brick, before, stop)
 
 
-def _turn(brick: Brick, args: argparse.Namespace) -> int:
+def _turn(args: argparse.Namespace, brick: Brick) -> int:
     from nxtdrive.motion.motor import Then
 
     motor = brick.motor(args.port)
     before = motor.angle
-    return _report(brick, args, before, motor.run_angle(args.speed, args.angle, Then.BRAKE))
+    return _report(args, brick, before, motor.run_angle(args.speed, args.angle, Then.BRAKE))
 
 
-def _stop(brick: Brick, args: argparse.Namespace) -> int:
+def _stop(args: argparse.Namespace, brick: Brick) -> int:
     from nxtdrive.ports import output_port
 
     ports: list[MotorPort] = args.ports or list(PORTS)
@@ -94,7 +85,7 @@ def _stop(brick: Brick, args: argparse.Namespace) -> int:
     return DONE
 
 
-def _report(brick: Brick, args: argparse.Namespace, before: float, stop: StopReason) -> int:
+def _report(args: argparse.Namespace, brick: Brick, before: float, stop: StopReason) -> int:
     from nxtdrive.motion.brake_predictor import BRAKING_S
     from nxtdrive.motion.motor import SPEED_WINDOW_S
 

@@ -4,16 +4,63 @@ from __future__ import annotations
 
 import argparse
 import os
-from typing import Any
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from firmware_protocol.errors import ConfigError
+
+if TYPE_CHECKING:
+    from nxtdrive.brick import Brick
 
 DEFAULT_ADDRESS = "sim://"
 
+Run = Callable[[argparse.Namespace], int]
+"""Does what a command or an action of it says; returns the exit code."""
+T = TypeVar("T", int, float)
 
-def add_action(actions: Any, name: str, summary: str) -> argparse.ArgumentParser:  # noqa: ANN401 - argparse's
-    """The parser of an action; its own help begins with what the list of all actions says of it."""
+
+def add_action(actions: Any, name: str, summary: str, run: Run) -> argparse.ArgumentParser:  # noqa: ANN401 - argparse's
+    """Add an action to a command; its own help begins with its line in the list of actions."""
     description = f"{summary[0].upper()}{summary[1:]}."
     parser: argparse.ArgumentParser = actions.add_parser(name, help=summary, description=description)
+    parser.set_defaults(run=run)
     return parser
+
+
+def on_brick(action: Callable[[argparse.Namespace, Brick], int | None]) -> Run:
+    """Have an action called with the brick at ``--nxt``, open; its None counts as exit code 0."""
+
+    def run(args: argparse.Namespace) -> int:
+        from nxtdrive.brick import open_brick
+
+        with open_brick(args.nxt) as brick:
+            return action(args, brick) or 0
+
+    return run
+
+
+def number(name: str, convert: Callable[[str], T], low: float, high: float) -> Callable[[str], T]:
+    """Make a converter for argparse that refuses what is not from `low` to `high` with "invalid NAME value"."""
+
+    def read(text: str) -> T:
+        value = convert(text)
+        if not low <= value <= high:
+            raise ValueError
+        return value
+
+    read.__name__ = name
+    return read
+
+
+@contextmanager
+def writing(path: Path, remedy: str = "Name a file in a folder that exists.") -> Iterator[None]:
+    """Turn an `OSError` of the block, which writes `path`, into a `ConfigError`."""
+    try:
+        yield
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be written ({error.strerror}).", remedy=remedy) from error
 
 
 def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_ADDRESS) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number, writing
 
 if TYPE_CHECKING:
     from nxtdrive.onboard.display import Picture
@@ -30,19 +30,11 @@ MAX_SCALE = 64
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("out", metavar="OUT.png", type=Path, help="image file to write; its suffix says the format")
-    parser.add_argument("--scale", metavar="N", type=_scale, default=4, help="size of a pixel (default: 4)")
+    parser.add_argument(
+        "--scale", metavar="N", type=number("scale", int, 1, MAX_SCALE), default=4, help="size of a pixel (default: 4)"
+    )
     add_brick_arguments(parser)
     add_json_argument(parser)
-
-
-def _scale(text: str) -> int:
-    value = int(text)
-    if not 1 <= value <= MAX_SCALE:
-        raise ValueError
-    return value
-
-
-_scale.__name__ = "scale"  # argparse says "invalid scale value"
 
 
 def run(args: argparse.Namespace) -> int:
@@ -74,9 +66,5 @@ def _save(image: Picture, scale: int, path: Path) -> None:
         coded = False
     if not coded:
         raise ConfigError(f"{path} cannot be written: no image format ends in {path.suffix!r}.", remedy="Use .png.")
-    try:
+    with writing(path):
         path.write_bytes(data.tobytes())
-    except OSError as error:
-        raise ConfigError(
-            f"{path} cannot be written ({error.strerror}).", remedy="Name a file in a folder that exists."
-        ) from None

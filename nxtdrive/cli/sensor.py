@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from dataclasses import asdict
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument
+from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -35,67 +35,34 @@ PORTS: tuple[SensorPort, ...] = (1, 2, 3, 4)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
+    byte = number("byte", lambda text: int(text, 0), 0, 0xFF)
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    read = _action(actions, "read", "one value", _read)
-    watch = _action(actions, "watch", "values until Ctrl-C", _watch)
+    read = add_action(actions, "read", "one value", on_brick(_read))
+    watch = add_action(actions, "watch", "values until Ctrl-C", on_brick(_watch))
+    identify = add_action(actions, "identify", "who is plugged in, port by port", on_brick(_identify))
+    registers = add_action(actions, "registers", "bytes of a digital sensor", on_brick(_registers))
+    for action in (read, watch, identify, registers):
+        add_brick_arguments(action)
+        add_json_argument(action)
     for action in (read, watch):
         action.add_argument("port", metavar="PORT", type=int, choices=PORTS, help="1 to 4")
         action.add_argument("kind", metavar="KIND", nargs="?", help="what is plugged in (default: ask it)")
     watch.add_argument(
-        "--every", metavar="S", type=_seconds, default=0.0, help="seconds between values (default: as fast as it goes)"
+        "--every",
+        metavar="S",
+        type=number("seconds", float, 0, 3600),
+        default=0.0,
+        help="seconds between values (default: as fast as it goes)",
     )
-    watch.add_argument("--count", metavar="N", type=_count, help="stop after so many values")
-    _action(actions, "identify", "who is plugged in, port by port", _identify)
-    registers = _action(actions, "registers", "bytes of a digital sensor", _registers)
+    watch.add_argument("--count", metavar="N", type=number("count", int, 1, math.inf), help="stop after so many values")
     registers.add_argument("port", metavar="PORT", type=int, choices=PORTS, help="1 to 4")
-    registers.add_argument("register", metavar="REGISTER", type=_byte, help="the first one, such as 0x42")
+    registers.add_argument("register", metavar="REGISTER", type=byte, help="the first one, such as 0x42")
     registers.add_argument(
         "size", metavar="SIZE", type=int, nargs="?", default=1, help="how many, 1 to 15 (default: 1)"
     )
     registers.add_argument(
-        "--address", metavar="A", type=_byte, default=0x02, help="8-bit write address of the sensor (default: 0x02)"
+        "--address", metavar="A", type=byte, default=0x02, help="8-bit write address of the sensor (default: 0x02)"
     )
-
-
-def run(args: argparse.Namespace) -> int:
-    """Do what the action says."""
-    from nxtdrive.brick import open_brick
-
-    with open_brick(args.nxt) as brick:
-        args.action(args, brick)
-    return DONE
-
-
-def _action(actions: Any, name: str, summary: str, action: Any) -> argparse.ArgumentParser:  # noqa: ANN401 - argparse's
-    parser = add_action(actions, name, summary)
-    add_brick_arguments(parser)
-    add_json_argument(parser)
-    parser.set_defaults(action=action)
-    return parser
-
-
-def _seconds(text: str) -> float:
-    value = float(text)
-    if not 0 <= value <= 3600:
-        raise ValueError
-    return value
-
-
-def _count(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise ValueError
-    return value
-
-
-def _byte(text: str) -> int:
-    value = int(text, 0)
-    if not 0 <= value <= 0xFF:
-        raise ValueError
-    return value
-
-
-_seconds.__name__, _count.__name__, _byte.__name__ = "seconds", "count", "byte"  # argparse says "invalid byte value"
 
 
 def _read(args: argparse.Namespace, brick: Brick) -> None:

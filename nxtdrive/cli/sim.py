@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from nxtdrive.cli.options import add_action, add_json_argument
-from nxtdrive.cli.sim_check import add_check_arguments
+from nxtdrive.cli.options import add_action, add_json_argument, number
+from nxtdrive.cli.sim_check import add_check_arguments, check
 
 DESCRIPTION = """\
 Let any program for a real brick talk to the simulated one, in real time.
@@ -31,26 +31,23 @@ LATENCY_MS = 1.0
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``serve``, ``exec`` and ``check`` and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    _add_serve(add_action(actions, "serve", "a serial port, TCP ports and a camera stream"))
-    _add_exec(add_action(actions, "exec", "run a program with the simulated brick on USB"))
-    add_check_arguments(add_action(actions, "check", "hold the simulated brick against a recorded conversation"))
-
-
-def run(args: argparse.Namespace) -> int:
-    """Do what the subcommand says."""
-    return int(args.action(args))
+    _add_serve(add_action(actions, "serve", "a serial port, TCP ports and a camera stream", _serve))
+    _add_exec(add_action(actions, "exec", "run a program with the simulated brick on USB", _exec))
+    checked = "compare the simulated brick with a recorded conversation"
+    add_check_arguments(add_action(actions, "check", checked, check))
 
 
 def _add_serve(serve: argparse.ArgumentParser) -> None:
+    port = number("port", int, 0, 65535)
     doors = serve.add_argument_group("doors", "at least one; each may be given several times")
     doors.add_argument(
         "--pty", metavar="LINK", type=Path, action="append", default=[], help="a serial port of this name, made here"
     )
     doors.add_argument(
-        "--tcp", metavar="PORT", type=_port, action="append", default=[], help="for tcp://; 0 takes a free port"
+        "--tcp", metavar="PORT", type=port, action="append", default=[], help="for tcp://; 0 takes a free port"
     )
     doors.add_argument(
-        "--nxt-server", metavar="PORT", type=_port, action="append", default=[], help="for nxt-python's socket backend"
+        "--nxt-server", metavar="PORT", type=port, action="append", default=[], help="for nxt-python's socket backend"
     )
     doors.add_argument(
         "--host", metavar="ADDRESS", default="127.0.0.1", help="of this computer, for the ports (default: 127.0.0.1)"
@@ -67,7 +64,7 @@ def _add_serve(serve: argparse.ArgumentParser) -> None:
     )
     _add_simulation(serve)
     add_json_argument(serve)
-    serve.set_defaults(action=_serve, refuse=serve.error)
+    serve.set_defaults(refuse=serve.error)
 
 
 def _add_exec(execute: argparse.ArgumentParser) -> None:
@@ -78,7 +75,7 @@ def _add_exec(execute: argparse.ArgumentParser) -> None:
     execute.add_argument(
         "program", metavar="-- COMMAND", nargs=argparse.REMAINDER, help="the program and its arguments"
     )
-    execute.set_defaults(action=_exec, refuse=execute.error)
+    execute.set_defaults(refuse=execute.error)
 
 
 def _add_simulation(parser: argparse.ArgumentParser) -> None:
@@ -87,25 +84,11 @@ def _add_simulation(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--latency-ms",
         metavar="MS",
-        type=_latency,
+        type=number("milliseconds", float, 0, 10_000),
         default=LATENCY_MS,
         help=f"round trip of the link (default: {LATENCY_MS:g}; cable: 2; radio: 30)",
     )
     parser.add_argument("--faults", metavar="FILE", type=Path, help="what goes wrong on each link (docs/interop.md)")
-
-
-def _latency(text: str) -> float:
-    value = float(text)
-    if not 0 <= value <= 10_000:
-        raise ValueError
-    return value
-
-
-def _port(text: str) -> int:
-    value = int(text)
-    if not 0 <= value <= 65535:
-        raise ValueError
-    return value
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -115,8 +98,7 @@ def _size(text: str) -> tuple[int, int]:
     return width, height
 
 
-# argparse says "invalid size value"
-_latency.__name__, _port.__name__, _size.__name__ = "milliseconds", "port", "size"
+_size.__name__ = "size"  # argparse says "invalid size value"
 
 
 def _serve(args: argparse.Namespace) -> int:

@@ -29,7 +29,6 @@ def add_check_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--scenario", metavar="NAME", action="append", help="only this one; can be given several times")
     add_json_argument(parser)
-    parser.set_defaults(action=check)
 
 
 def check(args: argparse.Namespace) -> int:

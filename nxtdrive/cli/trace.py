@@ -39,24 +39,16 @@ EXAMPLES = """\
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    show = add_action(actions, "show", "say in words what was said")
+    show = add_action(actions, "show", "print a recording in words", _show)
     _add_file(show, "file")
     show.add_argument("--full", action="store_true", help="field by field")
     add_json_argument(show)
-    show.set_defaults(action=_show)
-    diff = add_action(actions, "diff", "where two conversations differ")
+    diff = add_action(actions, "diff", "print where two recordings differ", _diff)
     _add_file(diff, "file")
     _add_file(diff, "other")
-    diff.set_defaults(action=_diff)
-    replay = add_action(actions, "replay", "ask a brick the same again and compare its answers")
+    replay = add_action(actions, "replay", "send the same requests to a brick and compare its replies", _replay)
     _add_file(replay, "file")
     add_brick_arguments(replay)
-    replay.set_defaults(action=_replay)
-
-
-def run(args: argparse.Namespace) -> int:
-    """Do what the subcommand says."""
-    return int(args.action(args))
 
 
 def _add_file(parser: argparse.ArgumentParser, name: str) -> None:
@@ -112,7 +104,7 @@ def _replay(args: argparse.Namespace) -> int:
     from nxtdrive.transports.trace_file import read_trace
 
     recorded = read_trace(args.file).exchanges()
-    with Brick(open_transport(args.nxt)) as brick:
+    with Brick(open_transport(args.nxt)) as brick:  # not open_brick(), which sends a telegram of its own
         repeated = _repeat(recorded, brick)
     return _report(differences(recorded, repeated), f"all {len(recorded)} requests were answered as recorded")
 
