@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Measure with the checkout this package lies in, or with the one in the current folder.
+    """Measure with the checkout that holds this package, or with the one in the current folder.
 
     Raises:
         ConfigError: There is neither.
@@ -52,14 +52,14 @@ def run(args: argparse.Namespace) -> int:
     checkout = Path.cwd()
     if not (checkout / "tools" / "dev" / "bench_report.py").is_file():
         raise ConfigError(
-            "`nxtdrive bench` needs a checkout of nxtdrive; what is installed measures nothing.",
+            "`nxtdrive bench` needs a checkout of nxtdrive; the benchmarks are not installed.",
             remedy="Get the repository with git, change into its folder and run the command again there.",
         )
     return _run_in(checkout, args)
 
 
 def _run_in(checkout: Path, args: argparse.Namespace) -> int:
-    """Run the command with a checkout's own code: modules of an installed nxtdrive must not mix with it."""
+    """Run the command with a checkout's own code; modules of an installed nxtdrive must not mix with it."""
     words = [*args.areas]
     for option, value in (("--nxt", args.nxt), ("--out", args.out)):
         words += [] if value is None else [option, str(value)]

@@ -19,13 +19,12 @@ STOP = "s"
 
 
 class TerminalOperator:
-    """A person at a terminal; see `behaviors.operator.Ask`.
+    """Asks the operator at a terminal; see `behaviors.operator.Ask`.
 
-    The robot stands while the question is open. Real links are kept awake by the link's own thread; simulated time
-    stands still.
+    The robot stands still until the answer. The link's own thread keeps real links awake; simulated time stands still.
 
     Args:
-        status: Gives the terminal free meanwhile.
+        status: Line that is hidden while the question is open.
         console: The terminal; standard error by default.
     """
 
@@ -34,7 +33,7 @@ class TerminalOperator:
         self._console = console or Console(stderr=True, highlight=False)
 
     def __call__(self, question: Question) -> Choice:
-        """Ask until the answer is one.
+        """Ask until the answer is valid.
 
         Raises:
             KeyboardInterrupt: The operator stops the mission.
@@ -50,7 +49,7 @@ class TerminalOperator:
         console.print(known_lines(evidence))
         numbers = [str(i) for i in range(1, len(question.candidates) + 1)]
         console.print(candidate_table(question.candidates, numbers, chosen=0))
-        console.print(Text(f"proposed is 1: {question.proposed.why}"))
+        console.print(Text(f"proposed: 1, {question.proposed.why}"))
 
     def _answer(self, question: Question) -> Choice:
         count = len(question.candidates)

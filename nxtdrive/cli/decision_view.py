@@ -1,4 +1,4 @@
-"""A decision on the terminal: what was known, and what could be done at what price."""
+"""Shows a decision on the terminal: the evidence, and the candidates with their expected cost."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from behaviors.recovery import Evidence
 from nxtdrive.recording.wording import choice_words, evidence_lines
 
 SECONDS_SHOWN = 10_000.0
-"""Beyond this a success is as good as never."""
+"""An expected time beyond this is shown as "never"."""
 
 
 def known_lines(evidence: Evidence) -> Text:
-    """What was known, a line each."""
+    """List the evidence, one item per line."""
     return Text("\n".join(evidence_lines(evidence)))
 
 
 def candidate_table(candidates: Sequence[OperatorChoice], marks: Iterable[str], chosen: int | None = None) -> Table:
-    """The candidates with what the policy expects of them.
+    """Make a table of the candidates with the policy's estimates.
 
     Args:
-        candidates: What could be done.
-        marks: Stand in front of them.
-        chosen: Which one is shown in bold.
+        candidates: One per row.
+        marks: First cell of each row.
+        chosen: Index of the row in bold, or None.
     """
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
     table.add_column("")

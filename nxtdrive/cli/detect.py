@@ -1,4 +1,4 @@
-"""``nxtdrive detect``: what a detector sees in a picture, a video or a camera."""
+"""``nxtdrive detect``: tries a detector on a picture, a video or a camera."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ EXAMPLES = """\
   nxtdrive detect try http://127.0.0.1:8081/camera.mjpg --color red"""
 
 CAMERA_FRAMES = 100
-"""Frames taken from a live camera unless the user says otherwise."""
+"""Default number of frames taken from a live camera."""
 
 VIDEO_FPS = 10
-"""Of the annotated video; one frame follows the other, whatever time lay between them."""
+"""Frame rate of the annotated video, whatever the time between the frames was."""
 
 READ_TIMEOUT_S = 5.0
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """One place where the target was seen.
+    """One detection of the target.
 
     Attributes:
         bearing_deg: Positive right.
-        distance_mm: By its apparent height.
+        distance_mm: Estimated from the apparent height.
         score: 0..1 as the detector grades it.
         box: Left, top, width, height in pixels.
     """
@@ -58,12 +58,12 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What was seen in one frame.
+    """The detections in one frame.
 
     Attributes:
-        frame: Its number.
-        ms: How long the detector took.
-        found: All places, best first.
+        frame: Number of the frame.
+        ms: Time the detector took, milliseconds.
+        found: All detections, best first.
     """
 
     frame: int
@@ -109,14 +109,14 @@ def _try(args: argparse.Namespace) -> int:
             if not args.json:
                 print(_line(name, look))
     except KeyboardInterrupt:
-        pass  # the user has seen enough; what there is gets written
+        pass  # write what has been recorded so far
     finally:
         film.close()
     return _report(looks, film.path, args.json)
 
 
 def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None]:
-    """The target's name, its detector, and the camera's view if a mission tells it."""
+    """Return the target's name, its detector, and the camera's field of view if a mission gives it."""
     from nxtdrive.vision.detectors import make_detector
 
     if args.mission and args.target is None:
@@ -153,7 +153,7 @@ def _is_image(source: str) -> bool:
 
 
 def _frames(source: str, limit: int | None) -> Iterator[Frame]:
-    """The source's frames, one by one, until its end or the limit."""
+    """Yield the source's frames until its end or the limit."""
     from nxtdrive.transports.base import WallClock
     from nxtdrive.vision.camera import EndOfFrames
     from nxtdrive.vision.sources import open_camera
@@ -214,7 +214,7 @@ def _report(looks: list[Look], path: Path, as_json: bool) -> int:
 
 
 class _Film:
-    """The annotated frames: a video, or one image of the last frame in which the target was seen."""
+    """Writes the annotated frames: a video, or one image of the last frame that shows the target."""
 
     def __init__(self, path: Path) -> None:
         from nxtdrive.recording.video import VideoRecorder
@@ -243,7 +243,7 @@ class _Film:
             raise ConfigError(f"{self.path} cannot be written.", remedy="Does its folder exist?")
 
     def _fitted(self, image: Image) -> Image:
-        """Folders may hold images of several sizes; a video has the first one's."""
+        """Resize to the first image's size: folders may hold images of several sizes, a video has one."""
         import cv2
         import numpy as np
 

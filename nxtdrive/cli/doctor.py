@@ -1,4 +1,4 @@
-"""``nxtdrive doctor``: what is wrong, and the exact remedy."""
+"""``nxtdrive doctor``: finds what is wrong and prints the remedy."""
 
 from __future__ import annotations
 
@@ -37,20 +37,22 @@ EXAMPLES = """\
   nxtdrive doctor --fix-udev --install"""
 
 PROBLEMS = 1
-"""Exit code when something is a problem."""
+"""Exit code when at least one problem was found."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add_brick_arguments(parser, default="usb://")
-    parser.add_argument("--wiggle", action="store_true", help="turn each motor a little and ask the sensors")
+    parser.add_argument("--wiggle", action="store_true", help="turn each motor a little and query the sensors")
     parser.add_argument("--yes", action="store_true", help="do not ask before motors turn")
     parser.add_argument(
         "--mission", metavar="FILE", type=Path, help="how the robot is built, for --wiggle (default: built-in)"
     )
     parser.add_argument("--camera", metavar="SOURCE", help="which camera to try (default: as for `nxtdrive run`)")
-    parser.add_argument("--fix-udev", action="store_true", help="say how Linux lets you have the brick, and leave")
-    parser.add_argument("--install", action="store_true", help="with --fix-udev: do it; needs root")
+    parser.add_argument(
+        "--fix-udev", action="store_true", help="print the udev rule for the brick and how to install it"
+    )
+    parser.add_argument("--install", action="store_true", help="with --fix-udev: install the rule; needs root")
     add_json_argument(parser)
 
 
@@ -78,10 +80,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 class _Examination:
-    """What is examined, in order.
+    """Examines computer and brick, in order.
 
     Attributes:
-        reached: Whether there was a brick that let itself be opened.
+        reached: Whether a brick could be opened.
     """
 
     def __init__(self, args: argparse.Namespace) -> None:
@@ -89,7 +91,7 @@ class _Examination:
         self._args = args
 
     def findings(self) -> Iterator[Finding]:
-        """Findings as they come."""
+        """Yield each finding as it is made."""
         from nxtdrive.tools.doctor import computer
         from nxtdrive.transports.address import Address
 
@@ -140,7 +142,7 @@ def _wiggle(brick: Brick, mission: Mission, *, asked: bool) -> Iterator[Finding]
     from nxtdrive.tools.doctor.finding import warning
 
     if not asked and not _may_move():
-        yield warning("wiggle", "left out: motors may not turn.", "Lift the robot, then run it with --wiggle --yes.")
+        yield warning("wiggle", "skipped: motors may not turn.", "Lift the robot, then run it with --wiggle --yes.")
         return
     yield from patient.wiggle(brick, mission)
 
@@ -173,7 +175,7 @@ def _fix_udev(*, install: bool) -> int:
 
 
 def _myself() -> str:
-    """This program in words that root's shell understands: its PATH knows nothing of virtual environments."""
+    """Return a command for this program that works in root's shell, whose PATH lacks virtual environments."""
     program = shutil.which("nxtdrive")
     return shlex.join([program] if program else [sys.executable, "-m", "nxtdrive.cli.main"])
 

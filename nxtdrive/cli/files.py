@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     ls = add_action(actions, "ls", "list files", on_brick(_ls))
-    ls.add_argument("pattern", metavar="PATTERN", nargs="?", default="*", help="such as '*.rxe' (default: all)")
+    ls.add_argument("pattern", metavar="PATTERN", nargs="?", default="*", help="e.g. '*.rxe' (default: all)")
     get = add_action(actions, "get", "fetch a file", on_brick(_get))
     get.add_argument("name", metavar="NAME", help="on the brick")
     get.add_argument("--to", metavar="PATH", type=Path, help="file or folder (default: the same name, here)")
@@ -44,8 +44,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     put.add_argument("--as", dest="name", metavar="NAME", help="name on the brick, of a single file")
     put.add_argument("--replace", action="store_true", help="delete files of the same name first")
     rm = add_action(actions, "rm", "delete files", on_brick(_rm))
-    rm.add_argument("patterns", metavar="PATTERN", nargs="+", help="a name, or such as 'old*.rxe'")
-    df = add_action(actions, "df", "room for files", on_brick(_df))
+    rm.add_argument("patterns", metavar="PATTERN", nargs="+", help="a name, or a pattern such as 'old*.rxe'")
+    df = add_action(actions, "df", "free and used space", on_brick(_df))
     for action in (ls, get, put, rm, df):
         add_brick_arguments(action)
         add_json_argument(action)
@@ -115,7 +115,7 @@ def _say(args: argparse.Namespace, what: dict[str, object]) -> None:
 
 @contextlib.contextmanager
 def _progress(name: str) -> Iterator[Progress | None]:
-    """A bar on a terminal, else nothing."""
+    """Show a progress bar if standard error is a terminal."""
     if not sys.stderr.isatty():
         yield None
         return

@@ -1,4 +1,4 @@
-"""``nxtdrive info``: who a brick is and how it feels."""
+"""``nxtdrive info``: name, versions and state of a brick."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Ask and print."""
+    """Query the brick and print."""
     from dataclasses import asdict
 
     from firmware_protocol.direct import KeepAlive

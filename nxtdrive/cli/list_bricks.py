@@ -1,4 +1,4 @@
-"""``nxtdrive list``: where bricks are, as addresses to copy."""
+"""``nxtdrive list``: finds bricks and prints their addresses."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ EXAMPLES = """\
   nxtdrive list --json"""
 
 _BLUETOOTH = re.compile(r"rfcomm|bthenum|bluetooth|(tty|cu)\.nxt|001653", re.IGNORECASE)
-"""How Bluetooth serial ports call themselves on Linux, Windows and macOS; 00:16:53 is LEGO's."""
+"""Names of Bluetooth serial ports on Linux, Windows and macOS; 00:16:53 is LEGO's address block."""
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a brick is or may be.
+    """An address at which a brick is or may be.
 
     Attributes:
         address: For ``--nxt``.
-        what: What is there, for people.
+        what: Description for people.
     """
 
     address: str
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """List what there is; what cannot be searched is a note, no failure."""
+    """Print the addresses; what cannot be searched is reported as a note and is no failure."""
     places, notes = find_places()
     if args.json:
         print(json.dumps({"bricks": [asdict(place) for place in places], "notes": notes}, indent=2))
@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def find_places() -> tuple[list[Place], list[str]]:
-    """Every place, the surest first, and notes about what could not be searched."""
+    """Return every place, the most certain first, and notes about what could not be searched."""
     places: list[Place] = []
     notes: list[str] = []
     for search in (_on_usb, _paired):

@@ -1,7 +1,7 @@
-"""The command line's entrance: finds the command, runs it, turns errors into one sentence and an exit code.
+"""Entry point of the command line: finds the command, runs it, turns errors into a message and an exit code.
 
-Exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick, 4 link lost or not to be had, 5 the brick
-refused.
+Exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick, 4 link lost or not available, 5 the
+brick refused.
 """
 
 from __future__ import annotations
@@ -30,30 +30,30 @@ DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED = range(6)
 """Exit codes."""
 
 INTERRUPTED = 130
-"""Exit code of a command that Ctrl-C ended and that had nothing to report; 128 + SIGINT, as shells have it."""
+"""Exit code of a command that Ctrl-C ended before it had anything to report; 128 + SIGINT, as in shells."""
 
 COMMANDS = {
-    "run": ("run", "run a mission: search, drive there, recover (the default is the built-in one, simulated)"),
-    "explain-run": ("explain_run", "say why the robot did what it did in a run, decision by decision"),
+    "run": ("run", "run a mission: search, drive there, recover (default: the built-in mission, simulated)"),
+    "explain-run": ("explain_run", "explain the decisions of a run, one by one"),
     "serve": ("serve", "serve the robot to an agent of your own, over TCP"),
     "list": ("list_bricks", "find bricks and print their addresses"),
     "info": ("info", "name, firmware and battery of a brick"),
     "motor": ("motor", "turn a motor for a time or by an angle, or stop it"),
-    "explain": ("explain", "say what the bytes of a telegram mean"),
-    "trace": ("trace", "look at recorded conversations with a brick, compare and replay them"),
-    "files": ("files", "list, fetch, send and delete files on a brick"),
+    "explain": ("explain", "decode the bytes of a telegram"),
+    "trace": ("trace", "show, compare and replay recorded traffic with a brick"),
+    "files": ("files", "list, download, upload and delete files on a brick"),
     "program": ("program", "start and stop programs on a brick"),
     "send": ("send", "send any declared command and print the reply"),
-    "doctor": ("doctor", "examine computer and brick, and say what to do"),
-    "sensor": ("sensor", "read or watch a sensor, ask who is plugged in"),
+    "doctor": ("doctor", "check computer and brick, and say how to fix what is wrong"),
+    "sensor": ("sensor", "read or watch a sensor, identify what is plugged in"),
     "monitor": ("monitor", "motors, sensors, battery and link at a glance"),
     "teleop": ("teleop", "drive by hand in a terminal"),
     "tone": ("tone", "play a tone on a brick"),
-    "message": ("message", "put messages into mailboxes, and take them"),
+    "message": ("message", "write messages to mailboxes, and read them"),
     "screenshot": ("screenshot", "save what a brick's display shows as an image"),
-    "mission": ("mission", "check a mission file, show how missions run"),
+    "mission": ("mission", "check, show and create mission files"),
     "detect": ("detect", "try a detector on a picture, a video or a camera"),
-    "sim": ("sim", "serve the simulated brick to other programs"),
+    "sim": ("sim", "offer the simulated brick to other programs"),
     "sweep": ("sweep", "compare policies on many simulated missions"),
     "bench": ("bench", "measure this machine: protocol, simulation, detectors, doors, mind, motion"),
 }
@@ -66,11 +66,11 @@ examples:
   nxtdrive run --help     # every command has examples
 
 exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick,
-4 link lost or not to be had, 5 the brick refused"""
+4 link lost or not available, 5 the brick refused"""
 
 
 class CommandModule(Protocol):
-    """What a module of this package offers."""
+    """What each command's module provides."""
 
     DESCRIPTION: str
     """A paragraph for ``--help``."""
@@ -108,7 +108,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
-        # the reader of our output went away, as `head` does; nothing is left to say
+        # the reader of our output has closed it, as `head` does
         sys.stderr.close()
         return DONE
     except Exception as error:
@@ -121,7 +121,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _recorded(address: str, trace: str, arguments: Sequence[str]) -> str:
-    """The address that opens `address` and records to the file `trace` what is said; it notes the command as well."""
+    """Return the address that opens `address` and records its traffic, and the command, to the file `trace`."""
     import shlex
     from pathlib import Path
 
@@ -137,15 +137,15 @@ def _recorded(address: str, trace: str, arguments: Sequence[str]) -> str:
 
 
 def _log(*, verbose: bool) -> None:
-    """Send log messages to standard error; the libraries' only when they warn."""
+    """Send log messages to standard error; those of libraries only from warnings on."""
     logging.basicConfig(format="%(name)s: %(message)s")
     for room in ("firmware_protocol", "nxtdrive", "behaviors", "sim_backend"):
         logging.getLogger(room).setLevel(logging.DEBUG if verbose else logging.WARNING)
 
 
 def _exit_code(error: Exception) -> int | None:
-    """The exit code of an error we know; None for a fault of ours, which deserves its traceback."""
-    # imported here, the mission file's reader would cost every command a third of a second
+    """Return the exit code of a known error; None for a bug, which keeps its traceback."""
+    # importing the module here would cost every command a third of a second
     missions = sys.modules.get("behaviors.mission")
     if (missions and isinstance(error, missions.MissionError)) or _overwritten(error):
         return USAGE
@@ -164,7 +164,7 @@ def _exit_code(error: Exception) -> int | None:
 
 
 def _overwritten(error: Exception) -> str:
-    """What to do when another distribution's package ``behaviors`` stands in the place of ours; else nothing."""
+    """Return the remedy if another distribution's package ``behaviors`` has replaced ours, else an empty string."""
     if not isinstance(error, ImportError) or (error.name or "").partition(".")[0] != "behaviors":
         return ""
     from importlib.metadata import packages_distributions
@@ -172,8 +172,8 @@ def _overwritten(error: Exception) -> str:
     others = sorted(set(packages_distributions().get("behaviors", ())) - {"nxtdrive"})
     culprit = " and ".join(others) or "another package"
     return (
-        f"{culprit} brought a package that is also called 'behaviors' and hides the one of nxtdrive ({error}). "
-        f"Mend it: pip uninstall {' '.join(others) or 'that package'}, "
+        f"{culprit} installed a package that is also called 'behaviors' and hides the one of nxtdrive ({error}). "
+        f"To fix it: pip uninstall {' '.join(others) or 'that package'}, "
         "then pip install --force-reinstall --no-deps nxtdrive; or give nxtdrive a virtual environment of its own."
     )
 
@@ -216,11 +216,11 @@ def _add_command(commands: argparse._SubParsersAction[_Parser], name: str, modul
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose mistakes say where help is."""
+    """A parser whose error messages point to the help."""
 
     def error(self, message: str) -> NoReturn:
-        """Say what is wrong and leave."""
-        super().error(f"{message}\n`{self.prog} --help` explains it.")
+        """Print the mistake and exit."""
+        super().error(f"{message}\nSee `{self.prog} --help`.")
 
 
 class _Version(argparse.Action):
@@ -230,7 +230,7 @@ class _Version(argparse.Action):
         super().__init__(option_strings, dest, nargs=0, help="print the version")
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
-        """Print it and leave."""
+        """Print it and exit."""
         import nxtdrive
 
         print(f"nxtdrive {nxtdrive.__version__}")

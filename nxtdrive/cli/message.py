@@ -1,4 +1,4 @@
-"""``nxtdrive message``: mailboxes of the program that runs on the brick."""
+"""``nxtdrive message``: mailboxes of the program running on the brick."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ if TYPE_CHECKING:
     from nxtdrive.brick import Brick
 
 DESCRIPTION = """\
-Put a message into a mailbox of the program that runs on the brick, or take one
-that it has left. Mailboxes are 1 to 10, as in LEGO's software; without a running
-program there are none."""
+Write a message to a mailbox of the program running on the brick, or read one that
+the program has written. Mailboxes are 1 to 10, as in LEGO's software; without a
+running program there are none."""
 EXAMPLES = """\
   nxtdrive message write 1 "go left"
   nxtdrive message read 1
   nxtdrive message read 1 --wait 5 --json"""
 
 POLL_S = 0.1
-"""Between two looks into a mailbox."""
+"""Time between two polls of a mailbox."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    write = add_action(actions, "write", "put a message into a mailbox", on_brick(_write))
+    write = add_action(actions, "write", "write a message to a mailbox", on_brick(_write))
     write.add_argument("box", metavar="BOX", type=int, help="1 to 10")
     write.add_argument("text", metavar="TEXT", help="at most 58 characters")
-    read = add_action(actions, "read", "take a message the program has left", on_brick(_read))
+    read = add_action(actions, "read", "read a message from the program", on_brick(_read))
     read.add_argument("box", metavar="BOX", type=int, help="1 to 10")
-    read.add_argument("--keep", action="store_true", help="leave it in its mailbox")
-    read.add_argument("--wait", metavar="S", type=float, default=0.0, help="wait so long for one (default: 0)")
+    read.add_argument("--keep", action="store_true", help="do not remove it from the mailbox")
+    read.add_argument("--wait", metavar="S", type=float, default=0.0, help="wait up to S seconds for one (default: 0)")
     add_json_argument(read)
     for action in (write, read):
         add_brick_arguments(action)

@@ -1,4 +1,4 @@
-"""``nxtdrive mission``: check a mission file, show what it will do, write a new one."""
+"""``nxtdrive mission``: checks a mission file, shows what it does, writes a new one."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ EXAMPLES = """\
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the three subcommands."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    check = add_action(actions, "check", "say what is wrong with mission files, everything at once", _check)
+    check = add_action(actions, "check", "report every mistake in mission files at once", _check)
     check.add_argument("files", metavar="FILE", nargs="+", type=Path, help="mission files, *.toml")
     add_json_argument(check)
     show = add_action(actions, "show", "a mission's numbers, the chart's transitions and its diagram", _show)
     show.add_argument("file", metavar="FILE", nargs="?", type=Path, help="without it, the built-in mission")
     add_json_argument(show)
     new = add_action(actions, "new", "write a commented mission file", _new)
-    new.add_argument("file", metavar="FILE", type=Path, help="a name that is free, such as my-mission.toml")
+    new.add_argument("file", metavar="FILE", type=Path, help="a new file, such as my-mission.toml")
 
 
 def _check(args: argparse.Namespace) -> int:
@@ -52,7 +52,7 @@ def _check(args: argparse.Namespace) -> int:
 
 
 def _complaint(path: Path) -> str:
-    """What is wrong with a mission file, or with the pictures and cascades it names; nothing if all is well."""
+    """Return what is wrong with a mission file or the pictures and cascades it names; empty if nothing is."""
     from nxtdrive.mission_run import build_detectors, load
 
     try:
@@ -67,7 +67,7 @@ def _complaint(path: Path) -> str:
 
 
 def _lines(complaint: str) -> list[str]:
-    """The mistakes of one message; a headline over indented lines, or a single sentence."""
+    """Split a message (a headline over indented lines, or a single sentence) into its mistakes."""
     head, *rest = complaint.split("\n")
     return [line.strip() for line in rest] or [head] * bool(head)
 
@@ -89,7 +89,7 @@ def _show(args: argparse.Namespace) -> int:
 
 
 def _described(mission: Mission) -> str:
-    """Every number the mission runs with; a star marks those the file sets."""
+    """Format every number the mission runs with; a star marks those the file sets."""
     from nxtdrive.cli.mission_template import meanings
 
     tables = {
@@ -100,10 +100,10 @@ def _described(mission: Mission) -> str:
         "robot": mission.robot,
         "camera": mission.camera,
     }
-    lines = ["Parameters; * marks what the file sets, the rest are defaults"]
+    lines = ["Parameters; * marks those that the file sets, the others are defaults"]
     idle = {"adaptive", "thesis"} - {mission.mission.profile}
     for title, table in tables.items():
-        lines += ["", f"[{title}]" + "   of no effect: the profile is another" * (title in idle)]
+        lines += ["", f"[{title}]" + "   no effect: the mission has the other profile" * (title in idle)]
         about = meanings(type(table))
         for name, value in table:
             star = "*" if name in table.model_fields_set else " "
@@ -126,5 +126,5 @@ def _new(args: argparse.Namespace) -> int:
         raise ConfigError(f"{args.file} exists already.", remedy="Choose another name.")
     with writing(args.file):
         args.file.write_text(template(), encoding="utf-8")
-    print(f"{args.file} is written. Change the targets, then: nxtdrive mission check {args.file}")
+    print(f"Wrote {args.file}. Change the targets, then run: nxtdrive mission check {args.file}")
     return DONE

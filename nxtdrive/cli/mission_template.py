@@ -1,4 +1,4 @@
-"""A mission file with every key and its meaning, made from the declarations that check mission files."""
+"""Generates a mission file with every key and its meaning from the models that validate mission files."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ height_mm = 100            # real height of the patch; distances are measured by
 
 
 def template() -> str:
-    """The text of a mission file that loads as it is."""
+    """Return the text of a valid mission file."""
     from behaviors.mission import AdaptiveParameters, CameraTable, RobotTable, ThesisParameters
 
     parts = [_HEAD]
@@ -67,7 +67,7 @@ def template() -> str:
 
 
 def meanings(model: type[BaseModel]) -> dict[str, str]:
-    """What each field means, from the ``Attributes:`` of the class and those it inherits from."""
+    """Return the meaning of each field, from the ``Attributes:`` sections of the class and its bases."""
     found: dict[str, str] = {}
     for cls in reversed(model.__mro__):
         _, _, attributes = inspect.cleandoc(cls.__doc__ or "").partition("Attributes:\n")
@@ -82,6 +82,6 @@ def meanings(model: type[BaseModel]) -> dict[str, str]:
 def _defaults(model: type[BaseModel]) -> Iterator[str]:
     about = meanings(model)
     for name, field in model.model_fields.items():
-        # what has no default stays a comment when the line's first mark is taken away
+        # a key without default stays commented out when the first "# " is removed
         default = f"# {name} =" if field.default is None else f"{name} = {json.dumps(field.default)}"
         yield f"# {default}".ljust(32) + f"# {about.get(name, '')}"

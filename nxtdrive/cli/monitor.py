@@ -1,4 +1,4 @@
-"""``nxtdrive monitor``: a brick at a glance, all the time."""
+"""``nxtdrive monitor``: shows the state of a brick, continuously."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Show motors, input ports, battery and link of a brick until Ctrl-C. Input ports
-are looked at as they are; --sensor sets one up and shows what it measures."""
+are read as they are configured; --sensor sets one up and shows its measurements."""
 EXAMPLES = """\
   nxtdrive monitor
   nxtdrive monitor --sensor 4=ultrasonic --sensor 1=touch --nxt usb://
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="PORT=KIND",
         action="append",
         default=[],
-        help="what is plugged in, kinds as for `nxtdrive sensor`; may be given for each port",
+        help="what is plugged in, kinds as for `nxtdrive sensor`; once per port",
     )
     parser.add_argument(
         "--every",
@@ -48,12 +48,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=0.25,
         help="time between updates (default: 0.25)",
     )
-    parser.add_argument("--once", action="store_true", help="look once and leave")
+    parser.add_argument("--once", action="store_true", help="print one snapshot and exit")
     add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Look and show, until Ctrl-C unless once."""
+    """Show snapshots until Ctrl-C, or one with --once."""
     from nxtdrive.brick import open_brick
     from nxtdrive.tools.monitor import look, watch
 
@@ -102,7 +102,7 @@ def _show(snapshots: Iterator[Snapshot]) -> None:
 
 
 def _table(snapshot: Snapshot) -> Table:
-    """One row per port."""
+    """Make a table with one row per port."""
     from rich.table import Table
 
     caption = f"battery {snapshot.battery_mv / 1000:.2f} V   link {snapshot.latency_ms:.1f} ms"

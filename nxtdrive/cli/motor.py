@@ -1,4 +1,4 @@
-"""``nxtdrive motor``: turn a motor from the command line."""
+"""``nxtdrive motor``: turns a motor from the command line."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from nxtdrive.ports import MotorPort
 
 DESCRIPTION = """\
-Turn a motor: for a time, by an angle, or not any more. A motor that something
-holds is braked and reported (exit code 1). Afterwards it is switched off; should
-this program or the link die meanwhile, it stops by itself (docs/motion.md)."""
+Turn a motor for a time or by an angle, or stop it. A motor that is blocked is
+braked and reported (exit code 1). Afterwards the motor is switched off; if this
+program or the link dies meanwhile, it stops by itself (docs/motion.md)."""
 EXAMPLES = """\
   nxtdrive motor run A --speed 360 --seconds 2
   nxtdrive motor run B --power -60
@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     turn.add_argument("port", metavar="PORT", type=str.upper, choices=PORTS, help="A, B or C")
     turn.add_argument("angle", metavar="DEGREES", type=float, help="how far; negative: backward")
     turn.add_argument("--speed", metavar="DEG_S", type=float, default=360.0, help="degrees per second (default: 360)")
-    stop = add_action(actions, "stop", "brake motors and switch them off, whoever started them", on_brick(_stop))
+    stop = add_action(actions, "stop", "brake motors and switch them off", on_brick(_stop))
     stop.add_argument("ports", metavar="PORT", nargs="*", type=str.upper, help="A, B or C (default: all)")
     for action in (run_, turn, stop):
         add_brick_arguments(action)

@@ -1,4 +1,4 @@
-"""Options that several commands share, so that they mean the same everywhere."""
+"""Arguments and helpers that several commands share."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def writing(path: Path, remedy: str = "Name a file in a folder that exists.") ->
 
 
 def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_ADDRESS) -> None:
-    """``--nxt ADDRESS``: which brick, and ``--trace FILE``: a record of what is said; `main` sees to the latter."""
+    """Add ``--nxt ADDRESS`` and ``--trace FILE``; `nxtdrive.cli.main` handles the latter."""
     parser.add_argument(
         "--nxt",
         metavar="ADDRESS",
@@ -73,16 +73,16 @@ def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_
         "serial://COM5, tcp://host:port, nxt-server://host:port, replay://FILE.nxttrace; `nxtdrive list` finds some "
         f"(default: $NXT, else {default})",
     )
-    parser.add_argument("--trace", metavar="FILE", help="record the conversation with the brick, see `nxtdrive trace`")
+    parser.add_argument("--trace", metavar="FILE", help="record the traffic with the brick, see `nxtdrive trace`")
 
 
 def add_json_argument(parser: argparse.ArgumentParser) -> None:
-    """``--json``: output for machines."""
+    """Add ``--json``, output for programs."""
     parser.add_argument("--json", action="store_true", help="print JSON instead of text")
 
 
 def add_profile_argument(parser: argparse.ArgumentParser, meaning: str) -> None:
-    """``--profile NAME``; ``--policy`` is its old name."""
+    """Add ``--profile NAME``; ``--policy`` is its old name."""
     from behaviors.profiles.registry import PROFILES
 
     parser.add_argument("--profile", choices=PROFILES, help=meaning)

@@ -1,4 +1,4 @@
-"""The pace of the simulator for programs that people watch."""
+"""Real-time pace of the simulator for interactive commands."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ if TYPE_CHECKING:
 
 
 def in_real_time(address: str) -> Address:
-    """The same brick; a simulated one whose pace nobody chose lets time pass as the clock on the wall does.
-
-    So does one that is recorded, with ``--trace``.
+    """Return the address with ``pace=realtime`` if it is simulated, recorded or not, and names no pace.
 
     Raises:
-        AddressError: It is no address.
+        AddressError: The text is not an address.
     """
     from nxtdrive.transports.address import Address
 

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from nxtdrive.brick import Brick
 
 DESCRIPTION = """\
-Start and stop programs that are on a brick, and make sure that they did. A
-program that is started or stopped resets all motors and sensors."""
+Start and stop programs stored on a brick, and verify that they did. Starting or
+stopping a program resets all motors and sensors."""
 EXAMPLES = """\
   nxtdrive program status
   nxtdrive program start follow-line.rxe --nxt usb://
@@ -25,8 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     start = add_action(actions, "start", "start a program and wait until it runs", on_brick(_start))
     start.add_argument("name", metavar="NAME", help="on the brick; `nxtdrive files ls '*.rxe'` lists them")
-    stop = add_action(actions, "stop", "stop the program that runs", on_brick(_stop))
-    status = add_action(actions, "status", "which program runs", on_brick(_status))
+    stop = add_action(actions, "stop", "stop the running program", on_brick(_stop))
+    status = add_action(actions, "status", "print which program is running", on_brick(_status))
     for action in (start, stop, status):
         add_brick_arguments(action)
         add_json_argument(action)

@@ -1,4 +1,4 @@
-"""``nxtdrive screenshot``: the brick's display as an image file."""
+"""``nxtdrive screenshot``: saves the brick's display as an image file."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Save what a brick's display shows, 100 x 64 pixels, each drawn as a square.
-It is what the firmware has in its memory; the simulated brick's shows what
-programs and telegrams have drawn there, and no menus."""
+The image comes from the firmware's memory. The simulated brick's display shows
+what programs and telegrams have drawn, but no menus."""
 EXAMPLES = """\
   nxtdrive screenshot /tmp/nxt.png
   nxtdrive screenshot nxt.png --nxt usb:// --scale 8"""
@@ -29,7 +29,7 @@ MAX_SCALE = 64
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("out", metavar="OUT.png", type=Path, help="image file to write; its suffix says the format")
+    parser.add_argument("out", metavar="OUT.png", type=Path, help="image file to write; its suffix chooses the format")
     parser.add_argument(
         "--scale", metavar="N", type=number("scale", int, 1, MAX_SCALE), default=4, help="size of a pixel (default: 4)"
     )

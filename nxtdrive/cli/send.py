@@ -1,4 +1,4 @@
-"""``nxtdrive send``: any declared command, by name."""
+"""``nxtdrive send``: sends any declared command, by name."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DESCRIPTION = """\
 Send a command and print the reply field by field. Fields are given as
 field=value; numbers may be hexadecimal (0x20), named values go by name and
 flags are joined by |; bytes are hex digits or text:WORDS. Nothing is undone
-afterwards: a motor that was told to run runs."""
+afterwards: a motor that was started keeps running."""
 EXAMPLES = """\
   nxtdrive send --list
   nxtdrive send GetBatteryLevel
@@ -28,16 +28,18 @@ EXAMPLES = """\
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("name", metavar="NAME", nargs="?", help="of the command; upper and lower case do not matter")
-    parser.add_argument("fields", metavar="field=value", nargs="*", help="its fields; a mistake shows the usage")
-    parser.add_argument("--list", action="store_true", help="print all commands with their fields and leave")
-    parser.add_argument("--no-reply", action="store_true", help="ask for no reply")
+    parser.add_argument("name", metavar="NAME", nargs="?", help="name of the command; case does not matter")
+    parser.add_argument(
+        "fields", metavar="field=value", nargs="*", help="its fields; after a mistake the usage is shown"
+    )
+    parser.add_argument("--list", action="store_true", help="print all commands with their fields and exit")
+    parser.add_argument("--no-reply", action="store_true", help="request no reply")
     add_brick_arguments(parser)
     add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Build, send, print."""
+    """Build the telegram, send it, print the reply."""
     from firmware_protocol.build import build
     from nxtdrive.brick import open_brick
 

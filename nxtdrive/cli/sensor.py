@@ -1,4 +1,4 @@
-"""``nxtdrive sensor``: what a sensor says, once or all the time."""
+"""``nxtdrive sensor``: reads a sensor, once or continuously."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from nxtdrive.sensors import Measuring, Reading
 
 DESCRIPTION = """\
-Read a sensor once (read), again and again as fast as the link allows (watch),
-ask the digital ones who they are (identify), or read their registers
-(registers). KIND is touch, light, ambient, sound, sound-dba, ultrasonic, color,
-temperature, rcx-temperature or compass; without it, a digital sensor is asked.
-docs/sensors.md has their units and ranges."""
+Read a sensor once (read) or as fast as the link allows (watch), identify digital
+sensors (identify), or read their registers (registers). KIND is touch, light,
+ambient, sound, sound-dba, ultrasonic, color, temperature, rcx-temperature or
+compass; without it, a digital sensor is identified. docs/sensors.md has their
+units and ranges."""
 EXAMPLES = """\
   nxtdrive sensor read 4 ultrasonic
   nxtdrive sensor watch 1 touch --every 0.1 --count 20
@@ -37,16 +37,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
     byte = number("byte", lambda text: int(text, 0), 0, 0xFF)
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    read = add_action(actions, "read", "one value", on_brick(_read))
-    watch = add_action(actions, "watch", "values until Ctrl-C", on_brick(_watch))
-    identify = add_action(actions, "identify", "who is plugged in, port by port", on_brick(_identify))
-    registers = add_action(actions, "registers", "bytes of a digital sensor", on_brick(_registers))
+    read = add_action(actions, "read", "print one value", on_brick(_read))
+    watch = add_action(actions, "watch", "print values until Ctrl-C", on_brick(_watch))
+    identify = add_action(actions, "identify", "print which digital sensor is on each port", on_brick(_identify))
+    registers = add_action(actions, "registers", "print registers of a digital sensor", on_brick(_registers))
     for action in (read, watch, identify, registers):
         add_brick_arguments(action)
         add_json_argument(action)
     for action in (read, watch):
         action.add_argument("port", metavar="PORT", type=int, choices=PORTS, help="1 to 4")
-        action.add_argument("kind", metavar="KIND", nargs="?", help="what is plugged in (default: ask it)")
+        action.add_argument("kind", metavar="KIND", nargs="?", help="what is plugged in (default: identify it)")
     watch.add_argument(
         "--every",
         metavar="S",
@@ -54,9 +54,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=0.0,
         help="seconds between values (default: as fast as it goes)",
     )
-    watch.add_argument("--count", metavar="N", type=number("count", int, 1, math.inf), help="stop after so many values")
+    watch.add_argument("--count", metavar="N", type=number("count", int, 1, math.inf), help="stop after N values")
     registers.add_argument("port", metavar="PORT", type=int, choices=PORTS, help="1 to 4")
-    registers.add_argument("register", metavar="REGISTER", type=byte, help="the first one, such as 0x42")
+    registers.add_argument("register", metavar="REGISTER", type=byte, help="the first register, such as 0x42")
     registers.add_argument(
         "size", metavar="SIZE", type=int, nargs="?", default=1, help="how many, 1 to 15 (default: 1)"
     )

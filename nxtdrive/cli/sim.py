@@ -1,4 +1,4 @@
-"""``nxtdrive sim``: the simulated brick for other programs, in real time."""
+"""``nxtdrive sim``: offers the simulated brick to other programs, in real time."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from nxtdrive.cli.options import add_action, add_json_argument, number
 from nxtdrive.cli.sim_check import add_check_arguments, check
 
 DESCRIPTION = """\
-Let any program for a real brick talk to the simulated one, in real time.
+Let any program written for a real brick use the simulated one, in real time.
 
-serve  opens ports that stay until Ctrl-C: a serial port as a brick's Bluetooth
-       has, TCP, nxt-python's nxt-server; as many at once as you like, all of
-       them on one brick. Its camera is a stream.
-exec   runs a program that looks for a brick on USB, and it finds one.
-check  replays a recorded conversation with a brick and says what differs."""
+serve  opens ports until Ctrl-C: a serial port as a brick's Bluetooth has, TCP,
+       nxt-python's nxt-server; any number at once, all of them connected to one
+       brick. Its camera is a stream.
+exec   runs a program that looks for a brick on USB; it finds the simulated one.
+check  replays a recorded conversation with a real brick and reports differences."""
 EXAMPLES = """\
   nxtdrive sim serve --pty /tmp/nxt
   nxtdrive sim serve --pty /tmp/nxt --tcp 2728 --nxt-server 2727 --world arena
@@ -25,7 +25,7 @@ EXAMPLES = """\
   nxtdrive sim check tests/golden/firmware.jsonl --firmware 1.05"""
 
 LATENCY_MS = 1.0
-"""The brick looks for telegrams once in a millisecond, so nothing is faster; programs rely on it (docs/interop.md)."""
+"""The brick polls for telegrams once per millisecond, so no link is faster; programs rely on it (docs/interop.md)."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +41,12 @@ def _add_serve(serve: argparse.ArgumentParser) -> None:
     port = number("port", int, 0, 65535)
     doors = serve.add_argument_group("doors", "at least one; each may be given several times")
     doors.add_argument(
-        "--pty", metavar="LINK", type=Path, action="append", default=[], help="a serial port of this name, made here"
+        "--pty",
+        metavar="LINK",
+        type=Path,
+        action="append",
+        default=[],
+        help="create a serial port (pseudo-terminal) of this name",
     )
     doors.add_argument(
         "--tcp", metavar="PORT", type=port, action="append", default=[], help="for tcp://; 0 takes a free port"
@@ -50,7 +55,7 @@ def _add_serve(serve: argparse.ArgumentParser) -> None:
         "--nxt-server", metavar="PORT", type=port, action="append", default=[], help="for nxt-python's socket backend"
     )
     doors.add_argument(
-        "--host", metavar="ADDRESS", default="127.0.0.1", help="of this computer, for the ports (default: 127.0.0.1)"
+        "--host", metavar="ADDRESS", default="127.0.0.1", help="local address to listen on (default: 127.0.0.1)"
     )
     serve.add_argument(
         "--camera-port", metavar="N", type=int, default=0, help="port of the stream on 127.0.0.1 (default: a free one)"
@@ -70,7 +75,9 @@ def _add_serve(serve: argparse.ArgumentParser) -> None:
 def _add_exec(execute: argparse.ArgumentParser) -> None:
     _add_simulation(execute)
     execute.add_argument(
-        "--native", action="store_true", help="any program that uses libusb, by umockdev; else Python ones, by pyusb"
+        "--native",
+        action="store_true",
+        help="for any program that uses libusb, by means of umockdev (default: Python programs that use pyusb)",
     )
     execute.add_argument(
         "program", metavar="-- COMMAND", nargs=argparse.REMAINDER, help="the program and its arguments"
@@ -80,7 +87,7 @@ def _add_exec(execute: argparse.ArgumentParser) -> None:
 
 def _add_simulation(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--world", metavar="FILE", help="a world file or the name of a bundled world")
-    parser.add_argument("--seed", metavar="N", type=int, default=0, help="of everything random (default: 0)")
+    parser.add_argument("--seed", metavar="N", type=int, default=0, help="random seed (default: 0)")
     parser.add_argument(
         "--latency-ms",
         metavar="MS",
@@ -88,7 +95,7 @@ def _add_simulation(parser: argparse.ArgumentParser) -> None:
         default=LATENCY_MS,
         help=f"round trip of the link (default: {LATENCY_MS:g}; cable: 2; radio: 30)",
     )
-    parser.add_argument("--faults", metavar="FILE", type=Path, help="what goes wrong on each link (docs/interop.md)")
+    parser.add_argument("--faults", metavar="FILE", type=Path, help="faults to inject on each link (docs/interop.md)")
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -112,7 +119,7 @@ def _serve(args: argparse.Namespace) -> int:
 def _exec(args: argparse.Namespace) -> int:
     program = args.program[1:] if args.program[:1] == ["--"] else args.program
     if not program:
-        args.refuse("say what to run: nxtdrive sim exec -- COMMAND")
+        args.refuse("name the program to run: nxtdrive sim exec -- COMMAND")
     from nxtdrive.cli.sim_exec import execute
 
     return execute(args, program)

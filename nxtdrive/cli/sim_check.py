@@ -1,4 +1,4 @@
-"""``nxtdrive sim check``: hold the simulated brick against a recorded conversation."""
+"""``nxtdrive sim check``: compares the simulated brick with a recorded conversation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from nxtdrive.tools.conformance.replay import Report
 
 FIRMWARES = ("1.29", "1.05")
-"""The firmwares the simulated brick can behave as."""
+"""Firmware versions the simulated brick can behave as."""
 
 
 def add_check_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,15 +27,15 @@ def add_check_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--firmware", choices=FIRMWARES, default=FIRMWARES[0], help="which one to behave as (default: %(default)s)"
     )
-    parser.add_argument("--scenario", metavar="NAME", action="append", help="only this one; can be given several times")
+    parser.add_argument("--scenario", metavar="NAME", action="append", help="only this scenario; may be repeated")
     add_json_argument(parser)
 
 
 def check(args: argparse.Namespace) -> int:
-    """Replay the recording on fresh simulated bricks and print what is the same.
+    """Replay the recording on fresh simulated bricks and print which scenarios match.
 
     Raises:
-        ConfigError: The file is no recording, or has no such scenario.
+        ConfigError: The file is not a recording, or has no such scenario.
     """
     from nxtdrive.tools.conformance.recording import load
     from nxtdrive.tools.conformance.replay import replay

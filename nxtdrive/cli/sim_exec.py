@@ -1,7 +1,7 @@
 """``nxtdrive sim exec``: runs a program with the simulated brick on its USB.
 
-The brick stays in this process and follows the wall clock whatever the program does: it may compute, use threads, start
-programs of its own or be killed.
+The brick runs in this process on the wall clock, whatever the program does: it may compute, use threads, start other
+programs or be killed.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from sim_backend.doors.switchboard import Switchboard
 from sim_backend.simulation import DEFAULT_WORLD, Simulation
 
 HOOK = Path(sim_backend.doors.__file__).parent / "usb_hook"
-"""Folder of the `sitecustomize` that puts the brick under pyusb, and of the program that puts it under libusb."""
+"""Folder of the `sitecustomize` that puts the brick below pyusb, and of the program that puts it below libusb."""
 
 VARIABLE = "NXTDRIVE_SIM_USB"
-"""Tells it where the brick is."""
+"""Environment variable that tells the hook where the brick is."""
 
 CAN_UMOCKDEV = "import gi; gi.require_version('UMockdev', '1.0'); from gi.repository import UMockdev"
 
@@ -55,7 +55,7 @@ def execute(args: argparse.Namespace, program: Sequence[str]) -> int:
             child = _start([*_native(), "127.0.0.1", str(door.port), serial_number, *program], os.environ)
         else:
             child = _start(program, environment(os.environ, door.port, serial_number))
-        # Ctrl-C reaches the program by itself, and it is the program's to say what that means
+        # the terminal sends Ctrl-C to the program, too, and the program decides what it means
         with child, handling(lambda number, _: _pass_on(child, number)):
             server.run(lambda: child.poll() is not None, lambda _: None)
     if not switchboard.telegrams:
@@ -64,19 +64,19 @@ def execute(args: argparse.Namespace, program: Sequence[str]) -> int:
 
 
 def environment(base: Mapping[str, str], port: int, serial_number: str) -> dict[str, str]:
-    """The environment in which Python programs find the brick that a `UsbDoor` serves.
+    """Return an environment in which Python programs find the brick that a `UsbDoor` serves.
 
     Args:
-        base: What they inherit.
-        port: The door's.
-        serial_number: The brick's.
+        base: The environment to extend.
+        port: Port of the door.
+        serial_number: Serial number of the brick.
     """
     path = os.pathsep.join(filter(None, [str(HOOK), base.get("PYTHONPATH")]))
     return {**base, "PYTHONPATH": path, VARIABLE: f"127.0.0.1:{port}/{serial_number}"}
 
 
 def umockdev_interpreter() -> str | None:
-    """A Python that has umockdev's bindings: this one or the system's, or None."""
+    """Return a Python interpreter that has umockdev's bindings (this one or the system's), or None."""
     for interpreter in (sys.executable, "/usr/bin/python3"):
         if Path(interpreter).exists():
             tried = subprocess.run([interpreter, "-c", CAN_UMOCKDEV], check=False, capture_output=True)  # noqa: S603
@@ -86,7 +86,7 @@ def umockdev_interpreter() -> str | None:
 
 
 def _native() -> list[str]:
-    """The command that puts the brick under libusb instead of under pyusb."""
+    """Return the command that puts the brick below libusb instead of below pyusb."""
     interpreter = umockdev_interpreter()
     if interpreter is None:
         raise ConfigError(
@@ -97,7 +97,7 @@ def _native() -> list[str]:
 
 
 def _find(name: str) -> None:
-    """Refuse a program that is not there, before another one is started to start it."""
+    """Check that the program exists before the wrapper that would start it is started."""
     if shutil.which(name) is None:
         raise ConfigError(f"{name} cannot be run: it was not found.", remedy="Check its name and your PATH.")
 
@@ -112,7 +112,7 @@ def _start(program: Sequence[str], environ: Mapping[str, str]) -> subprocess.Pop
 
 
 def _pass_on(child: subprocess.Popen[bytes], number: int) -> None:
-    """Hand a signal to the program, unless the terminal has done so already."""
+    """Forward a signal to the program, unless the terminal has already sent it."""
     import signal
 
     if number != signal.SIGINT:

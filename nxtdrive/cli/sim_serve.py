@@ -1,4 +1,4 @@
-"""``nxtdrive sim serve``: opens the doors, lets the simulation run, tells what happens."""
+"""``nxtdrive sim serve``: opens the doors, runs the simulation, reports what happens."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from sim_backend.simulation import DEFAULT_WORLD, LinkFaults, SimLink, Simulatio
 
 
 def serve(args: argparse.Namespace) -> int:
-    """Serve until a signal comes; see `nxtdrive.cli.sim` for the arguments.
+    """Serve until a signal arrives; see `nxtdrive.cli.sim` for the arguments.
 
     Raises:
         ConfigError: A door cannot be opened, or a file has mistakes.
@@ -47,7 +47,7 @@ def serve(args: argparse.Namespace) -> int:
             simulation, switchboard, camera, fps=simulation.webcam.fps, now=clock.now, wait=wait_for_news
         )
         if not is_loopback(args.host):
-            print(f"nxtdrive: warning: anybody who reaches {args.host} can drive this brick.", file=sys.stderr)
+            print(f"nxtdrive: warning: anyone who can reach {args.host} can drive this brick.", file=sys.stderr)
         out.serving([door.address for door in doors], camera.url)
         server.run(stopped, report)
         switchboard.close()
@@ -56,7 +56,7 @@ def serve(args: argparse.Namespace) -> int:
 
 
 def links(args: argparse.Namespace, simulation: Simulation) -> Callable[[bool], SimLink]:
-    """Makes links to the simulated brick, with the latency and the faults that were asked for.
+    """Return a function that makes links to the simulated brick with the requested latency and faults.
 
     Raises:
         ConfigError: The file of faults has mistakes.
@@ -72,12 +72,12 @@ def links(args: argparse.Namespace, simulation: Simulation) -> Callable[[bool], 
 
 
 def wait_for_news(files: list[int], duration_s: float) -> None:
-    """Rest so long, or until one of the files can be read."""
+    """Sleep for `duration_s`, or until one of the files is readable."""
     select.select(files, [], [], max(0.0, duration_s))
 
 
 def _doors(args: argparse.Namespace, clock: WallClock) -> Iterator[Door]:
-    """Terminals first: what is opened first is closed last, and a terminal's end may end programs."""
+    """Open the doors, pseudo-terminals first: they are closed last, and closing one may end programs."""
     for path in args.pty:
         yield PtyDoor(path.absolute(), now=clock.now)
     for port in args.tcp:
@@ -87,7 +87,7 @@ def _doors(args: argparse.Namespace, clock: WallClock) -> Iterator[Door]:
 
 
 class Output:
-    """What the user, or the program that started us, is told."""
+    """Reports to the user, or as JSON to the program that started us."""
 
     def __init__(self, as_json: bool) -> None:
         self._json = as_json
@@ -95,7 +95,7 @@ class Output:
         self._off = False
 
     def serving(self, doors: list[str], camera: str) -> None:
-        """Where everything is."""
+        """Report the addresses."""
         command = shlex.join(["nxtdrive", "run", "--nxt", doors[0], "--camera", camera])
         if self._json:
             self._event("serving", nxt=doors[0], doors=doors, camera=camera, command=command)
@@ -104,7 +104,7 @@ class Output:
         print(f"\nIn a second terminal:\n  {command}\n\nCtrl-C ends it.", flush=True)
 
     def visit(self, visit: Visit) -> None:
-        """A program has come or gone."""
+        """Report that a program has connected or disconnected."""
         if self._json:
             values = asdict(visit)
             self._event(values.pop("event"), **values)
@@ -114,14 +114,14 @@ class Output:
         print(f"{lead}{visit.event}: program {visit.client} at {visit.door}{count}", flush=True)
 
     def status(self, status: Status) -> None:
-        """How it goes."""
+        """Report the current state."""
         if self._json:
             self._event("status", **{name: round(value, 3) for name, value in asdict(status).items()})
         elif self._live:
             print(f"\r{_line(status)}\x1b[K", end="", flush=True)
 
     def switched_off(self) -> None:
-        """The brick has switched itself off; said once."""
+        """Report, once, that the brick has switched itself off."""
         if self._off:
             return
         self._off = True
@@ -132,7 +132,7 @@ class Output:
         print(f"{lead}the brick has switched itself off; start the server again to switch it on", flush=True)
 
     def ended(self, status: Status) -> None:
-        """How it went."""
+        """Report the totals."""
         if self._json:
             self._event("ended", simulated_s=status.simulated_s, telegrams=status.telegrams)
             return

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Let policies drive the same simulated missions side by side and judge them by the
-simulation's truth. What is in the file already is not done again, so an
-interrupted sweep goes on with the same command and --resume. docs/evaluation.md
-says what the classes and figures mean."""
+simulation's truth. Missions already in the file are not repeated, so the same
+command with --resume continues an interrupted sweep. docs/evaluation.md explains
+the classes and figures."""
 EXAMPLES = """\
   nxtdrive sweep
   nxtdrive sweep --suite full --workers 2 --out full.jsonl --resume
@@ -34,11 +34,11 @@ EXAMPLES = """\
   nxtdrive sweep --suite full --out full.jsonl --resume --plot full.svg"""
 
 SUITES: dict[str, tuple[tuple[int, int], tuple[str, ...]]] = {
-    # who never gives up takes the whole time of every mission; the smoke suite is to take a minute
+    # a profile that never gives up takes the whole time of every mission; the smoke suite is to take a minute
     "smoke": ((100, 100), ("thesis", "adaptive", "random-walk", "oracle")),
     "full": ((100, 199), ()),
 }
-"""Seeds and policies of each suite (none: all); all classes. Other seeds are kept to be judged by: --seeds."""
+"""Seeds and policies of each suite (none: all), for all classes. Other seeds are held out for reports: --seeds."""
 DEFAULT_OUT = Path("sweep.jsonl")
 
 
@@ -55,7 +55,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--profiles", metavar="A,B", type=_names, help="only these profiles and baselines")
     parser.add_argument("--policies", type=_names, dest="profiles", help=argparse.SUPPRESS)
     parser.add_argument(
-        "--eyes", choices=("geometric", "camera"), default="geometric", help="skip drawing and detecting, or do both"
+        "--eyes",
+        choices=("geometric", "camera"),
+        default="geometric",
+        help="geometric skips rendering and detection, camera does both",
     )
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--workers", metavar="N", type=_count, default=1, help="processes (default: 1)")
@@ -64,8 +67,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help='a running Dask cluster, tcp://host:8786; needs pip install "nxtdrive[cluster]"',
     )
-    parser.add_argument("--out", metavar="FILE", type=Path, help=f"where the lines go (default: {DEFAULT_OUT})")
-    parser.add_argument("--resume", action="store_true", help="keep what is in the file and do only what is missing")
+    parser.add_argument(
+        "--out", metavar="FILE", type=Path, help=f"file for the results, one line per mission (default: {DEFAULT_OUT})"
+    )
+    parser.add_argument(
+        "--resume", action="store_true", help="keep the results in the file and run only missing missions"
+    )
     parser.add_argument("--map", metavar="CLASS:SEED:POLICY", help="draw the map of this one run instead")
     parser.add_argument("--plot", metavar="FILE", type=Path, help='also draw plots; needs pip install "nxtdrive[plot]"')
     add_json_argument(parser)
@@ -104,7 +111,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
-    """Do what is missing, with a bar that shows how far it has come."""
+    """Run the missing missions, with a progress bar."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -128,7 +135,7 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
 
 
 def _crew(args: argparse.Namespace) -> tuple[AbstractContextManager[Executor], int, Callable[[], None]]:
-    """Who does the work, how many they are, and what looks after them."""
+    """Return the executor, its number of workers, and a function that watches over them."""
     if args.dask:
         from nxtdrive.tools.sweep.cluster import Cluster
 

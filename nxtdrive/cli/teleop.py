@@ -1,4 +1,4 @@
-"""``nxtdrive teleop``: driving by hand in a terminal."""
+"""``nxtdrive teleop``: drives the robot by hand in a terminal."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Drive by hand: arrow keys or WASD, Q and E for bends, + and - for the speed, space
-for an emergency stop, Esc to leave. No key for half a second stops the robot, and
-so does a lost link: the brick itself ends every motion that nobody renews. The
-map is drawn from odometry and sonar. A gamepad drives, too: left stick, right
-stick steers, B is the emergency stop, A ends it, the shoulder buttons change the
-speed. Needs the extra nxtdrive[tui], and for a gamepad nxtdrive[gamepad]."""
+for an emergency stop, Esc to quit. The robot stops after half a second without a
+key, and when the link is lost: the brick itself ends every motion that is not
+renewed. The map is drawn from odometry and sonar. A gamepad works, too: the left
+stick drives, the right stick steers, B is the emergency stop, A releases it, the
+shoulder buttons change the speed. Needs the extra nxtdrive[tui], and for a gamepad nxtdrive[gamepad]."""
 EXAMPLES = """\
   nxtdrive teleop
   nxtdrive teleop --nxt usb:// --speed 150
@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Drive until the user leaves."""
+    """Drive until the user quits."""
     _check(args)
     from nxtdrive.brick import open_brick
     from nxtdrive.mission_run import build_rover, load
@@ -82,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check(args: argparse.Namespace) -> None:
-    """What can be said before the screen is taken."""
+    """Check what can be checked before the program takes over the screen."""
     from importlib.util import find_spec
 
     if find_spec("textual") is None:
@@ -94,7 +94,7 @@ def _check(args: argparse.Namespace) -> None:
 
 
 def _gamepad(wanted: bool | None, stack: ExitStack) -> Gamepad | None:
-    """A gamepad to be read, connected or not; None if there can be none and nobody has asked for it."""
+    """Return a gamepad, connected or not; None if it is not wanted, or is optional and pygame is missing."""
     from nxtdrive.tools.teleop.gamepad import Gamepad
 
     if wanted is False:

@@ -1,4 +1,4 @@
-"""``nxtdrive tone``: a sound from the brick."""
+"""``nxtdrive tone``: plays a tone on the brick."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments
 
 DESCRIPTION = """\
-Play a tone on the brick, and wait until it is over. To find out which of several
-bricks you are talking to, this is the quickest way."""
+Play a tone on the brick, and wait until it has ended. This is the quickest way to
+find out which of several bricks is connected."""
 EXAMPLES = """\
   nxtdrive tone
   nxtdrive tone 880 200 --nxt usb://"""
@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Play and wait."""
+    """Play the tone and wait."""
     from nxtdrive.brick import open_brick
 
     with open_brick(args.nxt) as brick:

@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from nxtdrive.transports.trace_file import Entry, Exchange
 
 REPLY_TIMEOUT_S = 1.0
-"""How long a repeated request may take to be answered where the recorded one was."""
+"""Timeout of a repeated request whose recorded counterpart was answered."""
 
 DESCRIPTION = """\
-Look at what was said between a program and a brick. Every command that opens a
-brick records it with --trace FILE.nxttrace; a program of yours does so by
-opening record://FILE.nxttrace?nxt=ADDRESS. --nxt replay://FILE.nxttrace then
-stands in for the brick: the same program, the same conversation, no brick.
+Look at the recorded traffic between a program and a brick. Every command that
+opens a brick records it with --trace FILE.nxttrace; a program of yours does so by
+opening record://FILE.nxttrace?nxt=ADDRESS. --nxt replay://FILE.nxttrace then takes
+the place of the brick: the same program and the same traffic without a brick.
 Replaying to a brick moves its motors if the recorded program did."""
 EXAMPLES = """\
   nxtdrive trace show talk.nxttrace
@@ -110,7 +110,7 @@ def _replay(args: argparse.Namespace) -> int:
 
 
 def _repeat(exchanges: Sequence[Exchange], brick: Brick) -> list[Exchange]:
-    """Send the same requests to a brick, at the same intervals; motors that are driven are stopped when it is closed.
+    """Send the same requests to a brick, at the same intervals; closing the brick stops the motors they start.
 
     Raises:
         LinkError: The link is lost.

@@ -111,7 +111,7 @@ def test_wrong_usage_is_exit_code_2_and_says_where_help_is(words, helper, capsys
     with pytest.raises(SystemExit) as left:
         main(words)
     assert left.value.code == USAGE
-    assert f"`{helper} --help` explains it." in capsys.readouterr().err
+    assert f"See `{helper} --help`." in capsys.readouterr().err
 
 
 def test_no_brick_on_usb_leads_to_the_doctor(capsys, mocker):

@@ -78,7 +78,7 @@ def test_show_says_which_profiles_numbers_count(good, capsys):
     assert main(["mission", "show", str(good)]) == DONE
     text = capsys.readouterr().out
     assert "[adaptive]\n" in text
-    assert "[thesis]   of no effect" in text
+    assert "[thesis]   no effect" in text
 
 
 def test_show_without_a_file_is_the_built_in_mission(capsys):

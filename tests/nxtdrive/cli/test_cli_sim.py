@@ -175,4 +175,4 @@ def test_doors_to_the_network_are_warned_of():
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
         _serving(server)
         server.terminate()
-        assert "anybody" in server.communicate(timeout=30)[1]
+        assert "anyone" in server.communicate(timeout=30)[1]
