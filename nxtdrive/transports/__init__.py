@@ -1,4 +1,4 @@
-"""Ways to a brick, by address scheme.
+"""Transports to a brick, by address scheme.
 
 A new transport is one file with one class (see `base.Transport`), one line in `SCHEMES`, and the cases of
 ``tests/contract/``. A package of its own registers an entry point in the group ``nxtdrive.transports`` instead.
@@ -29,7 +29,7 @@ ENTRY_POINTS = "nxtdrive.transports"
 
 
 class TransportClass(Protocol):
-    """What stands behind a scheme."""
+    """What the class behind a scheme provides."""
 
     def open(self, address: Address, timeout_s: float) -> Transport:
         """Open `address` within about `timeout_s`."""
@@ -37,16 +37,16 @@ class TransportClass(Protocol):
 
 
 def open_transport(address: str | Address | None = None, *, timeout_s: float = 1.0) -> Transport:
-    """Open the way to a brick.
+    """Open a link to a brick.
 
     Args:
         address: See `nxtdrive.transports.address`; None means ``$NXT``, and without that the first brick on USB.
-        timeout_s: How long connecting may take where that can be told in advance.
+        timeout_s: Longest time for connecting, where the transport can limit it.
 
     Raises:
-        AddressError: Nobody can open this address; the message lists what can be opened.
-        BrickNotFound: No brick there.
-        LinkError: A brick, but no way to it.
+        AddressError: No transport can open this address; the message lists what can be opened.
+        BrickNotFound: There is no brick.
+        LinkError: There is a brick, but it cannot be reached.
     """
     if address is None:
         address = os.environ.get("NXT") or DEFAULT
@@ -56,9 +56,9 @@ def open_transport(address: str | Address | None = None, *, timeout_s: float = 1
 
 
 def reopen_transport(transport: Transport, *, timeout_s: float = 1.0) -> Transport:
-    """Close a link that was lost and open another to the same brick; errors as for `open_transport`.
+    """Close a lost link and open another to the same brick; errors as for `open_transport`.
 
-    A transport that knows more of its brick than the address has a method `reopen`: the simulator keeps its world.
+    A transport that needs more than the address to do so has a method `reopen`: the simulator keeps its world.
     """
     transport.close()
     reopen = getattr(transport, "reopen", None)
@@ -68,10 +68,10 @@ def reopen_transport(transport: Transport, *, timeout_s: float = 1.0) -> Transpo
 
 
 def transport_class(scheme: str) -> TransportClass:
-    """The class that serves `scheme`: the table first, then other packages' entry points.
+    """Return the class that serves `scheme`, from the table or from other packages' entry points.
 
     Raises:
-        AddressError: Nobody serves it.
+        AddressError: There is none.
     """
     if scheme in SCHEMES:
         module, name = SCHEMES[scheme]

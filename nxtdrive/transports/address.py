@@ -1,4 +1,4 @@
-"""Addresses: where a brick is, as one line of text.
+"""Addresses: the location of a brick as one line of text.
 
 ::
 
@@ -10,7 +10,7 @@
     sim://                        the simulator                   sim://arena.toml?seed=7&latency_ms=30
     replay://bug.nxttrace         a recording as a brick          record://bug.nxttrace?nxt=usb://  makes one
 
-What can be recognised by its shape needs no scheme: ``COM5``, ``/dev/rfcomm0``, ``00:16:53:0A:1B:2C``,
+Text with a recognisable shape needs no scheme: ``COM5``, ``/dev/rfcomm0``, ``00:16:53:0A:1B:2C``,
 ``0016530A1B2C``, ``localhost:2727``, ``arena.toml``.
 """
 
@@ -26,7 +26,7 @@ from urllib.parse import parse_qsl, quote, urlencode
 from firmware_protocol.errors import AddressError
 
 DEFAULT = "usb://"
-"""What is opened when neither the program nor ``$NXT`` names a brick."""
+"""Opened when neither the program nor ``$NXT`` names a brick."""
 
 _SCHEME = re.compile(r"[a-z][a-z0-9+.-]*", re.IGNORECASE)
 
@@ -39,19 +39,19 @@ _SHAPES: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"[^\s:?]+\.nxttrace", re.IGNORECASE), "replay"),
     (re.compile(r"[\w.-]+:\d+"), "tcp"),
 )
-"""Text without ``://`` that can only be one thing; the first match counts."""
+"""Shapes of text without ``://`` and the scheme they imply; the first match counts."""
 
 Options = Mapping[str, Callable[[str], Any]]
 
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """An address taken apart.
+    """A parsed address.
 
     Attributes:
-        scheme: What stands in front of ``://``, in lower case.
-        target: Which one: an id, a device, ``host:port`` or a world file; may be empty.
-        options: What follows the question mark.
+        scheme: The part before ``://``, in lower case.
+        target: An id, a device, ``host:port`` or a world file; may be empty.
+        options: The part after the question mark.
     """
 
     scheme: str
@@ -60,10 +60,10 @@ class Address:
 
     @classmethod
     def parse(cls, text: str) -> Address:
-        """Take `text` apart, adding the scheme where the shape tells it.
+        """Parse `text`; a missing scheme is inferred from its shape.
 
         Raises:
-            AddressError: Neither a scheme nor a known shape.
+            AddressError: It has neither a scheme nor a known shape.
         """
         text = text.strip(" \t\r\n")
         scheme, separator, rest = text.partition("://")
@@ -75,7 +75,7 @@ class Address:
         pairs = parse_qsl(query, keep_blank_values=True)
         names = [name for name, _ in pairs]
         if doubled := {name for name in names if names.count(name) > 1}:
-            raise AddressError(f"{text!r} says {', '.join(sorted(doubled))} more than once.")
+            raise AddressError(f"{text!r} sets {', '.join(sorted(doubled))} more than once.")
         return cls(scheme.lower(), target, dict(pairs))
 
     def __str__(self) -> str:
@@ -83,10 +83,10 @@ class Address:
         return f"{self.scheme}://{self.target}{'?' if query else ''}{query}"
 
     def read_options(self, known: Options) -> dict[str, Any]:
-        """The options as values, each by its converter in `known`.
+        """Return the options as values, each converted as `known` says.
 
         Raises:
-            AddressError: An option nobody knows, or a value its converter refuses; the message says what is allowed.
+            AddressError: An option is unknown, or its converter refuses the value; the message says what is allowed.
         """
         values = {}
         for name, text in self.options.items():
@@ -100,7 +100,7 @@ class Address:
 
 
 def unknown_scheme(scheme: str, known: Iterable[str]) -> AddressError:
-    """The error for a scheme nobody serves; lists those somebody does."""
+    """Return the error for an unknown scheme; it lists the known ones."""
     known = [f"{name}://" for name in known]
     return AddressError(f"nobody serves {scheme}:// addresses.", remedy=_suggest(f"{scheme}://", known, "Known are"))
 

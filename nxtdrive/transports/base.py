@@ -1,7 +1,7 @@
-"""What every way to a brick offers: five methods, one of them the clock.
+"""The interface of all transports: five methods, two of them the clock.
 
 The clock belongs to the transport because only the transport knows what time means: over a cable it is the wall clock,
-in the simulator it is the number of simulated milliseconds. Nothing above this folder reads a clock of its own.
+in the simulator it is the number of simulated milliseconds. Code above this package reads no other clock.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ from typing import Protocol
 
 
 class Transport(Protocol):
-    """A way to one brick.
+    """A link to one brick.
 
-    A transport moves whole telegrams and knows nothing of what they mean. It is used by one thread at a time; `Brick`
-    holds the lock.
+    A transport carries whole telegrams and does not interpret them. It is used by one thread at a time; `Brick` holds
+    the lock.
 
     Attributes:
-        address: How to open this very link again, e.g. ``usb://0016530A1B2C``.
-        max_telegram: Longest telegram the brick's buffers take on this link, bytes (docs/firmware.md section 2).
-        simulated: Whether time passes only while somebody sleeps or receives; then no thread of ours may run beside it.
+        address: Opens a link to the same brick again, e.g. ``usb://0016530A1B2C``.
+        max_telegram: Longest telegram that fits the brick's buffers on this link, bytes (docs/firmware.md section 2).
+        simulated: Whether time passes only in `sleep` and `receive`; then no thread of the driver may run beside it.
     """
 
     address: str
@@ -27,7 +27,7 @@ class Transport(Protocol):
     simulated: bool
 
     def send(self, telegram: bytes) -> None:
-        """Hand one telegram to the brick; returns within a second or raises.
+        """Send one telegram; return within a second or raise.
 
         Raises:
             LinkError: The link is closed, lost or does not take the telegram.
@@ -35,10 +35,10 @@ class Transport(Protocol):
         ...
 
     def receive(self, timeout_s: float) -> bytes | None:
-        """The next whole telegram, or None when `timeout_s` has passed without one.
+        """Return the next whole telegram, or None after `timeout_s` without one.
 
-        Part of a telegram is kept for the next call. A timeout is no error here: only the dialogue knows whether an
-        answer was due.
+        Part of a telegram is kept for the next call. A timeout is no error here: only the dialogue knows whether a
+        reply was expected.
 
         Raises:
             LinkError: The link is closed or lost.
@@ -46,15 +46,15 @@ class Transport(Protocol):
         ...
 
     def close(self) -> None:
-        """Give the device back; may be called again."""
+        """Release the device; may be called again."""
         ...
 
     def now(self) -> float:
-        """Seconds since an arbitrary start; never goes back."""
+        """Return seconds since an arbitrary start; monotonic."""
         ...
 
     def sleep(self, duration_s: float) -> None:
-        """Let `duration_s` pass; zero and less return at once."""
+        """Let `duration_s` pass; return at once if it is not positive."""
         ...
 
 
@@ -64,10 +64,10 @@ class WallClock:
     simulated = False
 
     def now(self) -> float:
-        """Seconds of the monotonic clock."""
+        """Return seconds of the monotonic clock."""
         return time.monotonic()
 
     def sleep(self, duration_s: float) -> None:
-        """Let the thread rest."""
+        """Suspend the thread for `duration_s`."""
         if duration_s > 0:
             time.sleep(duration_s)

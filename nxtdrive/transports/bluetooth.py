@@ -1,7 +1,7 @@
-"""Bluetooth on Linux without any package: an RFCOMM socket to a paired brick.
+"""Bluetooth on Linux without extra packages: an RFCOMM socket to a paired brick.
 
-Many builds of Python come without ``socket.AF_BLUETOOTH``. The kernel does not care: the socket is made by number and
-connected through the C library, and from there on it is an ordinary socket.
+Many builds of Python lack ``socket.AF_BLUETOOTH``, but the kernel still supports it: the socket is created by number,
+connected through the C library, and then used as an ordinary socket.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _PAIR = "Is it on, in range and paired? `bluetoothctl pair {mac}`, the brick's d
 
 
 class _SockaddrRc(ctypes.Structure):
-    """``struct sockaddr_rc``: where an RFCOMM socket connects to."""
+    """``struct sockaddr_rc``, the address of an RFCOMM socket."""
 
     _fields_ = (("family", ctypes.c_ushort), ("bdaddr", ctypes.c_uint8 * 6), ("channel", ctypes.c_uint8))
 
@@ -47,7 +47,7 @@ class BluetoothTransport(SocketTransport):
             AddressError: Not a Bluetooth address.
             BrickNotFound: The brick does not answer.
             LinkBusy: Another program is connected to it.
-            LinkError: This computer has no Bluetooth, or not the Linux kind.
+            LinkError: This computer has no Bluetooth adapter, or does not run Linux.
         """
         address.read_options({})
         mac = address.target.upper()
@@ -67,7 +67,7 @@ def _connect(mac: str, timeout_s: float) -> socket.socket:
     except OSError as error:
         raise LinkError(
             f"this computer offers no Bluetooth: {error.strerror}.",
-            remedy="Plug a Bluetooth adapter in, or use usb://.",
+            remedy="Plug in a Bluetooth adapter, or use usb://.",
         ) from error
     connection.setblocking(False)
     try:
@@ -85,7 +85,7 @@ def _connect(mac: str, timeout_s: float) -> socket.socket:
 
 
 def _connect_by_number(descriptor: int, mac: str) -> int:
-    """``connect(2)``; returns 0 or the error number."""
+    """Call ``connect(2)`` and return 0 or the error number."""
     reversed_bytes = bytes.fromhex(mac.replace(":", ""))[::-1]
     target = _SockaddrRc(AF_BLUETOOTH, (ctypes.c_uint8 * 6)(*reversed_bytes), CHANNEL)
     library = ctypes.CDLL(None, use_errno=True)

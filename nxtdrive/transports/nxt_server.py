@@ -1,8 +1,8 @@
-"""A brick behind nxt-python's ``nxt-server``, or behind our own stand-in for it.
+"""A brick behind nxt-python's ``nxt-server``, or behind our own substitute for it.
 
-That protocol sends telegrams as they are: nothing says where one ends. The server takes whatever has arrived at once
-for one telegram, so two in a row would become a single wrong one. Therefore the next telegram leaves only after the
-reply to the one before has come, and every telegram asks for a reply; those the program did not want are kept from it.
+That protocol sends telegrams without delimiters. The server treats whatever arrives at once as one telegram, so two in
+a row would become a single wrong one. Therefore each telegram requests a reply and is sent only after the reply to the
+one before has arrived; replies that the program did not request are discarded.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from nxtdrive.transports.stream import SEND_TIMEOUT_S
 from nxtdrive.transports.tcp import connect
 
 GET_LINK_TYPE, CLOSE = b"\x98", b"\x99"
-"""Telegrams for the server itself: which link the brick is on, and good bye."""
+"""Telegrams for the server itself: query the type of the brick's link, and disconnect."""
 LINK_LIMITS = {b"usb": USB_TELEGRAM_LIMIT, b"bluetooth": BLUETOOTH_TELEGRAM_LIMIT}
 
 
@@ -40,14 +40,14 @@ class NxtServerTransport(WallClock):
 
     @classmethod
     def open(cls, address: Address, timeout_s: float = 1.0) -> Self:
-        """Connect, and ask which link the brick is on.
+        """Connect, and query the type of the brick's link.
 
         Raises:
-            AddressError: The port is no number.
-            BrickNotFound: Nobody serves there.
-            RemoteProtocolError: Somebody does, but it is no nxt-server.
+            AddressError: The port is not a number.
+            BrickNotFound: No server listens there.
+            RemoteProtocolError: The server is not an nxt-server.
             LinkTimeout: It does not answer; perhaps it serves another program.
-            LinkLost: It hangs up.
+            LinkLost: It closes the connection.
         """
         connection = Connection(str(address), connect(address, timeout_s), "Is the server still running?")
         try:
@@ -58,7 +58,7 @@ class NxtServerTransport(WallClock):
                     f"the server at {address.target} does not answer.", remedy="It serves one program at a time."
                 )
             if kind not in LINK_LIMITS:
-                remedy = "A brick with lengths is tcp://host:port."
+                remedy = "If the server sends lengths before telegrams, use tcp://host:port."
                 raise RemoteProtocolError("this is no nxt-server", kind, remedy=remedy)
         except BaseException:
             connection.close()
@@ -66,7 +66,7 @@ class NxtServerTransport(WallClock):
         return cls(str(address), connection, LINK_LIMITS[kind])
 
     def send(self, telegram: bytes) -> None:
-        """Send one telegram, once the one before has been answered or will not be."""
+        """Send one telegram, after the reply to the one before or its timeout."""
         self._check_open()
         if self._due:
             self._await(SEND_TIMEOUT_S)
@@ -75,17 +75,17 @@ class NxtServerTransport(WallClock):
         self._unwanted = bytes((Kind.REPLY, telegram[1])) if telegram[0] & NO_REPLY else b""
 
     def receive(self, timeout_s: float) -> bytes | None:
-        """The next reply that the program wants."""
+        """Return the next reply that the program requested, or None."""
         self._check_open()
         if not self._arrived:
             self._await(timeout_s)
         if not self._arrived:
-            self._due = False  # who has waited in vain need not do it again before the next telegram
+            self._due = False  # the reply is overdue: do not wait for it again before the next telegram
             return None
         return self._arrived.popleft()
 
     def close(self) -> None:
-        """Say good bye; the server then waits for the next program."""
+        """Disconnect; the server then waits for the next program."""
         if self._open:
             self._open = False
             with contextlib.suppress(LinkError):
@@ -93,7 +93,7 @@ class NxtServerTransport(WallClock):
             self._connection.close()
 
     def _await(self, timeout_s: float) -> None:
-        """Wait until a reply has come that the program wants, or the one that it does not."""
+        """Wait for a reply, whether the program requested it or not."""
         deadline = self.now() + timeout_s
         waiting = True
         while waiting:
@@ -112,7 +112,7 @@ class NxtServerTransport(WallClock):
 
 
 def split_replies(data: bytes) -> list[bytes]:
-    """Replies that have arrived in one piece, cut where the first is as long as declared and another one begins."""
+    """Split replies that arrived together, where one has its declared length and another begins."""
     replies = []
     while data:
         command = command_of(Kind.REPLY, data[1]) if len(data) > 1 else None

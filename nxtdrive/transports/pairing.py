@@ -1,4 +1,4 @@
-"""Which LEGO bricks this computer is paired with, asked of BlueZ's own command; no package is needed for that."""
+"""Finds the LEGO bricks that are paired with this computer, through BlueZ's own command, without extra packages."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from firmware_protocol.errors import LinkError
 ADAPTERS = Path("/sys/class/bluetooth")
 """Where Linux lists Bluetooth adapters."""
 COMMANDS = (("bluetoothctl", "devices", "Paired"), ("bluetoothctl", "paired-devices"))
-"""The same question to newer and to older versions of BlueZ; each refuses the other's."""
+"""The same query for newer and older versions of BlueZ; each rejects the other's."""
 COMMAND_TIMEOUT_S = 3.0
-"""bluetoothctl waits for ever for a service that does not run, and otherwise answers within milliseconds."""
+"""bluetoothctl waits forever if the service does not run, and otherwise answers within milliseconds."""
 
 _LEGO = re.compile(r"\bDevice ((?:00:16:53)(?::[0-9A-F]{2}){3})\b[ \t]*(.*)", re.IGNORECASE)
 """00:16:53 are LEGO's addresses: the NXT's, but the EV3's as well."""
@@ -24,10 +24,10 @@ _NO_ADAPTER = "No default controller"
 
 
 def paired_bricks() -> dict[str, str]:
-    """Paired bricks: Bluetooth address, as in ``bt://``, to name. None on other systems than Linux.
+    """Return the names of paired bricks by Bluetooth address, as in ``bt://``; empty on systems other than Linux.
 
     Raises:
-        LinkError: Nobody can be asked; the remedy says what is missing.
+        LinkError: The paired devices cannot be listed; the remedy says what is missing.
     """
     if not sys.platform.startswith("linux"):
         return {}
@@ -40,12 +40,12 @@ def paired_bricks() -> dict[str, str]:
 
 
 def _list_devices() -> str:
-    """What the first command that works says."""
+    """Return the output of the first command that works."""
     if shutil.which("bluetoothctl") is None:
         raise LinkError("bluetoothctl is not installed.", remedy="Debian: sudo apt install bluez.")
     for command in COMMANDS:
         try:
-            done = subprocess.run(  # noqa: S603 - a command of ours without anybody's words in it
+            done = subprocess.run(  # noqa: S603 - a constant command
                 command,
                 capture_output=True,
                 text=True,
@@ -63,7 +63,7 @@ def _list_devices() -> str:
 
 
 def _no_adapter() -> LinkError:
-    return LinkError("this computer has no Bluetooth adapter.", remedy="Plug one in, or use USB.")
+    return LinkError("this computer has no Bluetooth adapter.", remedy="Plug in an adapter, or use USB.")
 
 
 def _no_service() -> LinkError:

@@ -1,6 +1,6 @@
-"""``record://FILE?nxt=ADDRESS``: any other transport, with everything that goes through it written to a trace.
+"""``record://FILE?nxt=ADDRESS``: wraps any other transport and writes its traffic to a trace file.
 
-The command line makes such an address of ``--trace FILE``.
+The command line translates ``--trace FILE`` to such an address.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from nxtdrive.transports.trace_file import Entry, Kind, Trace, TraceWriter
 
 
 class RecordTransport:
-    """A transport that writes down what another one does.
+    """A transport that records another one.
 
     Attributes:
-        inner: The other one.
-        address: Its address.
+        inner: The recorded transport.
+        address: Address of the recorded transport.
     """
 
     def __init__(self, inner: Transport, writer: TraceWriter, path: Path, started_s: float) -> None:
@@ -34,9 +34,9 @@ class RecordTransport:
         """Open the address in ``nxt`` and begin the trace.
 
         Raises:
-            AddressError: No file or no brick is named.
+            AddressError: The address lacks the file or the brick.
             ConfigError: The file cannot be written.
-            NXTError: What opening the brick ends in; then there is no trace.
+            NXTError: Opening the brick failed; then there is no trace.
         """
         from nxtdrive.transports import open_transport
 
@@ -52,7 +52,7 @@ class RecordTransport:
             raise
 
     def send(self, telegram: bytes) -> None:
-        """Send and write down."""
+        """Send and record a telegram."""
         try:
             self.inner.send(telegram)
         except NXTError as error:
@@ -61,7 +61,7 @@ class RecordTransport:
         self._write(Kind.TO_BRICK, telegram)
 
     def receive(self, timeout_s: float) -> bytes | None:
-        """Receive and write down."""
+        """Receive and record a telegram."""
         try:
             telegram = self.inner.receive(timeout_s)
         except NXTError as error:
@@ -79,7 +79,7 @@ class RecordTransport:
             self._writer.close()
 
     def reopen(self, timeout_s: float = 1.0) -> Self:
-        """Open the transport again and go on with the trace."""
+        """Open the transport again and continue the trace."""
         from nxtdrive.transports import reopen_transport
 
         inner = reopen_transport(self.inner, timeout_s=timeout_s)
@@ -93,17 +93,17 @@ class RecordTransport:
 
 
 def recording_address(path: Path, address: str, command: str = "") -> str:
-    """The address that opens `address` and records it.
+    """Return the address that opens and records `address`.
 
     Args:
-        path: Of the trace.
-        address: Of the brick.
-        command: What is run, as a shell would read it.
+        path: The trace file.
+        address: Address of the brick.
+        command: The command line to note in the trace, quoted for a shell.
     """
     options = {"nxt": address, "command": command} if command else {"nxt": address}
     return str(Address("record", str(path), options))
 
 
 def recorded(transport: Transport) -> Transport:
-    """The transport that a recording one records; another one itself."""
+    """Return the recorded transport of a `RecordTransport`; any other transport unchanged."""
     return transport.inner if isinstance(transport, RecordTransport) else transport

@@ -1,9 +1,9 @@
-"""``replay://FILE``: a recording as a brick. The program must ask what was asked then, in the same order.
+"""``replay://FILE``: a recording in place of a brick. The program must send the recorded requests in the same order.
 
-Time is that of the recording: it jumps to the moment at which the recorded thing happened. Keep-alives may come and go.
+Time is that of the recording: it jumps from one recorded event to the next. Keep-alives are ignored.
 
-Motions reckon with time: what they ask and tell depends on fractions of a millisecond. Recorded in the simulator they
-replay exactly; recorded on a real clock, where each computation takes its own time, they do not.
+Motions depend on time: their requests vary with fractions of a millisecond. Recorded in the simulator they replay
+exactly; recorded on a real clock, where each computation takes its own time, they do not.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from nxtdrive.transports.address import Address
 from nxtdrive.transports.trace_file import HOUSEKEEPING, Entry, Kind, Trace, read_trace
 
 EARLY_S = 0.001
-"""A recorded reply that came so much after the deadline came in time: recorded times are those after the call."""
+"""Tolerance for replies recorded after the deadline: times are recorded when the call has returned."""
 STEP_S = 0.001
-"""A pause may have ended so much sooner or later than the program asked for: the simulator has whole milliseconds."""
+"""Tolerance for the end of a pause: the simulator rounds to whole milliseconds."""
 
 
 class ReplayTransport:
-    """Answers as the recorded brick did.
+    """Replies as the recorded brick did.
 
     Args:
         trace: The recording.
-        address: How it was opened.
+        address: The address that opened it.
     """
 
     simulated = True
@@ -47,8 +47,8 @@ class ReplayTransport:
         """Open a recording.
 
         Raises:
-            AddressError: No file is named.
-            ConfigError: It cannot be read.
+            AddressError: The address names no file.
+            ConfigError: The file cannot be read.
         """
         address.read_options({})
         if not address.target:
@@ -57,14 +57,14 @@ class ReplayTransport:
 
     @property
     def left(self) -> int:
-        """Entries that have not been replayed yet."""
+        """Number of entries that have not been replayed yet."""
         return len(self._entries) - self._next
 
     def send(self, telegram: bytes) -> None:
-        """Compare with the recorded request.
+        """Compare a telegram with the recorded request.
 
         Raises:
-            LinkError: It is another one; the message tells both. Or the recorded error.
+            LinkError: They differ, and the message shows both; or the recorded error.
         """
         self._check_open()
         if telegram == HOUSEKEEPING:
@@ -79,7 +79,7 @@ class ReplayTransport:
             raise _recorded(expected)
 
     def receive(self, timeout_s: float) -> bytes | None:
-        """The recorded reply, if it came by then.
+        """Return the recorded reply if it arrived within `timeout_s`, else None.
 
         Raises:
             LinkError: The recorded error.
@@ -100,10 +100,10 @@ class ReplayTransport:
         self._open = False
 
     def reopen(self, timeout_s: float = 1.0) -> Self:  # noqa: ARG002 - opened like any other
-        """Go on behind the place where the link was opened again.
+        """Continue after the point where the link was opened again.
 
         Raises:
-            LinkLost: It was not, at this point.
+            LinkLost: The recorded link was not opened again at this point.
         """
         entry = self._peek()
         if entry is None or entry.kind is not Kind.REOPENED:
@@ -113,16 +113,16 @@ class ReplayTransport:
         return self
 
     def now(self) -> float:
-        """Time of the recording."""
+        """Return the time in the recording, seconds."""
         return self._now_s
 
     def sleep(self, duration_s: float) -> None:
-        """Let time pass at once."""
+        """Advance the recording's time without waiting."""
         if duration_s > 0:
             self._pause_until(self._now_s + duration_s)
 
     def _pause_until(self, time_s: float) -> None:
-        """Let time pass until then, or until the recorded pause was over and something was sent."""
+        """Advance to `time_s`, or to the next recorded request if that is within the tolerance."""
         entry = self._peek()
         if entry and entry.kind is Kind.TO_BRICK and abs(entry.time_s - time_s) <= STEP_S:
             time_s = entry.time_s
@@ -154,7 +154,7 @@ class ReplayTransport:
 
 
 def _worth_replaying(entries: Iterable[Entry]) -> Iterator[Entry]:
-    """All but the housekeeping, of which only a lost link remains."""
+    """Yield the entries without keep-alives; of one that failed, the error remains."""
     for entry in entries:
         if entry.telegram != HOUSEKEEPING:
             yield entry
@@ -163,14 +163,14 @@ def _worth_replaying(entries: Iterable[Entry]) -> Iterator[Entry]:
 
 
 def _recorded(entry: Entry) -> Exception:
-    """The error that was recorded."""
+    """Return the recorded error as an exception."""
     kind = getattr(errors, entry.error, LinkError)
     usable = isinstance(kind, type) and issubclass(kind, LinkError | RemoteProtocolError)
     return cast("Exception", (kind if usable else LinkError)(entry.text))
 
 
 def in_words(telegram: bytes) -> str:
-    """A telegram in one line: its name, its fields, its bytes."""
+    """Format a telegram in one line: its name, its fields, its bytes."""
     if not telegram:
         return ""
     told = explain(telegram)

@@ -35,11 +35,11 @@ class SerialTransport(StreamTransport):
 
     @classmethod
     def open(cls, address: Address, timeout_s: float = 1.0) -> Self:
-        """Open the port for this program alone.
+        """Open the port for exclusive use.
 
         Raises:
-            AddressError: No port is named.
-            BrickNotFound: No such port, or no brick answers behind it.
+            AddressError: The address names no port.
+            BrickNotFound: There is no such port, or no brick answers behind it.
             LinkBusy: Another program has it open.
             PermissionDenied: This user may not open it.
         """
@@ -61,7 +61,7 @@ class SerialTransport(StreamTransport):
             self._port.timeout = timeout_s
             return bytes(self._port.read(self._port.in_waiting or 1))
         except (OSError, serial.SerialException, TypeError) as error:
-            # pyserial reads from None (TypeError) when another thread closes the port under it.
+            # pyserial raises TypeError when another thread closes the port during a read
             raise self._lost(error) from error
 
     def _write(self, data: bytes) -> None:
@@ -79,7 +79,7 @@ class SerialTransport(StreamTransport):
             self._port.close()
 
     def _lost(self, error: Exception) -> LinkLost:
-        return LinkLost(f"the link through {self.address} is gone: {error}.", remedy="Is the brick on and in range?")
+        return LinkLost(f"the link through {self.address} is lost: {error}.", remedy="Is the brick on and in range?")
 
 
 def _cannot_open(device: str, error: Exception) -> NXTError:

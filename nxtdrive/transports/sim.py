@@ -1,6 +1,6 @@
 """The simulator as a transport: `sleep` and `receive` *are* the simulation.
 
-Nothing moves while the program computes, so a mission of minutes runs in seconds, and twice the same.
+Simulated time stands still while the program computes, so a mission of minutes runs in seconds and is repeatable.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ USB_LATENCY_MS = 2.0
 """Round trip over USB as measured by the Player project (playerstage.sourceforge.net, driver nxt)."""
 
 LAG_S = 1.0
-"""A simulation in real time that lags more than this, since the program waited for its user, makes no haste."""
+"""A real-time simulation that lags more than this, e.g. after waiting for the user, does not catch up."""
 
 SHARED_MARK = "@"
 _shared: dict[str, Callable[[], SimTransport]] = {}
@@ -32,11 +32,11 @@ _shared: dict[str, Callable[[], SimTransport]] = {}
 
 @contextlib.contextmanager
 def shared(name: str, opener: Callable[[], SimTransport]) -> Iterator[str]:
-    """Let ``sim://@name`` lead to a simulation that runs already, for as long as the block lasts.
+    """Make ``sim://@name`` open a running simulation within the block.
 
     Args:
-        name: Of letters and digits; free.
-        opener: Makes another link to it.
+        name: An unused name of letters and digits.
+        opener: Makes another link to the simulation.
 
     Yields:
         The address.
@@ -63,11 +63,11 @@ class SimTransport:
     """``sim://`` for the bundled world, ``sim://my-room.toml?seed=7&latency_ms=30&pace=realtime&firmware=1.05``.
 
     Args:
-        simulation: What holds brick, world and clock.
+        simulation: Holds brick, world and clock.
         latency_ms: Round trip of the link; USB has 2, Bluetooth 30 to 65.
         realtime: Whether a simulated second takes at least a real one.
-        faults: What goes wrong on the link, and when.
-        address: How it was opened.
+        faults: Faults to inject on the link.
+        address: The address that opened it.
 
     Attributes:
         webcam: The camera on the robot; see `nxtdrive.vision.camera.FrameSource`.
@@ -96,10 +96,10 @@ class SimTransport:
 
     @classmethod
     def open(cls, address: Address, timeout_s: float = 1.0) -> SimTransport:  # noqa: ARG003 - opened like any other
-        """Start a simulation of its own.
+        """Start a new simulation.
 
         Raises:
-            AddressError: An option nobody knows, or a value that does not fit.
+            AddressError: An option is unknown or its value invalid.
             ConfigError: There is no such world, or its file has mistakes.
         """
         if address.target.startswith(SHARED_MARK):
@@ -122,7 +122,7 @@ class SimTransport:
         )
 
     def reopen(self, timeout_s: float = 1.0) -> Self:  # noqa: ARG002 - opened like any other
-        """Another link to the same simulated brick, for when this one was lost."""
+        """Return another link to the same simulated brick, after this one was lost."""
         return type(self)(
             self._simulation,
             latency_ms=self._latency_ms,
@@ -132,7 +132,7 @@ class SimTransport:
         )
 
     def send(self, telegram: bytes) -> None:
-        """Put a telegram on the way to the simulated brick."""
+        """Send a telegram to the simulated brick."""
         if self._sleep_warning:
             self._sleep_warning.enter(self._simulation.motors_turn)
         try:
@@ -141,7 +141,7 @@ class SimTransport:
             raise self._lost(error) from error
 
     def receive(self, timeout_s: float) -> bytes | None:
-        """Let the simulation run until a reply arrives."""
+        """Run the simulation until a reply arrives."""
         try:
             reply = self._link.receive(max(0, math.ceil(timeout_s * 1000)))
         except ConnectionError as error:
@@ -151,7 +151,7 @@ class SimTransport:
         return reply
 
     def close(self) -> None:
-        """Give the link up."""
+        """Close the link."""
         self._link.close()
 
     @property
@@ -160,11 +160,11 @@ class SimTransport:
         return not self._link.is_open
 
     def now(self) -> float:
-        """Simulated seconds since the start."""
+        """Return simulated seconds since the start."""
         return self._simulation.now_ms / 1000
 
     def sleep(self, duration_s: float) -> None:
-        """Let the simulation run, in whole milliseconds and at least one."""
+        """Run the simulation for `duration_s`, in whole milliseconds and at least one."""
         if duration_s > 0:
             self._simulation.advance(max(1, round(duration_s * 1000)))
             self._keep_pace()

@@ -1,4 +1,4 @@
-"""Connected sockets: bytes for TCP, Bluetooth and nxt-python's server, telegrams with lengths for the first two."""
+"""Connected sockets: a byte stream for TCP, Bluetooth and nxt-server, and framed telegrams for the first two."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ CHUNK = 4096
 
 
 class Connection:
-    """A connected socket whose failures are errors of ours."""
+    """A connected socket that raises the driver's own errors."""
 
     def __init__(self, address: str, connected: socket.socket, remedy: str = "Is the brick on and in range?") -> None:
-        """Take over the socket; `remedy` is what to do when the other end is gone."""
+        """Take over the socket; `remedy` is the advice when the other end is gone."""
         self._address = address
         self._socket = connected
         self._remedy = remedy
 
     def read(self, timeout_s: float) -> bytes:
-        """What has arrived, at least one byte, or nothing after `timeout_s`; LinkLost at the end of the stream."""
-        # settimeout(0) would mean non-blocking; a millisecond serves "whatever is there" as well.
+        """Return at least one byte, or none after `timeout_s`; raise LinkLost at the end of the stream."""
+        # settimeout(0) would mean non-blocking; a millisecond is as good for data that is already there
         self._socket.settimeout(max(timeout_s, 0.001))
         try:
             data = self._socket.recv(CHUNK)
@@ -35,7 +35,7 @@ class Connection:
         return data
 
     def write(self, data: bytes) -> None:
-        """All of `data`, within `SEND_TIMEOUT_S`."""
+        """Write all of `data` within `SEND_TIMEOUT_S`."""
         self._socket.settimeout(SEND_TIMEOUT_S)
         try:
             self._socket.sendall(data)
@@ -45,13 +45,13 @@ class Connection:
             raise self._lost(error) from error
 
     def close(self) -> None:
-        """Hang up; never raises."""
+        """Close the connection; never raises."""
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
         self._socket.close()
 
     def _lost(self, reason: object) -> LinkLost:
-        return LinkLost(f"the link to {self._address} is gone: {reason}.", remedy=self._remedy)
+        return LinkLost(f"the link to {self._address} is lost: {reason}.", remedy=self._remedy)
 
 
 class SocketTransport(StreamTransport):

@@ -1,4 +1,4 @@
-"""Telegrams over a stream of bytes: what Bluetooth, serial ports and TCP have in common.
+"""Telegrams over a byte stream: common code of Bluetooth, serial ports and TCP.
 
 Each telegram is preceded by its length, two bytes, little-endian (docs/firmware.md section 2).
 """
@@ -12,18 +12,18 @@ from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT, FrameReader, fra
 from nxtdrive.transports.base import WallClock
 
 SEND_TIMEOUT_S = 1.0
-"""Longest a telegram may take to leave; the brick's radio stays away no longer unless the link is gone."""
+"""Longest time to send a telegram; a longer silence of the brick's radio means that the link is lost."""
 
 OVERDUE_S = 0.5
-"""When the rest of a telegram has not come for so long, it will not come. Radio links falter for some 30 ms, and bytes
-of one telegram travel together."""
+"""An incomplete telegram older than this is dropped. Radio links pause for some 30 ms, and the bytes of one telegram
+travel together."""
 SILENCE_S = 0.1
 DRAIN_S = 1.0
-"""After nonsense: wait for a silence, but not for ever."""
+"""After invalid data: wait for a silence of this length, but no longer than that."""
 
 
 class StreamTransport(WallClock):
-    """Framing and bookkeeping; a subclass reads, writes and closes its device."""
+    """Framing and state; a subclass reads, writes and closes its device."""
 
     max_telegram = BLUETOOTH_TELEGRAM_LIMIT
 
@@ -34,16 +34,16 @@ class StreamTransport(WallClock):
         self._open = True
 
     def send(self, telegram: bytes) -> None:
-        """Write the telegram with its length in front, in one piece."""
+        """Write the telegram, preceded by its length, in one piece."""
         self._check_open()
         self._write(frame(telegram))
 
     def receive(self, timeout_s: float) -> bytes | None:
-        """The next telegram; the beginning of one is kept for the next call, unless its rest is long overdue.
+        """Return the next telegram or None; the beginning of one is kept for the next call unless its rest is overdue.
 
         Raises:
             LinkError: The link is closed or lost.
-            RemoteProtocolError: What arrived cannot be telegrams; all of it has been dropped.
+            RemoteProtocolError: The data is not a sequence of telegrams; all of it has been dropped.
         """
         self._check_open()
         deadline = self.now() + timeout_s
@@ -62,12 +62,12 @@ class StreamTransport(WallClock):
         return telegram
 
     def _drop_overdue(self) -> None:
-        """Half a telegram whose rest does not come would swallow the beginning of the next one."""
+        """Drop an incomplete telegram: its missing rest would be taken from the next one."""
         if self._frames.incomplete and self.now() - self._heard_at >= OVERDUE_S:
             self._frames.reset()
 
     def _drain(self) -> None:
-        """Read until the peer is silent: only a silence shows where a telegram begins."""
+        """Read until the peer is silent: only after a silence is the next byte the start of a telegram."""
         deadline = self.now() + DRAIN_S
         while self.now() < deadline and self._read(SILENCE_S):
             pass
@@ -84,12 +84,12 @@ class StreamTransport(WallClock):
 
     @abstractmethod
     def _read(self, timeout_s: float) -> bytes:
-        """What has arrived, at least one byte, or nothing after `timeout_s`; LinkLost at the end of the stream."""
+        """Return at least one byte, or none after `timeout_s`; raise LinkLost at the end of the stream."""
 
     @abstractmethod
     def _write(self, data: bytes) -> None:
-        """All of `data`, within `SEND_TIMEOUT_S`."""
+        """Write all of `data` within `SEND_TIMEOUT_S`."""
 
     @abstractmethod
     def _close(self) -> None:
-        """Give the device back; must not raise."""
+        """Release the device; must not raise."""

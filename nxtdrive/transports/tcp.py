@@ -1,4 +1,4 @@
-"""A brick served over the network, e.g. by ``nxtdrive sim serve``; telegrams carry their length as over Bluetooth."""
+"""A brick served over the network, e.g. by ``nxtdrive sim serve``; telegrams are framed as over Bluetooth."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ class TcpTransport(SocketTransport):
 
     @classmethod
     def open(cls, address: Address, timeout_s: float = 1.0) -> Self:
-        """Connect.
+        """Connect to the server.
 
         Raises:
-            AddressError: The port is no number.
-            BrickNotFound: Nobody serves a brick there.
+            AddressError: The port is not a number.
+            BrickNotFound: No server listens there.
         """
         return cls(str(address), connect(address, timeout_s))
 
 
 def connect(address: Address, timeout_s: float) -> socket.socket:
-    """A connection to the host and port of an address; errors as for `TcpTransport.open`."""
+    """Connect to the host and port of an address; errors as for `TcpTransport.open`."""
     address.read_options({})
     host, port = _split(address)
     try:

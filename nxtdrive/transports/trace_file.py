@@ -1,6 +1,6 @@
-"""Trace files: every telegram of a conversation with its direction and time, to look at, to compare and to replay.
+"""Trace files: every telegram exchanged with a brick, with its direction and time, to inspect, compare and replay.
 
-A line of JSON each. The first says what was recorded, the others what happened, in seconds since the beginning::
+JSON lines. The first describes the recording, the others are its events, with seconds since the start::
 
     {"nxttrace": 1, "address": "usb://0016530A1B2C", "max_telegram": 64, "command": ["info"]}
     {"t": 0.0, "to": "000d"}
@@ -28,11 +28,11 @@ SUFFIX = ".nxttrace"
 _RECORD = "Record one with --trace FILE.nxttrace."
 
 HOUSEKEEPING = bytes((NO_REPLY, 0x0D))
-"""KeepAlive without a reply: when it is sent depends on the clock, so it is part of no conversation."""
+"""KeepAlive without a reply: sent by the clock, so it is ignored when traces are compared or replayed."""
 
 
 class Kind(StrEnum):
-    """What a line tells of."""
+    """The kind of an entry."""
 
     TO_BRICK = "to"
     FROM_BRICK = "from"
@@ -42,14 +42,14 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One thing that happened.
+    """One event.
 
     Attributes:
-        time_s: Since the beginning.
-        kind: What.
-        telegram: What was sent or received; empty for the others.
-        error: Name of the class of an error, see `firmware_protocol.errors`; also of one that sending ended in.
-        text: Its message.
+        time_s: Seconds since the start.
+        kind: What happened.
+        telegram: The bytes sent or received; empty for other events.
+        error: Name of the error's class, see `firmware_protocol.errors`; also set if sending failed.
+        text: Message of the error.
     """
 
     time_s: float
@@ -59,7 +59,7 @@ class Entry:
     text: str = ""
 
     def to_json(self) -> str:
-        """Its line."""
+        """Return the entry as a line of the file."""
         value: dict[str, Any] = {"t": round(self.time_s, 6)}
         if self.kind is not Kind.ERROR:
             value[self.kind] = True if self.kind is Kind.REOPENED else self.telegram.hex()
@@ -70,12 +70,12 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Exchange:
-    """A request and what came of it.
+    """A request and its outcome.
 
     Attributes:
-        time_s: When it was sent.
+        time_s: When the request was sent.
         request: The telegram.
-        outcome: What was received, and errors, until the next request.
+        outcome: Replies and errors until the next request.
     """
 
     time_s: float
@@ -84,7 +84,7 @@ class Exchange:
 
     @property
     def replies(self) -> tuple[bytes, ...]:
-        """What was received."""
+        """The received telegrams."""
         return tuple(entry.telegram for entry in self.outcome if entry.kind is Kind.FROM_BRICK)
 
 
@@ -93,10 +93,10 @@ class Trace:
     """A recorded conversation.
 
     Attributes:
-        address: Of the brick.
-        max_telegram: Of its link, bytes.
-        command: The command line without its program, addresses and files; empty if it was another program.
-        entries: What happened, in order.
+        address: Address of the brick.
+        max_telegram: Longest telegram of the link, bytes.
+        command: The command line without program, addresses and files; empty if another program was recorded.
+        entries: The events, in order.
     """
 
     address: str
@@ -105,12 +105,12 @@ class Trace:
     entries: tuple[Entry, ...] = field(default=())
 
     def header(self) -> str:
-        """The first line."""
+        """Return the first line of the file."""
         value = {"nxttrace": VERSION, "address": self.address, "max_telegram": self.max_telegram}
         return json.dumps({**value, "command": list(self.command)} if self.command else value)
 
     def exchanges(self) -> list[Exchange]:
-        """The conversation, request by request, without housekeeping."""
+        """Return the conversation, request by request, without keep-alives."""
         groups: list[tuple[Entry, list[Entry]]] = []
         for entry in self.entries:
             if entry.kind is not Kind.TO_BRICK:
@@ -123,17 +123,17 @@ class Trace:
 
 
 class TraceWriter:
-    """Writes a trace, line by line, so that what happened before a crash is there."""
+    """Writes a trace line by line, so that it survives a crash."""
 
     def __init__(self, path: Path, header: Trace | None) -> None:
         """Open the file.
 
         Args:
-            path: Where; what was there is replaced, unless it is continued.
-            header: What is recorded, or None to continue a trace.
+            path: The file; an existing one is replaced, unless it is continued.
+            header: Describes the recording; None continues a trace.
 
         Raises:
-            ConfigError: It cannot be written.
+            ConfigError: The file cannot be written.
         """
         try:
             self._file: IO[str] = path.open("a" if header is None else "w", encoding="utf-8")
@@ -145,7 +145,7 @@ class TraceWriter:
             self._file.write(header.header() + "\n")
 
     def write(self, entry: Entry) -> None:
-        """Add a line; nothing happens when the file is closed."""
+        """Add a line; do nothing if the file is closed."""
         if self._file.closed:
             return
         self._file.write(entry.to_json() + "\n")
@@ -165,20 +165,20 @@ class TraceWriter:
 
 
 def read_trace(path: Path) -> Trace:
-    """Read a trace; a last line that was cut by a crash is left out.
+    """Read a trace; a last line that a crash has truncated is skipped.
 
     Raises:
-        ConfigError: There is no such file, or it is no trace; the message names the line.
+        ConfigError: There is no such file, or it is not a trace; the message names the line.
     """
     try:
         lines = path.read_text(encoding="utf-8").rstrip("\n").split("\n")
     except OSError as error:
         raise ConfigError(f"the trace {path} cannot be read ({error.strerror}).", remedy="Check the path.") from error
     except UnicodeDecodeError as error:
-        raise ConfigError(f"{path} is no trace, it is no text.", remedy=_RECORD) from error
+        raise ConfigError(f"{path} is not a trace: it is not a text file.", remedy=_RECORD) from error
     header = _object(lines[0])
     if header.get("nxttrace") != VERSION:
-        raise ConfigError(f"{path} is no trace of version {VERSION}.", remedy=_RECORD)
+        raise ConfigError(f"{path} is not a trace of version {VERSION}.", remedy=_RECORD)
     return Trace(
         address=str(header.get("address", "")),
         max_telegram=_whole(header.get("max_telegram"), path),
@@ -204,7 +204,7 @@ def _entries(path: Path, lines: Iterable[str]) -> Iterator[Entry]:
             if number == len(lines) + 1:
                 return
             raise ConfigError(
-                f"{path}, line {number} is no entry of a trace: {line[:60]!r}.",
+                f"{path}, line {number} is not an entry of a trace: {line[:60]!r}.",
                 remedy="Remove the line, or record again.",
             ) from error
 

@@ -36,7 +36,7 @@ ENDPOINT_OUT, ENDPOINT_IN = 0x01, 0x82
 
 SEND_TIMEOUT_MS = 1000
 STALE_PACKETS = 8
-"""More answers than the brick can have waiting for a program that died."""
+"""Upper bound of the replies that can be left over from a program that died."""
 
 UDEV_RULE = 'SUBSYSTEM=="usb", ATTR{idVendor}=="0694", ATTR{idProduct}=="0002", MODE="0660", TAG+="uaccess"'
 UDEV_FILE = "/etc/udev/rules.d/60-nxtdrive.rules"
@@ -53,7 +53,7 @@ _NO_LIBUSB = (
 
 
 class UsbTransport(WallClock):
-    """``usb://`` for the first brick, ``usb://0016530A1B2C`` for a certain one."""
+    """``usb://`` for the first brick, ``usb://0016530A1B2C`` for a specific one."""
 
     max_telegram = USB_TELEGRAM_LIMIT
 
@@ -76,13 +76,13 @@ class UsbTransport(WallClock):
             address: Its id may be empty; colons in it do not matter.
             timeout_s: Not used: USB answers at once.
             backend: Another libusb, e.g. a simulated one. By default each call makes a fresh libusb context, because
-                one context does not see a brick plugged in again where no udevd runs.
+                without udevd an old context does not see a brick that was plugged in again.
 
         Raises:
-            AddressError: Not an id.
-            BrickNotFound: No brick on USB, or no libusb to look with.
-            PermissionDenied: The operating system does not let this user have it.
-            LinkBusy: Another program has claimed it.
+            AddressError: The target is not an id.
+            BrickNotFound: There is no brick on USB, or no libusb to search with.
+            PermissionDenied: The operating system denies this user access.
+            LinkBusy: Another program has claimed the brick.
         """
         address.read_options({})
         wanted = address.target.replace(":", "").upper()
@@ -97,7 +97,7 @@ class UsbTransport(WallClock):
 
     @classmethod
     def discover(cls, backend: IBackend | None = None) -> list[str]:
-        """Addresses of all bricks on USB; a brick this user may not open appears as plain ``usb://``."""
+        """Return the addresses of all bricks on USB; a brick this user may not open appears as plain ``usb://``."""
         with _translated("usb://"):
             return [f"usb://{_serial_number(device)}" for device in _bricks(backend or _fresh_backend())]
 
@@ -119,7 +119,7 @@ class UsbTransport(WallClock):
         device = self._opened()
         with _translated(self.address):
             try:
-                # libusb takes 0 for "wait for ever".
+                # libusb interprets 0 as "no timeout"
                 return bytes(device.read(ENDPOINT_IN, USB_TELEGRAM_LIMIT, max(1, round(timeout_s * 1000))))
             except usb.core.USBTimeoutError:
                 return None
@@ -140,7 +140,7 @@ class UsbTransport(WallClock):
                 usb.util.dispose_resources(device)
 
     def reopen(self, timeout_s: float) -> Self:
-        """The same brick again, found by its id through a fresh libusb context."""
+        """Open the same brick again, found by its id through a fresh libusb context."""
         return self.open(Address.parse(self.address), timeout_s, backend=self._backend)
 
     def _opened(self) -> Device:
@@ -152,12 +152,12 @@ class UsbTransport(WallClock):
 def _fresh_backend() -> IBackend:
     from usb.backend import libusb1
 
-    # On Windows libusb usually comes as this Python package; pyusb does not look there by itself.
+    # on Windows libusb usually comes as this Python package; pyusb does not search it by itself
     packaged = find_spec("libusb_package") and import_module("libusb_package").find_library
     backend = libusb1.get_backend(find_library=packaged)
     if backend is None:
         raise _no_libusb()
-    if not isinstance(backend, libusb1._LibUSB):  # another bus stands in its place, e.g. that of `nxtdrive sim exec`
+    if not isinstance(backend, libusb1._LibUSB):  # replaced by another bus, e.g. that of `nxtdrive sim exec`
         return backend
     # get_backend() hands out one context per process; pyusb has no public way to a second one.
     return libusb1._LibUSB(libusb1._lib)
@@ -184,12 +184,12 @@ def _find(wanted: str, backend: IBackend) -> Device:
 
 
 def _serial_number(device: Device) -> str:
-    """The brick's id, or an empty string if this user may not even ask."""
+    """Return the brick's id, or an empty string if this user may not read it."""
     import usb.core
 
     try:
         return str(device.serial_number).upper()
-    except (ValueError, usb.core.USBError):  # pyusb says ValueError "no langid" where the device cannot be opened
+    except (ValueError, usb.core.USBError):  # pyusb raises ValueError "no langid" if the device cannot be opened
         return ""
 
 
@@ -200,7 +200,7 @@ def _claim(device: Device) -> None:
 
 
 def _discard_stale(device: Device) -> None:
-    """Read what the brick still wanted to say to a program that died."""
+    """Discard replies left over from a program that died."""
     import usb.core
 
     for _ in range(STALE_PACKETS):
@@ -224,7 +224,7 @@ def _not_allowed() -> PermissionDenied:
 
 @contextlib.contextmanager
 def _translated(address: str) -> Iterator[None]:
-    """Let no exception of pyusb out."""
+    """Translate exceptions of pyusb to the driver's own."""
     import usb.core
 
     try:
@@ -239,5 +239,5 @@ def _translated(address: str) -> Iterator[None]:
         if error.errno == errno.EBUSY:
             raise LinkBusy(f"{address} is in use.", remedy=_HOLDERS) from error
         if error.errno in (errno.ENODEV, errno.EIO, errno.ENOENT, errno.ESHUTDOWN, errno.EPROTO):
-            raise LinkLost(f"the cable to {address} is gone: {error}.", remedy=_PLUG_IN) from error
+            raise LinkLost(f"the cable to {address} is unplugged: {error}.", remedy=_PLUG_IN) from error
         raise LinkError(f"{address}: {error}.", remedy="Unplug the brick and plug it in again.") from error
