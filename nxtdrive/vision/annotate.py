@@ -1,4 +1,4 @@
-"""Draw what was seen into a copy of the frame, for recordings and for ``detect try``."""
+"""Draws detections and the sighting into a copy of the frame, for recordings and for ``detect try``."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ LINE_PX = 16
 
 
 def annotate(image: Image, sighting: Sighting | None, detections: Sequence[Detection] = (), state: str = "") -> Image:
-    """A copy of the BGR `image` with what was seen in it.
+    """Return a copy of the BGR `image` with the detections drawn into it.
 
     Args:
-        image: Stays as it is.
+        image: Not modified.
         sighting: Drawn in green with name, bearing (R right, L left) and distance.
-        detections: Those that are not the sighting are drawn in orange with their scores.
+        detections: All but the sighting are drawn in orange with their scores.
         state: Written along the lower edge.
     """
     drawn = image.copy()
@@ -41,7 +41,7 @@ def annotate(image: Image, sighting: Sighting | None, detections: Sequence[Detec
 
 
 def caption(sighting: Sighting) -> str:
-    """A sighting in one line, e.g. ``lena R 12 deg 1.43 m``; plain ASCII, because OpenCV's fonts know no more."""
+    """Format a sighting, e.g. ``lena R 12 deg 1.43 m``; ASCII only, because OpenCV's fonts have no other characters."""
     side = "R" if sighting.bearing_deg >= 0 else "L"
     return f"{sighting.target} {side} {abs(sighting.bearing_deg):.0f} deg {sighting.distance_mm / 1000:.2f} m"
 
@@ -53,7 +53,7 @@ def _outline(image: Image, detection: Detection, color: tuple[int, int, int]) ->
 
 
 def _write(image: Image, text: str, x: int, y: int) -> None:
-    """White on black, kept inside the image."""
+    """Write white text with a black outline, kept inside the image."""
     y = min(max(y, LINE_PX), image.shape[0] - 2)
     x = max(x, 2)
     for color, thickness in ((SHADE, 3), (TEXT, 1)):

@@ -1,6 +1,6 @@
-"""Where frames come from: the protocol of a camera, and the cameras that follow a clock.
+"""The protocol of a camera, and the cameras that run on a given clock.
 
-Live cameras, which follow nothing but themselves, are in `nxtdrive.vision.live`; `nxtdrive.vision.sources` opens any.
+Live cameras, which run on their own clock, are in `nxtdrive.vision.live`; `nxtdrive.vision.sources` opens any camera.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from firmware_protocol.errors import CameraError
 from nxtdrive.vision.detection import Image
 
 ALMOST = 1e-6
-"""What rounding may take from a whole number of frames, milliseconds or seconds."""
+"""Tolerance for rounding errors in numbers of frames, milliseconds or seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,9 +24,9 @@ class Frame:
     """One picture of a camera.
 
     Attributes:
-        image: (height, width, 3), uint8, in the order blue, green, red; nobody writes into it.
+        image: (height, width, 3), uint8, in the order blue, green, red; not to be modified.
         time_s: When it was taken, on the mission's clock.
-        index: Counts the camera's frames from 0; gaps are frames that nobody asked for in time.
+        index: Number of the frame, from 0; gaps are frames that were not read in time.
     """
 
     image: Image
@@ -35,7 +35,7 @@ class Frame:
 
 
 class Camera(Protocol):
-    """Something that gives frames."""
+    """A source of frames."""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -43,53 +43,53 @@ class Camera(Protocol):
         ...
 
     def read(self, timeout_s: float) -> Frame:
-        """The freshest frame, newer than the one given last; waits for it at most `timeout_s`.
+        """Return the latest frame that has not been returned before; wait for it at most `timeout_s`.
 
         Raises:
-            CameraError: none came in time, or there will be no more (`EndOfFrames`).
+            CameraError: No frame arrived in time, or there are no more (`EndOfFrames`).
         """
         ...
 
     def close(self) -> None:
-        """Give the device back; may be called again."""
+        """Release the device; may be called again."""
         ...
 
 
 class EndOfFrames(CameraError):
-    """A video or an image folder came to its end."""
+    """A video or an image folder has ended."""
 
 
 class FrameSource(Protocol):
-    """What a simulated camera needs of its simulation.
+    """What a simulated camera needs from its simulation.
 
     Attributes:
         fps: Frames per second.
-        hfov_deg: Horizontal view.
+        hfov_deg: Horizontal field of view, degrees.
     """
 
     fps: float
     hfov_deg: float
 
     def frame(self) -> Image | None:
-        """What the camera sees now, BGR; None while it is unplugged."""
+        """Return the camera's current view, BGR; None while it is unplugged."""
         ...
 
 
 def frame_number(now_s: float, fps: float) -> int:
-    """Number of the freshest frame at `now_s` of a camera that takes frame n at ``n / fps``."""
+    """Return the number of the latest frame at `now_s` of a camera that takes frame n at ``n / fps``."""
     return math.floor(now_s * fps + ALMOST)
 
 
 def next_tick(now_s: float, fps: float) -> float:
-    """When that camera takes its next frame, rounded up to whole milliseconds: in these a simulation counts time."""
+    """Return when that camera takes its next frame, rounded up to the simulation's whole milliseconds."""
     return math.ceil((frame_number(now_s, fps) + 1) / fps * 1000 - ALMOST) / 1000
 
 
 class SimulatedCamera:
-    """The camera of a simulation; waiting for the next frame lets the simulation run.
+    """The camera of a simulation; waiting for the next frame runs the simulation.
 
     Args:
-        source: The simulation's side.
+        source: The simulation's side of the camera.
         clock: The simulation's time.
         size: Width and height of its frames.
     """
@@ -106,7 +106,7 @@ class SimulatedCamera:
         return self._size
 
     def read(self, timeout_s: float) -> Frame:
-        """The freshest frame, or the next one if that was given before; see `Camera.read`."""
+        """Return the latest frame, or the next one if that was returned before; see `Camera.read`."""
         fps = self._source.fps
         deadline_s = self._clock.now() + timeout_s
         while True:
@@ -121,22 +121,22 @@ class SimulatedCamera:
             self._clock.sleep(min(next_tick(now_s, fps), deadline_s) - now_s)
 
     def close(self) -> None:
-        """Nothing to give back: the simulation owns the camera."""
+        """Do nothing: the simulation owns the camera."""
 
 
 class ReplayCamera:
-    """Recorded pictures at their own pace: a video, the images of a folder, or one image for ever.
+    """Recorded pictures at their own pace: a video, the images of a folder, or one image forever.
 
     Args:
-        name: Of the recording, for messages.
+        name: Name of the recording, for messages.
         images: The pictures in order; read one by one.
-        fps: At which they follow each other on `clock`; frames that fall due while nobody reads are skipped, as a
-            live camera would. None gives every picture to the reader, one per call, without waiting.
+        fps: Frame rate on `clock`; frames that are not read in time are skipped, as a live camera would do. None
+            returns every picture, one per call, without waiting.
         clock: The mission's time.
-        close: Gives the file back.
+        close: Releases the file.
 
     Raises:
-        CameraError: there is not one picture.
+        CameraError: There are no pictures.
     """
 
     def __init__(
@@ -165,7 +165,7 @@ class ReplayCamera:
         return self._size
 
     def read(self, timeout_s: float) -> Frame:
-        """The picture that is due; see `Camera.read`."""
+        """Return the picture that is due; see `Camera.read`."""
         wanted = self._index + 1 if self._fps is None else self._wait_for_due(self._fps, timeout_s)
         image = next(islice(self._images, wanted - self._index - 1, None), None)
         if image is None:
@@ -174,12 +174,12 @@ class ReplayCamera:
         return Frame(image, self._clock.now(), wanted)
 
     def close(self) -> None:
-        """Give the file back."""
+        """Release the file."""
         self._images = iter(())
         self._close()
 
     def _wait_for_due(self, fps: float, timeout_s: float) -> int:
-        """Wait for the next picture's time; the number of the picture that is due then."""
+        """Wait for the time of the next picture and return its number."""
         now_s = self._clock.now()
         if self._started_s is None:
             self._started_s = now_s

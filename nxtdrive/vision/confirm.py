@@ -1,4 +1,4 @@
-"""A target is believed when it is seen again in the same place, and then kept as long as it stays near there."""
+"""Confirms a target that is detected repeatedly in the same place, and keeps it while it stays near there."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from nxtdrive.vision.detection import Detection
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """A detection together with where it lies.
+    """A detection with its bearing and distance.
 
     Attributes:
-        detection: In pixels.
+        detection: The detection, in pixels.
         bearing_deg: Positive right.
         distance_mm: From the camera.
     """
@@ -31,9 +31,9 @@ class Confirmation:
     detection is enough, until none has come for `memory_s`: a frame or two without a detection lose nothing.
 
     Args:
-        needed: Frames that must agree; 1 believes everything at once.
-        window: Frames among which they are counted.
-        memory_s: Age beyond which what was seen no longer counts.
+        needed: Frames that must agree; 1 confirms every detection at once.
+        window: Number of latest frames among which they are counted.
+        memory_s: Age beyond which a detection no longer counts.
         bearing_gate_deg: Largest difference in bearing of agreeing detections.
         distance_gate: Largest ratio of their distances.
     """
@@ -57,13 +57,13 @@ class Confirmation:
         self._track: tuple[float, Seen] | None = None
 
     def track(self, time_s: float) -> Seen | None:
-        """Where the confirmed target was last, if it still counts at `time_s`."""
+        """Return where the confirmed target was last, or None if that is too long before `time_s`."""
         if self._track is None or time_s - self._track[0] > self._memory_s:
             return None
         return self._track[1]
 
     def update(self, time_s: float, seen: Sequence[Seen]) -> Seen | None:
-        """Take in all detections of the frame taken at `time_s`, best first; the confirmed one of them, or None."""
+        """Add all detections of the frame taken at `time_s`, best first; return the confirmed one, or None."""
         track = self.track(time_s)
         chosen = next((one for one in seen if track and self._agree(one, track)), None)
         if chosen is None:
@@ -74,7 +74,7 @@ class Confirmation:
         return chosen
 
     def _votes(self, time_s: float, one: Seen) -> int:
-        """Frames that show it, this one included."""
+        """Count the frames that agree with a detection, its own included."""
         recent = (seen for then_s, seen in self._recent if time_s - then_s <= self._memory_s)
         return 1 + sum(any(self._agree(one, other) for other in seen) for seen in recent)
 

@@ -1,4 +1,4 @@
-"""What a detector finds, and the shape all detectors share."""
+"""Detections, and the protocol of all detectors."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Image = NDArray[np.uint8]
 """A picture: (height, width, 3) in OpenCV's order blue, green, red, or (height, width) in gray."""
 
 Box = tuple[int, int, int, int]
-"""Left, top, width, height in pixels. A target that is cut by the edge of the frame may reach beyond it."""
+"""Left, top, width, height in pixels. The box of a target at the edge may extend beyond the frame."""
 
 Quad = tuple[tuple[float, float], tuple[float, float], tuple[float, float], tuple[float, float]]
 """Corners (u, v) in pixels: top left, top right, bottom right, bottom left as seen on the upright target."""
@@ -20,12 +20,12 @@ Quad = tuple[tuple[float, float], tuple[float, float], tuple[float, float], tupl
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """One place in a frame where a detector sees its target.
+    """One place in a frame where a detector finds its target.
 
     Attributes:
-        box: The whole target, upright.
-        score: 0..1 as the detector grades it; comparable only within one kind of detector.
-        quad: The four corners, when the detector knows them; then distance and bearing are taken from these.
+        box: Upright box around the whole target.
+        score: Confidence 0..1; comparable only within one kind of detector.
+        quad: The four corners, if the detector determines them; distance and bearing are then computed from these.
     """
 
     box: Box
@@ -34,7 +34,7 @@ class Detection:
 
     @property
     def centre(self) -> tuple[float, float]:
-        """Middle of the box (u, v) in pixels."""
+        """Centre of the box (u, v) in pixels."""
         left, top, width, height = self.box
         return left + width / 2, top + height / 2
 
@@ -43,17 +43,17 @@ class Detector(Protocol):
     """Finds one target in one picture. Stateless between calls: the same image gives the same answer."""
 
     def detect(self, image: Image) -> list[Detection]:
-        """All places where the target is seen in the BGR `image`, best first; empty when there is none."""
+        """Return all places where the target is found in the BGR `image`, best first."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class TargetDetector:
-    """A detector together with how large its target is in the world.
+    """A detector together with the real size of its target.
 
     Attributes:
         detector: Finds the target.
-        height_mm: Real height of what the detector puts its box around, in millimetres.
+        height_mm: Real height of the part that the detector's box encloses, millimetres.
     """
 
     detector: Detector
@@ -61,14 +61,14 @@ class TargetDetector:
 
 
 def box_of(quad: Quad) -> Box:
-    """The upright box around a quad, rounded to whole pixels."""
+    """Return the upright box around a quad, rounded to whole pixels."""
     us, vs = [u for u, _ in quad], [v for _, v in quad]
     left, top = round(min(us)), round(min(vs))
     return left, top, round(max(us)) - left, round(max(vs)) - top
 
 
 def overlap(a: Box, b: Box) -> float:
-    """Intersection over union of two boxes, 0..1."""
+    """Return the intersection over union of two boxes, 0..1."""
     width = min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0])
     height = min(a[1] + a[3], b[1] + b[3]) - max(a[1], b[1])
     if width <= 0 or height <= 0:

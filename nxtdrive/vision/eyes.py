@@ -1,4 +1,4 @@
-"""The mind's `Eyes`: over a camera with detectors, and over a sensor that needs no pictures."""
+"""Implementations of `behaviors.ports.Eyes`: a camera with detectors, and a geometric sensor without images."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from nxtdrive.vision.focus import detect_near
 from nxtdrive.vision.geometry import Pinhole
 
 READ_TIMEOUT_S = 3.0
-"""Longest wait for a frame; a webcam that starts up in the dark takes a second or two."""
+"""Longest wait for a frame; a webcam that starts in the dark takes a second or two."""
 GLANCE_TIMEOUT_S = 0.5
-"""Who glances goes on without a picture and waits no longer; even in poor light a webcam gives five a second."""
+"""Longest wait of a glance, which does without a frame then; even in poor light a webcam delivers five per second."""
 
 OnLook = Callable[[Frame, str, Sighting | None, Sequence[Detection]], None]
 """Called after each look: the frame, the target's name, the sighting and all detections in that frame."""
@@ -36,11 +36,11 @@ class CameraEyes:
     whole frame. It is always *detected*, never just tracked along, so a target that leaves is not hallucinated.
 
     Args:
-        camera: Where the frames come from; closing it stays the caller's duty.
-        targets: For each target's name, how it is detected and how large it is.
+        camera: Source of the frames; the caller closes it.
+        targets: Detector and size of each target, by name.
         pinhole: The camera's geometry; by default that of a common webcam.
         timeout_s: Longest wait of a look for a frame.
-        confirmation: Makes the rule by which one target is confirmed.
+        confirmation: Makes the confirmation rule of one target.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class CameraEyes:
         self._observers: list[OnLook] = []
 
     def on_look(self, observer: OnLook) -> None:
-        """Have `observer` called after each look, in the thread that looks."""
+        """Call `observer` after each look, in the looking thread."""
         self._observers.append(observer)
 
     def look(self, target: str) -> Sighting | None:
@@ -107,21 +107,21 @@ class CameraEyes:
 
 
 class GeometricSensor(Protocol):
-    """Tells what a detector would see, without a picture; a simulation offers it.
+    """Computes what a detector would find, without an image; provided by a simulation.
 
     Attributes:
-        fps: Frames per second of the camera it stands for.
+        fps: Frames per second of the camera it replaces.
     """
 
     fps: float
 
     @property
     def unplugged(self) -> bool:
-        """Whether the camera gives no picture now."""
+        """Whether the camera delivers no frames now."""
         ...
 
     def observe(self, name: str) -> tuple[float, float, Box] | None:
-        """Bearing in degrees (positive right), distance in millimetres and box of the target in this frame, or None."""
+        """Return bearing in degrees (positive right), distance in mm and box of the target in this frame, or None."""
         ...
 
 
@@ -129,8 +129,8 @@ class GeometricEyes:
     """Looks by geometry alone, for sweeps over many missions; implements `behaviors.ports.Eyes`.
 
     Args:
-        sensor: What a detector would see.
-        clock: A look waits for a fresh frame on it, as a camera would.
+        sensor: Computes what a detector would find.
+        clock: A look waits on it for the next frame, as a camera would.
         confirmation: Makes the rule by which one target is confirmed.
     """
 
@@ -168,7 +168,7 @@ class GeometricEyes:
         return None if confirmed is None else _sighting(target, confirmed, time_s)
 
     def _await_frame(self) -> None:
-        """As a camera does: the freshest frame, or the next one if that was looked at before."""
+        """Wait as a camera does: for the latest frame, or the next one if that was used before."""
         while (number := frame_number(self._clock.now(), self._sensor.fps)) <= self._given:
             now_s = self._clock.now()
             self._clock.sleep(next_tick(now_s, self._sensor.fps) - now_s)

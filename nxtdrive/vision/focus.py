@@ -1,4 +1,4 @@
-"""Look for a target only where it was a moment ago: a crop of the frame, shrunk to the size the detectors like."""
+"""Detects a target near its last position only: in a crop of the frame, shrunk to a size that suits the detectors."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import numpy as np
 from nxtdrive.vision.detection import Box, Detection, Detector, Image, Quad
 
 TARGET_HEIGHT_PX = 80
-"""A larger target is shrunk to this height before detection; all detectors see that well (docs/vision.md)."""
+"""Larger targets are shrunk to this height before detection; all detectors work well there (docs/vision.md)."""
 
 MARGIN = 0.7
-"""How far the crop reaches beyond the old box on each side, as a share of its larger side."""
+"""Margin of the crop around the old box on each side, as a share of the box's larger side."""
 
 LEAST_MARGIN_PX = 24
 
 
 def detect_near(detector: Detector, image: Image, box: Box) -> list[Detection]:
-    """What `detector` finds in the BGR `image` near `box`, in the coordinates of the image, best first."""
+    """Return what `detector` finds in the BGR `image` near `box`, in the image's coordinates, best first."""
     left, top, width, height = box
     margin = max(LEAST_MARGIN_PX, round(MARGIN * max(width, height)))
     x0, y0 = max(0, left - margin), max(0, top - margin)
@@ -32,7 +32,7 @@ def detect_near(detector: Detector, image: Image, box: Box) -> list[Detection]:
 
 
 def _placed(found: Detection, x0: int, y0: int, stretch_x: float, stretch_y: float) -> Detection:
-    """A detection in the crop, carried over to the frame."""
+    """Convert a detection from the crop's coordinates to the frame's."""
     left, top, width, height = found.box
     box = (
         round(x0 + left * stretch_x),

@@ -16,7 +16,7 @@ A4_HEIGHT_MM = 297.0
 """Long side of an A4 sheet. Source: ISO 216."""
 
 DEFAULT_HFOV_DEG = 60.0
-"""Horizontal view of a common webcam; a wrong guess scales every distance: see docs/vision.md on calibration."""
+"""Horizontal field of view of a common webcam; an error scales every distance: see docs/vision.md on calibration."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class Pinhole:
 
     @classmethod
     def from_hfov(cls, width: int, hfov_deg: float = DEFAULT_HFOV_DEG) -> Pinhole:
-        """The camera that sees `hfov_deg` from the left to the right edge of its frame.
+        """Return the camera with a horizontal field of view of `hfov_deg`.
 
         Raises:
             ConfigError: the angle is not between 0 and 180 degrees.
@@ -53,19 +53,19 @@ class Pinhole:
 
     @property
     def hfov_deg(self) -> float:
-        """Angle between the left and the right edge of the frame."""
+        """Horizontal field of view, degrees."""
         return 2 * math.degrees(math.atan(self.width / 2 / self.focal_px))
 
     def resized(self, width: int) -> Pinhole:
-        """The same camera with frames `width` pixels wide."""
+        """Return the same camera with frames `width` pixels wide."""
         return self if width == self.width else Pinhole(width, self.focal_px * width / self.width)
 
     def bearing_deg(self, u: float) -> float:
-        """Bearing of the pixel column `u`, positive right."""
+        """Return the bearing of the pixel column `u`, positive right."""
         return math.degrees(math.atan((u - self.width / 2) / self.focal_px))
 
     def distance_mm(self, height_px: float, height_mm: float, bearing_deg: float = 0.0) -> float:
-        """Distance of an upright thing `height_mm` high that appears `height_px` high at `bearing_deg`.
+        """Return the distance of an upright object `height_mm` high that appears `height_px` high at `bearing_deg`.
 
         Raises:
             ValueError: a height is not positive.
@@ -75,7 +75,7 @@ class Pinhole:
         return self.focal_px * height_mm / height_px / math.cos(math.radians(bearing_deg))
 
     def locate(self, detection: Detection, height_mm: float) -> tuple[float, float]:
-        """Where a detection lies: (bearing_deg, distance_mm), to the middle of the target.
+        """Return (bearing_deg, distance_mm) of a detection, to the centre of the target.
 
         The corners are used where the detector knows them: they hold for a target seen at an angle, too.
         """
@@ -85,7 +85,7 @@ class Pinhole:
 
 
 def focal_from(height_px: float, height_mm: float = A4_HEIGHT_MM, distance_mm: float = 1000.0) -> float:
-    """Focal length in pixels from one measurement.
+    """Compute the focal length in pixels from one measurement.
 
     Args:
         height_px: Apparent height of the sheet in a frame, in pixels.
@@ -101,7 +101,7 @@ def focal_from(height_px: float, height_mm: float = A4_HEIGHT_MM, distance_mm: f
 
 
 def _axis(detection: Detection) -> tuple[float, float]:
-    """Column of the target's middle and height in pixels there."""
+    """Return the column of the target's centre and its height in pixels there."""
     if detection.quad is None:
         return detection.centre[0], detection.box[3]
     top_left, top_right, bottom_right, bottom_left = detection.quad
@@ -111,7 +111,7 @@ def _axis(detection: Detection) -> tuple[float, float]:
 
 
 def crossing(quad: Quad) -> tuple[float, float]:
-    """Where the diagonals of a convex quad meet: the image (u, v) of the middle of the target."""
+    """Return the intersection (u, v) of a convex quad's diagonals, the image of the target's centre."""
     (ax, ay), (bx, by), (cx, cy), (dx, dy) = quad
     along = (cx - ax, cy - ay)
     across = (dx - bx, dy - by)

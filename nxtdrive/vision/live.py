@@ -1,4 +1,4 @@
-"""Live cameras: a thread of their own keeps only the freshest frame.
+"""Live cameras: a thread per camera keeps only the latest frame.
 
 A camera that is read less often than it delivers queues old frames, and the robot would steer by the past. So a thread
 takes every frame at once and keeps the last. It also bounds what OpenCV cannot: a webcam whose driver hangs blocks only
@@ -27,11 +27,11 @@ class Capture(Protocol):
     """The part of ``cv2.VideoCapture`` that is used here."""
 
     def isOpened(self) -> bool:  # noqa: N802
-        """Whether it delivers."""
+        """Whether the device delivers frames."""
         ...
 
     def read(self) -> tuple[bool, cv2.typing.MatLike]:
-        """Whether there was a frame, and the frame; blocks until there is one."""
+        """Wait for the next frame; return whether there was one, and the frame."""
         ...
 
     def release(self) -> None:
@@ -90,7 +90,7 @@ class LiveCamera:
         return self._size
 
     def read(self, timeout_s: float) -> Frame:
-        """The freshest frame; see `Camera.read`."""
+        """Return the latest frame; see `Camera.read`."""
         with self._news:
             self._news.wait_for(self._has_news, timeout_s)
             if self._latest is None or not self._has_news():
@@ -99,11 +99,11 @@ class LiveCamera:
             return self._latest
 
     def on_frame(self, observer: Callable[[Frame], None]) -> None:
-        """Have `observer` called with every frame from now on, in the camera's own thread; it must be quick."""
+        """Call `observer` with every further frame, in the camera's own thread; it must return quickly."""
         self._observers.append(observer)
 
     def close(self) -> None:
-        """Stop the thread and give the device back; a hanging driver is left to the end of the program."""
+        """Stop the thread and release the device; a hanging driver is left alone until the program ends."""
         self._closing.set()
         self._thread.join(CLOSE_WITHIN_S)
 

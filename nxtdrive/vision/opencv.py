@@ -1,4 +1,4 @@
-"""OpenCV set up the way this package needs it."""
+"""Configures OpenCV for this package."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import cv2
 
 
 def configure() -> None:
-    """One thread and no chatter; called by whatever opens a camera or makes a detector, and harmless to repeat.
+    """Set one thread and no log output; called before cameras and detectors are made, may be repeated.
 
     One thread keeps results and times repeatable and leaves the other cores to other programs; the detectors gain
     little from more (docs/vision.md). What OpenCV would print about cameras, our errors say.

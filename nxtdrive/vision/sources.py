@@ -35,14 +35,14 @@ def open_camera(
 
     Args:
         source: ``"0"`` (a webcam's number), ``"http://..."`` or ``"rtsp://..."`` (a stream), or the path of a video, of
-            a folder with images (shown in the order of their names) or of one image (shown for ever).
+            a folder with images (shown in the order of their names) or of one image (shown forever).
         clock: The mission's time.
         open_timeout_s: Longest wait for a live camera's first frame.
-        stall_timeout_s: A stream that is silent for this long is opened again.
+        stall_timeout_s: A stream without data for this long is opened again.
         paced: Show recordings at their own pace; otherwise one picture per read, without waiting.
 
     Raises:
-        CameraError: it cannot be opened; the message says why and what to do.
+        CameraError: The camera cannot be opened; the message says why and what to do.
     """
     configure()
     if source.isdecimal():
@@ -66,10 +66,10 @@ def open_camera(
 
 
 def read_image(path: Path) -> Image:
-    """The image file as BGR.
+    """Read an image file as BGR.
 
     Raises:
-        CameraError: it is missing or not an image.
+        CameraError: The file is missing or not an image.
     """
     try:
         data = path.read_bytes()
@@ -82,7 +82,7 @@ def read_image(path: Path) -> Image:
 
 
 def _open_webcam(number: int) -> cv2.VideoCapture:
-    """Without time limits: OpenCV's webcam backends refuse to open when given some; the camera's thread bounds them."""
+    """Open without timeouts: OpenCV's webcam backends reject them; the camera's thread limits the wait instead."""
     capture = cv2.VideoCapture(number)
     capture.set(cv2.CAP_PROP_FRAME_WIDTH, WEBCAM_SIZE[0])
     capture.set(cv2.CAP_PROP_FRAME_HEIGHT, WEBCAM_SIZE[1])

@@ -26,7 +26,7 @@ DETECTORS = {
 
 
 def make_detector(spec: Mapping[str, object], folder: Path = Path()) -> TargetDetector:
-    """Make a detector from its description.
+    """Make a detector from its specification.
 
     Args:
         spec: ``detector`` is the kind, ``height_mm`` the target's real height (an A4 sheet's if left out), the rest the
@@ -35,7 +35,7 @@ def make_detector(spec: Mapping[str, object], folder: Path = Path()) -> TargetDe
         folder: Where relative paths start.
 
     Raises:
-        ConfigError: the description has a mistake or names a file that is missing; the message says which.
+        ConfigError: The specification has a mistake or names a missing file; the message says which.
     """
     configure()
     values = dict(spec)

@@ -1,4 +1,4 @@
-"""Find a patch of strong colour: the cheapest detector, and the one most easily fooled."""
+"""Finds a patch of saturated colour: the cheapest detector, and the one most easily fooled."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from nxtdrive.vision.detection import Detection, Image
 from nxtdrive.vision.detectors.spec import DetectorSpec
 
 HUES = {"red": 0, "orange": 14, "yellow": 28, "green": 60, "cyan": 92, "blue": 112, "magenta": 150}
-"""Middle of each colour in OpenCV's hues: 0 to 179, half degrees."""
+"""Centre of each colour in OpenCV's hues: 0 to 179, half degrees."""
 
 HUE_REACH = 8
 MIN_SATURATION = 110
 MIN_VALUE = 50
 MIN_SIDE_PX = 8
 MIN_FILL = 0.6
-"""Share of the box that must have the colour: a sheet of paper fills its box, a cable does not."""
+"""Least share of the box that has the colour: a sheet of paper fills its box, a cable does not."""
 
 
 class ColorDetector:
@@ -27,7 +27,7 @@ class ColorDetector:
         color: One of `HUES`.
 
     Raises:
-        ConfigError: there is no such colour.
+        ConfigError: There is no such colour.
     """
 
     def __init__(self, color: str) -> None:
@@ -36,7 +36,7 @@ class ColorDetector:
         self._hue = HUES[color]
 
     def detect(self, image: Image) -> list[Detection]:
-        """All patches, the largest first."""
+        """Return all patches, the largest first."""
         hsv = cv2.cvtColor(cv2.GaussianBlur(image, (3, 3), 0), cv2.COLOR_BGR2HSV)
         mask = cv2.morphologyEx(self._mask(hsv), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
         count, _, stats, _ = cv2.connectedComponentsWithStats(mask)
@@ -48,7 +48,7 @@ class ColorDetector:
         return [detection for _, detection in sorted(found, key=lambda pair: -pair[0])]
 
     def _mask(self, hsv: cv2.typing.MatLike) -> cv2.typing.MatLike:
-        """255 where the colour is; red lies on both ends of the hues."""
+        """Return 255 where a pixel has the colour; red lies at both ends of the hues."""
         low, high = self._hue - HUE_REACH, self._hue + HUE_REACH
         mask = cv2.inRange(hsv, _bound(low, MIN_SATURATION, MIN_VALUE), _bound(high, 255, 255))
         if low < 0:
@@ -58,7 +58,7 @@ class ColorDetector:
 
 
 def from_spec(spec: DetectorSpec) -> ColorDetector:
-    """Make it from ``color``."""
+    """Make the detector from ``color``."""
     return ColorDetector(spec.take("color", str))
 
 

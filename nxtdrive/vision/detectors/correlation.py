@@ -1,12 +1,12 @@
-"""Find a picture by correlation: proposals on a gray pyramid, then a check in colour.
+"""Finds a picture by correlation: proposals on a gray pyramid, then verification in colour.
 
 The first stage slides small gray templates over a pyramid of the frame; each level halves the frame, so a few template
 heights cover every size from 14 pixels to larger than the frame, and most of the cost is that of the full level. It
 proposes freely: a few gray pixels match much. The second stage compares each proposal with the picture *in colour* and
 at the frame's own resolution, over a few sizes and positions around it; only its score counts.
 
-Correlation survives blur, noise and bad light, but neither a picture that is turned in its plane nor a covered one:
-there `nxtdrive.vision.detectors.features` takes over. Measured in docs/vision.md.
+Correlation tolerates blur, noise and bad light, but neither rotation in the picture's plane nor occlusion; there
+`nxtdrive.vision.detectors.features` takes over. Measurements are in docs/vision.md.
 """
 
 from __future__ import annotations
@@ -27,10 +27,11 @@ HEIGHTS = (14, 18, 22)
 """Heights of the templates in pixels of a level; the next level down continues with twice the first."""
 
 FRONTAL, OBLIQUE = 1.0, 0.72
-"""Widths of the templates against the picture's: seen from the front, and from 44 degrees aside."""
+"""Widths of the templates relative to the picture's: seen from the front, and from 44 degrees to the side."""
 
 CORE = 0.6
-"""Close up, the middle of the picture in width and height is searched for too: its rim may lie outside the frame."""
+"""Close up, the centre of the picture is searched for, too (this share of width and height): its rim may lie outside
+the frame."""
 
 LARGE = 0.75
 """The core is searched for where the whole picture would fill at least this share of the frame's height."""
@@ -43,23 +44,23 @@ STEPS = (2, 1, 1, 1, 1)
 only. Done on the next level, too, it would lose a third of those at 2.5 to 3 m."""
 
 FLAT_SD = 1.0
-"""Flatter windows than this, in gray levels, are taken to have this much contrast: only rendered frames have such."""
+"""Lower bound of a window's contrast, gray levels: only rendered frames have flatter windows."""
 
 PROPOSE_AT = 0.5
 PROPOSALS = (8, 4, 3, 3, 3)
-"""At most so many per level; the finest has the smallest templates and the most places for chance to match them."""
+"""Most proposals per level; the finest level has the smallest templates and the most places for chance matches."""
 
 NEIGHBOURS = np.ones((3, 3), np.uint8)
 
 
 @dataclass(frozen=True, slots=True)
 class _Look:
-    """How closely to look at a proposal.
+    """How to compare a proposal with the picture.
 
     Attributes:
-        height: Pixels at which the proposal is compared.
-        most_zoom: How far a smaller one may be enlarged to that height.
-        stretches: Factors on its width and on its height that are tried.
+        height: Height in pixels at which the proposal is compared.
+        most_zoom: Largest factor by which a smaller proposal is enlarged to that height.
+        stretches: Factors of its width and height that are tried.
     """
 
     height: int
@@ -72,11 +73,11 @@ SIZE = _Look(CHECK_HEIGHT, 1.0, tuple((scale, scale) for scale in (1.0, 0.92, 1.
 SLANT = _Look(CHECK_HEIGHT, 1.0, ((1.0, 1.0), (0.87, 1.0), (1.15, 1.0)))
 FINE = _Look(80, 3.0, tuple((scale, scale) for scale in (1.0, 0.97, 1.03, 0.94, 1.06)))
 KEPT_HEIGHT = 160
-"""The picture is kept at this height; nothing is compared at more."""
+"""The picture is stored at this height; no comparison needs more."""
 
 PROMISING = 0.65
 HOPELESS = 0.5
-"""A proposal with a lower colour score at its own size is dropped at once."""
+"""A proposal whose colour score at its own size is below this is dropped at once."""
 
 SURE = 0.75
 CHANCE_AREA = 12.0
@@ -91,10 +92,10 @@ class Level:
 
     Attributes:
         gray: The gray frame.
-        sums: Its integral.
-        squares: The integral of its squares.
-        scale: How many times smaller it is than the frame that came in.
-        step: Templates are compared at every so many pixels.
+        sums: Integral image.
+        squares: Integral image of the squares.
+        scale: Size of the frame divided by the size of this level.
+        step: Distance in pixels between the places at which templates are compared.
     """
 
     gray: NDArray[np.float32]
@@ -123,7 +124,7 @@ class _Match:
 
 
 def pyramid(image: Image) -> list[Level]:
-    """The gray levels of a BGR frame, the finest first."""
+    """Return the gray levels of a BGR frame, the finest first."""
     scale = max(1.0, image.shape[1] / WORK_WIDTH)
     size = (round(image.shape[1] / scale), max(1, round(image.shape[0] / scale)))
     work = image if scale == 1 else cv2.resize(image, size, interpolation=cv2.INTER_AREA)
@@ -158,7 +159,7 @@ class CorrelationMatcher:
         self._resized: dict[tuple[float, int, int], Image] = {}
 
     def match(self, image: Image, levels: list[Level]) -> list[Detection]:
-        """Places in the BGR `image` (with its `pyramid`) that show the picture, best first, none twice."""
+        """Return distinct places in the BGR `image` (with its `pyramid`) that show the picture, best first."""
         found = []
         for number, level in enumerate(levels):
             for proposal in self._propose(level, number):
@@ -186,7 +187,7 @@ class CorrelationMatcher:
                     yield _Template(unit, part, far=aspect == FRONTAL or height >= FAR_HEIGHT)
 
     def _propose(self, level: Level, number: int) -> list[_Match]:
-        """The best places of one level that do not overlap much, best first."""
+        """Return the best places of one level that do not overlap much, best first."""
         scores: list[NDArray[np.float32]] = []
         boxes: list[NDArray[np.float64]] = []
         parts: list[NDArray[np.float64]] = []
@@ -209,7 +210,7 @@ class CorrelationMatcher:
         return _peaks(np.concatenate(scores), np.concatenate(boxes), np.concatenate(parts), PROPOSALS[number])
 
     def _refine(self, image: Image, around: _Match, look: _Look) -> _Match | None:
-        """The best colour match near a rectangle; None if there is none worth following."""
+        """Return the best colour match near a rectangle; None if there is none above `HOPELESS`."""
         left, top, width, height = around.rectangle
         margin = 0.2 * height
         x0, y0 = int(max(0.0, left - margin)), int(max(0.0, top - margin))
@@ -229,7 +230,7 @@ class CorrelationMatcher:
         return best
 
     def _sized(self, part: float, width: int, height: int) -> Image:
-        """The part at a size; kept, because few sizes are ever asked for: none is higher than a look's height."""
+        """Return the part at a size; cached, because few sizes occur: none is higher than that of a `_Look`."""
         key = (part, width, height)
         if key not in self._resized:
             self._resized[key] = _u8(cv2.resize(self._parts[part], (width, height), interpolation=cv2.INTER_AREA))
@@ -237,7 +238,7 @@ class CorrelationMatcher:
 
 
 def distinct(detections: list[Detection]) -> list[Detection]:
-    """The best of every group of overlapping detections, best first."""
+    """Return the best of every group of overlapping detections, best first."""
     kept: list[Detection] = []
     for detection in sorted(detections, key=lambda d: -d.score):
         if all(overlap(detection.box, other.box) < 0.3 for other in kept):
@@ -246,7 +247,7 @@ def distinct(detections: list[Detection]) -> list[Detection]:
 
 
 def _correlation(level: Level, template: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Normalised correlation at every `level.step`-th place; ``cv2.TM_CCOEFF_NORMED`` costs twice as much."""
+    """Return the normalised correlation at each `level.step`-th place; ``cv2.TM_CCOEFF_NORMED`` costs twice as much."""
     height, width = template.shape
     step = level.step
     shared = cv2.matchTemplate(level.gray, template, cv2.TM_CCORR)[::step, ::step]
@@ -270,7 +271,7 @@ def _needed(match: _Match) -> float:
 def _peaks(
     scores: NDArray[np.float32], boxes: NDArray[np.float64], parts: NDArray[np.float64], most: int
 ) -> list[_Match]:
-    """Greedy choice of the `most` best, each time leaving out what overlaps the chosen one by half."""
+    """Choose up to `most` of the best greedily, dropping those that overlap a chosen one by half."""
     order = np.argsort(-scores, kind="stable")
     scores, boxes, parts = scores[order], boxes[order], parts[order]
     peaks: list[_Match] = []
@@ -287,7 +288,7 @@ def _peaks(
 
 
 def _zoomed(patch: Image, zoom: float) -> tuple[Image, float, float]:
-    """The patch enlarged or shrunk, and by how much exactly."""
+    """Return the patch enlarged or shrunk, and the exact factors."""
     size = (max(1, round(patch.shape[1] * zoom)), max(1, round(patch.shape[0] * zoom)))
     if size == (patch.shape[1], patch.shape[0]):
         return patch, 1.0, 1.0
@@ -301,12 +302,12 @@ def _best_place(patch: Image, template: Image) -> tuple[float, int, int]:
 
 
 def _whole(match: _Match) -> Box:
-    """The box of the whole picture, of which the match may show only the core."""
+    """Return the box of the whole picture, of which the match may show only the core."""
     left, top, width, height = match.rectangle
     rim_x, rim_y = width * (1 / match.part - 1) / 2, height * (1 / match.part - 1) / 2
     return round(left - rim_x), round(top - rim_y), round(width / match.part), round(height / match.part)
 
 
 def _u8(array: cv2.typing.MatLike) -> Image:
-    """Tell the type checker what OpenCV's stubs leave open."""
+    """Return the array as uint8, which OpenCV's stubs do not say it is."""
     return array.astype(np.uint8, copy=False)

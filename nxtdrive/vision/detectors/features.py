@@ -1,4 +1,4 @@
-"""Find a picture by its features: SIFT keypoints, a homography, and a look at the straightened picture.
+"""Finds a picture by its features: SIFT keypoints, a homography, and a comparison of the rectified picture.
 
 It sees what correlation misses: a picture turned in its plane, partly covered, or seen from far aside. It needs texture
 and about 55 pixels of height, and fails in blur and poor light. Measured in docs/vision.md.
@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from nxtdrive.vision.detection import Detection, Image, Quad, box_of
 
 WORK_WIDTH = 240
-"""Keypoints are sought on a copy of the frame at most this wide, at half the cost of 320; what is too small there is
-left to correlation."""
+"""Keypoints are computed on a copy of the frame at most this wide, at half the cost of 320; smaller pictures are left
+to correlation."""
 
 REFERENCE_HEIGHTS = (64, 128, 220)
-"""The picture is learnt at these heights in pixels, because a keypoint looks different when it is seen smaller."""
+"""The picture is learnt at these heights in pixels, because keypoints change with size."""
 
 MAX_KEYPOINTS = 400
 RATIO = 0.75
@@ -33,7 +33,7 @@ REPROJECTION_PX = 2.5
 MIN_HEIGHT_PX = 20
 STRAIGHT_HEIGHT = 40
 SURE = 0.4
-"""Colour correlation of the straightened picture: low, because a third of it may be covered."""
+"""Least colour correlation of the rectified picture: low, because a third of it may be covered."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class Keypoints:
 
 
 def keypoints(image: Image) -> Keypoints:
-    """The keypoints of a BGR frame."""
+    """Compute the keypoints of a BGR frame."""
     scale = max(1.0, image.shape[1] / WORK_WIDTH)
     size = (round(image.shape[1] / scale), round(image.shape[0] / scale))
     gray = cv2.cvtColor(cv2.resize(image, size, interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY)
@@ -66,7 +66,7 @@ class FeatureMatcher:
         self._descriptors = np.concatenate([descriptors for _, descriptors in found])
 
     def match(self, image: Image, seen: Keypoints) -> list[Detection]:
-        """The picture in the BGR `image` with its `keypoints`: at most one detection, with its four corners."""
+        """Find the picture in the BGR `image` with its `keypoints`: at most one detection, with its four corners."""
         pairs = self._pairs(seen)
         if len(pairs) < MIN_INLIERS:
             return []
@@ -87,14 +87,14 @@ class FeatureMatcher:
         return [Detection(box_of(quad), min(1.0, score), quad)]
 
     def _pairs(self, seen: Keypoints) -> list[tuple[int, int]]:
-        """Indices (in the frame, in the reference) of keypoints that match unambiguously."""
+        """Return index pairs (frame, reference) of keypoints that match unambiguously."""
         if len(seen.descriptors) == 0 or len(self._descriptors) == 0:
             return []
         matches = cv2.BFMatcher(cv2.NORM_L2).knnMatch(seen.descriptors, self._descriptors, k=NEIGHBOURS)
         return [(best[0].queryIdx, best[0].trainIdx) for best in matches if self._unambiguous(best)]
 
     def _unambiguous(self, best: Sequence[cv2.DMatch]) -> bool:
-        """Whether the best is clearly better than the first that lies elsewhere on the picture."""
+        """Whether the best match is clearly better than the first one elsewhere on the picture."""
         here = self._points[best[0].trainIdx]
         for other in best[1:]:
             if np.abs(self._points[other.trainIdx] - here).max() > SAME_PLACE:
@@ -102,7 +102,7 @@ class FeatureMatcher:
         return True
 
     def _resemblance(self, image: Image, corners: NDArray[np.float32]) -> float:
-        """Colour correlation of the straightened quad with the picture, -1..1."""
+        """Return the colour correlation of the rectified quad with the picture, -1..1."""
         height, width = self._small.shape[:2]
         straight = np.array([(0, 0), (width, 0), (width, height), (0, height)], np.float32) - 0.5
         transform = cv2.getPerspectiveTransform((corners - 0.5).astype(np.float32), straight.astype(np.float32))
@@ -111,7 +111,7 @@ class FeatureMatcher:
 
 
 def _sift(gray: cv2.typing.MatLike) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Positions, measured from the corner of the image and not from the middle of its first pixel, and descriptors."""
+    """Return positions (origin: the image's corner, not the centre of its first pixel) and descriptors."""
     found, descriptors = cv2.SIFT.create(MAX_KEYPOINTS).detectAndCompute(gray, None)
     if descriptors is None or not found:
         return np.empty((0, 2), np.float32), np.empty((0, 128), np.float32)
@@ -120,7 +120,7 @@ def _sift(gray: cv2.typing.MatLike) -> tuple[NDArray[np.float32], NDArray[np.flo
 
 
 def _reference(picture: Image, height: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Keypoints of the picture at a height; positions as shares 0..1 of its width and height."""
+    """Return keypoints of the picture at a height; positions are shares 0..1 of its width and height."""
     width = max(1, round(height * picture.shape[1] / picture.shape[0]))
     small = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
     points, descriptors = _sift(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
@@ -128,7 +128,7 @@ def _reference(picture: Image, height: int) -> tuple[NDArray[np.float32], NDArra
 
 
 def _plausible(corners: NDArray[np.float32], ratio: float) -> bool:
-    """Whether the quad can be the picture, seen from its front side and from at most some 70 degrees aside."""
+    """Whether the quad can be the picture, seen from the front or up to some 70 degrees to the side."""
     if not cv2.isContourConvex(corners) or cv2.contourArea(corners, oriented=True) <= 0:
         return False
     top, right, bottom, left = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)

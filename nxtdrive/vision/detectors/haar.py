@@ -1,4 +1,4 @@
-"""Find what a Haar cascade was trained for: OpenCV's own cascades, or a cascade file of the user's."""
+"""Finds what a Haar cascade was trained for: OpenCV's own cascades, or a cascade file of the user."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from nxtdrive.vision.detectors.spec import DetectorSpec
 DEFAULT_CASCADE = "haarcascade_frontalface_alt2"
 
 SCALE_FACTOR = 1.1
-"""Step between the sizes that are tried."""
+"""Ratio of successive sizes."""
 
 MIN_NEIGHBOURS = 3
 """Overlapping hits that make a detection. Source: docs/vision.md; fewer see no farther and find faces in wallpaper."""
@@ -29,7 +29,7 @@ class HaarDetector:
         cascade: Name of a cascade that comes with OpenCV (``haarcascade_frontalface_alt2``) or the path of an XML file.
 
     Raises:
-        ConfigError: there is no such cascade, or OpenCV has no Haar detector any more (5.0 and later).
+        ConfigError: There is no such cascade, or this OpenCV has no Haar detector (5.0 and later).
     """
 
     def __init__(self, cascade: str = DEFAULT_CASCADE) -> None:
@@ -48,7 +48,7 @@ class HaarDetector:
             raise ConfigError(f"{path} is not a cascade OpenCV can read.", remedy="Use an XML file of OpenCV 3 or 4.")
 
     def detect(self, image: Image) -> list[Detection]:
-        """All hits, best first."""
+        """Return all hits, best first."""
         gray = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
         boxes, hits = self._classifier.detectMultiScale2(gray, scaleFactor=SCALE_FACTOR, minNeighbors=MIN_NEIGHBOURS)
         return distinct(
@@ -60,14 +60,14 @@ class HaarDetector:
 
 
 def from_spec(spec: DetectorSpec) -> HaarDetector:
-    """Make it from ``cascade``: a name, or a file."""
+    """Make the detector from ``cascade``: a name, or a file."""
     cascade = spec.take("cascade", str, DEFAULT_CASCADE)
     file = spec.path(cascade)
     return HaarDetector(str(file) if file.is_file() else cascade)
 
 
 def cascades() -> list[str]:
-    """Names of the cascades that come with this OpenCV."""
+    """Return the names of the cascades that come with this OpenCV."""
     return sorted(file.stem for file in _folder().glob("*.xml"))
 
 

@@ -1,4 +1,4 @@
-"""Find a printed ArUco or AprilTag marker: the surest target, for classrooms."""
+"""Finds a printed ArUco or AprilTag marker: the most reliable target, e.g. for classrooms."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ FAMILIES = {
     "aruco_4x4_50": (cv2.aruco.DICT_4X4_50, 50),
     "apriltag_36h11": (cv2.aruco.DICT_APRILTAG_36H11, 587),
 }
-"""OpenCV's dictionary and how many markers it has, for each family."""
+"""OpenCV's dictionary of each family and its number of markers."""
 
 
 class MarkerDetector:
     """Finds one marker of a family. It decodes the number, so the score is always 1.
 
     Args:
-        number: The marker's.
+        number: Number of the marker.
         family: ``aruco_4x4_50`` or ``apriltag_36h11``.
 
     Raises:
-        ConfigError: there is no such family or number.
+        ConfigError: There is no such family or number.
     """
 
     def __init__(self, number: int, family: str = DEFAULT_FAMILY) -> None:
@@ -40,7 +40,7 @@ class MarkerDetector:
         self._detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(dictionary), parameters)
 
     def detect(self, image: Image) -> list[Detection]:
-        """Every copy of the marker in the frame, the largest first."""
+        """Return every copy of the marker in the frame, the largest first."""
         corners, ids, _ = self._detector.detectMarkers(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
         if ids is None:
             return []
@@ -50,11 +50,11 @@ class MarkerDetector:
 
 
 def from_spec(spec: DetectorSpec) -> MarkerDetector:
-    """Make it from ``id`` and ``family``."""
+    """Make the detector from ``id`` and ``family``."""
     return MarkerDetector(spec.take("id", int), spec.take("family", str, DEFAULT_FAMILY))
 
 
 def _quad(corners: cv2.typing.MatLike) -> Quad:
-    """OpenCV's corners, which count from the middle of the first pixel, counted from its corner."""
+    """Convert OpenCV's corners, whose origin is the centre of the first pixel, to the image's corner as origin."""
     a, b, c, d = ((float(u) + 0.5, float(v) + 0.5) for u, v in corners)
     return a, b, c, d

@@ -1,4 +1,4 @@
-"""Find what a photograph shows: the detector that needs no training."""
+"""Finds what a photograph shows: the detector that needs no training."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ SMALLEST_PX = 40
 class PictureDetector:
     """Finds a flat picture (a print, a poster, a box) that the user has one or more photographs of.
 
-    Correlation comes first; if it sees nothing, features are tried: the two fail in opposite situations. The score is
-    the correlation in colour, 0..1, of the picture with what is seen.
+    Correlation comes first; if it finds nothing, features are tried: the two fail in opposite situations. The score is
+    the colour correlation, 0..1, of the picture with that part of the frame.
 
     Args:
         pictures: BGR photographs of the same target, each cropped to the target, seen from the front.
-        use_features: Try features, too; without them a look takes a third less time and misses pictures that hang
-            askew or are partly covered.
+        use_features: Try features, too; without them detection takes a third less time and misses pictures that are
+            tilted or partly covered.
 
     Raises:
-        ConfigError: there is no picture, or one is too small or without any contrast.
+        ConfigError: There is no picture, or one is too small or without contrast.
     """
 
     def __init__(self, pictures: Sequence[Image], *, use_features: bool = True) -> None:
@@ -39,7 +39,7 @@ class PictureDetector:
         self._features = [FeatureMatcher(picture) for picture in pictures] if use_features else []
 
     def detect(self, image: Image) -> list[Detection]:
-        """All places where the picture is seen, best first."""
+        """Return all places where the picture is found, best first."""
         levels = pyramid(image)
         found = [detection for matcher in self._correlation for detection in matcher.match(image, levels)]
         if not found and self._features:
@@ -49,7 +49,7 @@ class PictureDetector:
 
 
 def from_spec(spec: DetectorSpec) -> PictureDetector:
-    """Make it from ``pictures``: image files of the same target."""
+    """Make the detector from ``pictures``: image files of the same target."""
     return PictureDetector([_read(path) for path in spec.take_paths("pictures")])
 
 

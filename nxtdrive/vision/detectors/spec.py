@@ -15,7 +15,7 @@ class DetectorSpec:
     """The options of one detector.
 
     Args:
-        kind: Of the detector, for messages.
+        kind: Kind of the detector, for messages.
         values: The options.
         folder: Where relative paths start.
     """
@@ -26,10 +26,10 @@ class DetectorSpec:
         self._folder = folder
 
     def take(self, name: str, type_: type[T], default: T | None = None) -> T:
-        """The option `name`.
+        """Remove and return the option `name`.
 
         Raises:
-            ConfigError: it is of another type, or missing without a default.
+            ConfigError: The option has another type, or is missing without a default.
         """
         value = self._values.pop(name, default)
         if value is None:
@@ -44,10 +44,10 @@ class DetectorSpec:
         return value
 
     def take_paths(self, name: str) -> list[Path]:
-        """The option `name`, one file or a list of files; that they exist is for the reader to see.
+        """Remove and return the option `name`, one file or a list of files; whether they exist is not checked.
 
         Raises:
-            ConfigError: it is missing, empty or something else.
+            ConfigError: The option is missing, empty or of another type.
         """
         value = self._values.pop(name, None)
         names = [value] if isinstance(value, str | Path) else value
@@ -58,14 +58,14 @@ class DetectorSpec:
         return [self._folder / Path(one).expanduser() for one in names]
 
     def path(self, text: str) -> Path:
-        """A relative path as seen from the folder."""
+        """Resolve a path relative to the folder."""
         return self._folder / Path(text).expanduser()
 
     def finish(self) -> None:
-        """Complain about options that nobody took.
+        """Refuse options that have not been taken.
 
         Raises:
-            ConfigError: there are some.
+            ConfigError: There are some.
         """
         if self._values:
             names = ", ".join(sorted(self._values))
