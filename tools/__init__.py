@@ -1,1 +1,1 @@
-"""Leaf programs over the public API."""
+"""Programs on top of the public API."""

@@ -1,4 +1,4 @@
-"""A look at a whole brick: motors, input ports, battery, link. Shown by ``nxtdrive monitor``."""
+"""Snapshots of a whole brick: motors, input ports, battery, link. Shown by ``nxtdrive monitor``."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ MOTOR_PORTS = (OutputPort.A, OutputPort.B, OutputPort.C)
 
 @dataclass(frozen=True, slots=True)
 class MotorState:
-    """A motor.
+    """State of a motor.
 
     Attributes:
         port: A, B or C.
         power: Percent, as last commanded.
-        state: What the firmware does with it: off, braking, running, ramping up or down.
-        angle_deg: Turned since the last reset.
+        state: Off, braking, running, ramping up or down.
+        angle_deg: Angle since the last reset.
     """
 
     port: str
@@ -36,14 +36,14 @@ class MotorState:
 
 @dataclass(frozen=True, slots=True)
 class SensorState:
-    """An input port.
+    """State of an input port.
 
     Attributes:
         port: 1 to 4.
-        type: What the firmware was told to find there.
-        raw: Converter value, 0..1023; of no meaning for digital sensors.
-        value: What the named sensor measures, in its unit; None for ports nobody named, and without an echo.
-        text: The same for people; or why there is no value.
+        type: Sensor type that the firmware is configured for.
+        raw: Converter value, 0..1023; meaningless for digital sensors.
+        value: Measurement of the named sensor, in its unit; None for other ports, and without an echo.
+        text: The value with its quantity and unit, or why there is none.
     """
 
     port: int
@@ -55,12 +55,12 @@ class SensorState:
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """A brick at one time.
+    """State of a brick at one time.
 
     Attributes:
-        time_s: On the link's clock.
+        time_s: Time on the link's clock.
         battery_mv: Battery voltage.
-        latency_ms: How long the link takes for an answer, median of late.
+        latency_ms: Round trip of the link, median of the latest requests.
         motors: A, B, C.
         sensors: 1 to 4.
     """
@@ -73,11 +73,11 @@ class Snapshot:
 
 
 def look(brick: Brick, sensors: Mapping[int, Measuring[Any]]) -> Snapshot:
-    """Ask for everything once.
+    """Read everything once.
 
     Args:
         brick: An open brick.
-        sensors: Port to sensor. Ports without one are looked at as they are: a program's sensors are not disturbed.
+        sensors: Sensor by port. Other ports are read as they are configured, without disturbing a program's sensors.
 
     Raises:
         LinkError: The link is lost; also when a named sensor gives no valid values.
@@ -92,12 +92,12 @@ def look(brick: Brick, sensors: Mapping[int, Measuring[Any]]) -> Snapshot:
 
 
 def watch(brick: Brick, sensors: Mapping[int, Measuring[Any]], every_s: float) -> Iterator[Snapshot]:
-    """Look again and again; errors as for `look`.
+    """Yield snapshots forever; errors as for `look`.
 
     Args:
         brick: An open brick.
         sensors: As for `look`.
-        every_s: From one look to the next; a look asks some ten times, and a slow link takes longer for that.
+        every_s: Time between snapshots; one takes some ten requests, which may last longer over a slow link.
     """
     due = brick.now()
     while True:

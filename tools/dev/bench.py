@@ -1,7 +1,7 @@
-"""Measures this machine: protocol, simulation, detectors, mind. Run it with ``nxtdrive bench``.
+"""Benchmarks of protocol, import, simulation and detectors, and the table of all areas. Run it with ``nxtdrive bench``.
 
-Figures are medians over repeats within one run, and goals are, where they can be, ratios between figures of the same
-run, so they hold on fast and slow machines alike. CPU time is the process's own.
+Figures are medians over repeats within one run. Where possible, goals are ratios between figures of the same run, so
+that they hold on fast and slow machines alike. CPU time is the process's own.
 """
 
 from __future__ import annotations
@@ -52,10 +52,10 @@ class Figure:
     Attributes:
         name: What was measured.
         value: The median.
-        unit: Its unit.
-        goal: What it should be, as text, or an empty string.
-        met: Whether it is; None without a goal.
-        peer: The same of nxt-python, measured in the same run; None without a counterpart, or when it is not installed.
+        unit: Unit of the value.
+        goal: The goal as text, or an empty string.
+        met: Whether the goal is met; None without a goal.
+        peer: nxt-python's value, measured in the same run; None without a counterpart, or when it is not installed.
     """
 
     name: str
@@ -77,18 +77,18 @@ AREAS: dict[str, tuple[str, str]] = {
     "nxt-python": ("bench_nxt_python", "measure_nxt_python"),
     "sensors": ("bench_sensors", "measure_sensors"),
 }
-"""Area to (module beside this one, function that yields figures); a module is imported when its area is measured."""
+"""Area to (module in this package, function that yields figures); a module is imported when its area is measured."""
 
 DRIVER = "driver"
 DRIVER_AREAS = ("protocol", "doors", "motion", "nxt-python", "sensors")
-"""The areas of the driver, and one word for all of them: next to nxt-python's, where that has a counterpart."""
+"""The areas of the driver and their common name; compared with nxt-python where it has a counterpart."""
 
 REAL_AREAS = ("motion", "nxt-python")
 """Areas that can be measured on a real brick; their functions take its address."""
 
 
 def measure(area: str, address: str | None = None) -> Iterable[Figure]:
-    """The figures of one area, one after the other, as they are measured.
+    """Yield the figures of one area as they are measured.
 
     Args:
         area: One of `AREAS`.
@@ -100,7 +100,7 @@ def measure(area: str, address: str | None = None) -> Iterable[Figure]:
 
 
 def circumstances() -> dict[str, object]:
-    """What figures depend on: when, where, with what, and how busy the machine was."""
+    """Return what figures depend on: time, machine, versions, and the machine's load."""
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
     return {
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -114,31 +114,31 @@ def circumstances() -> dict[str, object]:
 
 
 class NullTransport:
-    """A link without a brick: every question has been answered already."""
+    """A transport without a brick: the reply is always available."""
 
     address = "null://"
     max_telegram = 64
-    simulated = True  # no thread of the driver's own may disturb the measurement
+    simulated = True  # no thread of the driver may disturb the measurement
 
     def __init__(self, answer: bytes) -> None:
         self._answer = answer
 
     def send(self, telegram: bytes) -> None:
-        """Take it and forget it."""
+        """Drop the telegram."""
 
     def receive(self, timeout_s: float) -> bytes:  # noqa: ARG002 - the answer is there at once
-        """The answer."""
+        """Return the reply."""
         return self._answer
 
     def close(self) -> None:
-        """Nothing to give back."""
+        """Do nothing."""
 
     now = staticmethod(time.monotonic)
     sleep = staticmethod(time.sleep)
 
 
 def _microseconds(action: Callable[[], object], number: int = 50_000) -> float:
-    """Median time of one call."""
+    """Return the median time of one call."""
     rounds = []
     for _ in range(REPEATS):
         begun = time.perf_counter()
@@ -149,7 +149,7 @@ def _microseconds(action: Callable[[], object], number: int = 50_000) -> float:
 
 
 def measure_protocol() -> Iterable[Figure]:
-    """GetOutputState: encode, decode and a whole request, against bare `struct` and against nxt-python."""
+    """Measure encoding, decoding and a request of GetOutputState against bare `struct` and nxt-python."""
     state = OutputState(
         OutputPort.A, 75, OutputMode.MOTOR_ON, RegulationMode.SPEED, 0, RunState.RUNNING, 360, 123, 123, 4567
     )
@@ -188,7 +188,7 @@ print(statistics.median(rounds))
 
 
 def measure_import() -> Iterable[Figure]:
-    """CPU time of importing the driver, above an empty interpreter; names load their modules when they are used."""
+    """Measure the CPU time of importing the driver without the interpreter's own; modules load on first use."""
     yield _at_most("import nxtdrive, CPU", _import_cpu_ms("import nxtdrive"), "ms", 60.0)
     yield _at_most(
         "from nxtdrive import open_brick, CPU", _import_cpu_ms("from nxtdrive import open_brick"), "ms", 60.0
@@ -205,7 +205,7 @@ def _import_cpu_ms(statement: str) -> float:
 
 
 def measure_simulation() -> Iterable[Figure]:
-    """The built-in mission, with every frame rendered and searched, and with eyes that skip both."""
+    """Measure the built-in mission, with every frame rendered and searched, and with eyes that skip both."""
     for name, camera, goal in (("camera", SIMULATED, 5.0), ("geometric eyes", GEOMETRIC, 100.0)):
         begun = time.perf_counter()
         report = perform_built_in_mission(camera)
@@ -241,7 +241,7 @@ DETECTORS: dict[str, dict[str, object]] = {
 
 
 def measure_detectors() -> Iterable[Figure]:
-    """Each detector on a frame of the simulated camera that shows lena 2 m ahead."""
+    """Measure each detector on a frame of the simulated camera that shows lena 2 m ahead."""
     from nxtdrive.vision.detectors import make_detector
     from sim_backend.simulation import Simulation
 

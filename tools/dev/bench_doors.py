@@ -1,7 +1,7 @@
-"""Measures the simulated brick and its doors: telegrams, passes, memory.
+"""Benchmarks of the simulated brick and its doors: telegrams, passes, memory.
 
-A link never answers sooner than the brick's next pass of one millisecond, so no door can do more than about a thousand
-round trips a second; how far below it is, is what the door costs. In process nobody waits for passes.
+A link never replies before the brick's next pass of one millisecond, so no door can exceed about a thousand round
+trips per second; the shortfall is the cost of the door. In process there is no wait for passes.
 """
 
 from __future__ import annotations
@@ -65,21 +65,21 @@ print(statistics.median(rates))
 """
 
 STATUS = Path("/proc/self/status")
-"""Where Linux tells a process its memory; what `resource` tells includes that of the parent."""
+"""Where Linux reports a process's memory; `resource` includes that of the parent."""
 
 MEMORY_KB = "{}; print(next(line.split()[1] for line in open('" + str(STATUS) + "') if line.startswith('VmHWM')))"
-"""Prints the most memory the process has had, kilobytes."""
+"""Prints the peak memory of the process, kilobytes."""
 
 BRICK = "from sim_backend.firmware.brick import SimBrick; brick = SimBrick(); brick.receive(bytes((0, 11)))"
 
 
 def measure_doors(*, round_trips: int = ROUND_TRIPS, repeats: int = REPEATS, passes: int = PASSES) -> Iterable[Figure]:
-    """Every figure, one after the other, as they are measured.
+    """Yield every figure as it is measured.
 
     Args:
         round_trips: GetBatteryLevel and its reply, in each repeat.
-        repeats: The median of so many is reported.
-        passes: Of the firmware, in each repeat.
+        repeats: Number of repeats, of which the median is reported.
+        passes: Passes of the firmware in each repeat.
     """
     yield Figure("telegrams to the simulated brick, in process", _in_process(round_trips * 20, repeats), "1/s")
     with tempfile.TemporaryDirectory() as folder:
@@ -101,7 +101,7 @@ def measure_doors(*, round_trips: int = ROUND_TRIPS, repeats: int = REPEATS, pas
 
 
 def _rate(action: Callable[[], object], number: int, repeats: int) -> float:
-    """Calls a second, the median of the repeats."""
+    """Return calls per second, the median of the repeats."""
     rates = []
     for _ in range(repeats):
         begun = time.perf_counter()
@@ -122,7 +122,7 @@ def _in_process(number: int, repeats: int) -> float:
 
 
 def over(address: str, number: int, repeats: int) -> float:
-    """Requests a second of the driver at an address, the median of the repeats."""
+    """Return the driver's requests per second at an address, the median of the repeats."""
     with open_brick(address) as brick:
         return _rate(lambda: brick.request(GetBatteryLevel()), number, repeats)
 
@@ -149,7 +149,7 @@ def _memory_mb(repeats: int) -> float:
 
 
 def _output(words: Sequence[str], through: Sequence[str] = ()) -> str:
-    """What our own interpreter prints."""
+    """Run our own interpreter and return its output."""
     done = subprocess.run(  # noqa: S603 - our own interpreter
         [*through, sys.executable, *words], capture_output=True, text=True, check=True, timeout=120
     )

@@ -27,18 +27,18 @@ except ImportError:
 
 
 def run_nxt_python(program: str, *words: str, through: Sequence[str] = ()) -> str | None:
-    """Run a program with nxt-python's modules at hand.
+    """Run a program with nxt-python's modules imported.
 
     Args:
-        program: Its text.
-        words: Its arguments.
-        through: A command that runs the one that follows it.
+        program: Source of the program.
+        words: Arguments of the program.
+        through: Command that is put in front of the interpreter's.
 
     Returns:
-        What it prints, or None when nxt-python is not installed.
+        The output, or None when nxt-python is not installed.
 
     Raises:
-        RuntimeError: It fails.
+        RuntimeError: The program fails.
     """
     done = subprocess.run(  # noqa: S603 - our own interpreter on a text of ours
         [*through, sys.executable, "-c", PROLOGUE + program, *words],
@@ -56,10 +56,10 @@ def run_nxt_python(program: str, *words: str, through: Sequence[str] = ()) -> st
 
 
 def where(address: str) -> str:
-    """What ``nxt.locator.find`` wants for one of our addresses, as JSON.
+    """Return the arguments of ``nxt.locator.find`` for one of our addresses, as JSON.
 
     Raises:
-        ConfigError: It has nothing of the kind.
+        ConfigError: nxt-python has no counterpart.
     """
     scheme, _, target = address.partition("://")
     host, _, port = target.rpartition(":")
@@ -75,7 +75,7 @@ def where(address: str) -> str:
 
 @contextlib.contextmanager
 def served(latency_ms: float) -> Iterator[str]:
-    """The address of a simulated brick in a process of its own, in real time, at a serial port."""
+    """Serve a simulated brick at a serial port from another process, in real time; yield its address."""
     with tempfile.TemporaryDirectory() as folder:
         port = Path(folder) / "nxt"
         with serving("--pty", str(port), "--latency-ms", str(latency_ms)):
@@ -84,7 +84,7 @@ def served(latency_ms: float) -> Iterator[str]:
 
 @contextlib.contextmanager
 def serving(*words: str) -> Iterator[list[str]]:
-    """The addresses of a simulated brick that ``nxtdrive sim serve`` serves with these arguments."""
+    """Run ``nxtdrive sim serve`` with these arguments; yield the addresses of the simulated brick."""
     server = subprocess.Popen(  # noqa: S603 - our own command
         [sys.executable, "-m", "nxtdrive.cli.main", "sim", "serve", *words, "--json"],
         stdin=subprocess.DEVNULL,

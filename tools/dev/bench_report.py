@@ -16,12 +16,12 @@ from .bench import Figure
 
 
 def report(areas: list[str], address: str | None, out: Path | None, *, as_json: bool) -> None:
-    """Measure and print figure by figure; a missed goal is shown, not an error.
+    """Measure and print figure by figure; a missed goal is reported, but is not an error.
 
     Args:
-        areas: Of `bench.AREAS`, or `bench.DRIVER`; everything when empty.
+        areas: Names from `bench.AREAS`, or `bench.DRIVER`; all areas when empty.
         address: A real brick, for areas that can be measured on one; None for the simulator.
-        out: Where to keep the figures as JSON, or None.
+        out: File for the figures as JSON, or None.
         as_json: Print JSON only.
 
     Raises:
@@ -53,12 +53,12 @@ def _write(path: Path | None, text: str) -> None:
 
 
 def _plain(figure: Figure) -> dict[str, object]:
-    """JSON has no NaN."""
+    """Convert a figure to JSON's types: NaN becomes None."""
     return {key: None if isinstance(each, float) and math.isnan(each) else each for key, each in asdict(figure).items()}
 
 
 def _print_comparison(figures: Sequence[Figure]) -> None:
-    """The figures that nxt-python has, too."""
+    """Print a table of the figures that have a counterpart in nxt-python."""
     if not figures:
         return
     from rich.console import Console
@@ -69,12 +69,12 @@ def _print_comparison(figures: Sequence[Figure]) -> None:
         table.add_column(name, justify="right")
     for figure in figures:
         table.add_row(figure.name, figure.unit, f"{figure.value:.3g}", f"{figure.peer:.3g}")
-    # a table that is read by a program or kept in a file must not be cut to a terminal's width
+    # a table that goes to a file or program must not be cut to a terminal's width
     (Console() if sys.stdout.isatty() else Console(width=120)).print(table)
 
 
 def _areas(wanted: list[str], address: str | None) -> list[str]:
-    """The areas to measure.
+    """Return the areas to measure.
 
     Raises:
         ConfigError: There is no such area, or it cannot be measured on a real brick.

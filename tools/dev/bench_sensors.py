@@ -34,7 +34,7 @@ with nxt.locator.find(**json.loads(sys.argv[1])) as brick:
 
 
 def measure_sensors() -> Iterable[Figure]:
-    """Distances per second, ours and nxt-python's; takes some 15 s."""
+    """Measure distances per second, ours and nxt-python's; takes some 15 s."""
     with served(LATENCY_MS) as address:
         ours_hz, age_ms = _ours(address)
         printed = run_nxt_python(NXT_PYTHON, where(address), str(SONAR_PORT), str(READINGS))
@@ -47,7 +47,7 @@ def measure_sensors() -> Iterable[Figure]:
 
 
 def _ours(address: str) -> tuple[float, float]:
-    """Readings per second, and their mean age."""
+    """Return readings per second and their mean age."""
     with open_brick(address) as brick:
         sonar = brick.ultrasonic(SONAR_PORT)
         sonar.set_up()

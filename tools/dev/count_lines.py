@@ -1,4 +1,4 @@
-"""Counts lines of code by room: a line counts when it holds a token that is neither comment nor docstring.
+"""Counts lines of code by package: a line counts if it holds a token that is neither comment nor docstring.
 
 Imports count; docstrings, comments and blank lines do not.
 
@@ -30,7 +30,7 @@ _SILENT = {
 
 
 def docstring_lines(tree: ast.AST) -> set[int]:
-    """Numbers of the lines that hold docstrings, those of attributes and constants included."""
+    """Return the numbers of the lines that hold docstrings, including those of attributes and constants."""
     lines: set[int] = set()
     for node in ast.walk(tree):
         for statement in getattr(node, "body", []) if not isinstance(node, ast.Lambda | ast.IfExp) else []:
@@ -44,7 +44,7 @@ def docstring_lines(tree: ast.AST) -> set[int]:
 
 
 def code_lines(source: str) -> int:
-    """Lines of code of one module."""
+    """Count the lines of code of one module."""
     docstrings = docstring_lines(ast.parse(source))
     lines: set[int] = set()
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
@@ -54,7 +54,7 @@ def code_lines(source: str) -> int:
 
 
 def main(root: Path) -> None:
-    """Print a table of files and lines by room."""
+    """Print a table of files and lines by package."""
     totals: Counter[str] = Counter()
     files: Counter[str] = Counter()
     docs: Counter[str] = Counter()

@@ -1,4 +1,4 @@
-"""How far each detector sees, what it costs and how often it is wrong, measured in rendered rooms.
+"""Measures each detector's range, cost and false alarms in rendered rooms.
 
     python -m tools.dev.detector_ranges [--size 320x240] [--frames 20] [--slant 30] [--photo face.jpg ...]
 
@@ -91,7 +91,7 @@ class Rooms:
     def view(
         self, texture: str | None, others: Sequence[str], distance_mm: float = 0.0, slant_deg: float = 0.0
     ) -> View:
-        """A room with the sheet `texture` at `distance_mm` from the lens, turned by `slant_deg` to either side.
+        """Render a room with the sheet `texture` at `distance_mm` from the lens, turned by `slant_deg` to either side.
 
         Without `texture` the room shows only the `others`.
         """
@@ -106,7 +106,7 @@ class Rooms:
         return View(rng.choice(self._cameras).frame(panels, lens), bearing_deg, distance_mm)
 
     def _walls(self, clear_mm: float) -> Iterable[Panel]:
-        """Four walls, the nearest of them behind the target."""
+        """Return four walls, the nearest of them behind the target."""
         x, y = (max(2500.0, clear_mm + 800) + self._rng.uniform(0, 1500) for _ in range(2))
         corners = ((-x, -y), (x, -y), (x, y), (-x, y))
         texture = self._rng.choice(WALLS)
@@ -114,7 +114,7 @@ class Rooms:
             yield Panel(x0, y0, x1, y1, 0.0, 2500.0, texture)
 
     def _clutter(self, lens: Viewpoint, others: Sequence[str], clear_mm: float) -> Iterable[Panel]:
-        """Boxes and other sheets in front of the lens; none nearer than the target, so that none hides it."""
+        """Return boxes and other sheets, none nearer than the target, so that none hides it."""
         rng = self._rng
         for _ in range(rng.randrange(3, 10)):
             x, y = _ahead(lens, rng.uniform(max(900.0, clear_mm + 400), 5500), rng.uniform(-35, 35))
@@ -166,7 +166,7 @@ class Bench:
         self._others = others
 
     def cell(self, subject: Subject, distance_m: float, slant_deg: float) -> Cell:
-        """How well `subject` is found at one distance and slant."""
+        """Measure how well `subject` is found at one distance and slant."""
         rooms = Rooms(self._size, self._hfov_deg, seed=round(distance_m * 1000 + slant_deg))
         ratios, errors = [], []
         for _ in range(self._frames):
@@ -183,7 +183,7 @@ class Bench:
         return Cell(len(ratios) / self._frames, fmean(ratios), pstdev(ratios), fmean(errors))
 
     def false_alarms(self, subject: Subject, frames: int) -> tuple[int, list[float]]:
-        """Frames without the target in which something was found, and the CPU time of each look in ms."""
+        """Return in how many frames without the target something was found, and the CPU time of each look, ms."""
         rooms = Rooms(self._size, self._hfov_deg, seed=1)
         alarms, times_ms = 0, []
         for _ in range(frames):
@@ -202,7 +202,7 @@ class Bench:
 
 
 def subjects(folder: Path, photos: Sequence[Path]) -> list[Subject]:
-    """The built-in pictures, a marker of each family, a magenta sheet and the user's `photos`."""
+    """Return the built-in pictures, a marker of each family, a magenta sheet and the user's `photos`."""
     pictures = [(file.stem, file.stem, file) for file in sorted(PICTURES.glob("*.png"))]
     pictures += [(photo.stem, str(photo), photo) for photo in photos]
     found = [
@@ -229,7 +229,7 @@ FACE_SHARE = 0.55
 
 
 def _marker_sheet(folder: Path, dictionary: int) -> str:
-    """A sheet with the marker in its middle, as a file."""
+    """Write an image of a sheet with the marker in its centre."""
     sheet = np.full((594, 420), 255, np.uint8)
     side = round(MARKER_SHARE * 420)
     marker = cv2.aruco.generateImageMarker(cv2.aruco.getPredefinedDictionary(dictionary), 7, side)

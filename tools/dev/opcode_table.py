@@ -26,7 +26,7 @@ repeat it. Commands marked † are unknown to firmware 1.05."""
 
 
 def document() -> str:
-    """The whole of docs/protocol.md."""
+    """Return the text of docs/protocol.md."""
     parts = [
         INTRODUCTION,
         "## Direct commands",

@@ -1,4 +1,4 @@
-"""Puts a run's map and a few frames of its film into one picture, as the README shows it.
+"""Combines a run's map and a few frames of its video into one picture, as shown in the README.
 
 ``python -m tools.dev.run_picture runs/lena-then-rilakkuma-001 docs/images/run.png``
 """
@@ -36,7 +36,7 @@ def main() -> None:
 
 
 def telling_frames(folder: Path) -> list[Image]:
-    """A frame of each thing worth seeing: a sighting, a lost target, a wait, an arrival."""
+    """Return a frame each of a sighting, a lost target, a wait and an arrival."""
     records = [json.loads(line) for line in (folder / JOURNAL).read_text(encoding="utf-8").splitlines()]
     entered = [(record["to"], record["t"]) for record in records if record["kind"] == "transition"]
     wanted: dict[str, float] = {}
@@ -56,7 +56,7 @@ def _frame_at(path: Path, time_s: float) -> Image | None:
 
 
 def _beside(plan: Image, frames: list[Image]) -> Image:
-    """The map on the left, the frames below one another on the right."""
+    """Put the map on the left and the frames below one another on the right."""
     height = plan.shape[0]
     if not frames:
         return plan

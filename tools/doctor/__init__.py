@@ -1,1 +1,1 @@
-"""What keeps a computer and a brick from working together, and what to do about it."""
+"""Checks that find what keeps a computer and a brick from working together, and the remedies."""

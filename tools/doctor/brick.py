@@ -1,4 +1,4 @@
-"""The brick: what it says about itself, and whether motors and sensors do something."""
+"""Checks of the brick: its state, and whether motors and sensors respond."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ if TYPE_CHECKING:
 KNOWN_FIRMWARE = ("1.05", "1.29")
 """Both were compared with LEGO's own code. Source: docs/firmware.md."""
 FLAT_MV, LOW_MV = 6100, 7100
-"""Where the brick itself begins to complain: alkaline cells, rechargeable pack. Source: docs/firmware.md section 8."""
+"""Voltages at which the brick itself warns: alkaline cells, rechargeable pack. Source: docs/firmware.md section 8."""
 FIRST_SAMPLE_S = 0.2
-"""A brick that was just switched on has measured its battery by then. Source: docs/firmware.md section 10."""
+"""Time in which a brick that was just switched on measures its battery. Source: docs/firmware.md section 10."""
 SLOW_LINK_MS = 120.0
-"""Bluetooth has 30 to 65 ms; far beyond, the radio is disturbed."""
+"""Bluetooth has 30 to 65 ms; much more means radio interference."""
 SHORT_SLEEP_MIN = 2
 LITTLE_FLASH = 8_000
 
 WIGGLE_POWER, WIGGLE_S, SETTLE_S = 50, 0.35, 0.25
 TURNED_DEG = 20
-"""A motor that is plugged in and free turns by several times this; a few degrees are play."""
+"""A motor that is plugged in and free turns several times as far; a few degrees are play."""
 
 MOTORS: tuple[MotorPort, ...] = ("A", "B", "C")
 SENSORS: tuple[SensorPort, ...] = (1, 2, 3, 4)
 
 
 def examine(brick: Brick) -> Iterator[Finding]:
-    """What can be asked without moving anything."""
+    """Run the checks that move nothing."""
     brick.sleep(FIRST_SAMPLE_S)
     info = brick.info()
     yield ok("brick", f"{info.name}, {brick.link.transport.address}")
@@ -56,7 +56,7 @@ def examine(brick: Brick) -> Iterator[Finding]:
 
 
 def firmware(version: str) -> Finding:
-    """Whether the driver knows this firmware."""
+    """Check whether the driver supports this firmware."""
     if version == "1.05":
         return warning("firmware", "1.05 reads no colour sensor.", "Put LEGO's firmware 1.29 on the brick.")
     if version not in KNOWN_FIRMWARE:
@@ -66,7 +66,7 @@ def firmware(version: str) -> Finding:
 
 
 def battery(voltage_mv: int) -> Finding:
-    """Whether there is enough in it for motors."""
+    """Check whether the voltage is sufficient for motors."""
     text = f"{voltage_mv / 1000:.2f} V"
     if voltage_mv < FLAT_MV:
         return problem("battery", f"{text}: flat.", "Charge it, or put fresh cells in.")
@@ -76,7 +76,7 @@ def battery(voltage_mv: int) -> Finding:
 
 
 def sleep_timer(sleep_ms: int) -> Finding:
-    """When the brick switches itself off; while the driver is connected it is kept awake."""
+    """Report when the brick switches itself off; while the driver is connected it stays awake."""
     minutes = sleep_ms // 60_000
     if not sleep_ms:
         return ok("sleep timer", "never switches itself off")
@@ -87,11 +87,11 @@ def sleep_timer(sleep_ms: int) -> Finding:
 
 
 def wiggle(brick: Brick, mission: Mission) -> Iterator[Finding]:
-    """Turn each motor a little, there and back, and ask the sensors who they are.
+    """Turn each motor a little, back and forth, and identify the sensors.
 
     Args:
         brick: An open brick.
-        mission: How the robot is built: what is missing there is a problem.
+        mission: Describes the robot: a part that is missing is a problem.
     """
     robot = mission.robot
     for motor in MOTORS:
@@ -118,7 +118,7 @@ def _motor(brick: Brick, port: MotorPort, *, needed: bool) -> Finding:
         return ok(topic, f"turned by {turned[0]:+.0f}° and {turned[1]:+.0f}°")
     if needed:
         return problem(topic, "does not turn.", "Is its cable in, on both sides? Can the wheel turn freely?")
-    return ok(topic, "nothing turns there, and nothing need")
+    return ok(topic, "nothing turns there, and nothing is needed there")
 
 
 def _touch(brick: Brick, port: SensorPort) -> Finding:

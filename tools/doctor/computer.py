@@ -1,4 +1,4 @@
-"""The computer: libraries, permissions, ports. No brick is needed for any of this."""
+"""Checks of the computer: libraries, permissions, ports. They need no brick."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _PAIR = "Switch the brick's Bluetooth on, then: bluetoothctl, in it `scan on`, `
 
 
 def examine(scheme: str, camera: str | None) -> Iterator[Finding]:
-    """Everything about this computer.
+    """Run all checks of this computer.
 
     Args:
-        scheme: Of the brick's address: what is not needed for it cannot be a problem.
+        scheme: Scheme of the brick's address: a failed check that it does not need is only a warning.
         camera: Source of a camera to try, or None.
     """
     yield from usb(needed=scheme == "usb")
@@ -40,7 +40,7 @@ def examine(scheme: str, camera: str | None) -> Iterator[Finding]:
 
 
 def usb(*, needed: bool) -> Iterator[Finding]:
-    """The library that leads to USB, bricks there, and whether this user may have them."""
+    """Check libusb, the bricks on USB, and whether this user may open them."""
     try:
         addresses = UsbTransport.discover()
     except NXTError as error:
@@ -57,7 +57,7 @@ def usb(*, needed: bool) -> Iterator[Finding]:
 
 
 def udev(folders: Sequence[str], *, needed: bool) -> Finding:
-    """A rule that lets people other than root have the brick."""
+    """Check for a udev rule that lets users other than root open the brick."""
     for folder in folders:
         for rules in sorted(Path(folder).glob("*.rules")):
             text = rules.read_text(encoding="utf-8", errors="replace")
@@ -67,7 +67,7 @@ def udev(folders: Sequence[str], *, needed: bool) -> Finding:
 
 
 def bluetooth(*, needed: bool) -> Finding:
-    """An adapter, and a brick that was paired."""
+    """Check for a Bluetooth adapter and a paired brick."""
     topic = "pairing"
     try:
         bricks = paired_bricks()
@@ -79,7 +79,7 @@ def bluetooth(*, needed: bool) -> Finding:
 
 
 def serial_ports(*, needed: bool) -> Iterator[Finding]:
-    """Ports behind which a paired brick may be."""
+    """Check the serial ports behind which a paired brick may be."""
     from serial.tools.list_ports import comports
 
     ports = [port.device for port in comports()]
@@ -96,7 +96,7 @@ def serial_ports(*, needed: bool) -> Iterator[Finding]:
 
 
 def webcam(source: str) -> Finding:
-    """Whether a camera gives a picture."""
+    """Check whether a camera delivers frames."""
     from nxtdrive.vision.sources import open_camera
 
     try:
@@ -111,7 +111,7 @@ def webcam(source: str) -> Finding:
 
 
 def udev_instructions() -> str:
-    """What to do as root, to be copied into a shell."""
+    """Return the shell commands that install the rule."""
     return (
         f"echo '{UDEV_RULE}' | sudo tee {UDEV_FILE}\n"
         "sudo udevadm control --reload\n"
@@ -121,14 +121,14 @@ def udev_instructions() -> str:
 
 
 def install_udev_rule(file: Path, commands: Sequence[Sequence[str]]) -> str:
-    """Write the rule and have udev read it.
+    """Write the rule and make udev read it.
 
     Args:
         file: Where the rule goes.
-        commands: What to run afterwards; those that are not installed are left out.
+        commands: What to run afterwards; commands that are not installed are skipped.
 
     Returns:
-        What was done, and what was not: a udev that does not run reads the rule when it starts.
+        What was done and what was not; a udev that is not running reads the rule when it starts.
 
     Raises:
         OSError: The file cannot be written; root can.

@@ -1,4 +1,4 @@
-"""What an examination ends with."""
+"""Results of the checks."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class Verdict(StrEnum):
-    """How bad it is."""
+    """Severity of a finding."""
 
     OK = "ok"
     WARNING = "warning"
@@ -19,10 +19,10 @@ class Finding:
     """One line of the report.
 
     Attributes:
-        topic: What was examined, such as ``battery``.
-        verdict: How bad it is.
+        topic: What was checked, such as ``battery``.
+        verdict: Severity.
         text: What was found.
-        remedy: What to do, or an empty string when nothing need be done.
+        remedy: What to do, or an empty string.
     """
 
     topic: str
@@ -32,20 +32,20 @@ class Finding:
 
 
 def ok(topic: str, text: str) -> Finding:
-    """Nothing to do."""
+    """Return a finding that needs no action."""
     return Finding(topic, Verdict.OK, text)
 
 
 def warning(topic: str, text: str, remedy: str) -> Finding:
-    """It works, or is not needed today."""
+    """Return a finding that does not prevent what the user wants."""
     return Finding(topic, Verdict.WARNING, text, remedy)
 
 
 def problem(topic: str, text: str, remedy: str) -> Finding:
-    """It does not work."""
+    """Return a finding that prevents what the user wants."""
     return Finding(topic, Verdict.PROBLEM, text, remedy)
 
 
 def trouble(topic: str, text: str, remedy: str, *, needed: bool) -> Finding:
-    """A problem if it is needed for what the user wants, else a warning."""
+    """Return a problem if the part is needed for what the user wants, else a warning."""
     return (problem if needed else warning)(topic, text, remedy)

@@ -94,7 +94,7 @@ class Teleop(App[None]):
         self._driving = threading.Thread(target=self._drive, name="teleop pilot", daemon=True)
 
     def compose(self) -> ComposeResult:
-        """A map, a panel, and what the keys do."""
+        """Lay out the map, the panel and the list of keys."""
         yield Header()
         with Horizontal():
             yield Static(id="map", markup=False)
@@ -102,27 +102,27 @@ class Teleop(App[None]):
         yield Footer()
 
     def on_mount(self) -> None:
-        """Begin to drive."""
+        """Start the driving thread."""
         self._driving.start()
         if self._gamepad is not None:
             self.set_interval(GAMEPAD_EVERY_S, partial(self._listen, self._gamepad))
 
     def on_key(self, event: Key) -> None:
-        """Drive where the key says."""
+        """Drive in the direction of the key."""
         direction = DIRECTIONS.get(event.key)
         if direction is not None:
             self._controls.press(direction, self._now())
 
     def on_app_blur(self) -> None:
-        """The terminal's window is left: nobody has a hand on the keys."""
+        """Forget the pressed key when the terminal's window loses the focus."""
         self._controls.let_go_of_keys()
 
     def action_emergency_stop(self) -> None:
-        """Stop, whatever happens."""
+        """Stop at once and stay stopped."""
         self._controls.emergency_stop()
 
     def action_release(self) -> None:
-        """End the emergency."""
+        """End the emergency stop."""
         self._controls.release()
 
     def action_let_go(self) -> None:
@@ -134,7 +134,7 @@ class Teleop(App[None]):
         self._controls.faster(step_percent)
 
     def action_leave(self) -> None:
-        """Stop and leave; the screen goes when the robot stands."""
+        """Stop and quit; the screen closes when the robot stands still."""
         self._leaving.set()
 
     def on_teleop_seen(self, message: Seen) -> None:
@@ -151,13 +151,13 @@ class Teleop(App[None]):
         self.exit()
 
     def finish(self) -> None:
-        """Stop driving and wait for it; to be called when the screen is gone, however that came."""
+        """Stop the driving thread and wait for it; called when the screen is closed, for whatever reason."""
         self._leaving.set()
         if self._driving.is_alive():
             self._driving.join()
 
     def _listen(self, gamepad: Gamepad) -> None:
-        """Do what the gamepad says."""
+        """Apply the gamepad's input."""
         reading = gamepad.read()
         self._gamepad_words = reading.words
         for button in reading.pressed:
@@ -179,7 +179,7 @@ class Teleop(App[None]):
                 self._controls.faster(-STEP_PERCENT)
 
     def _drive(self) -> None:
-        """The driving thread: nobody else talks to the brick."""
+        """Run the pilot; only this thread uses the brick."""
         try:
             while not self._leaving.is_set():
                 self.post_message(self.Seen(self._pilot.step()))
@@ -190,7 +190,7 @@ class Teleop(App[None]):
 
 
 def describe(view: View, gamepad: str = "") -> str:
-    """The panel's text; `gamepad` says which one there is, or why none."""
+    """Format the panel's text; `gamepad` names the gamepad, or says why there is none."""
     ahead = "no echo" if view.range_mm is None else f"{view.range_mm:.0f} mm"
     rows = {
         "state": view.state,

@@ -1,8 +1,8 @@
-"""What the driver's hands want: direction, speed, and above all a stop.
+"""Input state of teleoperation: direction, speed and stops.
 
-A terminal reports keys going down, again and again while they are held, and never one going up. So a key counts for a
-moment only: whoever lets go, falls asleep or loses the connection stops the robot. A gamepad says where its sticks are,
-as often as it is asked.
+A terminal reports key presses, repeated while the key is held, but no releases. So a key counts for a moment only:
+the robot stops when the operator lets go or the connection is lost. A gamepad reports the positions of its sticks
+whenever it is polled.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from enum import Enum
 
 DEAD_MAN_S = 0.5
-"""For so long a key counts."""
+"""How long a key press counts."""
 SLOWEST_PERCENT, STEP_PERCENT = 20, 10
 """Of the highest speeds."""
 
@@ -20,7 +20,7 @@ _Held = tuple[float, float, float]
 
 
 class Direction(Enum):
-    """Where to: parts of the highest speed and of the highest turn rate, positive right."""
+    """Directions as parts of the highest speed and of the highest turn rate, positive right."""
 
     FORWARD = (1.0, 0.0)
     BACK = (-1.0, 0.0)
@@ -31,19 +31,19 @@ class Direction(Enum):
 
 
 class Controls:
-    """Keys and sticks in, speeds out; may be used by the thread that sees them and the one that drives.
+    """Converts keys and sticks to speeds; may be used by the input thread and the driving thread.
 
-    A stick that is moved wins over a key. A stick counts as long as somebody reports it, and for a moment longer. After
-    every stop that is not the stick's own doing, and at first, it drives only when it has been in the middle: whoever
-    ends an emergency or plugs a gamepad in does not drive by that.
+    A deflected stick takes precedence over a key. A stick counts while it is reported, and for a moment longer. At
+    first, and after every stop that the stick did not cause, it must return to its centre before it drives: releasing
+    an emergency stop or plugging in a gamepad must not start the robot.
 
     Args:
         speed_mm_s: Highest speed.
         turn_deg_s: Highest turn rate.
 
     Attributes:
-        stopped: Whether the emergency stop holds; then nothing drives until `release`.
-        percent: Of the highest speeds.
+        stopped: Whether the emergency stop is active; then nothing drives until `release`.
+        percent: Percentage of the highest speeds.
     """
 
     def __init__(self, speed_mm_s: float, turn_deg_s: float) -> None:
@@ -55,18 +55,18 @@ class Controls:
         self.percent = 60
 
     def press(self, direction: Direction, now_s: float) -> None:
-        """A key is down."""
+        """Note that a key is pressed."""
         if not self.stopped:
             self._key = (*direction.value, now_s)
 
     def steer(self, ahead: float, aside: float, now_s: float) -> None:
-        """A stick is there: parts of the highest speed and turn rate, -1..1, positive right; zeros are its middle."""
+        """Note a stick's position: parts of the highest speed and turn rate, -1..1, positive right; zeros: centred."""
         moved = bool(ahead or aside)
         self._stick_free = self._stick_free or not moved
         self._stick = (ahead, aside, now_s) if moved and self._stick_free and not self.stopped else None
 
     def let_go_of_keys(self) -> None:
-        """Nobody's hand is on the keys."""
+        """Forget the pressed key."""
         self._key = None
 
     def let_go(self) -> None:
@@ -75,21 +75,21 @@ class Controls:
         self._stick_free = False
 
     def emergency_stop(self) -> None:
-        """Stop, and stay so."""
+        """Stop, and stay stopped until `release`."""
         self.stopped = True
         self.let_go()
 
     def release(self) -> None:
-        """End the emergency; what is pressed or moved meanwhile does not count."""
+        """End the emergency stop; keys and sticks used meanwhile do not count."""
         self.let_go()
         self.stopped = False
 
     def faster(self, step_percent: int = STEP_PERCENT) -> None:
-        """Change the speed, also of what is held."""
+        """Change the speed, also of a held key or stick."""
         self.percent = min(100, max(SLOWEST_PERCENT, self.percent + step_percent))
 
     def wanted(self, now_s: float) -> tuple[float, float]:
-        """Speed in mm/s and turn rate in deg/s, positive right, wanted at `now_s`; zeros are a stop."""
+        """Return the wanted speed in mm/s and turn rate in deg/s, positive right, at `now_s`; zeros are a stop."""
         for held in (self._stick, self._key):
             if held is not None and now_s - held[2] <= DEAD_MAN_S and not self.stopped:
                 part = self.percent / 100

@@ -26,18 +26,18 @@ class FloorMap:
         self._target: tuple[int, int] | None = None
 
     def drive_over(self, pose: Pose) -> None:
-        """The robot is here: whatever an echo said, nothing else is."""
+        """Note the robot's position; this clears an echo noted there."""
         cell = _cell(pose.x_mm, pose.y_mm)
         self._path.add(cell)
         self._echoes.discard(cell)
 
     def hear(self, pose: Pose, distance_mm: float | None) -> None:
-        """The sonar heard something ahead, or nothing."""
+        """Note an echo ahead, or none."""
         if distance_mm is not None and distance_mm <= FARTHEST_ECHO_MM:
             self._echoes.add(_cell(*pose.ahead(distance_mm)))
 
     def see(self, pose: Pose, bearing_deg: float, distance_mm: float) -> None:
-        """The camera saw the target there."""
+        """Note where the camera sees the target."""
         self._target = _cell(*pose.ahead(distance_mm, bearing_deg))
 
     def draw(self, pose: Pose, width: int, height: int) -> list[str]:
@@ -58,5 +58,5 @@ class FloorMap:
 
 
 def _cell(x_mm: float, y_mm: float) -> tuple[int, int]:
-    """Forward is up, right is right."""
+    """Return the cell of a point; forward is up, right is right."""
     return round(x_mm / CELL_MM[0]), round(y_mm / CELL_MM[1])

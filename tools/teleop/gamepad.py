@@ -89,7 +89,7 @@ class Gamepad:
         controller.init()
 
     def read(self) -> Reading:
-        """What has happened since the last reading; never waits."""
+        """Return what has happened since the last call, without waiting."""
         pressed: list[Button] = []
         lost = changed = False
         for event in self._pygame.event.get():
@@ -105,7 +105,7 @@ class Gamepad:
         return Reading(self._words, self._sticks(), tuple(pressed), lost)
 
     def close(self) -> None:
-        """Read no more."""
+        """Close the gamepad."""
         self._let_go()
         self._controllers.quit()
         self._pygame.joystick.quit()
@@ -120,7 +120,7 @@ class Gamepad:
         self._open = self._instance = None
 
     def _find(self) -> str:
-        """Take the first gamepad with a layout; says what it has found, nothing if there is nothing."""
+        """Open the first gamepad with a known layout; return its name, or an empty string if there is none."""
         words = ""
         for index in range(self._pygame.joystick.get_count()):
             try:

@@ -1,4 +1,4 @@
-"""The loop between hands and robot: drive, ask the sensors, draw the map. No terminal in here."""
+"""The control loop of teleoperation: drives, reads the sensors, draws the map; independent of the terminal."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .floor_map import FloorMap
 from .spotter import Spotter
 
 STEP_S = 0.1
-"""From one step to the next, unless the link is slower; well within the lease of `Rover.drive`."""
+"""Period of the loop, unless the link is slower; well within the lease of `Rover.drive`."""
 SENSES_EVERY_S = 0.25
 BATTERY_EVERY_S = 5.0
 
@@ -26,20 +26,20 @@ _OBJECTIONS = {
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What there is to show after a step.
+    """What the user interface shows after a step.
 
     Attributes:
         time_s: On the link's clock.
-        state: What the robot does, or why it does not.
+        state: What the robot does, or why it does not move.
         speed_mm_s: Wanted.
         turn_deg_s: Wanted, positive right.
-        percent: Of the highest speeds.
+        percent: Percentage of the highest speeds.
         pose: By odometry.
         range_mm: Distance ahead; None without an echo.
         touching: Whether the bumper is pressed.
         battery_mv: Battery voltage.
-        latency_ms: How long the link takes for an answer.
-        eyes: What the camera sees of the target, in words; empty without a target.
+        latency_ms: Round trip of the link.
+        eyes: Description of the target as the camera sees it; empty without a target.
     """
 
     time_s: float
@@ -56,16 +56,16 @@ class View:
 
 
 class Pilot:
-    """Drives as the controls want, in one thread.
+    """Drives as the controls demand, in one thread.
 
     Args:
         brick: An open brick.
         rover: The same brick as a vehicle.
-        controls: What is wanted.
+        controls: The operator's input.
         spotter: Looks for a target, if there is one.
 
     Attributes:
-        map: What the robot has driven over and heard.
+        map: Cells the robot has driven over, and echoes.
     """
 
     def __init__(self, brick: Brick, rover: Rover, controls: Controls, spotter: Spotter | None = None) -> None:
@@ -79,7 +79,7 @@ class Pilot:
         self._senses_due_s = self._battery_due_s = 0.0
 
     def step(self) -> View:
-        """Do what is wanted now, and look around; takes about `STEP_S`.
+        """Drive as the controls demand now and read the sensors; takes about `STEP_S`.
 
         Raises:
             LinkError: The link is lost; the robot stops by itself.
@@ -108,7 +108,7 @@ class Pilot:
         return view
 
     def stop(self) -> None:
-        """Brakes on, now."""
+        """Brake at once."""
         self._moving = False
         self._rover.stop()
 
@@ -151,5 +151,5 @@ class Pilot:
 
 
 def _way(speed: float, turn: float) -> tuple[int, int]:
-    """Which way, however fast: a thumb on a stick trembles, and a change of speed frees no wheel."""
+    """Return the direction without the speed: a thumb on a stick trembles, and a change of speed frees no wheel."""
     return (speed > 0) - (speed < 0), (turn > 0) - (turn < 0)

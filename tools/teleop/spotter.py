@@ -1,4 +1,4 @@
-"""Looking for a target while somebody drives."""
+"""Looks for a target while the operator drives."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from behaviors.ports import Eyes, Sighting
 from firmware_protocol.errors import CameraError
 
 EVERY_S = 0.5
-"""Between two looks that stop everything else meanwhile."""
+"""Time between looks that block driving."""
 
 
 class Spotter(Protocol):
-    """Says what the eyes saw last.
+    """Reports what the eyes saw last.
 
     Attributes:
         target: Name of the target.
-        sighting: The last look's, or None.
+        sighting: Sighting of the last look, or None.
         trouble: What is wrong with the camera, or an empty string.
     """
 
@@ -26,16 +26,16 @@ class Spotter(Protocol):
     trouble: str
 
     def look(self, now_s: float) -> None:
-        """Have a moment to look; called between two steps of driving."""
+        """Look if it is time to; called between two steps of driving."""
         ...
 
     def close(self) -> None:
-        """Look no more."""
+        """Stop looking."""
         ...
 
 
 class TurnSpotter:
-    """Looks in turn with driving: a simulation has one thread."""
+    """Looks between steps of driving, in the same thread, as a simulation needs."""
 
     def __init__(self, eyes: Eyes, target: str) -> None:
         self._eyes, self.target = eyes, target
@@ -44,17 +44,17 @@ class TurnSpotter:
         self._due_s = 0.0
 
     def look(self, now_s: float) -> None:
-        """Take a frame every now and then; lasts until the camera has one."""
+        """Look once per `EVERY_S`; wait for the camera's next frame."""
         if now_s >= self._due_s:
             self._due_s = now_s + EVERY_S
             self.sighting, self.trouble = _look(self._eyes, self.target)
 
     def close(self) -> None:
-        """Nothing goes on."""
+        """Do nothing: there is no thread."""
 
 
 class ThreadSpotter:
-    """Looks in a thread of its own: a webcam that hangs must not keep anybody from stopping."""
+    """Looks in a thread of its own: a hanging webcam must not delay a stop."""
 
     def __init__(self, eyes: Eyes, target: str) -> None:
         self._eyes, self.target = eyes, target
@@ -65,10 +65,10 @@ class ThreadSpotter:
         self._thread.start()
 
     def look(self, now_s: float) -> None:
-        """The thread does."""
+        """Do nothing: the thread looks."""
 
     def close(self) -> None:
-        """Wait for the look that is under way; a camera gives up after its own time limit."""
+        """Wait for the current look to end; the camera has a timeout of its own."""
         self._closed.set()
         self._thread.join()
 

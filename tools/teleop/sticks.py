@@ -44,7 +44,7 @@ class Sticks:
 
 
 def response(deflection: float) -> float:
-    """Deflection to part of the speed, both -1..1: nothing in the dead zone, then gently from zero, full at the end."""
+    """Map a deflection to a part of the speed, both -1..1: zero in the dead zone, then a gentle rise to full speed."""
     beyond = (min(1.0, abs(deflection)) - DEADZONE) / (1.0 - DEADZONE)
     if beyond <= 0.0:
         return 0.0
