@@ -1,4 +1,4 @@
-"""Commands from what a person types: a name and ``field=value`` words."""
+"""Builds commands from typed words: a name and ``field=value``."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from firmware_protocol.telegram import Command
 from firmware_protocol.wire import Number, Scalar, Text, WireType
 
 COUNTING_FIELDS = ("size", "tx_length")
-"""Fields that count the bytes of the command's last one; filled in when they are left out."""
+"""Fields that count the bytes of the command's last field; computed if they are left out."""
 
 TEXT_PREFIX = "text:"
-"""In front of bytes that are given as text; without it they are hex digits."""
+"""Prefix of bytes given as text; without it they are hex digits."""
 
 
 def build(name: str, words: Iterable[str] = ()) -> Command[Any]:
-    """The command `name` with its fields taken from words such as ``port=A``.
+    """Build the command `name` from words such as ``port=A``.
 
-    Numbers are decimal or, with ``0x``, hexadecimal; named values go by name, several flags joined by ``|``; bytes are
-    hex digits, or text after ``text:``. What counts the bytes of the last field may be left out.
+    Numbers are decimal or, with ``0x``, hexadecimal; named values are given by name, several flags joined by ``|``;
+    bytes are hex digits, or text after ``text:``. A field that counts the bytes of the last one may be left out.
 
     Raises:
-        LocalProtocolError: No such command or field, a field missing, or a value that does not fit; the message says
-            what there is.
+        LocalProtocolError: There is no such command or field, a field is missing, or a value does not fit; the message
+            lists what is valid.
     """
     command = command_named(name)
     wires = command.layout.wires
@@ -49,7 +49,7 @@ def build(name: str, words: Iterable[str] = ()) -> Command[Any]:
 
 
 def usage(command: AnyCommand) -> str:
-    """How the command is typed, one sentence."""
+    """Return how the command is typed, in one sentence."""
     layout = command.layout
     if not layout.wires:
         return f"{command.__name__} takes no fields."

@@ -1,4 +1,4 @@
-"""All declared commands in one place, to be found by name or opcode and described in words."""
+"""All declared commands: lookup by name or opcode, and descriptions of their fields."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from firmware_protocol.wire import Block, Number, Scalar, Text, WireType
 AnyCommand = type[Command[Any]]
 
 ALL_COMMANDS: tuple[AnyCommand, ...] = tuple(COMMANDS[key] for key in sorted(COMMANDS))
-"""Direct commands first, each kind in the order of the opcodes, whoever was imported first."""
+"""Direct commands first, each kind in the order of the opcodes, independent of the order of imports."""
 
 _BY_NAME = {command.__name__.lower(): command for command in ALL_COMMANDS}
 
 
 def command_named(name: str) -> AnyCommand:
-    """The command of this name; upper and lower case do not matter.
+    """Return the command of this name, ignoring case.
 
     Raises:
         LocalProtocolError: There is none; the message names similar ones.
@@ -36,18 +36,18 @@ def command_named(name: str) -> AnyCommand:
 
 
 def command_of(kind: Kind, opcode: int) -> AnyCommand | None:
-    """The command with this opcode; for a reply, the one it answers (no opcode is both direct and system)."""
+    """Return the command with this opcode, or that a reply answers; no opcode is both direct and system."""
     kinds = (Kind.DIRECT, Kind.SYSTEM) if kind == Kind.REPLY else (kind,)
     return next((COMMANDS[each, opcode] for each in kinds if (each, opcode) in COMMANDS), None)
 
 
 def names() -> list[str]:
-    """Names of all commands."""
+    """Return the names of all commands."""
     return [command.__name__ for command in ALL_COMMANDS]
 
 
 def choices(wire: WireType) -> dict[str, int]:
-    """The named values a field may have, by name; empty for plain numbers, text and bytes."""
+    """Return the named values of a field by name; empty for plain numbers, text and bytes."""
     enum = wire.members.enum if isinstance(wire, Number) else None
     if isinstance(enum, type) and issubclass(enum, OpenEnum | IntFlag):
         return {name: int(member) for name, member in enum.__members__.items()}
@@ -55,7 +55,7 @@ def choices(wire: WireType) -> dict[str, int]:
 
 
 def describe(wire: WireType, unit: str = "") -> str:
-    """A field's type in a few words, such as ``u16 ms`` or ``text[20]``."""
+    """Describe a field's type, such as ``u16 ms`` or ``text[20]``."""
     match wire:
         case Text(size=size):
             return f"text[{size}]"

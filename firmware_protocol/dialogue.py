@@ -1,6 +1,6 @@
-"""The conversation with a brick, without any I/O: which answer belongs to which request.
+"""Request/reply matching without I/O.
 
-The caller moves the bytes and tells the time::
+The caller moves the bytes and supplies the time::
 
     transport.send(dialogue.open(command, now, timeout_s))
     while (reply := dialogue.feed(transport.receive(...))) is None:
@@ -9,10 +9,10 @@ The caller moves the bytes and tells the time::
         if now >= dialogue.deadline:
             raise dialogue.expire()
 
-Telegrams carry no sequence number, so a late answer looks like the answer to the same question asked again, and a
-dialogue that is one answer behind would stay behind for ever. Links keep the order, and this is what brings the
-dialogue back into step: after a request whose answer was not seen, the next one waits behind a *fence*, a harmless
-question whose answer repeats a number of ours. Everything before the fence's own answer is old and dropped.
+Telegrams carry no sequence number, so a late reply looks like the reply to a repeated request, and a dialogue that is
+one reply behind would stay behind. Links preserve the order, which allows resynchronisation: after a request whose
+reply was not seen, the next request waits behind a *fence*, a harmless request whose reply repeats a number of ours.
+Everything before the fence's own reply is stale and dropped.
 """
 
 from __future__ import annotations
@@ -30,23 +30,22 @@ FENCE_MODULE = 0x000C0001
 """The Ui module: every firmware has it, and reading it changes nothing (docs/firmware.md section 5.2)."""
 
 FENCE_SIZES = range(1, 17)
-"""The numbers a fence may carry, as the length it reads; the Ui IO map has 40 bytes."""
+"""Numbers that identify a fence, sent as the length it reads; the Ui IO map has 40 bytes."""
 
 REMEMBERED_LOSSES = 8
-"""So many unanswered requests cannot be taken for a fence; fewer than there are fences."""
+"""Number of unanswered requests whose replies are told from a fence's; less than the number of fences."""
 
 _HEADER_OF_FENCE = IOMapRead.encode_reply()[:2]
 
 
 class Dialogue:
-    """One link's conversation; one request is open at a time.
+    """The dialogue over one link; one request is open at a time.
 
-    A request is open until its answer comes. Opening another one gives it up for lost: after a timeout, after a
-    malformed answer, and after an interrupt in the middle of waiting. Requests that want no reply do not concern the
-    dialogue; send them as they are.
+    A request is open until its reply arrives. Opening another one treats it as lost: after a timeout, a malformed
+    reply, or an interrupt while waiting. Requests without a reply bypass the dialogue; send them directly.
 
     Attributes:
-        deadline: When the open request's time is up, on the caller's clock, seconds.
+        deadline: When the open request times out, on the caller's clock, seconds.
     """
 
     __slots__ = ("_command", "_expected", "_fence", "_lost", "_sizes", "_timeout_s", "_waiting", "deadline")
@@ -58,7 +57,7 @@ class Dialogue:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew on a new link, from which nothing old can come."""
+        """Start over on a new link, which delivers no stale replies."""
         self._command: Command[Any] | None = None
         self._expected = b""
         self._fence = b""
@@ -66,10 +65,10 @@ class Dialogue:
         self._lost: deque[bytes] = deque(maxlen=REMEMBERED_LOSSES)
 
     def open(self, command: Command[Any], now: float, timeout_s: float) -> bytes:
-        """What to send in order to ask `command`: its request, or first the fence that `follow_up` lets it through.
+        """Open `command` and return what to send: its request, or a fence, after which `follow_up` returns the request.
 
         Raises:
-            LocalProtocolError: A value does not fit its field; nothing has changed.
+            LocalProtocolError: A value does not fit its field; the dialogue is unchanged.
         """
         request = command.encode()
         if self._command is not None:
@@ -83,10 +82,10 @@ class Dialogue:
         return request
 
     def feed(self, telegram: bytes) -> Reply | None:
-        """The open request's answer, or None if `telegram` is something else: late, foreign, or the fence's answer.
+        """Return the open request's reply, or None if `telegram` is late, unrelated, or the fence's reply.
 
         Raises:
-            RemoteProtocolError: It is the answer, but not of the declared size.
+            RemoteProtocolError: It is the reply, but not of the declared size.
             BrickError: The brick refused.
         """
         command = self._command
@@ -97,9 +96,9 @@ class Dialogue:
         return self._consider(telegram)
 
     def follow_up(self, now: float) -> bytes:
-        """The request that waited behind a fence, to be sent once its way is free; otherwise nothing.
+        """Return the request that waited behind a fence, once the fence is answered; otherwise empty.
 
-        Its time begins now, as it has not been asked before.
+        Its timeout starts now, as it has not been sent before.
         """
         if self._fence or self._waiting is None:
             return b""
@@ -110,7 +109,7 @@ class Dialogue:
         return request
 
     def expire(self) -> LinkTimeout:
-        """The error to raise when the deadline has passed."""
+        """Return the error to raise when the deadline has passed."""
         if self._waiting:
             name, fate = type(self._waiting[0]).__name__, "was not sent, as the brick was mute for"
         else:
@@ -121,7 +120,7 @@ class Dialogue:
         )
 
     def _raise_fence(self, command: Command[Any], request: bytes) -> bytes:
-        """Let `request` wait behind a new fence; the fence is returned, to be sent."""
+        """Put `request` behind a new fence and return the fence, to be sent."""
         taken = {*self._lost, command.reply_head(request)}
         for size in self._sizes:
             question = IOMapRead(FENCE_MODULE, 0, size).encode()
@@ -133,9 +132,9 @@ class Dialogue:
         return question
 
     def _consider(self, telegram: bytes) -> Reply | None:
-        """Judge a telegram that is not simply the open request's good answer."""
+        """Handle a telegram that is not simply the open request's successful reply."""
         if self._fence:
-            # A brick that cannot be read this way refuses; that is an answer, too, though without our number.
+            # a brick that cannot be read this way refuses; that is a reply, too, though without our number
             refused = telegram[:2] == _HEADER_OF_FENCE and telegram[2:3] not in (b"", b"\0")
             if refused or telegram.startswith(self._fence):
                 self._fence = b""
@@ -158,7 +157,7 @@ class Dialogue:
 
 
 def refusal(status: int, command: str) -> BrickError:
-    """The error for a reply to `command` with this status byte."""
+    """Return the error for a reply to `command` with this status byte."""
     known = Status(status)
     if known == Status.PENDING:
         return CommunicationPending(known, command)

@@ -1,27 +1,27 @@
-"""Everything that can go wrong, as one tree.
+"""All errors, as one tree.
 
 ::
 
     NXTError
-    ├── AddressError(ValueError)              an address nobody can open
-    ├── BrickNotFound(LookupError)            a good address, but no brick there
-    ├── LinkError                             the way to the brick
-    │   ├── LinkTimeout(TimeoutError)         no answer within the deadline
+    ├── AddressError(ValueError)              an address that cannot be opened
+    ├── BrickNotFound(LookupError)            a valid address, but no brick there
+    ├── LinkError                             the link to the brick
+    │   ├── LinkTimeout(TimeoutError)         no reply within the deadline
     │   ├── LinkLost(ConnectionError)         the cable, the radio or the peer is gone
-    │   ├── LinkBusy                          another program holds the brick
-    │   └── PermissionDenied(PermissionError) the operating system says no
+    │   ├── LinkBusy                          another program uses the brick
+    │   └── PermissionDenied(PermissionError) the operating system denies access
     ├── ProtocolError
-    │   ├── LocalProtocolError(ValueError)    we are wrong; nothing was sent
-    │   └── RemoteProtocolError               the peer is wrong; carries the bytes
-    ├── BrickError                            the brick answered with an error status
-    │   ├── CommunicationPending              0x20: I2C answer not there yet
+    │   ├── LocalProtocolError(ValueError)    our mistake; nothing was sent
+    │   └── RemoteProtocolError               the peer's mistake; carries the bytes
+    ├── BrickError                            the brick replied with an error status
+    │   ├── CommunicationPending              0x20: I2C reply not available yet
     │   └── MailboxEmpty                      0x40
-    ├── BrickBusy                             the brick does something else, or nothing came of what it said OK to
+    ├── BrickBusy                             the brick is busy, or did not do what it had acknowledged
     ├── ConfigError(ValueError)               a mission or world file with mistakes
     └── CameraError                           no frames
 
-Where people already catch a builtin, the class inherits that builtin too. Errors are raised as fresh instances, never
-as shared objects, so a caught error keeps nothing alive. `remedy` is one sentence a hobbyist can act on.
+Classes also inherit the builtin exception that programs already catch. Errors are raised as fresh instances, never as
+shared objects, so a caught error keeps nothing alive. `remedy` is one sentence a hobbyist can act on.
 """
 
 from __future__ import annotations
@@ -49,27 +49,27 @@ class NXTError(Exception):
 
 
 class AddressError(NXTError, ValueError):
-    """The address cannot be understood; the message lists what can."""
+    """The address is not valid; the message lists what is."""
 
 
 class BrickNotFound(NXTError, LookupError):
-    """The address is good, but no brick answers there."""
+    """The address is valid, but no brick answers there."""
 
 
 class LinkError(NXTError):
-    """The way to the brick failed."""
+    """The link to the brick failed."""
 
 
 class LinkTimeout(LinkError, TimeoutError):
-    """No answer within the deadline."""
+    """No reply within the deadline."""
 
 
 class LinkLost(LinkError, ConnectionError):
-    """The cable was pulled, the radio went away or the peer closed."""
+    """The cable was unplugged, the radio is out of range or the peer closed the link."""
 
 
 class LinkBusy(LinkError):
-    """Another program holds the brick."""
+    """Another program uses the brick."""
 
 
 class PermissionDenied(LinkError, PermissionError):
@@ -81,7 +81,7 @@ class ProtocolError(NXTError):
 
 
 class LocalProtocolError(ProtocolError, ValueError):
-    """We were asked to send something that is not a telegram; nothing was sent."""
+    """The program tried to send something that is not a telegram; nothing was sent."""
 
 
 class RemoteProtocolError(ProtocolError):
@@ -97,7 +97,7 @@ class RemoteProtocolError(ProtocolError):
 
 
 class BrickError(NXTError):
-    """The brick understood and refused.
+    """The brick refused a command.
 
     Attributes:
         status: The status byte of the reply.
@@ -112,7 +112,7 @@ class BrickError(NXTError):
 
 
 class CommunicationPending(BrickError):
-    """Status 0x20: the I2C transaction is still running; ask again."""
+    """Status 0x20: the I2C transaction is still running; retry."""
 
 
 class MailboxEmpty(BrickError):
@@ -120,7 +120,7 @@ class MailboxEmpty(BrickError):
 
 
 class BrickBusy(NXTError):
-    """The brick does something else, or nothing came of what it had said OK to."""
+    """The brick is busy, or did not do what it had acknowledged with OK."""
 
 
 class ConfigError(NXTError, ValueError):
@@ -128,4 +128,4 @@ class ConfigError(NXTError, ValueError):
 
 
 class CameraError(NXTError):
-    """The camera, file or stream gives no frames."""
+    """The camera, file or stream delivers no frames."""

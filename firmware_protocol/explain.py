@@ -1,6 +1,7 @@
-"""What a telegram says, field by field, for people who look at bytes.
+"""Decodes telegrams field by field for people.
 
-Takes anything: requests, replies, telegrams with Bluetooth's length in front, unknown opcodes, cut ones. Never raises.
+Accepts anything: requests, replies, telegrams with Bluetooth's length prefix, unknown opcodes, truncated ones. Never
+raises.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ class ExplainedField:
     """One field.
 
     Attributes:
-        name: As declared.
-        raw: Its bytes; fewer than the field has if the telegram is cut.
-        value: Decoded, or None if the telegram is cut.
-        unit: Of the value, or empty.
+        name: Name in the declaration.
+        raw: Bytes of the field; fewer than declared if the telegram is truncated.
+        value: Decoded value, or None if the telegram is truncated.
+        unit: Unit of the value, or empty.
     """
 
     name: str
@@ -48,19 +49,19 @@ class ExplainedField:
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """What a telegram says.
+    """The meaning of a telegram.
 
     Attributes:
         telegram: The bytes, without Bluetooth's length.
-        framed: Whether Bluetooth's length was in front.
+        framed: Whether Bluetooth's length preceded it.
         kind: Direct command, system command, reply or unknown.
-        name: Of the command that this is or answers; empty if unknown.
+        name: Name of the command that this is or answers; empty if unknown.
         direction: To the brick or from the brick; empty if unknown.
-        want_reply: Whether a reply is wanted.
-        status: Of a reply.
-        fields: In the order of the wire.
-        leftover: Bytes behind the fields.
-        remarks: What else is noteworthy, one sentence each.
+        want_reply: Whether a reply is requested.
+        status: Status of a reply.
+        fields: The fields in the order of the wire.
+        leftover: Bytes after the last field.
+        remarks: Other noteworthy facts, one sentence each.
     """
 
     telegram: bytes
@@ -100,14 +101,14 @@ class Explanation:
 
 
 def explain(telegram: bytes) -> Explanation:
-    """Say what a telegram means."""
+    """Explain a telegram."""
     telegram = bytes(telegram)
     framed = _has_length(telegram)
     return _explain(telegram[LENGTH_SIZE:] if framed else telegram, framed=framed)
 
 
 def _has_length(telegram: bytes) -> bool:
-    """Whether the first two bytes are Bluetooth's length, as far as one can tell."""
+    """Whether the first two bytes look like Bluetooth's length."""
     body = telegram[LENGTH_SIZE:]
     if not body or len(body) != int.from_bytes(telegram[:LENGTH_SIZE], "little") or not _begins_a_telegram(body):
         return False
@@ -147,7 +148,7 @@ def _explain(telegram: bytes, *, framed: bool) -> Explanation:
 
 
 def _split(layout: Layout, data: bytes) -> tuple[tuple[ExplainedField, ...], bytes]:
-    """The fields that `data` holds, as far as it goes, and what is left over."""
+    """Split `data` into fields as far as it goes; return them and the remaining bytes."""
     fields = []
     for name, wire in layout.wires.items():
         size = len(data) if isinstance(wire, Tail) else struct.calcsize("<" + wire.code)
@@ -205,7 +206,7 @@ def _remarks(
 
 
 def _map_remark(values: dict[str, Any]) -> list[str]:
-    """Which variables an IO map access touches."""
+    """Describe which variables an IO map access covers."""
     module = IO_MAPS.get(values.get("module_id") or 0)
     start, size = values.get("offset"), values.get("size")
     if module is None or start is None or size is None:

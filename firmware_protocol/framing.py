@@ -1,4 +1,4 @@
-"""Where one telegram ends and the next begins. Source of all numbers: docs/firmware.md section 2.
+"""Framing: the boundaries of telegrams. Source of all numbers: docs/firmware.md section 2.
 
 Over USB one packet is one telegram. Over Bluetooth, and every other stream of bytes, two bytes of length, little-endian
 and not counting themselves, precede each telegram in both directions.
@@ -12,25 +12,25 @@ USB_TELEGRAM_LIMIT = 64
 """Most bytes of a telegram over USB: one packet, and the size of the brick's buffers."""
 
 BLUETOOTH_TELEGRAM_LIMIT = 128
-"""Most bytes of a telegram that the brick buffers over Bluetooth, the length in front not counted."""
+"""Most bytes of a telegram that the brick buffers over Bluetooth, without the length prefix."""
 
 LENGTH_LIMIT = 0xFFFF
-"""Most bytes a length can announce; only Write requests and Read replies ever exceed the brick's buffer."""
+"""Largest value of the length prefix; only Write requests and Read replies ever exceed the brick's buffer."""
 
 LENGTH_SIZE = 2
-"""Bytes of length in front of a telegram."""
+"""Size of the length prefix, bytes."""
 
 
 def usb_packets(data: bytes) -> list[bytes]:
-    """What the brick sees of `data` written at once over USB: packets, each of them a telegram to the firmware."""
+    """Split `data`, written at once over USB, into packets; the firmware treats each as a telegram."""
     return [data[start : start + USB_TELEGRAM_LIMIT] for start in range(0, len(data), USB_TELEGRAM_LIMIT)]
 
 
 def frame(telegram: bytes) -> bytes:
-    """The telegram with its length in front, as it goes over a stream.
+    """Return the telegram with its length prefix, as sent over a byte stream.
 
     Raises:
-        LocalProtocolError: It is empty or longer than a length can say.
+        LocalProtocolError: The telegram is empty or too long.
     """
     if not 0 < len(telegram) <= LENGTH_LIMIT:
         raise LocalProtocolError(f"a telegram over Bluetooth has 1 to {LENGTH_LIMIT} bytes, not {len(telegram)}.")
@@ -38,12 +38,12 @@ def frame(telegram: bytes) -> bytes:
 
 
 class FrameReader:
-    """Telegrams out of a stream that arrives in pieces of any size.
+    """Extracts telegrams from a stream that arrives in chunks of any size.
 
-    A wrong length is the end of all order in a stream, so one that cannot be true is refused at once instead of waited
-    for. What to do then: read until the peer is silent, `reset`, and go on; nothing but a peer's silence marks a
-    telegram's beginning. The same holds when a telegram stays `incomplete` although the peer has been silent for long
-    (the firmware itself does that to reads beyond the end of a file, docs/firmware.md section 2).
+    After a wrong length the stream is out of sync, so an impossible length is refused at once. To recover, read until
+    the peer is silent, `reset`, and continue: only the peer's silence marks the beginning of a telegram. The same holds
+    when a telegram stays `incomplete` although the peer has been silent for long (the firmware itself truncates replies
+    to reads beyond the end of a file, docs/firmware.md section 2).
     """
 
     def __init__(self, limit: int = BLUETOOTH_TELEGRAM_LIMIT) -> None:
@@ -57,18 +57,18 @@ class FrameReader:
 
     @property
     def incomplete(self) -> int:
-        """Bytes that wait for the rest of their telegram."""
+        """Number of bytes that wait for the rest of their telegram."""
         return len(self._buffer)
 
     def feed(self, data: bytes) -> None:
-        """Take in what has arrived."""
+        """Add received bytes."""
         self._buffer += data
 
     def next(self) -> bytes | None:
-        """The next whole telegram, or None until more has arrived.
+        """Return the next whole telegram, or None until more bytes have arrived.
 
         Raises:
-            RemoteProtocolError: The length in front is zero or beyond the limit; all that was taken in is dropped.
+            RemoteProtocolError: The length prefix is zero or beyond the limit; all received bytes are dropped.
         """
         buffer = self._buffer
         if len(buffer) < LENGTH_SIZE:
@@ -90,5 +90,5 @@ class FrameReader:
         return telegram
 
     def reset(self) -> None:
-        """Drop what was taken in; the next byte is the first of a length."""
+        """Drop all received bytes; the next byte starts a length prefix."""
         self._buffer.clear()

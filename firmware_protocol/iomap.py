@@ -330,7 +330,7 @@ IO_MAPS = {
 
 
 def pixel(x: int, y: int, *, popup: bool = False) -> tuple[Spot, int]:
-    """Where a pixel is: its byte in the Display map, and its bit as a mask.
+    """Locate a pixel: its byte in the Display map, and its bit as a mask.
 
     Raises:
         LocalProtocolError: It is not on the display.
@@ -342,7 +342,7 @@ def pixel(x: int, y: int, *, popup: bool = False) -> tuple[Spot, int]:
 
 
 def picture(lines: bytes) -> list[list[bool]]:
-    """The rows of pixels, from the eight lines of a framebuffer one after the other."""
+    """Convert the eight lines of a framebuffer to rows of pixels."""
     return [
         [bool(lines[y // 8 * DISPLAY_WIDTH + x] >> y % 8 & 1) for x in range(DISPLAY_WIDTH)]
         for y in range(len(lines) // DISPLAY_WIDTH * 8)

@@ -57,7 +57,7 @@ class Field(NamedTuple):
 
 
 class Spot(NamedTuple):
-    """One variable of one map, and how to get at it.
+    """One variable of one map, and the requests that access it.
 
     Attributes:
         module_id: Whose map.
@@ -72,15 +72,15 @@ class Spot(NamedTuple):
     wire: Wire
 
     def read(self) -> IOMapRead:
-        """The request that reads it."""
+        """Return the request that reads the variable."""
         return IOMapRead(self.module_id, self.offset, self.size)
 
     def write(self, value: Any) -> IOMapWrite:  # noqa: ANN401 - the value's type is the field's
-        """The request that writes it; see `encode`."""
+        """Return the request that writes the variable; see `encode`."""
         return IOMapWrite.put(self.module_id, self.offset, self.encode(value))
 
     def encode(self, value: Any) -> bytes:  # noqa: ANN401 - see write
-        """The value as bytes; for an `Array` a sequence of numbers.
+        """Return a value as bytes; for an `Array` the value is a sequence of numbers.
 
         Raises:
             LocalProtocolError: It does not fit.
@@ -94,7 +94,7 @@ class Spot(NamedTuple):
             raise LocalProtocolError(f"offset {self.offset} of module 0x{self.module_id:08X}: {reason}.") from None
 
     def decode(self, data: bytes) -> Any:  # noqa: ANN401 - see write
-        """The value, from the bytes that `read` brings.
+        """Return the value from the bytes that `read` yields.
 
         Raises:
             RemoteProtocolError: Not as many bytes as the field has.
@@ -134,7 +134,7 @@ class IOMap:
         self.fields = fields
 
     def field(self, name: str, index: int = 0) -> Spot:
-        """Where a variable is.
+        """Return the location of a variable.
 
         Raises:
             LocalProtocolError: There is none of this name, or not so many; the message lists the names.
@@ -147,13 +147,13 @@ class IOMap:
         return Spot(self.module_id, found.offset + index * found.stride, found.size, found.wire)
 
     def between(self, first: str, last: str, index: int = 0) -> Spot:
-        """The stretch from one field to another, both included, as raw bytes, for a single access."""
+        """Return the range from one field to another, inclusive, as raw bytes for a single access."""
         start, end = self.field(first, index), self.field(last, index)
         size = end.offset + end.size - start.offset
         return Spot(self.module_id, start.offset, size, Block(size))
 
     def decode(self, data: bytes) -> dict[str, Any]:
-        """All variables that lie within `data`, which is the map from its first byte on; repeated ones as lists."""
+        """Decode all variables within `data`, which starts at the map's first byte; repeated ones become lists."""
         values: dict[str, Any] = {}
         for name, field in self.fields.items():
             if field.end <= len(data):
@@ -164,10 +164,10 @@ class IOMap:
 
 
 def single(**members: tuple[int, object]) -> dict[str, Field]:
-    """Fields, each as (offset, type), the type as in a telegram's declaration."""
+    """Declare fields as (offset, type), the type as in a telegram's declaration."""
     return repeated(1, 0, 0, **members)
 
 
 def repeated(copies: int, stride: int, base: int, /, **members: tuple[int, object]) -> dict[str, Field]:
-    """Fields of a group that lies in the map `copies` times from byte `base` on; their offsets are within the group."""
+    """Declare fields of a group that is repeated `copies` times from byte `base`; offsets are within the group."""
     return {name: Field(base + offset, get_args(hint)[1], copies, stride) for name, (offset, hint) in members.items()}

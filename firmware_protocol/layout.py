@@ -1,8 +1,8 @@
-"""From a declaration's fields to straight-line code.
+"""Generates encoding and decoding functions from a declaration's fields.
 
-A program on a slow computer exchanges a hundred telegrams a second while it also looks for faces, so encoding and
-decoding are generated per declaration, as `dataclasses` generates ``__init__``: three times as fast as a loop over the
-fields. The code is generated when a declaration is first used, so that importing ninety of them costs little.
+A program on a slow computer exchanges a hundred telegrams per second while it also detects faces, so this code is
+generated per declaration, as `dataclasses` generates ``__init__``: three times as fast as a loop over the fields. It is
+generated when a declaration is first used, so that importing ninety of them costs little.
 """
 
 from __future__ import annotations
@@ -63,12 +63,12 @@ class Layout:
         return spans
 
     def init(self) -> str:
-        """Source of ``__init__``."""
+        """Return the source of ``__init__``."""
         body = "".join(f"\n    self.{name} = {name}" for name in self.wires) or "\n    pass"
         return f"def __init__({', '.join(['self', *self.wires])}):{body}\n"
 
     def packer(self, signature: str, head: str) -> str:
-        """Source of a method that packs `head` (expressions separated by commas) and the fields."""
+        """Return the source of a method that packs `head` (expressions separated by commas) and the fields."""
         values = [
             f"self.{name}" if isinstance(wire, Scalar | Number) else f"to_{name}(self.{name})"
             for name, wire in self.fixed.items()
@@ -81,7 +81,7 @@ class Layout:
         )
 
     def unpacker(self, name: str, header: int, *, exact: bool) -> str:
-        """Source of a function that makes an instance from a telegram with `header` bytes in front of the fields."""
+        """Return the source of a function that makes an instance from a telegram with a header of `header` bytes."""
         raw = [f"self.{n}" if isinstance(w, Scalar) else f"raw_{n}" for n, w in self.fixed.items()]
         lines = [
             f"if len(telegram) {'!=' if exact and not self.tail else '<'} {header + self.size}:",
@@ -100,7 +100,7 @@ class Layout:
         return f"def {name}(telegram):\n    " + "\n    ".join([*lines, "return self"]) + "\n"
 
     def compile(self, cls: type, head_codes: str, source: str) -> Functions:
-        """The functions of `source`, built from the sources above."""
+        """Compile `source`, made of the sources above, and return its functions."""
         scope: dict[str, Any] = {
             "cls": cls,
             "new": object.__new__,
@@ -123,7 +123,7 @@ class Layout:
         return functions
 
     def complaint(self, instance: object, error: Exception) -> LocalProtocolError:
-        """An error that names the field of `instance` that does not fit."""
+        """Return an error that names the field of `instance` that does not fit."""
         for name, wire in self.wires.items():
             try:
                 wire.to_wire(getattr(instance, name))
@@ -132,7 +132,7 @@ class Layout:
         return LocalProtocolError(f"{self.owner}: {error}.")
 
     def refuse(self, telegram: bytes, header: int) -> RemoteProtocolError:
-        """The error for a telegram of the wrong length."""
+        """Return the error for a telegram of the wrong length."""
         number = f"at least {self.size}" if self.tail else f"{self.size}"
         got = max(0, len(telegram) - header)
         return RemoteProtocolError(f"{self.owner} takes {number} bytes after its header, not {got}", bytes(telegram))

@@ -60,7 +60,7 @@ class Status(OpenEnum):
 
     @property
     def remedy(self) -> str:
-        """What a person can do about this status, or an empty string."""
+        """What the user can do about this status, or an empty string."""
         return _REMEDIES.get(self, "")
 
 

@@ -6,9 +6,9 @@ A declaration such as ::
     class GetOutputState(Command[OutputState]):
         port: OutputPortField
 
-is everything this project knows about that command: both ends encode and decode from it, `explain` prints it, the
-command line builds it from ``field=value``, the tests generate it, and the simulated brick must answer it. Instances
-behave like those of a slotted dataclass.
+is the only definition of that command: both ends encode and decode by it, `explain` prints it, the command line builds
+it from ``field=value``, the tests generate it, and the simulated brick must answer it. Instances behave like those of a
+slotted dataclass.
 
 Byte 0 of a telegram is its kind (bit 0x80: no reply wanted), byte 1 the opcode; a reply adds a status byte
 (docs/firmware.md section 3).
@@ -27,10 +27,10 @@ NO_REPLY = 0x80
 """Bit of byte 0: the sender does not want a reply."""
 
 REQUEST_HEADER = 2
-"""Bytes in front of a request's fields: kind, opcode."""
+"""Number of bytes before a request's fields: kind, opcode."""
 
 REPLY_HEADER = 3
-"""Bytes in front of a reply's fields: 0x02, opcode, status."""
+"""Number of bytes before a reply's fields: 0x02, opcode, status."""
 
 
 class Kind(IntEnum):
@@ -42,7 +42,7 @@ class Kind(IntEnum):
 
 
 class Declared:
-    """What requests and replies have in common: named fields.
+    """Base of requests and replies: named fields.
 
     The methods below whose bodies begin with `_compile` are replaced on the declaration when one of them is first used.
     """
@@ -63,7 +63,7 @@ class Declared:
     __hash__ = None  # type: ignore[assignment] # mutable
 
     def fields(self) -> dict[str, Any]:
-        """Values by field name, in the order of the wire."""
+        """Return the values by field name, in the order of the wire."""
         return {name: getattr(self, name) for name in self.layout.wires}
 
     @classmethod
@@ -80,7 +80,7 @@ class Declared:
 
 
 class Reply(Declared):
-    """What follows ``02 opcode status`` in a reply."""
+    """The fields after ``02 opcode status`` in a reply."""
 
     __slots__ = ()
 
@@ -95,7 +95,7 @@ class Reply(Declared):
         return cls.unpack(telegram)
 
     def pack(self) -> bytes:
-        """The fields as bytes.
+        """Return the fields as bytes.
 
         Raises:
             LocalProtocolError: A value does not fit its field.
@@ -232,7 +232,7 @@ def _declare(kind: Kind, opcode: int, success: tuple[Status, ...], firmware_1_05
 
 
 def _slotted(cls: type) -> Any:  # noqa: ANN401 - a class like the one given
-    """The class again, with a slot for each annotation; slots cannot be added to a class that exists."""
+    """Recreate the class with a slot for each annotation; an existing class cannot get slots."""
     annotations = cls.__annotations__
     body = {name: value for name, value in vars(cls).items() if name not in ("__dict__", "__weakref__")}
     body |= {"__slots__": tuple(annotations), "__match_args__": tuple(annotations)}
@@ -244,4 +244,4 @@ def _slotted(cls: type) -> Any:  # noqa: ANN401 - a class like the one given
 
 @reply
 class Ack(Reply):
-    """A reply that carries nothing but its status."""
+    """A reply without fields."""

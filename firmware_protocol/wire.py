@@ -1,4 +1,4 @@
-"""Wire types: how one field of a telegram lies in the bytes.
+"""Wire types: the encoding of single fields.
 
 A field is declared as ``port: U8``; to a type checker that is an ``int``, and the annotation carries how it is packed
 and, if it has one, its unit. All integers are little-endian (docs/firmware.md section 3).

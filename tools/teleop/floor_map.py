@@ -41,7 +41,7 @@ class FloorMap:
         self._target = _cell(*pose.ahead(distance_mm, bearing_deg))
 
     def draw(self, pose: Pose, width: int, height: int) -> list[str]:
-        """Lines of text with the robot in the middle.
+        """Draw lines of text with the robot in the centre.
 
         Args:
             pose: Where the robot is now.
