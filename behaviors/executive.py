@@ -15,6 +15,7 @@ from typing import Any, cast
 
 from behaviors.chart import MISSION_STATES, MissionChart
 from behaviors.events import Event, Fact, Reason
+from behaviors.failures import Failure
 from behaviors.journal import Kind, Observer, Record, plain
 from behaviors.mission import Mission
 from behaviors.ports import Body, Clock, Eyes
@@ -112,7 +113,7 @@ class Executive:
         self._mind = (make_profile or PROFILES[mission.mission.profile])(self._context, mission, self._queue)
         self._chart = MissionChart(self._queue, self._decide, [self])
         self._service: Service | None = None
-        self._failure = Fact(Event.START, Reason.MISSION_STARTED)
+        self._failure = Failure(Event.START, Reason.MISSION_STARTED)
         self._exist = False
         self._researches = 0
         self._decided_s = -math.inf
@@ -163,7 +164,7 @@ class Executive:
         if entered in ("reached", "gave_up"):
             self._queue.current.time_s = self.now()
             self._researches = 0
-        reason = {} if fact is None else {"reason": fact.reason, "evidence": fact.evidence}
+        reason = {} if fact is None else {"reason": fact.reason, "evidence": fact.measured}
         self.note(Kind.TRANSITION, source=source.id, to=entered, event=event, **reason)
 
     def _pursue(self) -> Ending:
@@ -220,7 +221,7 @@ class Executive:
             self._researches += self._chart.mission_state != "search"
         elif fact.event is Event.RECOVERY_DONE:
             self._researches += 1
-        elif fact.event in (Event.SEARCH_FAILED, Event.ARRIVE_FAILED, Event.RECOVERY_FAILED):
+        elif isinstance(fact, Failure):
             self._failure = fact
         self._chart.report(fact)
 
@@ -247,10 +248,12 @@ class Executive:
         if self._clock.now() <= self._decided_s:
             raise Livelock(f"two decisions at {self.now():.3f} s; every service must let time pass")
         self._decided_s = self._clock.now()
-        failure = Evidence(self._queue.target, self._failure.reason, self._exist, self._researches)
         self.note(Kind.CALL, verb="select")
         self.note(Kind.REPLY, verb="select", value=int(self._exist))
-        evidence = self._mind.evidence(failure, self._failure)
+        self._mind.learn(self._failure)
+        evidence = self._mind.evidence(
+            Evidence(self._queue.target, self._failure.reason, self._exist, self._researches)
+        )
         choice = self._mind.select(evidence)
         self.note(Kind.CHOICE, choice=choice.kind, why=choice.why, **choice.numbers(), evidence=evidence.known())
         return choice

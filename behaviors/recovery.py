@@ -15,6 +15,7 @@ from typing import Any, Protocol, Self
 from pydantic import TypeAdapter
 
 from behaviors.events import Reason
+from behaviors.failures import Blocker
 from behaviors.mission import ThesisParameters
 
 Point = tuple[float, float]
@@ -29,23 +30,6 @@ class Recovery(StrEnum):
     DETOUR = "detour"
     RESCAN = "rescan"
     CHANGE_TARGET = "change_target"
-
-
-@dataclass(frozen=True, slots=True)
-class Blocker:
-    """Something between the robot and where the target is believed to be.
-
-    Attributes:
-        range_mm: How far ahead it is.
-        age_s: How long it has been known.
-        moving: Whether its distance changed while the robot stood, or it was not there a moment ago.
-        hides: Whether the target cannot be seen past it. What can be looked over is furniture, not a person.
-    """
-
-    range_mm: float
-    age_s: float
-    moving: bool
-    hides: bool
 
 
 @dataclass(frozen=True, slots=True)

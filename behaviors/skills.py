@@ -24,6 +24,7 @@ from enum import IntEnum
 from typing import Protocol
 
 from behaviors.events import Event, Fact, Reason
+from behaviors.failures import Failure
 from behaviors.journal import Kind, Note
 from behaviors.mission import ThesisParameters
 from behaviors.ports import Body, Clock, Eyes, Pose, Sighting, StopReason
@@ -149,7 +150,7 @@ class ThesisSearchSkill:
             sighting = self._look()
             if sighting:
                 return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(sighting), "looks": i + 1})
-        return Fact(Event.SEARCH_FAILED, Reason.FULL_TURN_WITHOUT_SIGHTING, {"looks": stops})
+        return Failure(Event.SEARCH_FAILED, Reason.FULL_TURN_WITHOUT_SIGHTING, {"looks": stops})
 
     def _look(self) -> Sighting | None:
         context = self._context
@@ -206,10 +207,10 @@ class ThesisArriveSkill:
             self._steer(sighting)
         unseen_s = now_s - self._seen_s
         if unseen_s >= profile.lost_after_s:
-            return Fact(Event.ARRIVE_FAILED, Reason.TARGET_LOST, {"unseen_s": unseen_s, **surroundings(context)})
+            return Failure(Event.ARRIVE_FAILED, Reason.TARGET_LOST, {"unseen_s": unseen_s, **surroundings(context)})
         if now_s - self._begun_s >= profile.approach_limit_s:
             taken = {"approach_s": now_s - self._begun_s}
-            return Fact(Event.ARRIVE_FAILED, Reason.APPROACH_TIMEOUT, {**taken, **surroundings(context)})
+            return Failure(Event.ARRIVE_FAILED, Reason.APPROACH_TIMEOUT, {**taken, **surroundings(context)})
         if unseen_s > BLIND_DRIVE_S:
             context.body.stop()
         return None

@@ -22,6 +22,7 @@ from behaviors.adaptive.world_model import WorldModel
 from behaviors.chart import MissionChart
 from behaviors.events import Event, Fact, Reason
 from behaviors.executive import Executive
+from behaviors.failures import Failure
 from behaviors.mission import Mission
 from behaviors.ports import Glance, Pose, Sighting
 from behaviors.profiles.adaptive import AdaptiveProfile
@@ -160,11 +161,17 @@ class TimedMind(AdaptiveProfile):
         self._times_s = times_s
         self._gathered_s = 0.0
 
-    def evidence(self, failure: Evidence, fact: Fact) -> Evidence:
-        """What is known of a failure."""
+    def learn(self, failure: Failure) -> None:
+        """Update the world model."""
         begun_s = cpu_s()
-        evidence = super().evidence(failure, fact)
+        super().learn(failure)
         self._gathered_s = cpu_s() - begun_s
+
+    def evidence(self, basis: Evidence) -> Evidence:
+        """Add what could be done."""
+        begun_s = cpu_s()
+        evidence = super().evidence(basis)
+        self._gathered_s += cpu_s() - begun_s
         return evidence
 
     def select(self, evidence: Evidence) -> Choice:

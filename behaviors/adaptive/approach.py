@@ -6,10 +6,11 @@ import math
 from collections import deque
 
 from behaviors.adaptive.occupancy_grid import SONAR_FORWARD_MM
-from behaviors.adaptive.perception import Observation, Perception
+from behaviors.adaptive.perception import UNHEARD_MM, Observation, Perception, unheard_blocker
 from behaviors.adaptive.target_verifier import TargetVerifier, Verdict
 from behaviors.adaptive.world_model import TargetEstimate
 from behaviors.events import Event, Fact, Reason
+from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.ports import Pose, StopReason
 from behaviors.skills import SHARP_DEG, sighting_values, steering_deg_s
 
@@ -80,7 +81,7 @@ class ApproachSkill:
             return _failed(Reason.CAMERA_LOST, observation, blind_s=observation.time_s - self._pictured_s)
         known = perception.world.known.get(perception.target)
         if known is None:
-            return _failed(Reason.TARGET_LOST, observation)
+            return _failed(Reason.TARGET_LOST, observation, finding=TargetFinding.MOVED)
         bearing_deg, distance_mm = perception.world.way_to(known.place)
         if not observation.blind:
             self._weigh(observation, bearing_deg, distance_mm)
@@ -133,12 +134,12 @@ class ApproachSkill:
             return Fact(Event.ARRIVED, Reason.WITHIN_REACH, evidence)
         return None
 
-    def _mistaken(self, observation: Observation) -> Fact:
+    def _mistaken(self, observation: Observation) -> Failure:
         if self._oblique:
             # so far aside the real one flickers, too; it has to be seen from elsewhere first
             return _failed(Reason.TARGET_LOST, observation, odds=self._verifier.odds, oblique=True)
-        self._perception.world.unmask(self._perception.target)
-        return _failed(Reason.WRONG_TARGET, observation, odds=self._verifier.odds)
+        odds = self._verifier.odds
+        return _failed(Reason.WRONG_TARGET, observation, finding=TargetFinding.LOOK_ALIKE, odds=odds)
 
     def _hindered(
         self, observation: Observation, known: TargetEstimate, bearing_deg: float, distance_mm: float
@@ -159,14 +160,22 @@ class ApproachSkill:
         if self._minds_map and distance_mm > NEAR_MM and abs(bearing_deg) <= AHEAD_DEG:
             remembered_mm = self._remembered_mm(known, distance_mm)
             if remembered_mm is not None:
-                return _failed(Reason.BLOCKED_LONG, observation, hides=False, remembered=True, range_mm=remembered_mm)
+                blocker = Blocker(remembered_mm, 0.0, moving=False, hides=False)
+                measured = {"range_mm": remembered_mm, "hides": False, "remembered": True}
+                return Failure(Event.ARRIVE_FAILED, Reason.BLOCKED_LONG, measured, blocker, mapped=True)
         if unseen_s >= perception.profile.lost_after_s:
-            behind = observation.range_mm is not None and observation.range_mm <= distance_mm - BEFORE_MM
-            reason = Reason.LOST_BEHIND if behind and abs(bearing_deg) <= AHEAD_DEG else Reason.TARGET_LOST
-            return _failed(reason, observation, unseen_s=unseen_s)
+            return self._lost(observation, bearing_deg, distance_mm, unseen_s)
         if now_s - self._begun_s >= perception.profile.approach_limit_s:
             return _failed(Reason.APPROACH_TIMEOUT, observation)
         return self._stuck(observation, known)
+
+    def _lost(self, observation: Observation, bearing_deg: float, distance_mm: float, unseen_s: float) -> Failure:
+        """The target went out of view: something stepped in between, or it moved."""
+        range_mm = observation.range_mm
+        if range_mm is not None and range_mm <= distance_mm - BEFORE_MM and abs(bearing_deg) <= AHEAD_DEG:
+            blocker = Blocker(range_mm, 0.0, moving=False, hides=True)
+            return _failed(Reason.LOST_BEHIND, observation, blocker, unseen_s=unseen_s)
+        return _failed(Reason.TARGET_LOST, observation, finding=TargetFinding.MOVED, unseen_s=unseen_s)
 
     def _remembered_mm(self, known: TargetEstimate, distance_mm: float) -> float | None:
         """How far before the sonar the next stretch is blocked as far as is remembered; None where it is free.
@@ -180,11 +189,13 @@ class ApproachSkill:
         blocked_mm = world.floor.blocked_after_mm(world.here, end, elbow_mm=ELBOW_MM)
         return None if blocked_mm is None else max(0.0, blocked_mm - SONAR_FORWARD_MM)
 
-    def _blocked(self, observation: Observation, *, hides: bool) -> Fact:
+    def _blocked(self, observation: Observation, *, hides: bool) -> Failure:
         """Something is before it: perhaps for short if it hides the target, since that may be a person."""
         sudden = observation.time_s - self._open_s < RECENT_S
         reason = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG
-        return _failed(reason, observation, hides=hides, sudden=sudden)
+        range_mm = UNHEARD_MM if observation.range_mm is None else observation.range_mm
+        blocker = Blocker(range_mm, 0.0, moving=sudden, hides=hides)
+        return _failed(reason, observation, blocker, hides=hides, sudden=sudden)
 
     def _stuck(self, observation: Observation, known: TargetEstimate) -> Fact | None:
         """Whether it was told to drive and came nowhere: by its wheels, or by the picture that grows no larger."""
@@ -196,7 +207,8 @@ class ApproachSkill:
         _, then, then_mm = self._driven[0]
         moved_mm = math.hypot(pose.x_mm - then.x_mm, pose.y_mm - then.y_mm)
         if moved_mm < PROGRESS_MM:
-            return _failed(Reason.NO_PROGRESS, observation, moved_mm=moved_mm)
+            blocker = unheard_blocker(observation.range_mm)
+            return _failed(Reason.NO_PROGRESS, observation, blocker, moved_mm=moved_mm)
         if (
             observation.sighting is not None
             and moved_mm > 3 * PROGRESS_MM
@@ -225,16 +237,18 @@ class ApproachSkill:
         if stop is StopReason.CONTACT:
             return self._touched(observation)
         if stop is StopReason.STALLED:
-            return _failed(Reason.NO_PROGRESS, observation)
+            return _failed(Reason.NO_PROGRESS, observation, unheard_blocker(observation.range_mm))
         unseen = observation.sighting is None
         return self._blocked(observation, hides=unseen and observation.time_s - self._seen_s > 0.3)
 
-    def _touched(self, observation: Observation) -> Fact:
+    def _touched(self, observation: Observation) -> Failure:
         """It ran into something that it neither saw nor heard: remember it, and back off."""
         perception = self._perception
         perception.world.floor.block(perception.world.pose, 0.0)
         perception.context.body.straight(-RETREAT_MM)
-        return _failed(Reason.BLOCKED_LONG, observation, touched=True, hides=observation.sighting is None)
+        hides = observation.sighting is None
+        blocker = unheard_blocker(observation.range_mm, hides=hides)
+        return _failed(Reason.BLOCKED_LONG, observation, blocker, touched=True, hides=hides)
 
     def _stand(self, observation: Observation, bearing_deg: float) -> Fact | None:
         """Near enough by now: stand and look until it is clear what this is."""
@@ -249,5 +263,12 @@ class ApproachSkill:
         return self._mistaken(observation) if observation.time_s - self._stood_s >= 2 * DECIDE_S else None
 
 
-def _failed(reason: Reason, observation: Observation, **evidence: object) -> Fact:
-    return Fact(Event.ARRIVE_FAILED, reason, {"range_mm": observation.range_mm, **evidence})
+def _failed(
+    reason: Reason,
+    observation: Observation,
+    blocker: Blocker | None = None,
+    finding: TargetFinding | None = None,
+    **measured: object,
+) -> Failure:
+    measured = {"range_mm": observation.range_mm, **measured}
+    return Failure(Event.ARRIVE_FAILED, reason, measured, blocker, finding=finding)

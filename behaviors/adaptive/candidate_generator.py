@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Protocol
 
 import numpy as np
 
 from behaviors.adaptive.angles import wrapped_deg
 from behaviors.adaptive.follow_path import ELBOW_MM
 from behaviors.adaptive.path_planner import PathPlanner
-from behaviors.adaptive.world_model import TargetEstimate, WorldModel
+from behaviors.adaptive.world_model import TargetEstimate
 from behaviors.mission import AdaptiveParameters
 from behaviors.recovery import AlternativeTarget, Detour, Point, Viewpoint
 
@@ -39,24 +40,52 @@ NEWS_S = 60.0
 """Where another target was seen it still is, in one case out of e, after so long."""
 
 
+class WorldView(Protocol):
+    """The world model as candidates are generated from it: queries only."""
+
+    @property
+    def here(self) -> Point:
+        """Where the robot is."""
+        ...
+
+    @property
+    def known(self) -> Mapping[str, TargetEstimate]:
+        """The targets that were seen, by name."""
+        ...
+
+    @property
+    def paths(self) -> PathPlanner:
+        """All paths from here."""
+        ...
+
+    def clear_between(self, start: Point, end: Point, short_mm: float = 0.0, elbow_mm: float = 0.0) -> bool:
+        """Whether the robot could drive straight from `start` to `short_mm` before `end`."""
+        ...
+
+    def chance_from(self, target: str, place: Point) -> float:
+        """Probability that one look round from a place finds the target."""
+        ...
+
+    def novelty(self, target: str, place: Point) -> float:
+        """How much of a look from there is not a repetition of an earlier one, 0..1."""
+        ...
+
+    def tried(self, target: str, destination: Point) -> bool:
+        """Whether the robot set off for that destination from here before."""
+        ...
+
+
 class CandidateGenerator:
-    """What the map and the beliefs promise, from where the robot is.
+    """What the map and the beliefs promise, from where the robot is; changes neither.
 
     Args:
-        memory: What is known; a map on which the robot is walled in is wrong, and its obstacles are forgotten.
+        world: What is known.
         profile: The numbers.
     """
 
-    def __init__(self, world: WorldModel, profile: AdaptiveParameters) -> None:
+    def __init__(self, world: WorldView, profile: AdaptiveParameters) -> None:
         self._world = world
         self._profile = profile
-        self._routes = self._plan()
-        if not self._routes.lead_out(SPACING_MM):
-            world.floor.forget_obstacles()
-            self._routes = self._plan()
-
-    def _plan(self) -> PathPlanner:
-        return PathPlanner(self._world.floor, self._world.here, self._profile.cruise_mm_s)
 
     def detour(self, target: str) -> Detour | None:
         """The quickest way to a place from which the straight way to a target that was seen is free."""
@@ -65,28 +94,27 @@ class CandidateGenerator:
         if not known or not way:
             return None
         place, seconds = way
-        return Detour(max(LEAST_EXTRA_S, seconds - self._straight_s(known)) + 2 * TURN_S, self._routes.route_to(place))
+        extra_s = max(LEAST_EXTRA_S, seconds - self._straight_s(known)) + 2 * TURN_S
+        return Detour(extra_s, self._world.paths.route_to(place))
 
     def here(self, target: str) -> Viewpoint:
         """Another look round from here."""
-        world = self._world
-        return Viewpoint(0.0, RESCAN_S, world.beliefs[target].chance_from(*world.here, world.floor))
+        return Viewpoint(0.0, RESCAN_S, self._world.chance_from(target, self._world.here))
 
     def viewpoints(self, target: str) -> tuple[Viewpoint, ...]:
         """The places from which looking is most worth its time."""
         if not self._profile.chooses_viewpoints:
             return (Viewpoint(MOVING_OFF_S, SCAN_S, 1.0),)
-        world, routes = self._world, self._routes
+        world, routes = self._world, self._world.paths
         places = routes.places(SPACING_MM, known=True)
         travel_s = routes.seconds_to(places) + TURN_S
-        far = np.hypot(places[:, 0] - world.pose.x_mm, places[:, 1] - world.pose.y_mm) >= NEAREST_MM
+        far = np.hypot(places[:, 0] - world.here[0], places[:, 1] - world.here[1]) >= NEAREST_MM
         places, travel_s = places[far], travel_s[far]
         order = [i for i in np.argsort(travel_s)[:CANDIDATES] if not world.tried(target, (places[i, 0], places[i, 1]))]
-        belief = world.beliefs[target]
         found = []
         for i in order:
             place = float(places[i, 0]), float(places[i, 1])
-            chance = belief.chance_from(*place, world.floor) * world.novelty(target, place)
+            chance = world.chance_from(target, place) * world.novelty(target, place)
             found.append((chance, float(travel_s[i]), place))
         found.sort(key=lambda each: -each[0] / (each[1] + SCAN_S))
         return tuple(
@@ -106,7 +134,7 @@ class CandidateGenerator:
 
     def _seconds_to(self, known: TargetEstimate) -> float:
         """Time to a target that was seen; infinity where the map knows no way."""
-        if self._world.floor.clear_between(self._world.here, known.place, NEAREST_END_MM):
+        if self._world.clear_between(self._world.here, known.place, NEAREST_END_MM):
             return TURN_S + self._straight_s(known)
         way = self._way_round(known)
         return 2 * TURN_S + way[1] if way else math.inf
@@ -116,7 +144,7 @@ class CandidateGenerator:
 
     def _way_round(self, known: TargetEstimate) -> tuple[Point, float] | None:
         """Where a way ends from which the straight way to the target is free, and the time to the target that way."""
-        world, routes = self._world, self._routes
+        world, routes = self._world, self._world.paths
         places = routes.places(BESIDE_MM, known=False)
         dx, dy = places[:, 0] - known.place[0], places[:, 1] - known.place[1]
         away_mm = np.hypot(dx, dy)
@@ -130,6 +158,6 @@ class CandidateGenerator:
         for elbow_mm in ELBOWS_MM:
             for i in order:
                 place = float(places[i, 0]), float(places[i, 1])
-                if world.floor.clear_between(place, known.place, NEAREST_END_MM, elbow_mm):
+                if world.clear_between(place, known.place, NEAREST_END_MM, elbow_mm):
                     return place, float(seconds[i])
         return None

@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from behaviors.recovery import Blocker
+from behaviors.failures import Blocker
 
 NEGLIGIBLE = 0.05
 """Less likely kinds of things do not count."""

@@ -8,6 +8,7 @@ from itertools import pairwise
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.perception import Observation, Perception
 from behaviors.events import Event, Fact, Reason
+from behaviors.failures import Failure
 from behaviors.ports import StopReason
 from behaviors.recovery import Point
 from behaviors.skills import sighting_values, steering_deg_s
@@ -128,4 +129,4 @@ class FollowPathSkill:
         world = self._perception.world
         if math.dist(world.here, self._begin) >= FAR_ENOUGH_MM:
             return Fact(Event.RECOVERY_DONE, Reason.NO_WAY, {"stops": self._stops})
-        return Fact(Event.RECOVERY_FAILED, Reason.NO_WAY, {"range_mm": observation.range_mm, "stops": self._stops})
+        return Failure(Event.RECOVERY_FAILED, Reason.NO_WAY, {"range_mm": observation.range_mm, "stops": self._stops})

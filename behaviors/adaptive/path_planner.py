@@ -28,8 +28,8 @@ BEYOND_CELLS = 8
 """Ways go no farther than this beyond what is known."""
 TIGHT, DOUBTFUL, UNKNOWN = 2.0, 5.0, 1.4
 """How many times longer a way through such a cell is reckoned."""
-FEW_PLACES = 6
-"""Who can reach fewer places than this is walled in."""
+FEW_PLACES, FEW_SPACING_MM = 6, 400.0
+"""A robot that can reach fewer places than this, so far apart, is walled in."""
 TOUCHED = 0.05
 """Cells with less evidence either way count as never looked at: they cost more, and do not extend the map."""
 FREE = 0.2
@@ -66,9 +66,9 @@ class PathPlanner:
         seconds[inside] = self._field[i[inside], j[inside]] * self._pace
         return seconds
 
-    def lead_out(self, spacing_mm: float) -> bool:
-        """Whether they lead to more than a few places so far apart."""
-        return len(self.places(spacing_mm, known=False)) >= FEW_PLACES
+    def lead_out(self) -> bool:
+        """Whether they lead to more than a few places `FEW_SPACING_MM` apart."""
+        return len(self.places(FEW_SPACING_MM, known=False)) >= FEW_PLACES
 
     def reaches(self, point: Point) -> bool:
         """Whether a way leads there."""

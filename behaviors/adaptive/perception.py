@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from behaviors.adaptive.world_model import WorldModel
+from behaviors.failures import Blocker
 from behaviors.mission import AdaptiveParameters
 from behaviors.ports import Blind, Glance, Sighting
 from behaviors.skills import SkillContext, note_look
@@ -14,6 +15,8 @@ BLIND_NAP_S = 0.2
 """A camera without a picture is asked again so often."""
 PATIENCE_S = 20.0
 """How long to wait for a picture."""
+UNHEARD_MM = 150.0
+"""Something that holds or touches the robot and gives no echo is about this far ahead of the sonar."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +34,11 @@ class Observation:
     sighting: Sighting | None
     range_mm: float | None
     blind: bool = False
+
+
+def unheard_blocker(range_mm: float | None = None, *, hides: bool = False) -> Blocker:
+    """Return a blocker that the bumper or the wheels noticed; an echo may be of something behind it."""
+    return Blocker(UNHEARD_MM if range_mm is None else min(range_mm, UNHEARD_MM), 0.0, moving=False, hides=hides)
 
 
 class Perception:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from behaviors.adaptive.angles import wrapped_deg
-from behaviors.adaptive.perception import Perception
+from behaviors.adaptive.perception import Perception, unheard_blocker
 from behaviors.events import Event, Fact, Reason
+from behaviors.failures import Failure, TargetFinding
 from behaviors.skills import sighting_values
 
 STEP_DEG = 6.0
@@ -46,13 +47,13 @@ class ScanSkill:
         begun_s = perception.now()
         perception.context.body.stop()
         if not perception.await_picture():
-            return Fact(Event.SEARCH_FAILED, Reason.CAMERA_LOST, {"scan_s": perception.now() - begun_s})
+            return Failure(Event.SEARCH_FAILED, Reason.CAMERA_LOST, {"scan_s": perception.now() - begun_s})
         fact = self._rest() or self._look_where_known() or self._look_round()
         perception.context.body.stop()
         if fact is not None:
             return fact
-        perception.world.looked_round(perception.target)
-        return Fact(Event.SEARCH_FAILED, Reason.NEVER_SEEN, {"scan_s": perception.now() - begun_s})
+        scan_s = perception.now() - begun_s
+        return Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN, {"scan_s": scan_s}, finding=TargetFinding.NOT_HERE)
 
     def _look_where_known(self) -> Fact | None:
         """Look where the target is remembered, if that can be seen from here."""
@@ -118,7 +119,8 @@ class ScanSkill:
             if abs(heading_deg - moved_deg) > HELD_DEG:
                 moved_deg, still_s = heading_deg, 0.0
             elif still_s > HELD_S:
-                return Fact(Event.SEARCH_FAILED, Reason.NO_PROGRESS, {"turned_deg": sign * (heading_deg - start_deg)})
+                turned = {"turned_deg": sign * (heading_deg - start_deg)}
+                return Failure(Event.SEARCH_FAILED, Reason.NO_PROGRESS, turned, blocker=unheard_blocker())
             # on a slow link steps take longer: turn slower
             self._rate_deg_s = max(
                 SLOWEST_DEG_S, min(perception.profile.scan_deg_s, STEP_DEG / max(0.01, now_s - then_s))

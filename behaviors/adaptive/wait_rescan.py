@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from behaviors.adaptive.perception import Observation, Perception
+from behaviors.adaptive.perception import UNHEARD_MM, Observation, Perception
 from behaviors.events import Event, Fact, Reason
+from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.skills import sighting_values
 
 SHUT_MM, BEFORE_MM = 650.0, 200.0
@@ -55,8 +56,10 @@ class WaitSkill:
                 if self._clear >= CLEAR_UNSEEN:
                     return Fact(Event.RECOVERY_DONE, Reason.WAY_CLEAR, {"waited_s": observation.time_s - begun_s})
         waited_s = perception.now() - begun_s
-        evidence = {"waited_s": waited_s, "range_mm": range_mm, "hides": not self._in_view()}
-        return Fact(Event.RECOVERY_FAILED, Reason.BLOCKED_LONG, evidence)
+        hides = not self._in_view()
+        measured = {"waited_s": waited_s, "range_mm": range_mm, "hides": hides}
+        blocker = Blocker(UNHEARD_MM if range_mm is None else range_mm, 0.0, moving=False, hides=hides)
+        return Failure(Event.RECOVERY_FAILED, Reason.BLOCKED_LONG, measured, blocker)
 
     def _shut(self, observation: Observation) -> bool:
         world = self._perception.world
@@ -87,7 +90,7 @@ class RescanSkill:
         body.stop()
         begun_s = perception.now()
         if not perception.await_picture():
-            return Fact(Event.RECOVERY_FAILED, Reason.CAMERA_LOST, {"rescan_s": perception.now() - begun_s})
+            return Failure(Event.RECOVERY_FAILED, Reason.CAMERA_LOST, {"rescan_s": perception.now() - begun_s})
         known = perception.world.known.get(perception.target)
         if known is None:
             return Fact(Event.RECOVERY_DONE, Reason.THERE, {})
@@ -99,8 +102,10 @@ class RescanSkill:
                 body.turn(turn_deg)
             if (fact := self._look()) is not None:
                 return fact
-        perception.world.forget(perception.target)
-        return Fact(Event.RECOVERY_FAILED, Reason.NEVER_SEEN, {"rescan_s": perception.now() - begun_s})
+        rescan_s = perception.now() - begun_s
+        return Failure(
+            Event.RECOVERY_FAILED, Reason.NEVER_SEEN, {"rescan_s": rescan_s}, finding=TargetFinding.NOT_THERE
+        )
 
     def _look(self) -> Fact | None:
         """Look for some time; the time begins anew when there was no picture."""
@@ -112,6 +117,6 @@ class RescanSkill:
                 return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(observation.sighting)})
             if observation.blind:
                 if not perception.await_picture():
-                    return Fact(Event.RECOVERY_FAILED, Reason.CAMERA_LOST)
+                    return Failure(Event.RECOVERY_FAILED, Reason.CAMERA_LOST)
                 end_s = perception.now() + GLANCES_S
         return None

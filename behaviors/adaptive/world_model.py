@@ -6,11 +6,13 @@ import math
 from bisect import bisect_left
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from behaviors.adaptive.angles import wrapped_deg
 from behaviors.adaptive.belief import Belief
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
+from behaviors.adaptive.path_planner import PathPlanner
+from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.mission import Mission
 from behaviors.ports import Glance, Pose, Sighting
 from behaviors.recovery import Point, Recovery
@@ -45,6 +47,10 @@ NEW_MM = 500.0
 """What hides a target from a place hides it, in one case out of e, also from so far beside it."""
 SAME_PLACE_MM = 250.0
 """Choices no farther apart than this are made at one place."""
+SAME_BLOCKER_S, SAME_BLOCKER_MM = 40.0, 400.0
+"""What blocked the robot no longer ago than this, and no farther away, is still the same thing."""
+MARKED_MM = 600.0
+"""A blocker that is farther away than this is left to the echoes, which place it better."""
 
 
 @dataclass(slots=True)
@@ -114,6 +120,8 @@ class WorldModel:
         pose: Where it is.
         known: The targets that were seen, by name, as long as there is no reason to forget them.
         beliefs: Where each target may be, by name.
+        blocker: What caused the last failure, if anything was in the way.
+        paths: All paths from where the robot was at the last failure.
         half_view_deg: Half the camera's angle of view in which a target is wholly in the frame.
         seen_from_mm: From how far each target's detector finds it in good light, by name.
     """
@@ -123,12 +131,16 @@ class WorldModel:
         self.trail = Trail()
         self.pose = Pose()
         self.known: dict[str, TargetEstimate] = {}
+        self.blocker: Blocker | None = None
         self.half_view_deg = mission.camera.hfov_deg * HALF_VIEW_SHARE
         self.seen_from_mm = {
             name: min(FARTHEST_MM, target.height_mm * RANGE_HEIGHTS[target.detector])
             for name, target in mission.target.items()
         }
         self.beliefs = {name: Belief(self.seen_from_mm[name], self.half_view_deg) for name in mission.mission.targets}
+        self._cruise_mm_s = mission.adaptive.cruise_mm_s
+        self.paths = self._plan()
+        self._blocked: tuple[Point, float, float] | None = None
         self._unseen: dict[str, _Unseen] = {}
         self._renewed_s: float | None = None
         self._mistakes: list[tuple[str, Point, float]] = []
@@ -174,6 +186,53 @@ class WorldModel:
                 self._miss(target, self.trail.at(glance.time_s))
         return believed
 
+    def learn(self, target: str, failure: Failure, now_s: float) -> None:
+        """Update everything with a failure, before recoveries are weighed.
+
+        Args:
+            target: What was pursued.
+            failure: What went wrong.
+            now_s: Present time on the mission's clock.
+        """
+        match failure.finding:
+            case TargetFinding.NOT_HERE:
+                self._looked_from.append((target, self.here))
+            case TargetFinding.MOVED:
+                self.settle()
+                self.beliefs[target].scatter()
+            case TargetFinding.NOT_THERE:
+                self._forget(target)
+            case TargetFinding.LOOK_ALIKE:
+                self._reject(target)
+        self.settle()
+        self.blocker = self._place_blocker(failure, now_s)
+        self.plan()
+
+    def plan(self) -> None:
+        """Plan paths from here; a map on which the robot is walled in is wrong, and its obstacles are forgotten."""
+        self.paths = self._plan()
+        if not self.paths.lead_out():
+            self.floor.forget_obstacles()
+            self.paths = self._plan()
+
+    def _plan(self) -> PathPlanner:
+        return PathPlanner(self.floor, self.here, self._cruise_mm_s)
+
+    def _place_blocker(self, failure: Failure, now_s: float) -> Blocker | None:
+        """Put a blocker onto the map unless it comes from there, and tell how long it has been known."""
+        blocker = failure.blocker
+        if blocker is None:
+            return None
+        if blocker.range_mm <= MARKED_MM and not failure.mapped:
+            self.floor.block(self.pose, blocker.range_mm)
+        place, since_s = self.pose.ahead(blocker.range_mm), now_s
+        if self._blocked is not None:
+            before, begun_s, last_s = self._blocked
+            if math.dist(before, place) < SAME_BLOCKER_MM and now_s - last_s < SAME_BLOCKER_S:
+                since_s = begun_s
+        self._blocked = (place, since_s, now_s)
+        return replace(blocker, age_s=now_s - since_s)
+
     def settle(self) -> None:
         """Take in all looks that are still held back; called before something is decided."""
         for target, unseen in self._unseen.items():
@@ -187,18 +246,18 @@ class WorldModel:
         if known is not None and self.beliefs[target].held_at(known.place) < HELD:
             del self.known[target]
 
-    def forget(self, target: str) -> None:
+    def _forget(self, target: str) -> None:
         """Take in that it is not where it is remembered."""
         known = self.known.pop(target, None)
         if known is not None:
             self.beliefs[target].refute(known.place)
 
-    def unmask(self, target: str) -> None:
+    def _reject(self, target: str) -> None:
         """Take in that what was taken for the target is something else; for some time it is not taken for it again."""
         known = self.known.get(target)
         if known is not None:
             self._mistakes.append((target, known.place, known.time_s))
-        self.forget(target)
+        self._forget(target)
 
     def _believes(self, sighting: Sighting) -> bool:
         """Whether a sighting is not of what was found out to be something else."""
@@ -220,9 +279,13 @@ class WorldModel:
         if destination is not None:
             self._destinations.append((target, self.here, destination))
 
-    def looked_round(self, target: str) -> None:
-        """Keep that the robot has looked round for a target here."""
-        self._looked_from.append((target, self.here))
+    def chance_from(self, target: str, place: Point) -> float:
+        """Probability that one look round from a place finds the target."""
+        return self.beliefs[target].chance_from(*place, self.floor)
+
+    def clear_between(self, start: Point, end: Point, short_mm: float = 0.0, elbow_mm: float = 0.0) -> bool:
+        """Whether the robot could drive straight; see `OccupancyGrid.clear_between`."""
+        return self.floor.clear_between(start, end, short_mm, elbow_mm)
 
     def novelty(self, target: str, place: Point) -> float:
         """How much of a look from there is not a repetition of one from near there, 0..1."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from behaviors.events import Fact
+from behaviors.failures import Failure
 from behaviors.mission import Mission
 from behaviors.recovery import Choice, Evidence, RecoveryPolicy, ThesisPolicy
 from behaviors.skills import (
@@ -34,12 +34,15 @@ class Profile(Protocol):
         """
         ...
 
-    def evidence(self, failure: Evidence, fact: Fact) -> Evidence:
-        """What is known of a failure; called once for each.
+    def learn(self, failure: Failure) -> None:
+        """Update what the profile knows with a failure; called once for each, before `evidence`."""
+        ...
+
+    def evidence(self, basis: Evidence) -> Evidence:
+        """Complete the evidence for a choice; changes nothing.
 
         Args:
-            failure: What the executive itself knows.
-            fact: The failure, with what was measured.
+            basis: What the executive itself knows of the last failure.
         """
         ...
 
@@ -80,9 +83,12 @@ class ThesisProfile:
             return ThesisMoveSkill(self._context, choice.turn_deg)
         raise KeyError(state)
 
-    def evidence(self, failure: Evidence, fact: Fact) -> Evidence:  # noqa: ARG002 - another mind's may need it
-        """The thesis knows no more than whether the target was recognised."""
-        return failure
+    def learn(self, failure: Failure) -> None:
+        """Learn nothing: the thesis keeps no model of the world."""
+
+    def evidence(self, basis: Evidence) -> Evidence:
+        """Add nothing: the thesis knows no more than whether the target was recognised."""
+        return basis
 
     def select(self, evidence: Evidence) -> Choice:
         """Choose by the policy."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from behaviors.events import Reason
-from behaviors.recovery import Blocker, Choice, Evidence, Point, Recovery
+from behaviors.failures import Blocker
+from behaviors.recovery import Choice, Evidence, Point, Recovery
 
 FAILURES: dict[Reason, str] = {
     Reason.FULL_TURN_WITHOUT_SIGHTING: "a full turn did not bring it into view",

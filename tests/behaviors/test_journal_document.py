@@ -9,8 +9,9 @@ import pytest
 
 from behaviors.chart import MISSION_STATES
 from behaviors.events import Reason
+from behaviors.failures import Blocker
 from behaviors.journal import Kind
-from behaviors.recovery import AlternativeTarget, Blocker, Choice, Detour, Evidence, Recovery, Viewpoint
+from behaviors.recovery import AlternativeTarget, Choice, Detour, Evidence, Recovery, Viewpoint
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "journal.md").read_text(encoding="utf-8")
 KEYS = {

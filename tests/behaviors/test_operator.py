@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from behaviors.adaptive.policy import AdaptivePolicy
 from behaviors.events import Reason
+from behaviors.failures import Blocker
 from behaviors.journal import Kind, Record, plain
 from behaviors.operator import OPERATORS_WISH, ConfirmedPolicy, Question, question
 from behaviors.recovery import (
     AlternativeTarget,
-    Blocker,
     Choice,
     Detour,
     Evidence,

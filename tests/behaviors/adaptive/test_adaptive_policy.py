@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from behaviors.adaptive.policy import AdaptivePolicy
 from behaviors.events import Reason
+from behaviors.failures import Blocker
 from behaviors.journal import plain
-from behaviors.recovery import AlternativeTarget, Blocker, Choice, Detour, Evidence, Recovery, Viewpoint, evidence_from
+from behaviors.recovery import AlternativeTarget, Choice, Detour, Evidence, Recovery, Viewpoint, evidence_from
 
 POLICY = AdaptivePolicy()
 ROUTE = ((300.0, 400.0), (900.0, 100.0))

@@ -8,8 +8,10 @@ import pytest
 
 from behaviors.adaptive.approach import ApproachSkill
 from behaviors.adaptive.occupancy_grid import CELL_MM, MOST, SOLID, SONAR_FORWARD_MM, cell
+from behaviors.adaptive.perception import UNHEARD_MM, unheard_blocker
 from behaviors.adaptive.world_model import WorldModel
-from behaviors.events import Event, Fact, Reason
+from behaviors.events import Event, Reason
+from behaviors.failures import Failure, TargetFinding
 from behaviors.ports import Glance, Pose, Sighting
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.recovery import Evidence
@@ -35,10 +37,10 @@ class Bench:
         self.mind = AdaptiveProfile(context, robot.mission, self.queue)
         self.world: WorldModel = self.mind._world
 
-    def evidence(self, event: Event, reason: Reason, **measured: object) -> Evidence:
-        """What is known after a failure with these measurements."""
-        failure = Evidence(self.queue.target, reason, exist=True, researches=0)
-        return self.mind.evidence(failure, Fact(event, reason, measured))
+    def evidence(self, failure: Failure) -> Evidence:
+        """What is known after a failure."""
+        self.mind.learn(failure)
+        return self.mind.evidence(Evidence(self.queue.target, failure.reason, exist=True, researches=0))
 
 
 @pytest.fixture(name="bench")
@@ -49,15 +51,12 @@ def _bench() -> Iterator[Bench]:
         yield Bench(brick, simulation)
 
 
-@pytest.mark.parametrize(
-    ("reason", "measured"),
-    [(Reason.NO_PROGRESS, {}), (Reason.BLOCKED_LONG, {"touched": True})],
-    ids=["held", "touched"],
-)
-def test_what_the_sonar_does_not_hear_is_near_whatever_echoes_behind_it(bench, reason, measured):
-    blocker = bench.evidence(Event.ARRIVE_FAILED, reason, range_mm=2000.0, **measured).blocker
+@pytest.mark.parametrize("range_mm", [2000.0, None, 100.0])
+def test_what_the_sonar_does_not_hear_is_near_whatever_echoes_behind_it(bench, range_mm):
+    failure = Failure(Event.ARRIVE_FAILED, Reason.NO_PROGRESS, blocker=unheard_blocker(range_mm))
+    blocker = bench.evidence(failure).blocker
     assert blocker is not None
-    assert blocker.range_mm <= 200.0
+    assert blocker.range_mm == min(range_mm or UNHEARD_MM, UNHEARD_MM)
     assert not bench.world.floor.clear_between((0.0, 0.0), (600.0, 0.0))
     assert bench.world.floor.evidence.max() > SOLID
 
@@ -70,25 +69,25 @@ def test_what_is_remembered_to_be_in_the_way_is_where_it_is_remembered(bench):
     world.floor.evidence[cell(400.0, 0.0)] = MOST
     fact = ApproachSkill(bench.mind._perception, minds_map=True).call()
     assert fact.reason is Reason.BLOCKED_LONG
-    assert fact.evidence["range_mm"] == pytest.approx(400.0 - SONAR_FORWARD_MM, abs=CELL_MM)
+    assert fact.measured["range_mm"] == pytest.approx(400.0 - SONAR_FORWARD_MM, abs=CELL_MM)
 
 
 def test_an_oblique_view_that_flickers_does_not_make_the_target_gone(bench):
     belief = bench.world.beliefs[bench.queue.target]
     belief.see((1000.0, 0.0), (0.0, 0.0))
     before = belief.held_at((1000.0, 0.0))
-    bench.evidence(Event.ARRIVE_FAILED, Reason.TARGET_LOST, oblique=True)
+    bench.evidence(Failure(Event.ARRIVE_FAILED, Reason.TARGET_LOST))
     assert belief.held_at((1000.0, 0.0)) == before
-    bench.evidence(Event.ARRIVE_FAILED, Reason.TARGET_LOST)
+    bench.evidence(Failure(Event.ARRIVE_FAILED, Reason.TARGET_LOST, finding=TargetFinding.MOVED))
     assert belief.held_at((1000.0, 0.0)) < before
 
 
 def test_a_target_whose_turns_are_over_does_not_wait(bench):
     first, second = bench.queue.targets
     bench.queue.rounds = 1
-    assert bench.evidence(Event.SEARCH_FAILED, Reason.NEVER_SEEN).targets_left == 2
+    assert bench.evidence(Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN)).targets_left == 2
     bench.queue.decide(TargetOutcome.GIVEN_UP)
     bench.queue.next_target()
     assert bench.queue.current is second
     assert first.outcome is TargetOutcome.GIVEN_UP
-    assert bench.evidence(Event.SEARCH_FAILED, Reason.NEVER_SEEN).targets_left == 1
+    assert bench.evidence(Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN)).targets_left == 1

@@ -19,7 +19,7 @@ from behaviors.adaptive.dwell_time import (
     cost_s,
     hypotheses,
 )
-from behaviors.recovery import Blocker
+from behaviors.failures import Blocker
 
 ROUNDS_S = st.floats(0.1, 120.0)
 AGES_S = st.floats(0.0, 600.0)

@@ -16,10 +16,11 @@ from behaviors.adaptive.world_model import SAME_PLACE_MM, WorldModel
 from behaviors.chart import MissionChart
 from behaviors.events import Event, Fact, Reason
 from behaviors.executive import Ending, Executive
+from behaviors.failures import Blocker
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.ports import Glance, MotionResult, Pose, Sighting, StopReason
-from behaviors.recovery import Blocker, Choice, Detour, Evidence, Point, Recovery, Viewpoint
+from behaviors.recovery import Choice, Detour, Evidence, Point, Recovery, Viewpoint
 from behaviors.target_queue import TargetQueue
 
 REPEATS = 2

@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 
 from behaviors.adaptive.occupancy_grid import SOLID
 from behaviors.adaptive.world_model import SAME_PLACE_MM, Trail, WorldModel
+from behaviors.events import Event, Reason
+from behaviors.failures import Failure, TargetFinding
 from behaviors.mission import Mission
 from behaviors.ports import Glance, Pose, Sighting
 from behaviors.recovery import Point, Recovery
@@ -131,8 +133,9 @@ def test_what_is_forgotten_is_not_believed_to_be_there_any_more(world):
     place = (1200.0, 0.0)
     _see(world, place, 0.0)
     seen = world.beliefs["door"].chance_from(0.0, 0.0, world.floor)
-    world.forget("door")
-    world.forget("window")
+    not_there = Failure(Event.RECOVERY_FAILED, Reason.NEVER_SEEN, finding=TargetFinding.NOT_THERE)
+    world.learn("door", not_there, 1.0)
+    world.learn("window", not_there, 1.0)
     assert not world.known
     assert world.beliefs["door"].chance_from(0.0, 0.0, world.floor) < 0.5 * seen
 
