@@ -5,20 +5,19 @@ on to the next target. *link* and *safety* watch over it: a lost link suspends t
 it from any state, without an arrow from each.
 
 The rules of this file: every transition stands here and carries guards, not code; events are facts
-(`behaviors.events`); what is done in a state stands in `behaviors.skills`; what is chosen stands in
-`behaviors.recovery`; nothing here knows time. The motors never wait for the chart: safety stops them first and reports
-the fact afterwards.
+(`behaviors.events`); skills (`behaviors.skills`) act in a state; policies (`behaviors.recoveries`) choose; nothing here
+knows time. The motors never wait for the chart: the safety stop acts first and reports the fact afterwards.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from statemachine import HistoryState, State, StateChart
 
 from behaviors.events import Event, Fact
-from behaviors.recovery import Choice, Recovery
+from behaviors.recoveries import Choice, recovery_in
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
 Decide = Callable[[], Choice]
@@ -70,11 +69,11 @@ class MissionChart(StateChart[Any]):
                 arrived = arrive.to(reached)
                 arrive_failed = arrive.to(select)
 
-                select.to(recover.wait, cond="chose_wait")
-                select.to(recover.move_to, cond="chose_move_to")
-                select.to(recover.detour, cond="chose_detour")
-                select.to(recover.rescan, cond="chose_rescan")
-                select.to(gave_up, cond="chose_change_target")
+                select.to(recover.wait, cond="chosen")
+                select.to(recover.move_to, cond="chosen")
+                select.to(recover.detour, cond="chosen")
+                select.to(recover.rescan, cond="chosen")
+                select.to(gave_up, cond="chosen")
                 recovery_done = recover.to(search)
                 recovery_failed = recover.to(select)
 
@@ -142,28 +141,9 @@ class MissionChart(StateChart[Any]):
         """Guard: whether more targets are left."""
         return self.queue.more_targets
 
-    def chose_wait(self) -> bool:
-        """Guard: the policy chose to wait."""
-        return self._chose(Recovery.WAIT)
-
-    def chose_move_to(self) -> bool:
-        """Guard: the policy chose to look from elsewhere."""
-        return self._chose(Recovery.MOVE_TO)
-
-    def chose_detour(self) -> bool:
-        """Guard: the policy chose to go round what is in the way."""
-        return self._chose(Recovery.DETOUR)
-
-    def chose_rescan(self) -> bool:
-        """Guard: the policy chose to look again from here."""
-        return self._chose(Recovery.RESCAN)
-
-    def chose_change_target(self) -> bool:
-        """Guard: the policy chose to give this target up."""
-        return self._chose(Recovery.CHANGE_TARGET)
-
-    def _chose(self, kind: Recovery) -> bool:
-        return self.choice is not None and self.choice.kind is kind
+    def chosen(self, target: State) -> bool:
+        """Guard: the policy chose the recovery that leads to this state."""
+        return self.choice is not None and self.choice.kind is recovery_in(target.id)
 
     def on_enter_select(self) -> None:
         """Ask the policy, once for every failure; a decision that is broken off leaves no choice behind."""
@@ -199,18 +179,13 @@ class MissionChart(StateChart[Any]):
         self.raise_(Event.ABORT)
 
 
-MISSION_STATES = (
-    "idle",
-    "search",
-    "arrive",
-    "select",
-    "wait",
-    "move_to",
-    "detour",
-    "rescan",
-    "reached",
-    "gave_up",
-    "suspended",
-    "finished",
-)
+def _leaves(state: State) -> Iterator[str]:
+    if not state.states:
+        yield state.id
+    for child in state.states:
+        yield from _leaves(child)
+
+
+_ROBOT = next(state for state in MissionChart.states if state.id == "robot")
+MISSION_STATES = tuple(_leaves(next(region for region in _ROBOT.states if region.id == "mission")))
 """Leaves of the mission region."""

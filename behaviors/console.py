@@ -10,20 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from behaviors.journal import Kind, Record
-from behaviors.recovery import Recovery
+from behaviors.recoveries import RECOVERIES
 from behaviors.skills import Reply
 
 PREFIX = "[client2] "
 
 _ANSWERS: dict[object, str] = {Reply.CONTINUE.value: "Continue...", Reply.FAILED.value: "Failed"}
-
-_CHOICES: dict[object, str] = {
-    Recovery.WAIT: "Waiting",
-    Recovery.MOVE_TO: "Looking from elsewhere",
-    Recovery.DETOUR: "Going round",
-    Recovery.RESCAN: "Looking again",
-    Recovery.CHANGE_TARGET: "Leaving it for now",
-}
 
 
 class Console:
@@ -52,9 +44,9 @@ class Console:
 
 
 def _choice(data: Mapping[str, object]) -> str:
-    done = _CHOICES[data["choice"]]
+    said = RECOVERIES[str(data["choice"])].said
     limit = f" up to {data['wait_s']:.1f} s" if "wait_s" in data else ""
-    return f"{done}{limit}: {data['why']}"
+    return f"{said}{limit}: {data['why']}"
 
 
 def _line(record: Record) -> str | None:

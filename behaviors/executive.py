@@ -15,13 +15,14 @@ from typing import Any, cast
 
 from behaviors.chart import MISSION_STATES, MissionChart
 from behaviors.events import Event, Fact, Reason
+from behaviors.evidence import Evidence
 from behaviors.failures import Failure
 from behaviors.journal import Kind, Observer, Record, plain
 from behaviors.mission import Mission
 from behaviors.ports import Body, Clock, Eyes
 from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import PROFILES
-from behaviors.recovery import Choice, Evidence
+from behaviors.recoveries import Choice
 from behaviors.skills import Reply, Service, SkillContext, TimeUp
 from behaviors.target_queue import TargetProgress, TargetQueue
 
@@ -255,7 +256,7 @@ class Executive:
             Evidence(self._queue.target, self._failure.reason, self._exist, self._researches)
         )
         choice = self._mind.select(evidence)
-        self.note(Kind.CHOICE, choice=choice.kind, why=choice.why, **choice.numbers(), evidence=evidence.known())
+        self.note(Kind.CHOICE, **choice.record(), evidence=evidence.known())
         return choice
 
     def _stop_motors(self) -> None:

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
-from behaviors.recovery import Candidate, Choice, Evidence, Recovery, RecoveryPolicy, ThesisPolicy
+from behaviors.evidence import Evidence
+from behaviors.recoveries import CHANGE_TARGET, Candidate, Choice, RecoveryPolicy, ThesisPolicy
 
 OPERATORS_WISH = "the operator wished it"
 
@@ -67,8 +68,8 @@ def question(policy: RecoveryPolicy, evidence: Evidence) -> Question:
     known = candidates(policy, evidence)
     first = next((each for each in known if each.choice == proposed), OperatorChoice(proposed))
     others = [each for each in known if each is not first]
-    if proposed.kind is not Recovery.CHANGE_TARGET:
-        others.append(OperatorChoice(Choice(Recovery.CHANGE_TARGET, OPERATORS_WISH)))
+    if proposed.kind is not CHANGE_TARGET:
+        others.append(OperatorChoice(Choice(CHANGE_TARGET, OPERATORS_WISH)))
     return Question(evidence, proposed, (first, *others))
 
 

@@ -13,6 +13,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
+Point = tuple[float, float]
+"""x_mm, y_mm in the frame of the robot's start."""
+
 
 @dataclass(frozen=True, slots=True)
 class Pose:

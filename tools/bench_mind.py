@@ -21,12 +21,13 @@ from behaviors.adaptive.scan import ScanSkill
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.chart import MissionChart
 from behaviors.events import Event, Fact, Reason
+from behaviors.evidence import Evidence
 from behaviors.executive import Executive
 from behaviors.failures import Failure
 from behaviors.mission import Mission
 from behaviors.ports import Glance, Pose, Sighting
 from behaviors.profiles.adaptive import AdaptiveProfile
-from behaviors.recovery import Choice, Evidence, Recovery
+from behaviors.recoveries import WAIT, Choice
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
 from nxtdrive.brick import Brick
@@ -84,7 +85,7 @@ WAYS: dict[str, tuple[Event, ...]] = {
 
 def searching_chart() -> MissionChart:
     """The chart of a robot that searches."""
-    chart = MissionChart(TargetQueue(["lena", "rilakkuma"]), lambda: Choice(Recovery.WAIT, "measured"))
+    chart = MissionChart(TargetQueue(["lena", "rilakkuma"]), lambda: Choice(WAIT, "measured"))
     chart.report(Fact(Event.START, Reason.MISSION_STARTED))
     return chart
 

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from behaviors.adaptive.angles import wrapped_deg
 from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, DIRECTIONS, HINT, KNOWN, Grid, OccupancyGrid
-from behaviors.ports import Pose
-from behaviors.recovery import Point
+from behaviors.ports import Point, Pose
 
 SPACING_MM, REACH_MM = 400.0, 6800.0
 """Between neighbouring places, and from the start to the farthest along each axis: within the floor map."""

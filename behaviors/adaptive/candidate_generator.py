@@ -12,8 +12,9 @@ from behaviors.adaptive.angles import wrapped_deg
 from behaviors.adaptive.follow_path import ELBOW_MM
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.world_model import TargetEstimate
+from behaviors.evidence import AlternativeTarget, Detour, Viewpoint
 from behaviors.mission import AdaptiveParameters
-from behaviors.recovery import AlternativeTarget, Detour, Point, Viewpoint
+from behaviors.ports import Point
 
 SPACING_MM = 400.0
 """Between places that are considered as viewpoints."""

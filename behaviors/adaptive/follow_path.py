@@ -9,8 +9,7 @@ from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.perception import Observation, Perception
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Failure
-from behaviors.ports import StopReason
-from behaviors.recovery import Point
+from behaviors.ports import Point, StopReason
 from behaviors.skills import sighting_values, steering_deg_s
 
 NEAR_MM = 90.0

@@ -18,7 +18,7 @@ from behaviors.adaptive.occupancy_grid import (
     cell,
     centre_mm,
 )
-from behaviors.recovery import Point
+from behaviors.ports import Point
 
 ELBOW_MM = 40.0
 """Room beside the robot that a way must leave."""

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 from behaviors.adaptive.dwell_time import best_wait_s, cost_s, hypotheses
 from behaviors.events import Reason
+from behaviors.evidence import Evidence
 from behaviors.mission import AdaptiveParameters
-from behaviors.recovery import Candidate, Choice, Evidence, Recovery
+from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RESCAN, WAIT, Candidate, Choice
 
 DETOUR_CHANCE, WAIT_CHANCE = 0.8, 0.9
 """How often going round leads on; and waiting, when going round is left if it was in vain."""
@@ -45,12 +46,12 @@ class AdaptivePolicy:
     def select(self, evidence: Evidence) -> Choice:
         """The best candidate, or another target."""
         if self.max_researches is not None and evidence.researches >= self.max_researches:
-            return Choice(Recovery.CHANGE_TARGET, f"searched again {evidence.researches} times")
+            return Choice(CHANGE_TARGET, f"searched again {evidence.researches} times")
         best = min(self.options(evidence), key=lambda option: option.expected_s, default=None)
         if best is None:
-            return Choice(Recovery.CHANGE_TARGET, "everything was tried here")
+            return Choice(CHANGE_TARGET, "everything was tried here")
         if evidence.targets_left > 1 and evidence.blocker is None and evidence.spent_s >= self.search_budget_s:
-            return Choice(Recovery.CHANGE_TARGET, f"searched in vain for {evidence.spent_s:.0f} s")
+            return Choice(CHANGE_TARGET, f"searched in vain for {evidence.spent_s:.0f} s")
         return best.choice
 
     def options(self, evidence: Evidence) -> list[Candidate]:
@@ -65,8 +66,8 @@ class AdaptivePolicy:
         return [
             each
             for each in candidates
-            if (each.choice.kind is Recovery.MOVE_TO and each.choice.route)
-            or evidence.repeats.get(each.choice.kind, 0) < self.repeats
+            if (each.choice.kind is MOVE_TO and each.choice.route)
+            or evidence.repeats.get(each.choice.kind.name, 0) < self.repeats
         ]
 
     def _past_the_blocker(self, evidence: Evidence) -> Iterator[Candidate]:
@@ -82,19 +83,19 @@ class AdaptivePolicy:
             )
             leaves = sum(kind.weight * (1.0 - kind.survival(wait_s)) for kind in things)
             yield Candidate(
-                Choice(Recovery.WAIT, why, wait_s=wait_s),
+                Choice(WAIT, why, wait_s=wait_s),
                 cost_s(things, wait_s, round_s),
                 WAIT_CHANCE if detour else leaves,
             )
         if detour:
             why = f"going round takes {round_s:.0f} s, and waiting is not expected to pay"
-            yield Candidate(Choice(Recovery.DETOUR, why, route=detour.route), round_s, DETOUR_CHANCE)
+            yield Candidate(Choice(DETOUR, why, route=detour.route), round_s, DETOUR_CHANCE)
 
 
 def _others(evidence: Evidence) -> Iterator[Candidate]:
     for each in evidence.others:
         why = f"{each.target} was seen {each.age_s:.0f} s ago, {each.travel_s:.0f} s from here; it can be had sooner"
-        choice = Choice(Recovery.CHANGE_TARGET, why, instead=each.target)
+        choice = Choice(CHANGE_TARGET, why, instead=each.target)
         yield Candidate(choice, each.travel_s, each.chance)
 
 
@@ -102,11 +103,11 @@ def _looking(evidence: Evidence) -> Iterator[Candidate]:
     here = evidence.here
     in_sight = evidence.blocker is not None and not evidence.blocker.hides
     if evidence.reason is Reason.CAMERA_LOST:
-        yield Candidate(Choice(Recovery.RESCAN, "there was no picture; where it was it may still be"), RESCAN_S, 1.0)
+        yield Candidate(Choice(RESCAN, "there was no picture; where it was it may still be"), RESCAN_S, 1.0)
         return
     if not in_sight and here is not None and (here.chance >= WORTH_A_LOOK or not evidence.viewpoints):
         why = f"it may have been missed here: {here.chance:.0%}"
-        yield Candidate(Choice(Recovery.RESCAN, why), here.seconds, here.chance)
+        yield Candidate(Choice(RESCAN, why), here.seconds, here.chance)
     for each in evidence.viewpoints:
         why = f"{each.travel_s:.0f} s from here the chance to see it is {each.chance:.0%}"
-        yield Candidate(Choice(Recovery.MOVE_TO, why, route=each.route), each.seconds, each.chance)
+        yield Candidate(Choice(MOVE_TO, why, route=each.route), each.seconds, each.chance)

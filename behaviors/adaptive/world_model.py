@@ -14,8 +14,7 @@ from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.mission import Mission
-from behaviors.ports import Glance, Pose, Sighting
-from behaviors.recovery import Point, Recovery
+from behaviors.ports import Glance, Point, Pose, Sighting
 
 RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "color": 17.0}
 FARTHEST_MM = 4500.0
@@ -145,7 +144,7 @@ class WorldModel:
         self._renewed_s: float | None = None
         self._mistakes: list[tuple[str, Point, float]] = []
         self._aspect: dict[str, float] = {}
-        self._choices: list[tuple[str, Recovery, Point]] = []
+        self._choices: list[tuple[str, str, Point]] = []
         self._looked_from: list[tuple[str, Point]] = []
         self._destinations: list[tuple[str, Point, Point]] = []
 
@@ -273,9 +272,9 @@ class WorldModel:
         bearing_deg = wrapped_deg(math.degrees(math.atan2(dy, dx)) - self.pose.heading_deg)
         return bearing_deg, math.hypot(dx, dy)
 
-    def chose(self, target: str, kind: Recovery, destination: Point | None = None) -> None:
+    def chose(self, target: str, recovery: str, destination: Point | None = None) -> None:
         """Keep that a recovery was chosen here, and where it leads."""
-        self._choices.append((target, kind, self.here))
+        self._choices.append((target, recovery, self.here))
         if destination is not None:
             self._destinations.append((target, self.here, destination))
 
@@ -303,9 +302,9 @@ class WorldModel:
             for which, here, there in self._destinations
         )
 
-    def repeats(self, target: str) -> dict[Recovery, int]:
+    def repeats(self, target: str) -> dict[str, int]:
         """How often each recovery was chosen at this place for this target."""
-        counts: dict[Recovery, int] = {}
+        counts: dict[str, int] = {}
         for which, kind, place in self._choices:
             if which == target and math.dist(place, self.here) <= SAME_PLACE_MM:
                 counts[kind] = counts.get(kind, 0) + 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 from behaviors.adaptive.approach import ApproachSkill
@@ -13,14 +14,30 @@ from behaviors.adaptive.policy import AdaptivePolicy
 from behaviors.adaptive.scan import ScanSkill
 from behaviors.adaptive.wait_rescan import RescanSkill, WaitSkill
 from behaviors.adaptive.world_model import WorldModel
+from behaviors.evidence import Evidence
 from behaviors.failures import Failure
 from behaviors.mission import Mission
-from behaviors.recovery import Choice, Evidence, RecoveryPolicy
+from behaviors.recoveries import DETOUR, MOVE_TO, RESCAN, WAIT, Choice, RecoveryPolicy
 from behaviors.skills import Service, SkillContext, ThesisMoveSkill
 from behaviors.target_queue import TargetQueue
 
 EYES_ONLY_S = 20.0
 """When the map shows no path at all, it is more likely wrong than the robot is shut in: it is ignored for this time."""
+
+
+def _move(perception: Perception, choice: Choice) -> Service:
+    if choice.route:
+        return FollowPathSkill(perception, choice.route)
+    return ThesisMoveSkill(perception.context, choice.turn_deg)
+
+
+SKILLS: dict[str, Callable[[Perception, Choice], Service]] = {
+    WAIT.name: lambda perception, choice: WaitSkill(perception, choice.wait_s),
+    MOVE_TO.name: _move,
+    DETOUR.name: _move,
+    RESCAN.name: lambda perception, _: RescanSkill(perception),
+}
+"""What carries a recovery out."""
 
 
 class AdaptiveProfile:
@@ -58,15 +75,7 @@ class AdaptiveProfile:
             return ApproachSkill(self._perception, minds_map=trusts_map)
         if choice is None:
             raise KeyError(state)
-        if state == "wait":
-            return WaitSkill(self._perception, choice.wait_s)
-        if state == "rescan":
-            return RescanSkill(self._perception)
-        if state == "move_to" and not choice.route:
-            return ThesisMoveSkill(self._context, choice.turn_deg)
-        if state in ("move_to", "detour"):
-            return FollowPathSkill(self._perception, choice.route)
-        raise KeyError(state)
+        return SKILLS[state](self._perception, choice)
 
     def learn(self, failure: Failure) -> None:
         """Update the world model."""
@@ -94,7 +103,7 @@ class AdaptiveProfile:
         if evidence.blocker and evidence.detour is None:
             self._eyes_only_s = self._perception.now()
         choice = self._policy.select(evidence)
-        self._world.chose(evidence.target, choice.kind, choice.route[-1] if choice.route else None)
+        self._world.chose(evidence.target, choice.kind.name, choice.route[-1] if choice.route else None)
         return choice
 
     def _begin_pursuit(self) -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
+from behaviors.evidence import Evidence
 from behaviors.failures import Failure
 from behaviors.mission import Mission
-from behaviors.recovery import Choice, Evidence, RecoveryPolicy, ThesisPolicy
+from behaviors.recoveries import MOVE_TO, WAIT, Choice, RecoveryPolicy, ThesisPolicy
 from behaviors.skills import (
     Service,
     SkillContext,
@@ -77,9 +78,9 @@ class ThesisProfile:
             return ThesisSearchSkill(self._context, self._queue.target)
         if state == "arrive":
             return ThesisArriveSkill(self._context, self._queue.target)
-        if state == "wait" and choice:
+        if state == WAIT.name and choice:
             return ThesisWaitSkill(self._context, choice.wait_s)
-        if state == "move_to" and choice:
+        if state == MOVE_TO.name and choice:
             return ThesisMoveSkill(self._context, choice.turn_deg)
         raise KeyError(state)
 

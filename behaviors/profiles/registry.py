@@ -9,7 +9,7 @@ from behaviors.mission import Mission
 from behaviors.operator import Ask, ConfirmedPolicy
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.profile import MakeProfile, ThesisProfile
-from behaviors.recovery import RecoveryPolicy, ThesisPolicy
+from behaviors.recoveries import RecoveryPolicy, ThesisPolicy
 
 PROFILES: dict[str, type[ThesisProfile] | type[AdaptiveProfile]] = {
     "thesis": ThesisProfile,

@@ -10,10 +10,11 @@ from typing import Any
 
 from behaviors.chart import MISSION_STATES
 from behaviors.events import Event
+from behaviors.evidence import Evidence, evidence_from
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.operator import OperatorChoice, Weighing, candidates
-from behaviors.recovery import Choice, Evidence, RecoveryPolicy, choice_from, evidence_from
+from behaviors.recoveries import Choice, RecoveryPolicy, choice_from
 
 WEIGHED = ("blocker", "here", "viewpoints")
 """Only who weighs candidates knows any of these."""

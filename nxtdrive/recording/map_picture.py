@@ -15,9 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from behaviors.journal import Kind, Record
+from behaviors.ports import Point
+from behaviors.recoveries import recovery_in
 
 Image = npt.NDArray[np.uint8]
-Point = tuple[float, float]
 Color = tuple[int, int, int]
 
 SCALE = 0.2
@@ -33,26 +34,35 @@ PAPER: Color = (250, 250, 248)
 GRID: Color = (228, 228, 224)
 ECHO: Color = (150, 140, 130)
 
-STATE_COLORS: dict[str, Color] = {
-    "search": (200, 130, 30),
-    "arrive": (70, 160, 40),
-    "wait": (40, 160, 230),
-    "move_to": (180, 60, 150),
-    "detour": (30, 90, 150),
-    "rescan": (160, 160, 40),
-}
-"""Colour of the path in each state, blue-green-red."""
+SEARCH: Color = (200, 130, 30)
+ARRIVE: Color = (70, 160, 40)
+FAILED: Color = (40, 40, 200)
+STATE_COLORS: dict[str, Color] = {"search": SEARCH, "arrive": ARRIVE}
+"""Colour of the path in each state that is no recovery, blue-green-red; recoveries have theirs in the registry."""
 
 TARGET_COLORS: tuple[Color, ...] = ((60, 60, 210), (30, 110, 190), (150, 120, 20), (120, 40, 120))
 
 
 @dataclass(slots=True)
 class Mark:
-    """A place where something was decided."""
+    """A place where something was decided.
+
+    Attributes:
+        where: The place.
+        text: What, for the legend.
+        color: Blue, green, red.
+        marker: End of the name of one of OpenCV's markers, in lower case.
+    """
 
     where: Point
-    kind: str
     text: str
+    color: Color
+    marker: str
+
+    def draw(self, image: Image, place: tuple[int, int], size: int) -> None:
+        """Draw it at a pixel."""
+        shape = getattr(cv2, f"MARKER_{self.marker.upper()}")
+        cv2.drawMarker(image, place, self.color, shape, size, 2, cv2.LINE_AA)
 
 
 @dataclass(slots=True)
@@ -86,7 +96,7 @@ def draw_map(records: Sequence[Record]) -> Image:
     for echo in known.echoes:
         cv2.circle(sheet.image, sheet.at(echo), 2, ECHO, -1, cv2.LINE_AA)
     for (start, _), (end, state) in zip(known.path, known.path[1:], strict=False):
-        cv2.line(sheet.image, sheet.at(start), sheet.at(end), STATE_COLORS.get(state, INK), 3, cv2.LINE_AA)
+        cv2.line(sheet.image, sheet.at(start), sheet.at(end), state_color(state), 3, cv2.LINE_AA)
     for where, heading_deg in known.looks:
         _tick(sheet, where, heading_deg)
     for i, (target, points) in enumerate(known.sightings.items()):
@@ -99,6 +109,12 @@ def draw_map(records: Sequence[Record]) -> Image:
     _draw_marks(sheet, known.marks)
     _legend(sheet, known, records)
     return sheet.image
+
+
+def state_color(state: str) -> Color:
+    """Return the colour of the path in a state."""
+    recovery = recovery_in(state)
+    return recovery.color if recovery else STATE_COLORS.get(state, INK)
 
 
 def gather(records: Sequence[Record]) -> Known:
@@ -116,9 +132,9 @@ def gather(records: Sequence[Record]) -> Known:
                     known.looks.append((here, heading_deg))
                 _add_look(known, record, here, heading_deg)
         if record.kind is Kind.TRANSITION:
-            mark = _mark_of(record)
+            mark = _mark_of(record, here)
             if mark:
-                known.marks.append(Mark(here, *mark))
+                known.marks.append(mark)
     return known
 
 
@@ -133,25 +149,16 @@ def _add_look(known: Known, record: Record, here: Point, heading_deg: float) -> 
             known.sightings.setdefault(record.target, []).append(place)
 
 
-def _mark_of(record: Record) -> tuple[str, str] | None:
-    """Kind and text of the mark that a transition leaves on the map."""
-    entered, reason = record.data["to"], str(record.data.get("reason", "")).replace("_", " ")
-    match entered:
-        case "select":
-            return "failed", f"{record.target}: {reason}"
-        case "wait":
-            return "waited", "wait"
-        case "move_to":
-            return "moved", "move to"
-        case "detour":
-            return "went round", "go round"
-        case "rescan":
-            return "looked again", "look again"
-        case "reached":
-            return "reached", f"{record.target}: reached"
-        case "gave_up":
-            return "gave up", f"{record.target}: given up"
-    return None
+def _mark_of(record: Record, here: Point) -> Mark | None:
+    """The mark that a transition leaves on the map."""
+    entered = str(record.data["to"])
+    if entered == "select":
+        reason = str(record.data.get("reason", "")).replace("_", " ")
+        return Mark(here, f"{record.target}: {reason}", FAILED, "tilted_cross")
+    if entered == "reached":
+        return Mark(here, f"{record.target}: reached", ARRIVE, "star")
+    recovery = recovery_in(entered)
+    return Mark(here, f"{record.target}: {recovery.label}", recovery.color, recovery.marker) if recovery else None
 
 
 def _ahead(here: Point, heading_deg: float, distance_mm: float) -> Point:
@@ -205,17 +212,6 @@ def _tick(sheet: _Sheet, where: Point, heading_deg: float) -> None:
     cv2.line(sheet.image, sheet.at(where), sheet.at(_ahead(where, heading_deg, 90.0)), (190, 180, 170), 1, cv2.LINE_AA)
 
 
-MARK_SHAPES: dict[str, tuple[int, Color]] = {
-    "failed": (cv2.MARKER_TILTED_CROSS, (40, 40, 200)),
-    "waited": (cv2.MARKER_SQUARE, STATE_COLORS["wait"]),
-    "moved": (cv2.MARKER_TRIANGLE_UP, STATE_COLORS["move_to"]),
-    "went round": (cv2.MARKER_DIAMOND, STATE_COLORS["detour"]),
-    "looked again": (cv2.MARKER_CROSS, STATE_COLORS["rescan"]),
-    "reached": (cv2.MARKER_STAR, STATE_COLORS["arrive"]),
-    "gave up": (cv2.MARKER_TRIANGLE_DOWN, (40, 40, 200)),
-}
-
-
 def _draw_marks(sheet: _Sheet, marks: Sequence[Mark]) -> None:
     """Marks with their numbers in the order of events; marks at one place stand side by side."""
     taken: dict[tuple[int, int], int] = {}
@@ -225,18 +221,14 @@ def _draw_marks(sheet: _Sheet, marks: Sequence[Mark]) -> None:
         shift = taken.get(cell, 0)
         taken[cell] = shift + 1
         place = (column + 26 * (shift % 4), row - 8 + 20 * (shift // 4))
-        shape, color = MARK_SHAPES[mark.kind]
-        cv2.drawMarker(sheet.image, place, color, shape, 14, 2, cv2.LINE_AA)
-        write(sheet.image, str(number), (place[0] + 5, place[1] - 7), color, 0.38)
+        mark.draw(sheet.image, place, 14)
+        write(sheet.image, str(number), (place[0] + 5, place[1] - 7), mark.color, 0.38)
 
 
 def _legend(sheet: _Sheet, known: Known, records: Sequence[Record]) -> None:
     left, row = sheet.width + 8, 34
-    been = {state for _, state in known.path}
-    for state, color in STATE_COLORS.items():
-        if state not in been:
-            continue
-        cv2.line(sheet.image, (left, row - 4), (left + 26, row - 4), color, 3, cv2.LINE_AA)
+    for state in dict.fromkeys(state for _, state in known.path if state_color(state) != INK):
+        cv2.line(sheet.image, (left, row - 4), (left + 26, row - 4), state_color(state), 3, cv2.LINE_AA)
         write(sheet.image, state, (left + 36, row), INK, 0.42)
         row += 20
     cv2.circle(sheet.image, (left + 13, row - 4), 2, ECHO, -1, cv2.LINE_AA)
@@ -249,8 +241,7 @@ def _legend(sheet: _Sheet, known: Known, records: Sequence[Record]) -> None:
         if row > sheet.height - 40:
             write(sheet.image, "...", (left, row), INK, 0.38)
             break
-        shape, color = MARK_SHAPES[mark.kind]
-        cv2.drawMarker(sheet.image, (left + 6, row - 4), color, shape, 10, 2, cv2.LINE_AA)
+        mark.draw(sheet.image, (left + 6, row - 4), 10)
         write(sheet.image, f"{number} {mark.text}", (left + 20, row), INK, 0.38)
         row += 17
     if records:

@@ -12,12 +12,9 @@ from rich.live import Live
 from rich.text import Text
 
 from behaviors.journal import Kind, Record
-from behaviors.recovery import Recovery
+from behaviors.recoveries import Recovery, recovery_in
 
 REDRAWS_PER_S = 8
-STATES = {"move_to": "look elsewhere", "detour": "go round", "rescan": "look again", "gave_up": "give up"}
-"""What people call a state whose name says too little."""
-RECOVERIES = frozenset(Recovery)
 LINK_LOST = "the link is lost; waiting for the brick"
 
 
@@ -72,24 +69,25 @@ class StatusLine:
         battery_mv = record.data.get("battery_mv")
         if isinstance(battery_mv, int):
             self._battery = f"  battery {battery_mv / 1000:.1f} V"
+        recovery = recovery_in(record.state)
         self._live.update(
             Text.assemble(
-                (f" {STATES.get(record.state, record.state):<9}", "bold"),
+                (f" {recovery.label if recovery else record.state:<9}", "bold"),
                 f" {record.target}  ",
                 (f"sighting {self._sighting}", "green" if self._sighting != "-" else "dim"),
                 f"  {record.time_s:6.1f} s",
                 self._battery,
-                (self._note(record.state), "dim"),
+                (self._note(record.state, recovery), "dim"),
                 no_wrap=True,
                 overflow="ellipsis",
             )
         )
 
-    def _note(self, state: str) -> str:
+    def _note(self, state: str, recovery: Recovery | None) -> str:
         """Why it is in this state, where that is not plain."""
         if state == "suspended":
             return f"  {LINK_LOST}"
-        return f"  {self._why}" if state in RECOVERIES and self._why else ""
+        return f"  {self._why}" if recovery and self._why else ""
 
 
 def _sighting(values: Mapping[str, object]) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from behaviors.events import Reason
+from behaviors.evidence import Evidence
 from behaviors.failures import Blocker
-from behaviors.recovery import Choice, Evidence, Point, Recovery
 
 FAILURES: dict[Reason, str] = {
     Reason.FULL_TURN_WITHOUT_SIGHTING: "a full turn did not bring it into view",
@@ -52,33 +52,9 @@ def spaced(name: str) -> str:
     return name.replace("_", " ")
 
 
-def choice_words(choice: Choice) -> str:
-    """What a choice does."""
-    match choice.kind:
-        case Recovery.WAIT:
-            return f"wait up to {choice.wait_s:.1f} s"
-        case Recovery.MOVE_TO if choice.route:
-            return f"look from {place_words(choice.route[-1])}"
-        case Recovery.MOVE_TO:
-            return f"turn {choice.turn_deg:+.0f}° and move off"
-        case Recovery.DETOUR:
-            return f"go round, to {place_words(choice.route[-1])}" if choice.route else "go round"
-        case Recovery.RESCAN:
-            return "look again from here"
-        case Recovery.CHANGE_TARGET:
-            return "leave this target for now" + (f" and go for {choice.instead}" if choice.instead else "")
-
-
-def place_words(place: Point) -> str:
-    """A place in the frame of the start."""
-    x_m, y_m = round(place[0] / 1000, 1), round(place[1] / 1000, 1)
-    along = f"{abs(x_m):.1f} m {'behind' if x_m < 0 else 'ahead'}"
-    return f"{along}, {abs(y_m):.1f} m {'left' if y_m < 0 else 'right'} of the start"
-
-
 def evidence_lines(evidence: Evidence) -> Iterator[str]:
     """What was known, a sentence a line, with its numbers."""
-    seen = "was recognised" if evidence.exist else "was not recognised"
+    seen = "was recognised" if evidence.seen_since_search else "was not recognised"
     yield f"{evidence.target} {seen} since the last search began; searched for again: {_times(evidence.researches)}"
     if evidence.spent_s:
         yield f"{evidence.spent_s:.0f} s since the last sighting, or since its turn began"

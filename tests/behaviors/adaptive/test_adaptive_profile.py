@@ -11,10 +11,10 @@ from behaviors.adaptive.occupancy_grid import CELL_MM, MOST, SOLID, SONAR_FORWAR
 from behaviors.adaptive.perception import UNHEARD_MM, unheard_blocker
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason
+from behaviors.evidence import Evidence
 from behaviors.failures import Failure, TargetFinding
 from behaviors.ports import Glance, Pose, Sighting
 from behaviors.profiles.adaptive import AdaptiveProfile
-from behaviors.recovery import Evidence
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetOutcome, TargetQueue
 from nxtdrive.brick import Brick
@@ -40,7 +40,7 @@ class Bench:
     def evidence(self, failure: Failure) -> Evidence:
         """What is known after a failure."""
         self.mind.learn(failure)
-        return self.mind.evidence(Evidence(self.queue.target, failure.reason, exist=True, researches=0))
+        return self.mind.evidence(Evidence(self.queue.target, failure.reason, seen_since_search=True, researches=0))
 
 
 @pytest.fixture(name="bench")

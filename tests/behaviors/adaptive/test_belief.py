@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from behaviors.adaptive.belief import Belief
 from behaviors.adaptive.occupancy_grid import CELLS, MOST, OccupancyGrid, cell, centre_mm
-from behaviors.ports import Pose
-from behaviors.recovery import Point
+from behaviors.ports import Point, Pose
 
 RANGE_MM, HALF_VIEW_DEG = 3000.0, 25.0
 TURN_DEG_S = 36.0

@@ -12,8 +12,7 @@ from behaviors.adaptive.candidate_generator import CandidateGenerator
 from behaviors.adaptive.occupancy_grid import CELLS, MOST, centre_mm
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.mission import AdaptiveParameters, Mission
-from behaviors.ports import Glance, Pose, Sighting
-from behaviors.recovery import Point
+from behaviors.ports import Glance, Point, Pose, Sighting
 
 PROFILE = AdaptiveParameters()
 X_MM, Y_MM = centre_mm(np.arange(CELLS))[:, None], centre_mm(np.arange(CELLS))[None, :]

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, FOOTPRINT_MM, MOST, SOLID, OccupancyGrid, cell, centre_mm
 from behaviors.adaptive.path_planner import PathPlanner
-from behaviors.ports import Pose
-from behaviors.recovery import Point
+from behaviors.ports import Point, Pose
 
 SPEED_MM_S = 200.0
 HALF_ROOM_MM = 2000.0

@@ -15,8 +15,7 @@ from behaviors.adaptive.world_model import SAME_PLACE_MM, Trail, WorldModel
 from behaviors.events import Event, Reason
 from behaviors.failures import Failure, TargetFinding
 from behaviors.mission import Mission
-from behaviors.ports import Glance, Pose, Sighting
-from behaviors.recovery import Point, Recovery
+from behaviors.ports import Glance, Point, Pose, Sighting
 
 LAG_S = 0.15
 """How old a frame is when its sighting is known."""
@@ -184,16 +183,16 @@ def test_echoes_go_onto_the_floor_map_and_silence_marks_nothing(world):
 def test_repetitions_are_counted_for_each_place_target_and_recovery(world):
     _stand_at(world, (0.0, 0.0))
     assert world.repeats("door") == {}
-    world.chose("door", Recovery.WAIT)
-    world.chose("door", Recovery.WAIT)
-    world.chose("door", Recovery.RESCAN)
-    world.chose("window", Recovery.DETOUR)
-    assert world.repeats("door") == {Recovery.WAIT: 2, Recovery.RESCAN: 1}
-    assert world.repeats("window") == {Recovery.DETOUR: 1}
+    world.chose("door", "wait")
+    world.chose("door", "wait")
+    world.chose("door", "rescan")
+    world.chose("window", "detour")
+    assert world.repeats("door") == {"wait": 2, "rescan": 1}
+    assert world.repeats("window") == {"detour": 1}
     _stand_at(world, (0.8 * SAME_PLACE_MM, 0.0))
-    assert world.repeats("door") == {Recovery.WAIT: 2, Recovery.RESCAN: 1}
+    assert world.repeats("door") == {"wait": 2, "rescan": 1}
     _stand_at(world, (1.2 * SAME_PLACE_MM, 0.0))
     assert world.repeats("door") == {}
-    world.chose("door", Recovery.WAIT)
+    world.chose("door", "wait")
     _stand_at(world, (0.6 * SAME_PLACE_MM, 0.0))
-    assert world.repeats("door") == {Recovery.WAIT: 3, Recovery.RESCAN: 1}, "both places are near"
+    assert world.repeats("door") == {"wait": 3, "rescan": 1}, "both places are near"
