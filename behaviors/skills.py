@@ -29,23 +29,30 @@ from behaviors.journal import Kind, Note
 from behaviors.mission import ThesisParameters
 from behaviors.ports import Body, Clock, Eyes, Pose, Sighting, StopReason
 
-STEER_PER_S = 1.6
-"""Turn rate per degree of bearing while approaching, 1/s; settles in about a second without swinging."""
 
-STEER_LIMIT_DEG_S = 60.0
-"""Fastest turn while approaching; faster blurs the picture."""
+@dataclass(frozen=True, slots=True)
+class SkillNumbers:
+    """The numbers of the skills that a mission does not set.
 
-SHARP_DEG = 20.0
-"""At this bearing an approach only turns; straight ahead it drives at full cruise."""
+    Attributes:
+        steer_per_s: Turn rate per degree of bearing while approaching, 1/s; settles in about a second without swinging.
+        steer_limit_deg_s: Fastest turn while approaching; faster blurs the picture.
+        sharp_deg: At this bearing an approach only turns; straight ahead it drives at full cruise.
+        blind_drive_s: A target unseen for this long stops an approach's motors; one dropped frame does not.
+        instant_s: What is left of a wait when rounding has used up the rest; sleeping this little might let no time
+            pass at all.
+        nap_s: A wait is cut into naps, so that it can be interrupted and the brick kept awake.
+    """
 
-BLIND_DRIVE_S = 0.5
-"""A target unseen for so long stops an approach's motors; one dropped frame does not."""
+    steer_per_s: float = 1.6
+    steer_limit_deg_s: float = 60.0
+    sharp_deg: float = 20.0
+    blind_drive_s: float = 0.5
+    instant_s: float = 0.001
+    nap_s: float = 0.5
 
-INSTANT_S = 0.001
-"""What is left of a wait when rounding has eaten the rest; sleeping so little might let no time pass at all."""
 
-NAP_S = 0.5
-"""A wait is cut into naps, so that it can be interrupted and the brick kept awake."""
+N = SkillNumbers()
 
 
 class TimeUp(Exception):
@@ -211,13 +218,13 @@ class ThesisArriveSkill:
         if now_s - self._begun_s >= profile.approach_limit_s:
             taken = {"approach_s": now_s - self._begun_s}
             return Failure(Event.ARRIVE_FAILED, Reason.APPROACH_TIMEOUT, {**taken, **surroundings(context)})
-        if unseen_s > BLIND_DRIVE_S:
+        if unseen_s > N.blind_drive_s:
             context.body.stop()
         return None
 
     def _steer(self, sighting: Sighting) -> None:
         bearing_deg = sighting.bearing_deg
-        speed_mm_s = self._context.profile.cruise_mm_s * max(0.0, 1.0 - abs(bearing_deg) / SHARP_DEG)
+        speed_mm_s = self._context.profile.cruise_mm_s * max(0.0, 1.0 - abs(bearing_deg) / N.sharp_deg)
         self._watch.update(self._context.body.drive(speed_mm_s, steering_deg_s(bearing_deg)))
 
 
@@ -311,15 +318,15 @@ class ThesisWaitSkill:
         context = self._context
         context.body.stop()
         context.body.keep_alive()
-        while self._left_s > INSTANT_S:
+        while self._left_s > N.instant_s:
             context.check_time()
             begun_s = context.clock.now()
-            context.clock.sleep(min(NAP_S, self._left_s))
+            context.clock.sleep(min(N.nap_s, self._left_s))
             self._left_s -= context.clock.now() - begun_s
         return Fact(Event.RECOVERY_DONE, Reason.WAITED, {"waited_s": self._wait_s})
 
 
-def steering_deg_s(bearing_deg: float, per_s: float = STEER_PER_S, limit_deg_s: float = STEER_LIMIT_DEG_S) -> float:
+def steering_deg_s(bearing_deg: float, per_s: float = N.steer_per_s, limit_deg_s: float = N.steer_limit_deg_s) -> float:
     """How fast to turn towards a bearing: in proportion to it, up to a limit; positive right."""
     return max(-limit_deg_s, min(limit_deg_s, per_s * bearing_deg))
 

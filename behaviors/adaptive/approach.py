@@ -4,40 +4,62 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import dataclass
 
-from behaviors.adaptive.occupancy_grid import SONAR_FORWARD_MM
-from behaviors.adaptive.perception import UNHEARD_MM, Observation, Perception, unheard_blocker
+from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.perception import N as PERCEPTION
+from behaviors.adaptive.perception import Observation, Perception, unheard_blocker
 from behaviors.adaptive.target_verifier import TargetVerifier, Verdict
 from behaviors.adaptive.world_model import TargetEstimate
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.ports import Pose, StopReason
-from behaviors.skills import SHARP_DEG, sighting_values, steering_deg_s
+from behaviors.skills import N as SKILLS
+from behaviors.skills import sighting_values, steering_deg_s
 
-IN_VIEW_SHARE = 0.9
-"""Within this share of the reliable view and of the detector's range a target should be found."""
-SLOW_MM, SLOWEST = 250.0, 0.5
-"""So long before the target it slows down, to this share of its speed."""
-SHUT_MM = 600.0
-"""An echo from nearer than this, straight ahead, is of something that the robot would touch."""
-BEFORE_MM = 250.0
-"""Something is before the target when its echo is so much nearer than the picture."""
-ECHOES = 2
-"""So many such echoes in a row are believed."""
-AHEAD_DEG = 10.0
-"""A target within this bearing is straight ahead: where the sonar points."""
-DECIDE_S = 5.0
-"""How long it stands before a target it doubts; after that even odds will do, and after twice that it gives up."""
-PROGRESS_S, PROGRESS_MM = 4.0, 120.0
-"""A robot that was told to drive should be so much further on after that time."""
-RECENT_S = 3.0
-"""Somebody who steps in was not there so long ago."""
-NEAR_MM, STRETCH_MM = 750.0, 450.0
-"""Farther than the first from the target it minds what is remembered on the next stretch; nearer it trusts its eyes."""
-ELBOW_MM = 20.0
-"""Room beside the robot that the next stretch must leave."""
-RETREAT_MM = 80.0
-"""What was touched is left so far behind."""
+
+@dataclass(frozen=True, slots=True)
+class ApproachNumbers:
+    """The numbers of an approach.
+
+    Attributes:
+        in_view_share: Within this share of the reliable view, and of the detector's range, a target should be found.
+        slow_mm: The robot slows down this long before the target,
+        slowest: to this share of its speed.
+        blocked_mm: An echo from nearer, straight ahead, is of something that the robot would touch.
+        before_mm: Something is before the target when its echo is this much nearer than the picture.
+        echoes: Such echoes in a row that are believed.
+        ahead_deg: A target within this bearing is straight ahead, where the sonar points.
+        decide_s: The robot stands this long before a doubtful target; afterwards even odds will do, and after twice
+            this time it gives up.
+        progress_s: A robot that was told to drive should, after this time,
+        progress_mm: be this much farther on.
+        recent_s: A blocker that was not there this long ago is a person who stepped in.
+        map_ends_mm: Nearer to the target than this the robot trusts its eyes, not the map;
+        stretch_mm: farther away the map must be free for this long ahead,
+        clearance_mm: with this much room beside the robot: less than a planned path leaves, since the target is in
+            view.
+        retreat_mm: The robot backs off this far from what it touched.
+    """
+
+    in_view_share: float = 0.9
+    slow_mm: float = 250.0
+    slowest: float = 0.5
+    blocked_mm: float = 600.0
+    before_mm: float = 250.0
+    echoes: int = 2
+    ahead_deg: float = 10.0
+    decide_s: float = 5.0
+    progress_s: float = 4.0
+    progress_mm: float = 120.0
+    recent_s: float = 3.0
+    map_ends_mm: float = 750.0
+    stretch_mm: float = 450.0
+    clearance_mm: float = 20.0
+    retreat_mm: float = 80.0
+
+
+N = ApproachNumbers()
 
 
 class ApproachSkill:
@@ -115,8 +137,8 @@ class ApproachSkill:
         """Whether the place of the target is well within what the camera shows and the detector finds."""
         world = self._perception.world
         return (
-            abs(bearing_deg) <= IN_VIEW_SHARE * world.half_view_deg
-            and distance_mm <= IN_VIEW_SHARE * world.seen_from_mm[self._perception.target]
+            abs(bearing_deg) <= N.in_view_share * world.half_view_deg
+            and distance_mm <= N.in_view_share * world.seen_from_mm[self._perception.target]
         )
 
     def _arrived(self, observation: Observation) -> Fact | None:
@@ -127,7 +149,7 @@ class ApproachSkill:
         if sighting is None or sighting.distance_mm > self._perception.profile.arrive_mm:
             return None
         decide = (
-            self._stood_s is not None and observation.time_s - self._stood_s >= DECIDE_S and self._verifier.odds > 0
+            self._stood_s is not None and observation.time_s - self._stood_s >= N.decide_s and self._verifier.odds > 0
         )
         if decide or self._verifier.verdict is Verdict.REAL:
             evidence = {"sighting": sighting_values(sighting), "odds": self._verifier.odds}
@@ -149,15 +171,15 @@ class ApproachSkill:
         unseen_s = now_s - self._seen_s
         before = (
             observation.range_mm is not None
-            and abs(bearing_deg) <= AHEAD_DEG
-            and observation.range_mm <= min(SHUT_MM, distance_mm - BEFORE_MM)
+            and abs(bearing_deg) <= N.ahead_deg
+            and observation.range_mm <= min(N.blocked_mm, distance_mm - N.before_mm)
         )
         self._shut = self._shut + 1 if before else 0
         if not before:
             self._open_s = now_s
-        if self._shut >= ECHOES and distance_mm > perception.profile.arrive_mm:
+        if self._shut >= N.echoes and distance_mm > perception.profile.arrive_mm:
             return self._blocked(observation, hides=unseen_s > perception.profile.lost_after_s / 2)
-        if self._minds_map and distance_mm > NEAR_MM and abs(bearing_deg) <= AHEAD_DEG:
+        if self._minds_map and distance_mm > N.map_ends_mm and abs(bearing_deg) <= N.ahead_deg:
             remembered_mm = self._remembered_mm(known, distance_mm)
             if remembered_mm is not None:
                 blocker = Blocker(remembered_mm, 0.0, moving=False, hides=False)
@@ -172,7 +194,7 @@ class ApproachSkill:
     def _lost(self, observation: Observation, bearing_deg: float, distance_mm: float, unseen_s: float) -> Failure:
         """The target went out of view: something stepped in between, or it moved."""
         range_mm = observation.range_mm
-        if range_mm is not None and range_mm <= distance_mm - BEFORE_MM and abs(bearing_deg) <= AHEAD_DEG:
+        if range_mm is not None and range_mm <= distance_mm - N.before_mm and abs(bearing_deg) <= N.ahead_deg:
             blocker = Blocker(range_mm, 0.0, moving=False, hides=True)
             return _failed(Reason.LOST_BEHIND, observation, blocker, unseen_s=unseen_s)
         return _failed(Reason.TARGET_LOST, observation, finding=TargetFinding.MOVED, unseen_s=unseen_s)
@@ -183,36 +205,36 @@ class ApproachSkill:
         Beside the beam there may be more than the sonar hears now.
         """
         world = self._perception.world
-        share = min(1.0, STRETCH_MM / distance_mm)
+        share = min(1.0, N.stretch_mm / distance_mm)
         x_mm, y_mm = world.here
         end = x_mm + share * (known.place[0] - x_mm), y_mm + share * (known.place[1] - y_mm)
-        blocked_mm = world.floor.blocked_after_mm(world.here, end, elbow_mm=ELBOW_MM)
-        return None if blocked_mm is None else max(0.0, blocked_mm - SONAR_FORWARD_MM)
+        blocked_mm = world.floor.blocked_after_mm(world.here, end, elbow_mm=N.clearance_mm)
+        return None if blocked_mm is None else max(0.0, blocked_mm - GRID.sonar_forward_mm)
 
     def _blocked(self, observation: Observation, *, hides: bool) -> Failure:
         """Something is before it: perhaps for short if it hides the target, since that may be a person."""
-        sudden = observation.time_s - self._open_s < RECENT_S
+        sudden = observation.time_s - self._open_s < N.recent_s
         reason = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG
-        range_mm = UNHEARD_MM if observation.range_mm is None else observation.range_mm
+        range_mm = PERCEPTION.unheard_mm if observation.range_mm is None else observation.range_mm
         blocker = Blocker(range_mm, 0.0, moving=sudden, hides=hides)
         return _failed(reason, observation, blocker, hides=hides, sudden=sudden)
 
     def _stuck(self, observation: Observation, known: TargetEstimate) -> Fact | None:
         """Whether it was told to drive and came nowhere: by its wheels, or by the picture that grows no larger."""
         pose = self._perception.world.pose
-        while self._driven and self._driven[0][0] < observation.time_s - PROGRESS_S - 0.5:
+        while self._driven and self._driven[0][0] < observation.time_s - N.progress_s - 0.5:
             self._driven.popleft()
-        if not self._driven or self._driven[0][0] > observation.time_s - PROGRESS_S:
+        if not self._driven or self._driven[0][0] > observation.time_s - N.progress_s:
             return None
         _, then, then_mm = self._driven[0]
         moved_mm = math.hypot(pose.x_mm - then.x_mm, pose.y_mm - then.y_mm)
-        if moved_mm < PROGRESS_MM:
+        if moved_mm < N.progress_mm:
             blocker = unheard_blocker(observation.range_mm)
             return _failed(Reason.NO_PROGRESS, observation, blocker, moved_mm=moved_mm)
         if (
             observation.sighting is not None
-            and moved_mm > 3 * PROGRESS_MM
-            and then_mm - known.distance_mm < PROGRESS_MM / 2
+            and moved_mm > 3 * N.progress_mm
+            and then_mm - known.distance_mm < N.progress_mm / 2
         ):
             return _failed(Reason.SLIPPED, observation, moved_mm=moved_mm)
         return None
@@ -224,8 +246,8 @@ class ApproachSkill:
         known_mm = sighting.distance_mm if sighting else distance_mm
         if known_mm <= profile.arrive_mm:
             return self._stand(observation, bearing_deg)
-        ahead = max(0.0, 1.0 - abs(bearing_deg) / SHARP_DEG)
-        near = min(1.0, max(SLOWEST, (distance_mm - profile.arrive_mm) / SLOW_MM))
+        ahead = max(0.0, 1.0 - abs(bearing_deg) / SKILLS.sharp_deg)
+        near = min(1.0, max(N.slowest, (distance_mm - profile.arrive_mm) / N.slow_mm))
         speed_mm_s = profile.cruise_mm_s * ahead * near
         if ahead < 0.5:
             self._driven.clear()
@@ -245,7 +267,7 @@ class ApproachSkill:
         """It ran into something that it neither saw nor heard: remember it, and back off."""
         perception = self._perception
         perception.world.floor.block(perception.world.pose, 0.0)
-        perception.context.body.straight(-RETREAT_MM)
+        perception.context.body.straight(-N.retreat_mm)
         hides = observation.sighting is None
         blocker = unheard_blocker(observation.range_mm, hides=hides)
         return _failed(Reason.BLOCKED_LONG, observation, blocker, touched=True, hides=hides)
@@ -253,14 +275,14 @@ class ApproachSkill:
     def _stand(self, observation: Observation, bearing_deg: float) -> Fact | None:
         """Near enough by now: stand and look until it is clear what this is."""
         perception = self._perception
-        if abs(bearing_deg) > AHEAD_DEG:
+        if abs(bearing_deg) > N.ahead_deg:
             perception.context.body.drive(0.0, steering_deg_s(bearing_deg))
         else:
             perception.context.body.stop()
         self._driven.clear()
         if self._stood_s is None:
             self._stood_s = observation.time_s
-        return self._mistaken(observation) if observation.time_s - self._stood_s >= 2 * DECIDE_S else None
+        return self._mistaken(observation) if observation.time_s - self._stood_s >= 2 * N.decide_s else None
 
 
 def _failed(

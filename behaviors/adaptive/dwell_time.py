@@ -13,14 +13,27 @@ from dataclasses import dataclass
 
 from behaviors.failures import Blocker
 
-NEGLIGIBLE = 0.05
-"""Less likely kinds of things do not count."""
-BOUND = 2.0
-"""The bound: no kind of thing costs more than so many times what it would cost somebody who knows."""
-LONGEST_S = 30.0
-"""No single wait is longer; afterwards more is known."""
-PASSING_S, LINGERING_S = 4.0, 20.0
-"""Mean stay of somebody who walks through, and of somebody who stops."""
+
+@dataclass(frozen=True, slots=True)
+class DwellNumbers:
+    """The numbers of the hypotheses and of the bound.
+
+    Attributes:
+        negligible: Less likely hypotheses do not count.
+        bound: Under no hypothesis does waiting cost more than this many times what it would cost with foresight.
+        longest_s: No single wait is longer; afterwards more is known.
+        passing_s: Mean stay of a person who walks through.
+        lingering_s: Mean stay of a person who stops.
+    """
+
+    negligible: float = 0.05
+    bound: float = 2.0
+    longest_s: float = 30.0
+    passing_s: float = 4.0
+    lingering_s: float = 20.0
+
+
+N = DwellNumbers()
 WAITS = tuple(0.125 * i for i in range(25))
 """Waits that are considered, as shares of what going round costs; 1 is among them, which keeps the bound."""
 
@@ -63,8 +76,8 @@ def hypotheses(blocker: Blocker) -> tuple[BlockerHypothesis, ...]:
     else:
         weights = (0.25, 0.30, 0.45)
     prior = [
-        BlockerHypothesis(PASSING_S, weights[0]),
-        BlockerHypothesis(LINGERING_S, weights[1]),
+        BlockerHypothesis(N.passing_s, weights[0]),
+        BlockerHypothesis(N.lingering_s, weights[1]),
         BlockerHypothesis(math.inf, weights[2]),
     ]
     left = [kind.weight * kind.survival(blocker.age_s) for kind in prior]
@@ -74,7 +87,7 @@ def hypotheses(blocker: Blocker) -> tuple[BlockerHypothesis, ...]:
 def cost_s(things: Sequence[BlockerHypothesis], wait_s: float, round_s: float) -> float:
     """Mean cost of waiting up to `wait_s` and then going round; another longest wait, if no way leads."""
     if math.isinf(round_s):
-        round_s = LONGEST_S
+        round_s = N.longest_s
     return sum(kind.weight * kind.cost_s(wait_s, round_s) for kind in things)
 
 
@@ -88,16 +101,16 @@ def best_wait_s(things: Sequence[BlockerHypothesis], round_s: float) -> float:
     Returns:
         The wait, seconds, that costs least on average. For each kind that is not negligible the mean cost is at most
         twice that of somebody who knows when the thing leaves; where going round takes longer than the longest wait,
-        at most 1 + `round_s` / `LONGEST_S` times.
+        at most 1 + `round_s` / `DwellNumbers.longest_s` times.
     """
     if math.isinf(round_s):
-        return LONGEST_S
+        return N.longest_s
     waits = [share * round_s for share in WAITS]
     sound = [wait_s for wait_s in waits if all(_bounded(kind, wait_s, round_s) for kind in things)]
-    return min(LONGEST_S, min(sound, key=lambda wait_s: cost_s(things, wait_s, round_s)))
+    return min(N.longest_s, min(sound, key=lambda wait_s: cost_s(things, wait_s, round_s)))
 
 
 def _bounded(kind: BlockerHypothesis, wait_s: float, round_s: float) -> bool:
-    if kind.weight < NEGLIGIBLE:
+    if kind.weight < N.negligible:
         return True
-    return kind.cost_s(wait_s, round_s) <= BOUND * kind.clairvoyant_s(round_s) + 1e-9
+    return kind.cost_s(wait_s, round_s) <= N.bound * kind.clairvoyant_s(round_s) + 1e-9

@@ -3,39 +3,48 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.occupancy_grid import (
-    CELL_MM,
-    CELLS,
-    FOOTPRINT_MM,
-    HINT,
-    SOLID,
-    Mask,
-    OccupancyGrid,
-    cell,
-    centre_mm,
-)
+from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, Mask, OccupancyGrid, cell, centre_mm
+from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.ports import Point
 
-ELBOW_MM = 40.0
-"""Room beside the robot that a way must leave."""
-BERTH_MM = 320.0
-"""Room beside its middle that it had better leave: wheels slip and echoes lie a little."""
-BEYOND_CELLS = 8
-"""Ways go no farther than this beyond what is known."""
-TIGHT, DOUBTFUL, UNKNOWN = 2.0, 5.0, 1.4
-"""How many times longer a way through such a cell is reckoned."""
-FEW_PLACES, FEW_SPACING_MM = 6, 400.0
-"""A robot that can reach fewer places than this, so far apart, is walled in."""
-TOUCHED = 0.05
-"""Cells with less evidence either way count as never looked at: they cost more, and do not extend the map."""
-FREE = 0.2
-"""Evidence for a cell to be known as free."""
-ROUNDS = 400
-"""Ways grow by at least a cell a round; this is twice the way across the whole map."""
+
+@dataclass(frozen=True, slots=True)
+class PlannerNumbers:
+    """The numbers of path planning.
+
+    Attributes:
+        clearance_mm: Room beside the robot that a path must leave.
+        inflation_mm: Obstacles are inflated by this radius, within which a path costs more: wheels slip and echoes err.
+        beyond_cells: Paths go this many cells beyond the known floor at most.
+        tight: Cost of a cell within the inflation, in cells of free floor.
+        doubtful: Cost of a cell that may be occupied.
+        unknown: Cost of a cell that is not known.
+        few_places: A robot that can reach fewer places than this is walled in,
+        few_spacing_mm: counted at this spacing.
+        touched: A cell with less evidence, either way, counts as never looked at and does not extend the map.
+        free: Evidence for a cell to be known as free.
+        rounds: Paths grow by at least a cell a round; this is twice across the whole map.
+    """
+
+    clearance_mm: float = 40.0
+    inflation_mm: float = 320.0
+    beyond_cells: int = 8
+    tight: float = 2.0
+    doubtful: float = 5.0
+    unknown: float = 1.4
+    few_places: int = 6
+    few_spacing_mm: float = 400.0
+    touched: float = 0.05
+    free: float = 0.2
+    rounds: int = 400
+
+
+N = PlannerNumbers()
 
 _NEIGHBOURS = [(i, j, math.hypot(i, j)) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
 
@@ -55,7 +64,7 @@ class PathPlanner:
         self._start = (i - self._window[0].start, j - self._window[1].start)
         self._pace = CELL_MM / speed_mm_s
         self._field = _spread(self._cost, self._start)
-        self._free = floor.evidence[self._window] < -FREE
+        self._free = floor.evidence[self._window] < -N.free
 
     def seconds_to(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Driving time to each of the points (n, 2); infinity where no way leads."""
@@ -67,8 +76,8 @@ class PathPlanner:
         return seconds
 
     def lead_out(self) -> bool:
-        """Whether they lead to more than a few places `FEW_SPACING_MM` apart."""
-        return len(self.places(FEW_SPACING_MM, known=False)) >= FEW_PLACES
+        """Whether they lead to more than a few places `PlannerNumbers.few_spacing_mm` apart."""
+        return len(self.places(N.few_spacing_mm, known=False)) >= N.few_places
 
     def reaches(self, point: Point) -> bool:
         """Whether a way leads there."""
@@ -128,30 +137,30 @@ class PathPlanner:
 def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDArray[np.float64]]:
     """The known part of the floor, and how many times longer than on free floor it takes to cross each cell."""
     evidence = floor.evidence
-    known = np.abs(evidence) > TOUCHED
+    known = np.abs(evidence) > N.touched
     i, j = cell(*start)
     known[i, j] = True
     window = (_span(np.any(known, axis=1)), _span(np.any(known, axis=0)))
     part = evidence[window]
-    solid = part > SOLID
-    shut = _grown(solid, FOOTPRINT_MM + ELBOW_MM)
+    solid = part > GRID.solid
+    shut = _grown(solid, GRID.footprint_mm + N.clearance_mm)
     cost = np.ones(part.shape)
-    cost[np.abs(part) <= TOUCHED] = UNKNOWN
-    cost[_grown(solid, BERTH_MM)] = TIGHT
-    cost[_grown((part > HINT) & ~solid, FOOTPRINT_MM)] = DOUBTFUL
+    cost[np.abs(part) <= N.touched] = N.unknown
+    cost[_grown(solid, N.inflation_mm)] = N.tight
+    cost[_grown((part > GRID.hint) & ~solid, GRID.footprint_mm)] = N.doubtful
     cost[shut] = np.inf
     si, sj = i - window[0].start, j - window[1].start
     # where the robot stands it can leave
     around = cost[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
     near = solid[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
-    around[np.isinf(around) & ~near] = DOUBTFUL
+    around[np.isinf(around) & ~near] = N.doubtful
     cost[si, sj] = 1.0
     return window, cost
 
 
 def _span(used: NDArray[np.bool_]) -> slice:
     places = np.nonzero(used)[0]
-    return slice(max(0, int(places[0]) - BEYOND_CELLS), min(len(used), int(places[-1]) + BEYOND_CELLS + 1))
+    return slice(max(0, int(places[0]) - N.beyond_cells), min(len(used), int(places[-1]) + N.beyond_cells + 1))
 
 
 def _grown(mask: Mask, radius_mm: float) -> Mask:
@@ -180,7 +189,7 @@ def _spread(cost: NDArray[np.float64], start: tuple[int, int]) -> NDArray[np.flo
         (padded[1 + i : padded.shape[0] - 1 + i, 1 + j : padded.shape[1] - 1 + j], cost * step)
         for i, j, step in _NEIGHBOURS
     ]
-    for _ in range(ROUNDS):
+    for _ in range(N.rounds):
         before = inner.copy()
         for view, price in views:
             np.minimum(inner, view + price, out=inner)

@@ -11,12 +11,23 @@ from behaviors.ports import Blind, Glance, Sighting
 from behaviors.skills import SkillContext, note_look
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
-BLIND_NAP_S = 0.2
-"""A camera without a picture is asked again so often."""
-PATIENCE_S = 20.0
-"""How long to wait for a picture."""
-UNHEARD_MM = 150.0
-"""Something that holds or touches the robot and gives no echo is about this far ahead of the sonar."""
+
+@dataclass(frozen=True, slots=True)
+class PerceptionNumbers:
+    """The numbers of perception.
+
+    Attributes:
+        retry_s: Pause between two attempts to get a picture from a camera that gives none.
+        picture_timeout_s: Longest wait for a picture.
+        unheard_mm: Something that holds or touches the robot and gives no echo is about this far ahead of the sonar.
+    """
+
+    retry_s: float = 0.2
+    picture_timeout_s: float = 20.0
+    unheard_mm: float = 150.0
+
+
+N = PerceptionNumbers()
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +49,7 @@ class Observation:
 
 def unheard_blocker(range_mm: float | None = None, *, hides: bool = False) -> Blocker:
     """Return a blocker that the bumper or the wheels noticed; an echo may be of something behind it."""
-    return Blocker(UNHEARD_MM if range_mm is None else min(range_mm, UNHEARD_MM), 0.0, moving=False, hides=hides)
+    return Blocker(N.unheard_mm if range_mm is None else min(range_mm, N.unheard_mm), 0.0, moving=False, hides=hides)
 
 
 class Perception:
@@ -93,11 +104,11 @@ class Perception:
         if not self.step().blind:
             return True
         self.context.body.stop()
-        end_s = self.now() + PATIENCE_S
+        end_s = self.now() + N.picture_timeout_s
         while self.now() < end_s:
             if not self.step().blind:
                 return True
-            self.context.clock.sleep(BLIND_NAP_S)
+            self.context.clock.sleep(N.retry_s)
         return False
 
     def _glance(self, looked_for: list[str]) -> Glance | None:

@@ -12,14 +12,28 @@ from behaviors.evidence import Evidence
 from behaviors.mission import AdaptiveParameters
 from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RESCAN, WAIT, Candidate, Choice
 
-DETOUR_CHANCE, WAIT_CHANCE = 0.8, 0.9
-"""How often going round leads on; and waiting, when going round is left if it was in vain."""
-SHORTEST_WAIT_S = 0.5
-"""A wait shorter than this is none."""
-RESCAN_S = 5.0
-"""What a short look at where it was takes."""
-WORTH_A_LOOK = 0.02
-"""With less of a chance it is not looked for again from here, as long as there is anywhere else to look from."""
+
+@dataclass(frozen=True, slots=True)
+class PolicyNumbers:
+    """The numbers of the rule that a mission does not set.
+
+    Attributes:
+        detour_chance: How often going round succeeds.
+        wait_chance: How often waiting succeeds when a detour remains as a second attempt.
+        shortest_wait_s: A shorter wait is none.
+        rescan_s: What a short look at where the target was takes.
+        worth_a_look: With less of a chance it is not looked for again from here while there is anywhere else to look
+            from.
+    """
+
+    detour_chance: float = 0.8
+    wait_chance: float = 0.9
+    shortest_wait_s: float = 0.5
+    rescan_s: float = 5.0
+    worth_a_look: float = 0.02
+
+
+N = PolicyNumbers()
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,19 +91,17 @@ class AdaptivePolicy:
         round_s = detour.extra_s if detour else math.inf
         things = hypotheses(blocker)
         wait_s = best_wait_s(things, round_s) if self.fixed_wait_s is None else self.fixed_wait_s
-        if wait_s >= SHORTEST_WAIT_S:
+        if wait_s >= N.shortest_wait_s:
             why = (
                 f"it may leave; going round takes {round_s:.0f} s" if detour else "it may leave; there is no way round"
             )
             leaves = sum(kind.weight * (1.0 - kind.survival(wait_s)) for kind in things)
             yield Candidate(
-                Choice(WAIT, why, wait_s=wait_s),
-                cost_s(things, wait_s, round_s),
-                WAIT_CHANCE if detour else leaves,
+                Choice(WAIT, why, wait_s=wait_s), cost_s(things, wait_s, round_s), N.wait_chance if detour else leaves
             )
         if detour:
             why = f"going round takes {round_s:.0f} s, and waiting is not expected to pay"
-            yield Candidate(Choice(DETOUR, why, route=detour.route), round_s, DETOUR_CHANCE)
+            yield Candidate(Choice(DETOUR, why, route=detour.route), round_s, N.detour_chance)
 
 
 def _others(evidence: Evidence) -> Iterator[Candidate]:
@@ -103,9 +115,9 @@ def _looking(evidence: Evidence) -> Iterator[Candidate]:
     here = evidence.here
     in_sight = evidence.blocker is not None and not evidence.blocker.hides
     if evidence.reason is Reason.CAMERA_LOST:
-        yield Candidate(Choice(RESCAN, "there was no picture; where it was it may still be"), RESCAN_S, 1.0)
+        yield Candidate(Choice(RESCAN, "there was no picture; where it was it may still be"), N.rescan_s, 1.0)
         return
-    if not in_sight and here is not None and (here.chance >= WORTH_A_LOOK or not evidence.viewpoints):
+    if not in_sight and here is not None and (here.chance >= N.worth_a_look or not evidence.viewpoints):
         why = f"it may have been missed here: {here.chance:.0%}"
         yield Candidate(Choice(RESCAN, why), here.seconds, here.chance)
     for each in evidence.viewpoints:

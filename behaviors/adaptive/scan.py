@@ -2,32 +2,48 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from behaviors.adaptive.angles import wrapped_deg
 from behaviors.adaptive.perception import Perception, unheard_blocker
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Failure, TargetFinding
 from behaviors.skills import sighting_values
 
-STEP_DEG = 6.0
-"""The camera must see the same thing in neighbouring frames: no more than this is turned between two."""
-SLOWEST_DEG_S = 8.0
-"""It turns no slower, however slow the link."""
-FULL_DEG = 330.0
-"""An arc this wide is a whole turn; frames are as wide as what it lacks."""
-KNOWN_DEG = 25.0
-"""Where a target is remembered it is looked for first, so far to either side."""
-REMEMBERED_SHARE = 0.9
-"""A remembered target that is nearer than this share of its detector's range is looked for from here."""
-HELD_S, HELD_DEG = 3.0, 6.0
-"""A turn that came no farther in that time is held by something."""
-LONGEST_STEP_S = 0.6
-"""What takes longer is a pause: the robot stood for want of a picture."""
-AIM_DEG = 8.0
-"""Where an arc begins need not be met more exactly."""
-WORTH_A_TURN = 0.015
-"""With less of a chance it is not worth looking round: that has been done here."""
-FRAMES_AT_REST = 3
-"""So many are looked at before a turn begins; a detection is believed when a second frame confirms it."""
+
+@dataclass(frozen=True, slots=True)
+class ScanNumbers:
+    """The numbers of looking round.
+
+    Attributes:
+        step_deg: The robot turns no more than this between two frames, so that neighbouring frames show the same thing.
+        slowest_deg_s: It turns no slower, however slow the link.
+        full_deg: An arc this wide is a full turn; the width of a frame covers the rest.
+        known_deg: Where a target is remembered it is looked for first, this far to either side,
+        remembered_share: when it is nearer than this share of its detector's range.
+        held_s: A turn is held by something when in this time
+        held_deg: it came no farther than this.
+        longest_step_s: What takes longer is a pause: the robot stood for want of a picture.
+        aim_deg: Where an arc begins need not be met more exactly.
+        worth_a_turn: With less of a chance a look round is not worth its time.
+        frames_at_rest: Frames that are looked at before a turn begins; a detection is believed when a second frame
+            confirms it.
+    """
+
+    step_deg: float = 6.0
+    slowest_deg_s: float = 8.0
+    full_deg: float = 330.0
+    known_deg: float = 25.0
+    remembered_share: float = 0.9
+    held_s: float = 3.0
+    held_deg: float = 6.0
+    longest_step_s: float = 0.6
+    aim_deg: float = 8.0
+    worth_a_turn: float = 0.015
+    frames_at_rest: int = 3
+
+
+N = ScanNumbers()
 
 
 class ScanSkill:
@@ -62,10 +78,10 @@ class ScanSkill:
         if known is None:
             return None
         bearing_deg, distance_mm = perception.world.way_to(known.place)
-        if distance_mm > REMEMBERED_SHARE * perception.world.seen_from_mm[perception.target]:
+        if distance_mm > N.remembered_share * perception.world.seen_from_mm[perception.target]:
             return None
         perception.context.body.turn(bearing_deg)
-        fact = self._rest() or self._sweep(KNOWN_DEG) or self._sweep(-2 * KNOWN_DEG)
+        fact = self._rest() or self._sweep(N.known_deg) or self._sweep(-2 * N.known_deg)
         if fact is None:
             perception.world.reconsider(perception.target)
         return fact
@@ -76,13 +92,13 @@ class ScanSkill:
         world = perception.world
         world.settle()
         belief = world.beliefs[perception.target]
-        if belief.chance_from(*world.here, world.floor) < WORTH_A_TURN:
+        if belief.chance_from(*world.here, world.floor) < N.worth_a_turn:
             return None
         begin_deg, end_deg = belief.arc_from(*world.here, world.floor, perception.profile.scan_deg_s)
         margin_deg = world.half_view_deg / 2
         begin_deg, end_deg = begin_deg + margin_deg, end_deg - margin_deg
-        if end_deg - begin_deg >= FULL_DEG - 2 * margin_deg:
-            return self._sweep(FULL_DEG)
+        if end_deg - begin_deg >= N.full_deg - 2 * margin_deg:
+            return self._sweep(N.full_deg)
         if end_deg <= begin_deg:
             begin_deg = end_deg = (begin_deg + end_deg) / 2
         # to the nearer end first
@@ -92,13 +108,13 @@ class ScanSkill:
             first_deg, sweep_deg = to_begin, width_deg
         else:
             first_deg, sweep_deg = to_end, -width_deg
-        if abs(first_deg) > AIM_DEG:
+        if abs(first_deg) > N.aim_deg:
             perception.context.body.turn(first_deg)
         return self._rest() or self._sweep(sweep_deg)
 
     def _rest(self) -> Fact | None:
         """A few frames at rest, for what is in view already."""
-        for _ in range(FRAMES_AT_REST):
+        for _ in range(N.frames_at_rest):
             if (fact := self._see()) is not None:
                 return fact
         return None
@@ -115,15 +131,15 @@ class ScanSkill:
             if (fact := self._see()) is not None:
                 return fact
             heading_deg, now_s = perception.world.pose.heading_deg, perception.now()
-            still_s += min(now_s - then_s, LONGEST_STEP_S)
-            if abs(heading_deg - moved_deg) > HELD_DEG:
+            still_s += min(now_s - then_s, N.longest_step_s)
+            if abs(heading_deg - moved_deg) > N.held_deg:
                 moved_deg, still_s = heading_deg, 0.0
-            elif still_s > HELD_S:
+            elif still_s > N.held_s:
                 turned = {"turned_deg": sign * (heading_deg - start_deg)}
                 return Failure(Event.SEARCH_FAILED, Reason.NO_PROGRESS, turned, blocker=unheard_blocker())
             # on a slow link steps take longer: turn slower
             self._rate_deg_s = max(
-                SLOWEST_DEG_S, min(perception.profile.scan_deg_s, STEP_DEG / max(0.01, now_s - then_s))
+                N.slowest_deg_s, min(perception.profile.scan_deg_s, N.step_deg / max(0.01, now_s - then_s))
             )
             then_s = now_s
         return None

@@ -2,24 +2,43 @@
 
 from __future__ import annotations
 
-from behaviors.adaptive.perception import UNHEARD_MM, Observation, Perception
+from dataclasses import dataclass
+
+from behaviors.adaptive.perception import N as PERCEPTION
+from behaviors.adaptive.perception import Observation, Perception
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.skills import sighting_values
 
-SHUT_MM, BEFORE_MM = 650.0, 200.0
-"""What is straight ahead is still in the way when it is nearer than the first, and by the second nearer than the
-target; both are a little wider than what stopped the approach, since echoes vary."""
-CLEAR, CLEAR_UNSEEN = 2, 10
-"""So many echoes in a row must say that the way is free, when the target is in view and when it is not."""
-IN_VIEW_S = 1.0
-"""What was seen so short a time ago is in view."""
-AIM_DEG = 4.0
-"""It looks straight at where the target should be, give or take this."""
-GLANCES_S = 1.5
-"""A second look is so long, at each of the bearings around where the target should be."""
-BESIDE_DEG = (0.0, 18.0, -36.0)
-"""Turns between these looks: at the place itself, to the right of it, to the left."""
+
+@dataclass(frozen=True, slots=True)
+class WaitNumbers:
+    """The numbers of waiting and of a second look.
+
+    Attributes:
+        blocked_mm: An echo from nearer still blocks the path: a little farther than what stops an approach, since
+            echoes vary.
+        before_mm: So does one that is this much nearer than the target: a little less than in an approach, for the same
+            reason.
+        clear: Echoes in a row that must say that the path is free when the target is in view,
+        clear_unseen: and when it is not.
+        in_view_s: What was seen no longer ago is in view.
+        aim_deg: A second look points at where the target should be, give or take this.
+        look_s: Length of each look of a second look.
+        beside_deg: Turns before these looks: at the place itself, to the right of it, to the left.
+    """
+
+    blocked_mm: float = 650.0
+    before_mm: float = 200.0
+    clear: int = 2
+    clear_unseen: int = 10
+    in_view_s: float = 1.0
+    aim_deg: float = 4.0
+    look_s: float = 1.5
+    beside_deg: tuple[float, ...] = (0.0, 18.0, -36.0)
+
+
+N = WaitNumbers()
 
 
 class WaitSkill:
@@ -48,29 +67,29 @@ class WaitSkill:
             self._left_s -= observation.time_s - then_s
             then_s = observation.time_s
             self._clear = 0 if observation.blind or self._shut(observation) else self._clear + 1
-            if self._clear >= CLEAR:
+            if self._clear >= N.clear:
                 if observation.sighting is not None:
                     return Fact(
                         Event.TARGET_SEEN, Reason.WAY_CLEAR, {"sighting": sighting_values(observation.sighting)}
                     )
-                if self._clear >= CLEAR_UNSEEN:
+                if self._clear >= N.clear_unseen:
                     return Fact(Event.RECOVERY_DONE, Reason.WAY_CLEAR, {"waited_s": observation.time_s - begun_s})
         waited_s = perception.now() - begun_s
         hides = not self._in_view()
         measured = {"waited_s": waited_s, "range_mm": range_mm, "hides": hides}
-        blocker = Blocker(UNHEARD_MM if range_mm is None else range_mm, 0.0, moving=False, hides=hides)
+        blocker = Blocker(PERCEPTION.unheard_mm if range_mm is None else range_mm, 0.0, moving=False, hides=hides)
         return Failure(Event.RECOVERY_FAILED, Reason.BLOCKED_LONG, measured, blocker)
 
     def _shut(self, observation: Observation) -> bool:
         world = self._perception.world
         known = world.known.get(self._perception.target)
-        limit_mm = SHUT_MM if known is None else min(SHUT_MM, world.way_to(known.place)[1] - BEFORE_MM)
+        limit_mm = N.blocked_mm if known is None else min(N.blocked_mm, world.way_to(known.place)[1] - N.before_mm)
         return observation.range_mm is not None and observation.range_mm <= limit_mm
 
     def _in_view(self) -> bool:
         """Whether the target was seen a moment ago."""
         known = self._perception.world.known.get(self._perception.target)
-        return known is not None and self._perception.now() - known.time_s < IN_VIEW_S
+        return known is not None and self._perception.now() - known.time_s < N.in_view_s
 
 
 class RescanSkill:
@@ -95,9 +114,9 @@ class RescanSkill:
         if known is None:
             return Fact(Event.RECOVERY_DONE, Reason.THERE, {})
         bearing_deg, _ = perception.world.way_to(known.place)
-        if abs(bearing_deg) > AIM_DEG:
+        if abs(bearing_deg) > N.aim_deg:
             body.turn(bearing_deg)
-        for turn_deg in BESIDE_DEG:
+        for turn_deg in N.beside_deg:
             if turn_deg:
                 body.turn(turn_deg)
             if (fact := self._look()) is not None:
@@ -110,7 +129,7 @@ class RescanSkill:
     def _look(self) -> Fact | None:
         """Look for some time; the time begins anew when there was no picture."""
         perception = self._perception
-        end_s = perception.now() + GLANCES_S
+        end_s = perception.now() + N.look_s
         while perception.now() < end_s:
             observation = perception.step()
             if observation.sighting is not None:
@@ -118,5 +137,5 @@ class RescanSkill:
             if observation.blind:
                 if not perception.await_picture():
                     return Failure(Event.RECOVERY_FAILED, Reason.CAMERA_LOST)
-                end_s = perception.now() + GLANCES_S
+                end_s = perception.now() + N.look_s
         return None

@@ -17,39 +17,60 @@ from behaviors.mission import Mission
 from behaviors.ports import Glance, Point, Pose, Sighting
 
 RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "color": 17.0}
-FARTHEST_MM = 4500.0
-"""From how many times a target's height away its detector finds it, and from how far at most, at 320 x 240 pixels.
-Source: docs/vision.md section 1.2, from the front."""
-HALF_VIEW_SHARE = 0.42
-"""A target nearer to the frame's edge than this share of the field of view is partly outside."""
-TRAIL_S = 3.0
-"""So long it is kept where the robot was: far longer than a frame is under way."""
-RENEW_EVERY_S = 5.0
-"""Beliefs age in steps of this time."""
-NEW_LOOK_S = 1.0
-"""A sighting so long after the last one is new evidence, not the same look once more."""
-SETTLES = 0.4
-"""Weight of a new sighting in the estimate of a target's place."""
-TURNS = 0.03
-"""Weight of a new direction among those from which it was seen."""
-HELD = 0.25
-"""A remembered place is kept as long as belief in it is stronger."""
-MISTAKE_MM, MISTAKE_S = 450.0, 60.0
-"""What was found out not to be the target is so large on the map, and is tested again after that time."""
-JUMP_MM = 500.0
-"""A sighting this far from the last one is of something that moved, or of something else."""
-STEP_DEG, STEP_MM = 6.0, 120.0
-"""Looks from places and headings nearer together than this are taken in at once."""
-UPRIGHT, NARROW = 0.7, 0.72
-"""Width over height of an upright print; and the share of it below which it is seen from far aside, 44 degrees."""
-NEW_MM = 500.0
-"""What hides a target from a place hides it, in one case out of e, also from so far beside it."""
-SAME_PLACE_MM = 250.0
-"""Choices no farther apart than this are made at one place."""
-SAME_BLOCKER_S, SAME_BLOCKER_MM = 40.0, 400.0
-"""What blocked the robot no longer ago than this, and no farther away, is still the same thing."""
-MARKED_MM = 600.0
-"""A blocker that is farther away than this is left to the echoes, which place it better."""
+"""A detector finds its target up to this many times the target's height away. Source: docs/vision.md section 1.2."""
+
+
+@dataclass(frozen=True, slots=True)
+class WorldNumbers:
+    """The numbers of what is remembered.
+
+    Attributes:
+        farthest_mm: No detector finds a target from farther away, at 320 x 240 pixels. Source: docs/vision.md section
+            1.2, from the front.
+        half_view_share: A target nearer to the frame's edge than this share of the field of view is partly outside.
+        trail_s: Poses are kept this long: far longer than a frame is under way.
+        renew_every_s: Beliefs age in steps of this time.
+        new_look_s: A sighting this long after the last one is new evidence, not the same look again.
+        settles: Weight of a new sighting in the estimate of a target's place, 0..1.
+        turns: Weight of a new direction among those from which it was seen, 0..1.
+        held: A remembered place is kept as long as the belief in it is stronger.
+        mistake_mm: A look-alike is this large on the map,
+        mistake_s: and is tested again after this time.
+        jump_mm: A sighting this far from the last one is of something that moved, or of something else.
+        step_deg: Looks at headings nearer together than this,
+        step_mm: and from places nearer together than this, are processed together.
+        upright: Width over height of an upright print.
+        narrow: A print that looks narrower than this share of it is seen from far aside, 44 degrees.
+        new_mm: What hides a target from a place hides it, in one case out of e, also from this far beside it.
+        same_place_mm: Choices no farther apart than this are made at one place.
+        same_blocker_s: What blocked the robot no longer ago than this,
+        same_blocker_mm: and no farther away than this, is still the same thing.
+        marked_mm: A blocker farther away than this is left to the echoes, which place it better.
+    """
+
+    farthest_mm: float = 4500.0
+    half_view_share: float = 0.42
+    trail_s: float = 3.0
+    renew_every_s: float = 5.0
+    new_look_s: float = 1.0
+    settles: float = 0.4
+    turns: float = 0.03
+    held: float = 0.25
+    mistake_mm: float = 450.0
+    mistake_s: float = 60.0
+    jump_mm: float = 500.0
+    step_deg: float = 6.0
+    step_mm: float = 120.0
+    upright: float = 0.7
+    narrow: float = 0.72
+    new_mm: float = 500.0
+    same_place_mm: float = 250.0
+    same_blocker_s: float = 40.0
+    same_blocker_mm: float = 400.0
+    marked_mm: float = 600.0
+
+
+N = WorldNumbers()
 
 
 @dataclass(slots=True)
@@ -80,7 +101,7 @@ class Trail:
     def add(self, time_s: float, pose: Pose) -> None:
         """Take in where it is now."""
         self._poses.append((time_s, pose))
-        while self._poses[0][0] < time_s - TRAIL_S:
+        while self._poses[0][0] < time_s - N.trail_s:
             self._poses.popleft()
 
     def at(self, time_s: float) -> Pose:
@@ -131,9 +152,9 @@ class WorldModel:
         self.pose = Pose()
         self.known: dict[str, TargetEstimate] = {}
         self.blocker: Blocker | None = None
-        self.half_view_deg = mission.camera.hfov_deg * HALF_VIEW_SHARE
+        self.half_view_deg = mission.camera.hfov_deg * N.half_view_share
         self.seen_from_mm = {
-            name: min(FARTHEST_MM, target.height_mm * RANGE_HEIGHTS[target.detector])
+            name: min(N.farthest_mm, target.height_mm * RANGE_HEIGHTS[target.detector])
             for name, target in mission.target.items()
         }
         self.beliefs = {name: Belief(self.seen_from_mm[name], self.half_view_deg) for name in mission.mission.targets}
@@ -222,12 +243,12 @@ class WorldModel:
         blocker = failure.blocker
         if blocker is None:
             return None
-        if blocker.range_mm <= MARKED_MM and not failure.mapped:
+        if blocker.range_mm <= N.marked_mm and not failure.mapped:
             self.floor.block(self.pose, blocker.range_mm)
         place, since_s = self.pose.ahead(blocker.range_mm), now_s
         if self._blocked is not None:
             before, begun_s, last_s = self._blocked
-            if math.dist(before, place) < SAME_BLOCKER_MM and now_s - last_s < SAME_BLOCKER_S:
+            if math.dist(before, place) < N.same_blocker_mm and now_s - last_s < N.same_blocker_s:
                 since_s = begun_s
         self._blocked = (place, since_s, now_s)
         return replace(blocker, age_s=now_s - since_s)
@@ -242,7 +263,7 @@ class WorldModel:
         """Take in that it was looked for where it is remembered, in vain: forget it unless it is still likely there."""
         self.settle()
         known = self.known.get(target)
-        if known is not None and self.beliefs[target].held_at(known.place) < HELD:
+        if known is not None and self.beliefs[target].held_at(known.place) < N.held:
             del self.known[target]
 
     def _forget(self, target: str) -> None:
@@ -262,7 +283,9 @@ class WorldModel:
         """Whether a sighting is not of what was found out to be something else."""
         place = self.trail.at(sighting.time_s).ahead(sighting.distance_mm, sighting.bearing_deg)
         return not any(
-            which == sighting.target and math.dist(place, there) <= MISTAKE_MM and sighting.time_s - then_s <= MISTAKE_S
+            which == sighting.target
+            and math.dist(place, there) <= N.mistake_mm
+            and sighting.time_s - then_s <= N.mistake_s
             for which, there, then_s in self._mistakes
         )
 
@@ -291,14 +314,14 @@ class WorldModel:
         nearest_mm = min(
             (math.dist(here, place) for which, here in self._looked_from if which == target), default=math.inf
         )
-        return 1.0 - math.exp(-nearest_mm / NEW_MM)
+        return 1.0 - math.exp(-nearest_mm / N.new_mm)
 
     def tried(self, target: str, destination: Point) -> bool:
         """Whether the robot set off for that destination from here before."""
         return any(
             which == target
-            and math.dist(here, self.here) <= SAME_PLACE_MM
-            and math.dist(there, destination) <= SAME_PLACE_MM
+            and math.dist(here, self.here) <= N.same_place_mm
+            and math.dist(there, destination) <= N.same_place_mm
             for which, here, there in self._destinations
         )
 
@@ -306,7 +329,7 @@ class WorldModel:
         """How often each recovery was chosen at this place for this target."""
         counts: dict[str, int] = {}
         for which, kind, place in self._choices:
-            if which == target and math.dist(place, self.here) <= SAME_PLACE_MM:
+            if which == target and math.dist(place, self.here) <= N.same_place_mm:
                 counts[kind] = counts.get(kind, 0) + 1
         return counts
 
@@ -316,30 +339,34 @@ class WorldModel:
         place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), (pose.x_mm, pose.y_mm)
         self.floor.seen_past(here, place)
         before = self.known.get(target)
-        if before is not None and math.dist(before.place, place) <= JUMP_MM:
+        if before is not None and math.dist(before.place, place) <= N.jump_mm:
             place = (
-                before.place[0] + SETTLES * (place[0] - before.place[0]),
-                before.place[1] + SETTLES * (place[1] - before.place[1]),
+                before.place[0] + N.settles * (place[0] - before.place[0]),
+                before.place[1] + N.settles * (place[1] - before.place[1]),
             )
-        if before is None or sighting.time_s - before.time_s > NEW_LOOK_S or math.dist(before.place, place) > JUMP_MM:
+        if (
+            before is None
+            or sighting.time_s - before.time_s > N.new_look_s
+            or math.dist(before.place, place) > N.jump_mm
+        ):
             self.beliefs[target].see(place, here, oblique=self.oblique(target, sighting))
         towards_deg = math.degrees(math.atan2(here[1] - place[1], here[0] - place[0]))
-        if before is not None and math.dist(before.place, place) <= JUMP_MM:
-            towards_deg = before.seen_deg + TURNS * wrapped_deg(towards_deg - before.seen_deg)
+        if before is not None and math.dist(before.place, place) <= N.jump_mm:
+            towards_deg = before.seen_deg + N.turns * wrapped_deg(towards_deg - before.seen_deg)
         self.known[target] = TargetEstimate(place, here, towards_deg, sighting.time_s, sighting.distance_mm)
 
     def oblique(self, target: str, sighting: Sighting) -> bool:
         """Whether it is seen from far aside: it looks clearly narrower than at its widest, which is kept here."""
         _, _, width, height = sighting.box
         aspect = width / max(1, height)
-        self._aspect[target] = max(self._aspect.get(target, UPRIGHT), aspect)
-        return aspect < NARROW * self._aspect[target]
+        self._aspect[target] = max(self._aspect.get(target, N.upright), aspect)
+        return aspect < N.narrow * self._aspect[target]
 
     def _miss(self, target: str, pose: Pose) -> None:
         unseen = self._unseen.get(target)
         if unseen is not None and (
-            abs(unseen.pose.heading_deg - pose.heading_deg) > STEP_DEG
-            or math.hypot(unseen.pose.x_mm - pose.x_mm, unseen.pose.y_mm - pose.y_mm) > STEP_MM
+            abs(unseen.pose.heading_deg - pose.heading_deg) > N.step_deg
+            or math.hypot(unseen.pose.x_mm - pose.x_mm, unseen.pose.y_mm - pose.y_mm) > N.step_mm
         ):
             self.beliefs[target].look(unseen.pose, self.floor, unseen.frames)
             unseen = None
@@ -351,7 +378,7 @@ class WorldModel:
     def _renew(self, now_s: float) -> None:
         if self._renewed_s is None:
             self._renewed_s = now_s
-        elif now_s - self._renewed_s >= RENEW_EVERY_S:
+        elif now_s - self._renewed_s >= N.renew_every_s:
             for belief in self.beliefs.values():
                 belief.renew(now_s - self._renewed_s)
             self._renewed_s = now_s

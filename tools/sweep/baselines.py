@@ -6,7 +6,7 @@ from random import Random
 
 from behaviors.events import Event, Reason
 from behaviors.ports import Sighting, StopReason
-from behaviors.skills import NAP_S
+from behaviors.skills import N as SKILLS
 
 from .baseline import Baseline
 from .robot import Robot
@@ -57,7 +57,7 @@ class Nav2List(Baseline):
             end_s = self.clock.now() + WAIT_S
             while self.clock.now() < end_s:
                 self.context.check_time()
-                self.clock.sleep(NAP_S)
+                self.clock.sleep(SKILLS.nap_s)
 
 
 class RandomWalk(Baseline):

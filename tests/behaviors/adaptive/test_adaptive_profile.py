@@ -7,8 +7,10 @@ from collections.abc import Iterator
 import pytest
 
 from behaviors.adaptive.approach import ApproachSkill
-from behaviors.adaptive.occupancy_grid import CELL_MM, MOST, SOLID, SONAR_FORWARD_MM, cell
-from behaviors.adaptive.perception import UNHEARD_MM, unheard_blocker
+from behaviors.adaptive.occupancy_grid import CELL_MM, cell
+from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.perception import N as PERCEPTION
+from behaviors.adaptive.perception import unheard_blocker
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason
 from behaviors.evidence import Evidence
@@ -56,9 +58,9 @@ def test_what_the_sonar_does_not_hear_is_near_whatever_echoes_behind_it(bench, r
     failure = Failure(Event.ARRIVE_FAILED, Reason.NO_PROGRESS, blocker=unheard_blocker(range_mm))
     blocker = bench.evidence(failure).blocker
     assert blocker is not None
-    assert blocker.range_mm == min(range_mm or UNHEARD_MM, UNHEARD_MM)
+    assert blocker.range_mm == min(range_mm or PERCEPTION.unheard_mm, PERCEPTION.unheard_mm)
     assert not bench.world.floor.clear_between((0.0, 0.0), (600.0, 0.0))
-    assert bench.world.floor.evidence.max() > SOLID
+    assert bench.world.floor.evidence.max() > GRID.solid
 
 
 def test_what_is_remembered_to_be_in_the_way_is_where_it_is_remembered(bench):
@@ -66,10 +68,10 @@ def test_what_is_remembered_to_be_in_the_way_is_where_it_is_remembered(bench):
     world, target = bench.world, bench.queue.target
     ahead = Sighting(target, 0.0, 2000.0, 1.0, 0.0, (100, 80, 40, 56))
     world.perceive(0.0, Pose(), None, [target], Glance(0.0, {target: ahead}))
-    world.floor.evidence[cell(400.0, 0.0)] = MOST
+    world.floor.evidence[cell(400.0, 0.0)] = GRID.most
     fact = ApproachSkill(bench.mind._perception, minds_map=True).call()
     assert fact.reason is Reason.BLOCKED_LONG
-    assert fact.measured["range_mm"] == pytest.approx(400.0 - SONAR_FORWARD_MM, abs=CELL_MM)
+    assert fact.measured["range_mm"] == pytest.approx(400.0 - GRID.sonar_forward_mm, abs=CELL_MM)
 
 
 def test_an_oblique_view_that_flickers_does_not_make_the_target_gone(bench):

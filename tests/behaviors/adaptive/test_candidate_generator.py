@@ -9,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from behaviors.adaptive.candidate_generator import CandidateGenerator
-from behaviors.adaptive.occupancy_grid import CELLS, MOST, centre_mm
+from behaviors.adaptive.occupancy_grid import CELLS, centre_mm
+from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.mission import AdaptiveParameters, Mission
 from behaviors.ports import Glance, Point, Pose, Sighting
@@ -38,7 +39,7 @@ def _world(**seen: Point) -> WorldModel:
 
 
 def _wall(world: WorldModel, x_mm: tuple[float, float], y_mm: tuple[float, float]) -> None:
-    world.floor.evidence[_within(X_MM, x_mm) & _within(Y_MM, y_mm)] = MOST
+    world.floor.evidence[_within(X_MM, x_mm) & _within(Y_MM, y_mm)] = GRID.most
 
 
 def _within(values: NDArray[np.float64], limits: tuple[float, float]) -> NDArray[np.bool_]:

@@ -12,7 +12,8 @@ from random import Random
 import pytest
 
 from behaviors.adaptive.policy import AdaptivePolicy
-from behaviors.adaptive.world_model import SAME_PLACE_MM, WorldModel
+from behaviors.adaptive.world_model import N as WORLD
+from behaviors.adaptive.world_model import WorldModel
 from behaviors.chart import MissionChart
 from behaviors.events import Event, Fact, Reason
 from behaviors.evidence import Detour, Evidence, Viewpoint
@@ -252,9 +253,9 @@ class Made:
         same_way = self.destination == other.destination or (
             self.destination is not None
             and other.destination is not None
-            and math.dist(self.destination, other.destination) <= SAME_PLACE_MM
+            and math.dist(self.destination, other.destination) <= WORLD.same_place_mm
         )
-        same_place = math.dist(self.here, other.here) <= SAME_PLACE_MM
+        same_place = math.dist(self.here, other.here) <= WORLD.same_place_mm
         return (self.target, self.kind) == (other.target, other.kind) and same_place and same_way
 
 

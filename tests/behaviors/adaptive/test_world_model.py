@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.occupancy_grid import SOLID
-from behaviors.adaptive.world_model import SAME_PLACE_MM, Trail, WorldModel
+from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.world_model import N as WORLD
+from behaviors.adaptive.world_model import Trail, WorldModel
 from behaviors.events import Event, Reason
 from behaviors.failures import Failure, TargetFinding
 from behaviors.mission import Mission
@@ -171,7 +172,7 @@ def test_a_look_in_vain_while_turning_counts_where_its_frame_was_taken(world):
 def test_echoes_go_onto_the_floor_map_and_silence_marks_nothing(world):
     for i in range(6):
         world.perceive(i * 0.1, Pose(-40.0 * (i % 2)), 500.0 + 40.0 * (i % 2), [], NOTHING)
-    assert world.floor.evidence.max() > SOLID
+    assert world.floor.evidence.max() > GRID.solid
     silent = WorldModel(
         Mission.model_validate({"mission": {"targets": ["a"]}, "target": {"a": {"detector": "marker", "id": 0}}})
     )
@@ -189,10 +190,10 @@ def test_repetitions_are_counted_for_each_place_target_and_recovery(world):
     world.chose("window", "detour")
     assert world.repeats("door") == {"wait": 2, "rescan": 1}
     assert world.repeats("window") == {"detour": 1}
-    _stand_at(world, (0.8 * SAME_PLACE_MM, 0.0))
+    _stand_at(world, (0.8 * WORLD.same_place_mm, 0.0))
     assert world.repeats("door") == {"wait": 2, "rescan": 1}
-    _stand_at(world, (1.2 * SAME_PLACE_MM, 0.0))
+    _stand_at(world, (1.2 * WORLD.same_place_mm, 0.0))
     assert world.repeats("door") == {}
     world.chose("door", "wait")
-    _stand_at(world, (0.6 * SAME_PLACE_MM, 0.0))
+    _stand_at(world, (0.6 * WORLD.same_place_mm, 0.0))
     assert world.repeats("door") == {"wait": 3, "rescan": 1}, "both places are near"
