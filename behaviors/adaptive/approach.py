@@ -1,4 +1,4 @@
-"""Driving to a target that was seen, by where it is remembered; and noticing, from what tells first, that it fails."""
+"""The state arrive: drives to where a target was seen, and notices early when that fails."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ class ApproachNumbers:
 
     Attributes:
         in_view_share: Within this share of the reliable view, and of the detector's range, a target should be found.
-        slow_mm: The robot slows down this long before the target,
-        slowest: to this share of its speed.
+        slow_mm: The robot slows down over this last stretch before the target.
+        slowest: Down to this share of its speed.
         blocked_mm: An echo from nearer, straight ahead, is of something that the robot would touch.
         before_mm: Something is before the target when its echo is this much nearer than the picture.
         echoes: Such echoes in a row that are believed.
         ahead_deg: A target within this bearing is straight ahead, where the sonar points.
         decide_s: The robot stands this long before a doubtful target; afterwards even odds will do, and after twice
             this time it gives up.
-        progress_s: A robot that was told to drive should, after this time,
-        progress_mm: be this much farther on.
+        progress_s: A robot that was told to drive should get farther by `progress_mm` in this time.
+        progress_mm: See `progress_s`.
         recent_s: A blocker that was not there this long ago is a person who stepped in.
-        map_ends_mm: Nearer to the target than this the robot trusts its eyes, not the map;
-        stretch_mm: farther away the map must be free for this long ahead,
-        clearance_mm: with this much room beside the robot: less than a planned path leaves, since the target is in
-            view.
+        map_ends_mm: Nearer to the target than this the robot trusts its eyes, not the map.
+        stretch_mm: Farther away, the map must be free for this stretch ahead.
+        clearance_mm: Room that must be free beside that stretch: less than beside a planned path, since the target is
+            in view.
         retreat_mm: The robot backs off this far from what it touched.
     """
 
@@ -67,17 +67,17 @@ class ApproachSkill:
 
     Args:
         perception: What to work with.
-        minds_map: Whether what is remembered to be in the way stops it, too.
+        trusts_map: Whether an obstacle on the map stops it, too.
     """
 
-    def __init__(self, perception: Perception, *, minds_map: bool) -> None:
+    def __init__(self, perception: Perception, *, trusts_map: bool) -> None:
         self._perception = perception
-        self._minds_map = minds_map
+        self._trusts_map = trusts_map
         self._begun_s = self._stepped_s = self._pictured_s = self._seen_s = perception.now()
         self._verifier = TargetVerifier()
         self._oblique = False
-        self._shut = 0
-        self._open_s = perception.now()
+        self._blocked_echoes = 0
+        self._clear_s = perception.now()
         self._stood_s: float | None = None
         self._driven: deque[tuple[float, Pose, float]] = deque()
 
@@ -104,7 +104,7 @@ class ApproachSkill:
         known = perception.world.known.get(perception.target)
         if known is None:
             return _failed(Reason.TARGET_LOST, observation, finding=TargetFinding.MOVED)
-        bearing_deg, distance_mm = perception.world.way_to(known.place)
+        bearing_deg, distance_mm = perception.world.polar_to(known.place)
         if not observation.blind:
             self._weigh(observation, bearing_deg, distance_mm)
         fact = self._arrived(observation) or self._hindered(observation, known, bearing_deg, distance_mm)
@@ -113,7 +113,7 @@ class ApproachSkill:
         return self._drive(observation, bearing_deg, distance_mm)
 
     def _blinded(self, observation: Observation) -> bool:
-        """Whether the camera has given no picture for too long; what cannot be seen is not missed meanwhile."""
+        """Whether the camera has given no picture for too long; meanwhile the target does not count as missed."""
         since_s, self._stepped_s = self._stepped_s, observation.time_s
         if observation.blind:
             self._seen_s += observation.time_s - since_s
@@ -122,7 +122,7 @@ class ApproachSkill:
         return observation.time_s - self._pictured_s >= self._perception.profile.lost_after_s / 2
 
     def _weigh(self, observation: Observation, bearing_deg: float, distance_mm: float) -> None:
-        """Shift the odds that it is the target."""
+        """Update the odds that it is the target."""
         sighting = observation.sighting
         if sighting is not None:
             self._oblique = self._perception.world.oblique(self._perception.target, sighting)
@@ -134,15 +134,15 @@ class ApproachSkill:
             self._verifier.forget_misses()
 
     def _should_be_seen(self, bearing_deg: float, distance_mm: float) -> bool:
-        """Whether the place of the target is well within what the camera shows and the detector finds."""
+        """Whether the target's place is well within the camera's view and the detector's range."""
         world = self._perception.world
         return (
             abs(bearing_deg) <= N.in_view_share * world.half_view_deg
-            and distance_mm <= N.in_view_share * world.seen_from_mm[self._perception.target]
+            and distance_mm <= N.in_view_share * world.detection_range_mm[self._perception.target]
         )
 
     def _arrived(self, observation: Observation) -> Fact | None:
-        """Whether it is there; or whether that is not the target at all."""
+        """Return a fact when it has arrived, or when this is not the target at all."""
         sighting = observation.sighting
         if self._verifier.verdict is Verdict.MISTAKEN:
             return self._mistaken(observation)
@@ -158,7 +158,7 @@ class ApproachSkill:
 
     def _mistaken(self, observation: Observation) -> Failure:
         if self._oblique:
-            # so far aside the real one flickers, too; it has to be seen from elsewhere first
+            # from far aside the real one flickers, too; it has to be seen from elsewhere first
             return _failed(Reason.TARGET_LOST, observation, odds=self._verifier.odds, oblique=True)
         odds = self._verifier.odds
         return _failed(Reason.WRONG_TARGET, observation, finding=TargetFinding.LOOK_ALIKE, odds=odds)
@@ -166,7 +166,7 @@ class ApproachSkill:
     def _hindered(
         self, observation: Observation, known: TargetEstimate, bearing_deg: float, distance_mm: float
     ) -> Fact | None:
-        """Why it cannot go on, if so."""
+        """Return a failure when it cannot go on."""
         perception, now_s = self._perception, observation.time_s
         unseen_s = now_s - self._seen_s
         before = (
@@ -174,12 +174,12 @@ class ApproachSkill:
             and abs(bearing_deg) <= N.ahead_deg
             and observation.range_mm <= min(N.blocked_mm, distance_mm - N.before_mm)
         )
-        self._shut = self._shut + 1 if before else 0
+        self._blocked_echoes = self._blocked_echoes + 1 if before else 0
         if not before:
-            self._open_s = now_s
-        if self._shut >= N.echoes and distance_mm > perception.profile.arrive_mm:
+            self._clear_s = now_s
+        if self._blocked_echoes >= N.echoes and distance_mm > perception.profile.arrive_mm:
             return self._blocked(observation, hides=unseen_s > perception.profile.lost_after_s / 2)
-        if self._minds_map and distance_mm > N.map_ends_mm and abs(bearing_deg) <= N.ahead_deg:
+        if self._trusts_map and distance_mm > N.map_ends_mm and abs(bearing_deg) <= N.ahead_deg:
             remembered_mm = self._remembered_mm(known, distance_mm)
             if remembered_mm is not None:
                 blocker = Blocker(remembered_mm, 0.0, moving=False, hides=False)
@@ -200,27 +200,27 @@ class ApproachSkill:
         return _failed(Reason.TARGET_LOST, observation, finding=TargetFinding.MOVED, unseen_s=unseen_s)
 
     def _remembered_mm(self, known: TargetEstimate, distance_mm: float) -> float | None:
-        """How far before the sonar the next stretch is blocked as far as is remembered; None where it is free.
+        """Return how far ahead of the sonar the map blocks the next stretch; None where it is free.
 
-        Beside the beam there may be more than the sonar hears now.
+        There may be more beside the beam than the sonar hears now.
         """
         world = self._perception.world
         share = min(1.0, N.stretch_mm / distance_mm)
         x_mm, y_mm = world.here
         end = x_mm + share * (known.place[0] - x_mm), y_mm + share * (known.place[1] - y_mm)
-        blocked_mm = world.floor.blocked_after_mm(world.here, end, elbow_mm=N.clearance_mm)
+        blocked_mm = world.floor.blocked_after_mm(world.here, end, clearance_mm=N.clearance_mm)
         return None if blocked_mm is None else max(0.0, blocked_mm - GRID.sonar_forward_mm)
 
     def _blocked(self, observation: Observation, *, hides: bool) -> Failure:
-        """Something is before it: perhaps for short if it hides the target, since that may be a person."""
-        sudden = observation.time_s - self._open_s < N.recent_s
+        """Something is before the target: perhaps for a short time if it hides it, since that may be a person."""
+        sudden = observation.time_s - self._clear_s < N.recent_s
         reason = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG
         range_mm = PERCEPTION.unheard_mm if observation.range_mm is None else observation.range_mm
         blocker = Blocker(range_mm, 0.0, moving=sudden, hides=hides)
         return _failed(reason, observation, blocker, hides=hides, sudden=sudden)
 
     def _stuck(self, observation: Observation, known: TargetEstimate) -> Fact | None:
-        """Whether it was told to drive and came nowhere: by its wheels, or by the picture that grows no larger."""
+        """Return a failure when it drives without progress: by its wheels, or by a picture that grows no larger."""
         pose = self._perception.world.pose
         while self._driven and self._driven[0][0] < observation.time_s - N.progress_s - 0.5:
             self._driven.popleft()
@@ -240,7 +240,7 @@ class ApproachSkill:
         return None
 
     def _drive(self, observation: Observation, bearing_deg: float, distance_mm: float) -> Fact | None:
-        """Steer to where it is; stand before what is doubtful."""
+        """Steer to the target; stand before what is doubtful."""
         perception, profile = self._perception, self._perception.profile
         sighting = observation.sighting
         known_mm = sighting.distance_mm if sighting else distance_mm
@@ -264,7 +264,7 @@ class ApproachSkill:
         return self._blocked(observation, hides=unseen and observation.time_s - self._seen_s > 0.3)
 
     def _touched(self, observation: Observation) -> Failure:
-        """It ran into something that it neither saw nor heard: remember it, and back off."""
+        """It ran into something that it neither saw nor heard: map it, and back off."""
         perception = self._perception
         perception.world.floor.block(perception.world.pose, 0.0)
         perception.context.body.straight(-N.retreat_mm)
@@ -273,7 +273,7 @@ class ApproachSkill:
         return _failed(Reason.BLOCKED_LONG, observation, blocker, touched=True, hides=hides)
 
     def _stand(self, observation: Observation, bearing_deg: float) -> Fact | None:
-        """Near enough by now: stand and look until it is clear what this is."""
+        """Near enough: stand and look until it is clear what this is."""
         perception = self._perception
         if abs(bearing_deg) > N.ahead_deg:
             perception.context.body.drive(0.0, steering_deg_s(bearing_deg))

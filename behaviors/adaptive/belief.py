@@ -1,8 +1,8 @@
 """Where a target may be: a probability for every place and facing, lowered by every look that did not see it.
 
-A look that sees nothing speaks against the places it would have shown, as strongly as the detector is reliable at that
-distance and angle. Far places, oblique ones and those behind something lose little; so a target that was merely missed
-keeps its probability where it is, and one that is elsewhere gains it there.
+A look that sees nothing is evidence against the places it would have shown, as strong as the detector is reliable at
+that distance and angle. Far places, oblique ones and those behind an obstacle lose little; so a target that was merely
+missed keeps its probability where it is, and one that is elsewhere gains it there.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ class BeliefNumbers:
         sure: No number of frames from one place counts for more than this: what a detector misses, it misses again.
         stand_mm: Looks from places no farther apart than this are looks from one place.
         round_frames: Frames that show each place when the robot looks round.
-        sure_share: Up to this share of its range the detector is sure,
-        poor_share: at this share, since the light is not known, it finds
-        poor: only this many,
-        blind_share: and at this share nothing.
+        sure_share: Up to this share of its range the detector finds every target; from there on its hit rate falls.
+        poor_share: At this share, since the light is not known, the hit rate is `poor`.
+        poor: See `poor_share`.
+        blind_share: At this share it is 0.
         empty: How plausible a picture is where the sonar found nothing, against 1 at an obstacle.
         unknown: And where nothing is known: there may be no floor at all.
         likely_mm: Standard deviation of the prior around the start: rooms end.
@@ -50,8 +50,8 @@ class BeliefNumbers:
         empty_share: A place is empty when more than this share of the cells around it are free.
         unknown_share: A place is unknown when more than this share of them are.
         came_s: What a look round costs besides the turn: getting here and deciding.
-        arc_step_deg: Arcs to look at are made of parts of this width,
-        arc_bins: of which so many make a full turn.
+        arc_step_deg: Arcs to look at are multiples of this width.
+        arc_bins: Number of these in a full turn.
     """
 
     spacing_mm: float = 400.0
@@ -92,13 +92,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class _View:
-    """What a place shows.
+    """What can be seen from a place, turning round.
 
     Attributes:
         at: The place.
-        possible: How likely a target can be found from here at all, (places, FACINGS): not too oblique, nothing before.
+        possible: Probability that a target can be found from here at all, (places, facings): not hidden, not oblique.
         each: Probability that one frame finds it, if it can be found, (places,).
-        bearing_deg: Where it would be, (places,).
+        bearing_deg: Direction in which it would be, (places,).
     """
 
     at: Point
@@ -109,12 +109,12 @@ class _View:
 
 @dataclass(slots=True)
 class _Stand:
-    """What was looked at from one place. What hides a target hides it in every frame, so frames are no new evidence.
+    """What was looked at from one place. What hides a target hides it in every frame, so frames are not independent.
 
     Attributes:
         at: The place.
-        missed: Probability to have missed it in all frames so far although it can be found, (places,).
-        left: By what the belief was lowered from here, (places, FACINGS).
+        missed: Probability of having missed it in all frames so far although it can be found, (places,).
+        left: Factor by which the belief was lowered from here, (places, facings).
     """
 
     at: Point
@@ -123,11 +123,11 @@ class _Stand:
 
 
 class Belief:
-    """Belief about one target, over (places, FACINGS).
+    """The belief about one target, over (places, facings).
 
     Args:
-        range_mm: From how far its detector finds it in good light.
-        half_view_deg: Half the camera's angle of view that can be relied on.
+        range_mm: How far away its detector finds it in good light.
+        half_view_deg: Half the angle of view that can be relied on.
     """
 
     def __init__(self, range_mm: float, half_view_deg: float) -> None:
@@ -142,7 +142,7 @@ class Belief:
         self._plausible_on: tuple[Grid, Array] | None = None
 
     def look(self, pose: Pose, floor: OccupancyGrid, frames: int) -> None:
-        """Take in that it was not seen in so many frames from a pose."""
+        """Update with frames from a pose that did not show it."""
         view = self._view(pose.x_mm, pose.y_mm, floor)
         if self._stand is None or math.dist(self._stand.at, view.at) > N.stand_mm:
             self._stand = _Stand(view.at, np.ones(len(self._x)), np.ones_like(self._mass))
@@ -156,35 +156,35 @@ class Belief:
         self._mass /= self._mass.sum()
 
     def see(self, place: Point, seen_from: Point, *, oblique: bool = False) -> None:
-        """Take in that it was seen at a place, from another; `oblique` when it looked narrow."""
+        """Update with a sighting at a place, from another; `oblique` when it looked narrow."""
         near = np.hypot(self._x - place[0], self._y - place[1]) <= N.spike_mm
         back_deg = math.degrees(math.atan2(seen_from[1] - place[1], seen_from[0] - place[0]))
         slant_deg = np.abs(wrapped_deg(_FACING_DEG - back_deg))
         facing = (slant_deg <= N.steepest_deg) & ((slant_deg >= N.oblique_deg) | (not oblique))
         spike = near[:, None] & facing[None, :]
-        if spike.any():  # odometry may have gone astray beyond the places that are considered
+        if spike.any():  # odometry may have drifted beyond the places that are considered
             self._mass *= 1.0 - N.trust
             self._mass[spike] += N.trust / int(spike.sum())
-        self._stand = None  # what can be seen now is not hidden: to miss it from now on says something new
+        self._stand = None  # what can be seen now is not hidden: missing it from now on is new evidence
 
     def refute(self, place: Point) -> None:
-        """Take in that it is not there, whatever it looked like."""
+        """Update with a place where it is not, whatever was seen there."""
         near = np.hypot(self._x - place[0], self._y - place[1]) <= N.spike_mm
         self._mass[near] *= N.refuted
         self._mass /= self._mass.sum()
 
     def scatter(self) -> None:
-        """Take in that it is not there any more: it moved, and what was looked at before may hold it now."""
+        """Update with a target that has moved: places that were looked at before may hold it now."""
         self._mass = (1.0 - N.scatters) * self._mass + N.scatters * self._prior
         self._stand = None
 
     def held_at(self, place: Point) -> float:
-        """Probability that it is near there."""
+        """Return the probability that it is near a place."""
         near = np.hypot(self._x - place[0], self._y - place[1]) <= N.spike_mm
         return float(self._mass[near].sum())
 
     def renew(self, passed_s: float) -> None:
-        """Let time pass."""
+        """Let time pass: the belief returns to the prior."""
         share = 1.0 - math.exp(-passed_s / N.renews_s)
         self._mass = (1.0 - share) * self._mass + share * self._prior
         if self._stand is not None:  # and what has come back may be looked for again
@@ -192,16 +192,16 @@ class Belief:
             self._stand.left = (1.0 - share) * self._stand.left + share
 
     def chance_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> float:
-        """Probability that one look round from there finds it."""
+        """Return the probability that one look round from a place finds it."""
         return float(self._gain(x_mm, y_mm, floor).sum())
 
     def arc_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid, turn_deg_s: float) -> tuple[float, float]:
-        """The arc of bearings that is most worth being looked at, from and to in degrees clockwise.
+        """Return the arc of bearings that is most worth looking at, from and to in degrees clockwise.
 
         Args:
             x_mm: Where the robot is, forward of the start.
             y_mm: And to the right of it.
-            floor: What may hide the target.
+            floor: The map, for what may hide the target.
             turn_deg_s: How fast the robot turns while it looks.
         """
         gain = self._gain(x_mm, y_mm, floor)
@@ -214,13 +214,13 @@ class Belief:
         sums = np.concatenate([[0.0], np.cumsum(np.concatenate([bins, bins]))])
         widths = np.arange(1, N.arc_bins + 1)
         held = np.stack([sums[width : width + N.arc_bins] - sums[: N.arc_bins] for width in widths])
-        # what one gets for one's time, with the time it took to come here
+        # gain per second, the time it took to get here included
         worth = held / (N.came_s + widths * N.arc_step_deg / turn_deg_s)[:, None]
         best, first = np.unravel_index(int(np.argmax(worth)), worth.shape)
         return float(first * N.arc_step_deg), float((first + widths[best]) * N.arc_step_deg)
 
     def _gain(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> Array:
-        """Probability of finding it at each place by looking round from here, (places,)."""
+        """Return the probability of finding it at each place by looking round from here, (places,)."""
         view = self._view(x_mm, y_mm, floor)
         missed, left = np.ones(len(self._x)), np.ones_like(self._mass)
         if self._stand is not None and math.dist(self._stand.at, view.at) <= N.stand_mm:
@@ -231,7 +231,7 @@ class Belief:
         return np.asarray((plausible * np.maximum(0.0, found)).sum(axis=1) / plausible.sum())
 
     def _view(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> _View:
-        """What can be seen from a place, turning round."""
+        """Return what can be seen from a place, turning round."""
         dx, dy = self._x - x_mm, self._y - y_mm
         distance = np.hypot(dx, dy)
         bearing_deg = np.degrees(np.arctan2(dy, dx))
@@ -246,7 +246,7 @@ class Belief:
         return _View((x_mm, y_mm), by_slant * sight[direction, step][:, None], each, bearing_deg)
 
     def _plausible(self, floor: OccupancyGrid) -> Array:
-        """How likely a place may hold a picture at all, as far as the floor map tells, (places,)."""
+        """Return how plausible a picture is at each place, as far as the map tells, (places,)."""
         if self._plausible_on is None or not np.array_equal(self._plausible_on[0], floor.evidence):
             half = int(N.spacing_mm / CELL_MM / 2)
             i = np.clip((self._x / CELL_MM).astype(np.int64) + CELLS // 2, half, CELLS - half - 1)

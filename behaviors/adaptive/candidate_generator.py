@@ -1,4 +1,4 @@
-"""What could be done next, with its time and chance: ways round, places to look from, other targets."""
+"""What could be done next, with its time and chance: detours, places to look from, other targets."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class CandidateNumbers:
         end_spacing_mm: Between places that are considered as ends of a detour.
         clearances_mm: Room beside the last, straight stretch, tried in this order: the map makes things larger than
             they are, hence the last one.
-        nearest_end_mm: A detour ends no nearer to the target, which itself echoes,
-        farthest_end_mm: and no farther away.
+        nearest_end_mm: A detour ends no nearer to the target, which itself echoes.
+        farthest_end_mm: And no farther away.
         slant_deg: A picture is seen up to this far from its normal. Source: docs/vision.md section 1.3, the fitted law.
         news_s: Another target is still where it was seen, in one case out of e, after this time.
     """
@@ -79,8 +79,8 @@ class WorldView(Protocol):
         """All paths from here."""
         ...
 
-    def clear_between(self, start: Point, end: Point, short_mm: float = 0.0, elbow_mm: float = 0.0) -> bool:
-        """Whether the robot could drive straight from `start` to `short_mm` before `end`."""
+    def clear_between(self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0) -> bool:
+        """Whether the robot could drive straight from `start` to `standoff_mm` before `end`."""
         ...
 
     def chance_from(self, target: str, place: Point) -> float:
@@ -97,11 +97,11 @@ class WorldView(Protocol):
 
 
 class CandidateGenerator:
-    """What the map and the beliefs promise, from where the robot is; changes neither.
+    """Generates candidates from the world model without changing it.
 
     Args:
         world: What is known.
-        profile: The numbers.
+        profile: The mission's numbers.
     """
 
     def __init__(self, world: WorldView, profile: AdaptiveParameters) -> None:
@@ -109,26 +109,26 @@ class CandidateGenerator:
         self._profile = profile
 
     def detour(self, target: str) -> Detour | None:
-        """The quickest way to a place from which the straight way to a target that was seen is free."""
+        """Return the quickest path to a place from which the straight path to a target that was seen is free."""
         known = self._world.known.get(target)
-        way = known and self._way_round(known)
-        if not known or not way:
+        end = known and self._detour_end(known)
+        if not known or not end:
             return None
-        place, seconds = way
+        place, seconds = end
         extra_s = max(N.least_extra_s, seconds - self._straight_s(known)) + 2 * N.turn_s
         return Detour(extra_s, self._world.paths.route_to(place))
 
     def here(self, target: str) -> Viewpoint:
-        """Another look round from here."""
+        """Return another look round from here."""
         return Viewpoint(0.0, N.rescan_s, self._world.chance_from(target, self._world.here))
 
     def viewpoints(self, target: str) -> tuple[Viewpoint, ...]:
-        """The places from which looking is most worth its time."""
+        """Return the places from which a look round is most worth its time."""
         if not self._profile.chooses_viewpoints:
             return (Viewpoint(N.moving_off_s, N.scan_s, 1.0),)
-        world, routes = self._world, self._world.paths
-        places = routes.places(N.spacing_mm, known=True)
-        travel_s = routes.seconds_to(places) + N.turn_s
+        world, paths = self._world, self._world.paths
+        places = paths.places(N.spacing_mm, known=True)
+        travel_s = paths.seconds_to(places) + N.turn_s
         far = np.hypot(places[:, 0] - world.here[0], places[:, 1] - world.here[1]) >= N.nearest_mm
         places, travel_s = places[far], travel_s[far]
         order = [
@@ -141,12 +141,11 @@ class CandidateGenerator:
             found.append((chance, float(travel_s[i]), place))
         found.sort(key=lambda each: -each[0] / (each[1] + N.scan_s))
         return tuple(
-            Viewpoint(seconds, N.scan_s, chance, routes.route_to(place))
-            for chance, seconds, place in found[: N.offered]
+            Viewpoint(seconds, N.scan_s, chance, paths.route_to(place)) for chance, seconds, place in found[: N.offered]
         )
 
     def others(self, targets: Iterable[str], now_s: float) -> tuple[AlternativeTarget, ...]:
-        """Those of other targets that were seen and to which a way leads."""
+        """Return those of other targets that were seen and to which a path leads."""
         found = []
         for target in targets:
             known = self._world.known.get(target)
@@ -157,31 +156,31 @@ class CandidateGenerator:
         return tuple(found)
 
     def _seconds_to(self, known: TargetEstimate) -> float:
-        """Time to a target that was seen; infinity where the map knows no way."""
+        """Return the time to a target that was seen; infinity where the map shows no path."""
         if self._world.clear_between(self._world.here, known.place, N.nearest_end_mm):
             return N.turn_s + self._straight_s(known)
-        way = self._way_round(known)
-        return 2 * N.turn_s + way[1] if way else math.inf
+        end = self._detour_end(known)
+        return 2 * N.turn_s + end[1] if end else math.inf
 
     def _straight_s(self, known: TargetEstimate) -> float:
         return math.dist(self._world.here, known.place) / self._profile.cruise_mm_s
 
-    def _way_round(self, known: TargetEstimate) -> tuple[Point, float] | None:
-        """Where a way ends from which the straight way to the target is free, and the time to the target that way."""
-        world, routes = self._world, self._world.paths
-        places = routes.places(N.end_spacing_mm, known=False)
+    def _detour_end(self, known: TargetEstimate) -> tuple[Point, float] | None:
+        """Return where a detour ends, with a free straight path to the target, and the time to the target along it."""
+        world, paths = self._world, self._world.paths
+        places = paths.places(N.end_spacing_mm, known=False)
         dx, dy = places[:, 0] - known.place[0], places[:, 1] - known.place[1]
         away_mm = np.hypot(dx, dy)
         slant_deg = np.abs(wrapped_deg(np.degrees(np.arctan2(dy, dx)) - known.seen_deg))
         useful = (away_mm >= N.nearest_end_mm) & (away_mm <= N.farthest_end_mm) & (slant_deg <= N.slant_deg)
         places, away_mm, slant_deg = places[useful], away_mm[useful], slant_deg[useful]
-        seconds = routes.seconds_to(places) + away_mm / self._profile.cruise_mm_s
-        # it may face any way from which it could be seen so far
+        seconds = paths.seconds_to(places) + away_mm / self._profile.cruise_mm_s
+        # it may face in any direction from which it was seen so far
         visible = 1.0 - slant_deg / (2 * N.slant_deg)
         order = [i for i in np.argsort((seconds + N.turn_s) / visible) if math.isfinite(seconds[i])]
-        for elbow_mm in N.clearances_mm:
+        for clearance_mm in N.clearances_mm:
             for i in order:
                 place = float(places[i, 0]), float(places[i, 1])
-                if world.clear_between(place, known.place, N.nearest_end_mm, elbow_mm):
+                if world.clear_between(place, known.place, N.nearest_end_mm, clearance_mm):
                     return place, float(seconds[i])
         return None

@@ -1,4 +1,4 @@
-"""Driving along a way over the floor map, with open eyes; the states move_to and detour."""
+"""Driving along a planned path while looking for the target; the skill of the recoveries that lead elsewhere."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class PathNumbers:
             planned path leaves, since the last stretch is driven by eye.
         standoff_mm: The last stretch before the target need not be free: the target itself echoes.
         far_enough_mm: This far along a path that leads no farther it is worth looking round.
-        leeway: A path may take this many times longer than its length would,
-        leeway_s: and this much more.
+        leeway: A path may take this many times the time that its length takes at cruising speed.
+        leeway_s: And this much more.
         retreat_mm: The robot backs off this far from what it touched or what holds its wheels.
-        slow_mm: An echo from nearer than this slows it down, since there may be more beside the beam,
-        slow_share: to this share of its speed.
+        slow_mm: An echo from nearer than this slows it down, since there may be more beside the beam.
+        slow_share: Down to this share of its speed.
     """
 
     passed_mm: float = 90.0
@@ -56,11 +56,11 @@ N = PathNumbers()
 
 
 class FollowPathSkill:
-    """A way to a place.
+    """Drives to a place.
 
     Args:
         perception: What to work with.
-        route: Points to drive through. It ends early when the target is seen and the straight way to it free.
+        route: Waypoints. It ends early when the target is seen and the straight path to it is free.
     """
 
     def __init__(self, perception: Perception, route: tuple[Point, ...]) -> None:
@@ -86,27 +86,27 @@ class FollowPathSkill:
         return Fact(Event.RECOVERY_DONE, Reason.THERE, {"travel_s": perception.now() - begun_s})
 
     def _leg(self, point: Point) -> Fact | None:
-        """Drive to the next corner of the way; None when it was reached or the way was planned anew."""
+        """Drive to the next waypoint; None when it was reached or the path was planned again."""
         perception = self._perception
         renew_s = perception.now() + N.renew_s
         while True:
             observation = perception.step()
             if (fact := self._seen(observation)) is not None:
                 return fact
-            bearing_deg, distance_mm = perception.world.way_to(point)
+            bearing_deg, distance_mm = perception.world.polar_to(point)
             if distance_mm <= N.passed_mm:
                 self._route.pop(0)
                 return None
             if observation.time_s > self._end_s or self._stops > N.stops:
-                return self._no_way(observation)
+                return self._no_path(observation)
             if observation.time_s >= renew_s:
-                return self._plan_anew(observation)
+                return self._replan(observation)
             stop = perception.context.body.drive(*self._speeds(bearing_deg, observation))
             if stop is not None:
                 return self._stopped(stop, observation)
 
     def _speeds(self, bearing_deg: float, observation: Observation) -> tuple[float, float]:
-        """How fast to drive, mm/s, and to turn, deg/s."""
+        """Return how fast to drive, mm/s, and to turn, deg/s."""
         share = max(0.0, 1.0 - abs(bearing_deg) / N.pivot_deg)
         if observation.range_mm is not None and observation.range_mm < N.slow_mm:
             share *= N.slow_share
@@ -115,7 +115,7 @@ class FollowPathSkill:
         )
 
     def _seen(self, observation: Observation) -> Fact | None:
-        """Whether the target came into view, and can be driven to."""
+        """Return a fact when the target came into view and can be driven to."""
         world = self._perception.world
         known = world.known.get(self._perception.target)
         if observation.sighting is None or known is None:
@@ -125,7 +125,7 @@ class FollowPathSkill:
         return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(observation.sighting)})
 
     def _stopped(self, stop: StopReason, observation: Observation) -> Fact | None:
-        """Remember what was in the way, and look for another way."""
+        """Map what was in the way, and plan again."""
         perception = self._perception
         self._stops += 1
         near_mm = observation.range_mm if stop is StopReason.OBSTACLE else 0.0
@@ -133,19 +133,19 @@ class FollowPathSkill:
             perception.world.floor.block(perception.world.pose, near_mm)
         if stop is not StopReason.OBSTACLE:
             perception.context.body.straight(-N.retreat_mm)
-        return self._plan_anew(perception.step())
+        return self._replan(perception.step())
 
-    def _plan_anew(self, observation: Observation) -> Fact | None:
-        """Take the best way from here, by what is known by now."""
+    def _replan(self, observation: Observation) -> Fact | None:
+        """Take the best path from here, by what is known now."""
         world = self._perception.world
-        routes = PathPlanner(world.floor, world.here, self._perception.profile.cruise_mm_s)
-        if not routes.reaches(self._goal):
-            return self._no_way(observation)
-        self._route = list(routes.route_to(self._goal))
+        paths = PathPlanner(world.floor, world.here, self._perception.profile.cruise_mm_s)
+        if not paths.reaches(self._goal):
+            return self._no_path(observation)
+        self._route = list(paths.route_to(self._goal))
         return None
 
-    def _no_way(self, observation: Observation) -> Fact:
-        """It goes no further; from far enough along the way it is worth looking round, too."""
+    def _no_path(self, observation: Observation) -> Fact:
+        """There is no path; from far enough along the old one it is worth looking round, too."""
         world = self._perception.world
         if math.dist(world.here, self._begin) >= N.far_enough_mm:
             return Fact(Event.RECOVERY_DONE, Reason.NO_WAY, {"stops": self._stops})

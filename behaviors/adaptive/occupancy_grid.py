@@ -1,8 +1,8 @@
-"""What sonar and bumper tell about the floor: a grid in the frame of odometry, where evidence fades in time.
+"""The map: an occupancy grid from sonar and bumper, in the frame of odometry; its evidence fades with time.
 
 A sonar's beam is wide. An echo says that the whole beam is free up to it, and that something is *somewhere* on its arc.
-So an echo frees the cone and marks only the arc's middle; from far away it may be to one side and is held a hint, which
-a way may cross if it must, until nearer beams confirm or clear it.
+So an echo clears the cone and marks only the middle of the arc. From far away it may be to one side and counts as a
+hint, which a path may cross at a price, until nearer beams confirm or clear it.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from behaviors.adaptive.angles import wrapped_deg
 from behaviors.ports import Pose
 
 CELL_MM, CELLS = 80.0, 180
-"""The grid reaches 7.2 m from the start to each side; what lies farther is not mapped."""
+"""Size of a cell, and cells along each axis: the grid reaches 7.2 m from the start to each side."""
 
 
 @dataclass(frozen=True, slots=True)
 class GridNumbers:
-    """The numbers of the sonar model and of the map; evidence is a log-odds-like score without a unit.
+    """The numbers of the sonar model and of the map; evidence is a score without a unit, like log odds.
 
     Attributes:
         sonar_forward_mm: The sonar in front of the axle, on common builds.
@@ -43,9 +43,9 @@ class GridNumbers:
         hit_near: A near echo raises the evidence of its arc by this.
         hit_far: A farther one raises it by this.
         arc_cells: Half the width of an echo's arc, in cells.
-        repeated_mm: An echo is the last one repeated when the robot moved less than this,
-        repeated_deg: turned less than this,
-        repeated_range_mm: and the range differs by less than this.
+        repeated_mm: An echo repeats the last one when the robot moved less than this.
+        repeated_deg: And turned less than this.
+        repeated_range_mm: And the range differs by less than this.
         known: A cell with less evidence, either way, is unknown to a line of sight.
         behind: Chance to see past an obstacle on the map: over it, or because the map is wrong.
         unknown_hides_mm: Unknown floor this long hides nothing in one case out of e.
@@ -88,7 +88,7 @@ class GridNumbers:
 N = GridNumbers()
 
 DIRECTIONS = 72
-"""In which lines of sight are followed, 5 degrees apart."""
+"""Lines of sight are followed in this many directions, 5 degrees apart."""
 
 Grid = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -110,7 +110,7 @@ class OccupancyGrid:
             self._time_s = now_s
 
     def echo(self, pose: Pose, range_mm: float) -> None:
-        """Take in an echo; one that repeats the last from the same place tells of nothing new in the way."""
+        """Update with an echo; one that repeats the last from the same place does not mark its arc again."""
         repeated = self._last is not None and _same(self._last, (pose, range_mm))
         self._last = (pose, range_mm)
         x_mm, y_mm = pose.ahead(N.sonar_forward_mm)
@@ -126,7 +126,7 @@ class OccupancyGrid:
         cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
 
     def no_echo(self, pose: Pose) -> None:
-        """Take in that nothing answered: most likely nothing is near, but smooth things throw echoes away."""
+        """Update with silence: most likely nothing is near, but smooth surfaces reflect echoes away."""
         if self._last is not None and _same(self._last, (pose, math.inf)):
             return
         self._last = (pose, math.inf)
@@ -137,7 +137,7 @@ class OccupancyGrid:
         cells[free] = np.maximum(cells[free] - N.free_silent, np.minimum(cells[free], N.freest_silent))
 
     def seen_past(self, start: tuple[float, float], end: tuple[float, float]) -> None:
-        """Take in that `end` was seen from `start`: what is only suspected in between is not there."""
+        """Update with a line of sight from `start` to `end`: it clears what is only suspected in between."""
         length = math.dist(start, end)
         share = np.arange(0.0, max(0.0, length - N.spared_mm), CELL_MM / 2) / max(length, 1.0)
         i = _index(start[0] + share * (end[0] - start[0]))
@@ -146,17 +146,17 @@ class OccupancyGrid:
         self.evidence[i, j] = np.where((cells > 0.0) & (cells < N.solid), 0.0, cells)
 
     def forget_obstacles(self) -> None:
-        """Begin again with everything that was thought to be in the way."""
+        """Clear everything that was thought to be in the way."""
         np.minimum(self.evidence, 0.0, out=self.evidence)
 
     def stands_on(self, pose: Pose) -> None:
-        """Where the robot is, nothing else is."""
+        """Clear the robot's footprint."""
         window, along, _ = _polar(pose.x_mm, pose.y_mm, 0.0, N.footprint_mm)
         cells = self.evidence[window]
         cells[along <= N.footprint_mm] = N.freest
 
     def block(self, pose: Pose, range_mm: float) -> None:
-        """Remember something in the way, of a size not known yet: what stopped the robot or touched it."""
+        """Mark an obstacle of unknown size: what stopped the robot or touched it."""
         x_mm, y_mm = pose.ahead(N.sonar_forward_mm + range_mm + N.block_radius_mm * 0.6)
         window, along, _ = _polar(x_mm, y_mm, 0.0, N.block_radius_mm)
         cells = self.evidence[window]
@@ -164,9 +164,9 @@ class OccupancyGrid:
         cells[inside] = np.maximum(cells[inside], N.block)
 
     def sight(self, x_mm: float, y_mm: float, limit_mm: float) -> NDArray[np.float64]:
-        """How likely nothing hides what is so far away, (DIRECTIONS, steps of CELL_MM), up to `limit_mm` from a place.
+        """Return the chance of a free line of sight, (DIRECTIONS, steps of CELL_MM), from a place up to `limit_mm`.
 
-        What is known to be free hides nothing; of what is unknown, the more there is, the likelier something hides.
+        Free floor hides nothing; the more unknown floor there is, the more likely something stands on it.
         """
         steps = np.arange(CELL_MM, limit_mm + CELL_MM, CELL_MM)
         i = _index(x_mm + steps[None, :] * _ALONG[:, 0:1])
@@ -178,24 +178,28 @@ class OccupancyGrid:
         return np.asarray(np.where(behind, N.behind, np.exp(-unknown_mm / N.unknown_hides_mm)), np.float64)
 
     def clear_between(
-        self, start: tuple[float, float], end: tuple[float, float], short_mm: float = 0.0, elbow_mm: float = 0.0
+        self, start: tuple[float, float], end: tuple[float, float], standoff_mm: float = 0.0, clearance_mm: float = 0.0
     ) -> bool:
-        """Whether the robot could drive straight from `start` to `short_mm` before `end`, as far as is known.
+        """Whether the robot could drive straight, as far as the map tells.
 
-        With `elbow_mm` there is so much room beside it.
+        Args:
+            start: Where it would set off.
+            end: Where it would go.
+            standoff_mm: The last stretch, which need not be free.
+            clearance_mm: Room that must be free beside the robot.
         """
-        return self.blocked_after_mm(start, end, short_mm, elbow_mm) is None
+        return self.blocked_after_mm(start, end, standoff_mm, clearance_mm) is None
 
     def blocked_after_mm(
-        self, start: tuple[float, float], end: tuple[float, float], short_mm: float = 0.0, elbow_mm: float = 0.0
+        self, start: tuple[float, float], end: tuple[float, float], standoff_mm: float = 0.0, clearance_mm: float = 0.0
     ) -> float | None:
-        """How far it is from `start` to what blocks the way that `clear_between` tells of; None if nothing does."""
-        length = math.dist(start, end) - short_mm
+        """Return the distance from `start` to what blocks the path of `clear_between`; None if nothing does."""
+        length = math.dist(start, end) - standoff_mm
         if length <= 0:
             return None
-        ux, uy = (end[0] - start[0]) / (length + short_mm), (end[1] - start[1]) / (length + short_mm)
+        ux, uy = (end[0] - start[0]) / (length + standoff_mm), (end[1] - start[1]) / (length + standoff_mm)
         along = np.arange(N.footprint_mm, max(length, N.footprint_mm + 1), CELL_MM * 0.75)
-        half_mm = N.footprint_mm - CELL_MM / 4 + elbow_mm
+        half_mm = N.footprint_mm - CELL_MM / 4 + clearance_mm
         across = np.linspace(-half_mm, half_mm, 7)
         i = _index(start[0] + along[:, None] * ux - across[None, :] * uy)
         j = _index(start[1] + along[:, None] * uy + across[None, :] * ux)
@@ -208,12 +212,12 @@ _ALONG = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 
 
 def centre_mm(index: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Middle of the cells with these indices along one axis."""
+    """Return the centres of the cells with these indices along one axis."""
     return np.asarray((index - CELLS // 2 + 0.5) * CELL_MM)
 
 
 def cell(x_mm: float, y_mm: float) -> tuple[int, int]:
-    """Indices of the cell at a place; of the nearest one outside of the grid."""
+    """Return the indices of the cell at a place; outside of the grid, of the nearest cell."""
     return int(_index(np.float64(x_mm))), int(_index(np.float64(y_mm)))
 
 
@@ -224,7 +228,7 @@ def _index(value_mm: NDArray[np.float64] | np.float64) -> NDArray[np.int64]:
 def _polar(
     x_mm: float, y_mm: float, heading_deg: float, radius_mm: float
 ) -> tuple[tuple[slice, slice], NDArray[np.float64], NDArray[np.float64]]:
-    """The cells around a place: their window, distances, and angles off a heading."""
+    """Return the cells around a place: their window, distances, and angles off a heading."""
     (i0, j0), (i1, j1) = cell(x_mm - radius_mm, y_mm - radius_mm), cell(x_mm + radius_mm, y_mm + radius_mm)
     dx = (centre_mm(np.arange(i0, i1 + 1)) - x_mm)[:, None]
     dy = (centre_mm(np.arange(j0, j1 + 1)) - y_mm)[None, :]
@@ -233,7 +237,7 @@ def _polar(
 
 
 def _same(one: tuple[Pose, float], other: tuple[Pose, float]) -> bool:
-    """Whether two echoes, infinity standing for none, are one measurement as far as the map is concerned."""
+    """Whether two echoes, infinity standing for none, are one measurement to the map."""
     (a, range_a), (b, range_b) = one, other
     moved = math.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm)
     alike = range_a == range_b or abs(range_a - range_b) < N.repeated_range_mm

@@ -1,4 +1,4 @@
-"""Ways over the floor map: how long it takes from here to anywhere, and through which points."""
+"""Path planning on the occupancy grid: how long it takes from here to anywhere, and along which waypoints."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class PlannerNumbers:
         tight: Cost of a cell within the inflation, in cells of free floor.
         doubtful: Cost of a cell that may be occupied.
         unknown: Cost of a cell that is not known.
-        few_places: A robot that can reach fewer places than this is walled in,
-        few_spacing_mm: counted at this spacing.
+        few_places: A robot that can reach fewer places than this is walled in.
+        few_spacing_mm: Spacing of the places that are counted for it.
         touched: A cell with less evidence, either way, counts as never looked at and does not extend the map.
         free: Evidence for a cell to be known as free.
         rounds: Paths grow by at least a cell a round; this is twice across the whole map.
@@ -50,7 +50,7 @@ _NEIGHBOURS = [(i, j, math.hypot(i, j)) for i in (-1, 0, 1) for j in (-1, 0, 1) 
 
 
 class PathPlanner:
-    """All ways from one place.
+    """All paths from one place.
 
     Args:
         floor: What is known of the floor.
@@ -67,7 +67,7 @@ class PathPlanner:
         self._free = floor.evidence[self._window] < -N.free
 
     def seconds_to(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Driving time to each of the points (n, 2); infinity where no way leads."""
+        """Return the driving time to each of the points (n, 2); infinity where no path leads."""
         i = np.floor(points[:, 0] / CELL_MM).astype(np.int64) + CELLS // 2 - self._window[0].start
         j = np.floor(points[:, 1] / CELL_MM).astype(np.int64) + CELLS // 2 - self._window[1].start
         inside = (i >= 0) & (j >= 0) & (i < self._field.shape[0]) & (j < self._field.shape[1])
@@ -75,16 +75,17 @@ class PathPlanner:
         seconds[inside] = self._field[i[inside], j[inside]] * self._pace
         return seconds
 
-    def lead_out(self) -> bool:
-        """Whether they lead to more than a few places `PlannerNumbers.few_spacing_mm` apart."""
-        return len(self.places(N.few_spacing_mm, known=False)) >= N.few_places
+    @property
+    def walled_in(self) -> bool:
+        """Whether there are hardly any places to go to."""
+        return len(self.places(N.few_spacing_mm, known=False)) < N.few_places
 
     def reaches(self, point: Point) -> bool:
-        """Whether a way leads there."""
+        """Whether a path leads there."""
         return bool(np.isfinite(self.seconds_to(np.array([point])))[0])
 
     def places(self, spacing_mm: float, *, known: bool) -> NDArray[np.float64]:
-        """Places that can be reached, (n, 2), about so far apart; with `known` only on floor known to be free."""
+        """Return reachable places, (n, 2), about this far apart; with `known` only on floor known to be free."""
         every = max(1, round(spacing_mm / CELL_MM))
         within = np.isfinite(self._field) & (self._free | (not known))
         i, j = np.nonzero(within[::every, ::every])
@@ -93,7 +94,7 @@ class PathPlanner:
         )
 
     def route_to(self, point: Point) -> tuple[Point, ...]:
-        """Points to drive through to reach `point`, which must be reachable; the start is left out."""
+        """Return the waypoints to `point`, which must be reachable; the start is left out."""
         i, j = cell(*point)
         at = (i - self._window[0].start, j - self._window[1].start)
         steps = [at]
@@ -111,7 +112,7 @@ class PathPlanner:
         return [(i, j) for i, j in beside if 0 <= i < rows and 0 <= j < columns]
 
     def _straightened(self, steps: list[tuple[int, int]], end: Point) -> tuple[Point, ...]:
-        """Few of the steps, with straight lines between them that cost hardly more than the way itself, and the end."""
+        """Return few of the steps, joined by straight lines that cost hardly more than the path, and the end."""
         corners, here = [], 0
         while here < len(steps) - 1:
             there = len(steps) - 1
@@ -125,17 +126,17 @@ class PathPlanner:
         return (*places, end)
 
     def _straight(self, one: tuple[int, int], other: tuple[int, int]) -> bool:
-        """Whether the straight line between two steps costs hardly more than the way."""
+        """Whether the straight line between two steps costs hardly more than the path."""
         count = max(abs(other[0] - one[0]), abs(other[1] - one[1])) * 2 + 1
         i = np.rint(np.linspace(one[0], other[0], count)).astype(np.int64)
         j = np.rint(np.linspace(one[1], other[1], count)).astype(np.int64)
         length = math.dist(one, other)
-        # on the grid a way has corners of 45 degrees and is up to 8 % longer
+        # on the grid a path has corners of 45 degrees and is up to 8 % longer
         return float(np.mean(self._cost[i, j])) * length <= 1.02 * float(self._field[other] - self._field[one]) + 0.5
 
 
 def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDArray[np.float64]]:
-    """The known part of the floor, and how many times longer than on free floor it takes to cross each cell."""
+    """Return the known part of the floor, and the cost of crossing each of its cells, in cells of free floor."""
     evidence = floor.evidence
     known = np.abs(evidence) > N.touched
     i, j = cell(*start)
@@ -143,14 +144,14 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
     window = (_span(np.any(known, axis=1)), _span(np.any(known, axis=0)))
     part = evidence[window]
     solid = part > GRID.solid
-    shut = _grown(solid, GRID.footprint_mm + N.clearance_mm)
+    blocked = _grown(solid, GRID.footprint_mm + N.clearance_mm)
     cost = np.ones(part.shape)
     cost[np.abs(part) <= N.touched] = N.unknown
     cost[_grown(solid, N.inflation_mm)] = N.tight
     cost[_grown((part > GRID.hint) & ~solid, GRID.footprint_mm)] = N.doubtful
-    cost[shut] = np.inf
+    cost[blocked] = np.inf
     si, sj = i - window[0].start, j - window[1].start
-    # where the robot stands it can leave
+    # the robot can always leave the place where it stands
     around = cost[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
     near = solid[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
     around[np.isinf(around) & ~near] = N.doubtful
@@ -164,7 +165,7 @@ def _span(used: NDArray[np.bool_]) -> slice:
 
 
 def _grown(mask: Mask, radius_mm: float) -> Mask:
-    """The mask and everything within a radius of it."""
+    """Inflate a mask by a radius."""
     cells = int(radius_mm / CELL_MM)
     grown = mask.copy()
     for i in range(-cells, cells + 1):
@@ -181,7 +182,7 @@ def _shifted(step: int, size: int) -> slice:
 
 
 def _spread(cost: NDArray[np.float64], start: tuple[int, int]) -> NDArray[np.float64]:
-    """Shortest ways from the start to every cell, in cells of free floor: relaxed all at once until nothing changes."""
+    """Return the cost of the shortest path to every cell: all are relaxed at once until nothing changes."""
     padded = np.full((cost.shape[0] + 2, cost.shape[1] + 2), np.inf)
     inner = padded[1:-1, 1:-1]
     inner[start] = 0.0

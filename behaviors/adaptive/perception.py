@@ -1,4 +1,4 @@
-"""Perceiving: one frame, one echo and the wheels at a time, all of it taken into memory."""
+"""Perception: one frame, one echo and one pose at a time, all of which update the world model."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ N = PerceptionNumbers()
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What was perceived in one step.
+    """The result of one step of perception.
 
     Attributes:
         time_s: When.
@@ -53,13 +53,13 @@ def unheard_blocker(range_mm: float | None = None, *, hides: bool = False) -> Bl
 
 
 class Perception:
-    """What every service of the adaptive mind works with.
+    """What every skill of the adaptive profile works with.
 
     Args:
         context: The ports.
-        profile: The numbers.
-        memory: Takes in what is perceived.
-        queue: Which target is looked for.
+        profile: The mission's numbers.
+        world: Is updated with what is perceived.
+        queue: Tells which target is looked for.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class Perception:
         return self.context.clock.now()
 
     def step(self) -> Observation:
-        """Look at the next frame and listen for an echo.
+        """Look at the next frame, listen for an echo, and update the world model.
 
         Raises:
             TimeUp: The mission's time is over.
@@ -100,7 +100,7 @@ class Perception:
         return Observation(now_s, sighting, range_mm, blind)
 
     def await_picture(self) -> bool:
-        """Make sure of a picture; without one the robot stands and waits. Whether it came in time."""
+        """Wait for a picture, at rest; whether one came in time."""
         if not self.step().blind:
             return True
         self.context.body.stop()
@@ -112,14 +112,14 @@ class Perception:
         return False
 
     def _glance(self, looked_for: list[str]) -> Glance | None:
-        """What the next frame shows; None without one."""
+        """Look at the next frame; None without one."""
         try:
             return self.context.eyes.glance(looked_for)
         except Blind:
             return None
 
     def _others(self) -> list[str]:
-        """Further targets that are not reached yet."""
+        """Return the other targets that are not reached yet."""
         if not self.profile.remembers_others:
             return []
         pending = [progress.target for progress in self._queue.targets if progress.outcome is not TargetOutcome.REACHED]

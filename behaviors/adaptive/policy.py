@@ -1,4 +1,4 @@
-"""The adaptive rule: of everything that can be done, what is expected to lead on in the fewest seconds."""
+"""The adaptive policy: of all recoveries, the one that is expected to succeed in the fewest seconds."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ N = PolicyNumbers()
 
 @dataclass(frozen=True, slots=True)
 class AdaptivePolicy:
-    """Weighs the candidates by the seconds a success is expected to cost.
+    """Weighs candidates by the seconds that a success is expected to cost.
 
     Attributes:
-        search_budget_s: So long a target is searched for in vain while another one waits.
-        repeats: The same recovery is not chosen more often for one target at one place.
-        fixed_wait_s: Wait so long, whatever is in the way; None to reckon it.
-        max_researches: Searches for one target after the first, in each round; None for as many as there is time for.
+        search_budget_s: Longest search for a target without a sighting while another one waits.
+        repeats: How often one recovery is chosen at most for one target at one place.
+        fixed_wait_s: Length of every wait; None to compute it.
+        max_researches: Searches for one target after the first, in each round; None for no limit.
     """
 
     search_budget_s: float = 42.0
@@ -54,11 +54,11 @@ class AdaptivePolicy:
 
     @classmethod
     def of(cls, profile: AdaptiveParameters) -> AdaptivePolicy:
-        """The rule with a mission's numbers."""
+        """Make the policy with a mission's numbers."""
         return cls(profile.search_budget_s, profile.repeats, profile.fixed_wait_s, profile.max_researches)
 
     def select(self, evidence: Evidence) -> Choice:
-        """The best candidate, or another target."""
+        """Choose the best candidate, or another target."""
         if self.max_researches is not None and evidence.researches >= self.max_researches:
             return Choice(CHANGE_TARGET, f"searched again {evidence.researches} times")
         best = min(self.options(evidence), key=lambda option: option.expected_s, default=None)
@@ -69,9 +69,9 @@ class AdaptivePolicy:
         return best.choice
 
     def options(self, evidence: Evidence) -> list[Candidate]:
-        """All candidates but those that have been tried too often at this place."""
+        """Return all candidates but those that were tried too often at this place."""
         past = self._untried(self._past_the_blocker(evidence), evidence)
-        # where there is a way round, looking elsewhere would only lead back to what is in the way
+        # where there is a detour, looking elsewhere would only lead back to what is in the way
         looking = [] if past and evidence.detour else self._untried(_looking(evidence), evidence)
         return [*past, *looking, *_others(evidence)]
 

@@ -1,4 +1,4 @@
-"""Looking round: turning on the spot past every bearing where the target may be, with camera and sonar awake."""
+"""The state search: turns on the spot past every bearing where the target may be, with camera and sonar."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class ScanNumbers:
         step_deg: The robot turns no more than this between two frames, so that neighbouring frames show the same thing.
         slowest_deg_s: It turns no slower, however slow the link.
         full_deg: An arc this wide is a full turn; the width of a frame covers the rest.
-        known_deg: Where a target is remembered it is looked for first, this far to either side,
-        remembered_share: when it is nearer than this share of its detector's range.
-        held_s: A turn is held by something when in this time
-        held_deg: it came no farther than this.
+        known_deg: A target is first looked for where it is remembered, this far to either side.
+        remembered_share: This is done when it is nearer than this share of its detector's range.
+        held_s: A turn that comes no farther than `held_deg` in this time is held by something.
+        held_deg: See `held_s`.
         longest_step_s: What takes longer is a pause: the robot stood for want of a picture.
         aim_deg: Where an arc begins need not be met more exactly.
         worth_a_turn: With less of a chance a look round is not worth its time.
@@ -58,7 +58,7 @@ class ScanSkill:
         self._rate_deg_s = perception.profile.scan_deg_s
 
     def call(self) -> Fact:
-        """Look round until the target is seen or there is nothing more to see; the robot is at rest afterwards."""
+        """Look round until the target is seen or nothing is left to look at; the robot is at rest afterwards."""
         perception = self._perception
         begun_s = perception.now()
         perception.context.body.stop()
@@ -72,13 +72,13 @@ class ScanSkill:
         return Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN, {"scan_s": scan_s}, finding=TargetFinding.NOT_HERE)
 
     def _look_where_known(self) -> Fact | None:
-        """Look where the target is remembered, if that can be seen from here."""
+        """Look where the target is remembered, if it can be seen from here."""
         perception = self._perception
         known = perception.world.known.get(perception.target)
         if known is None:
             return None
-        bearing_deg, distance_mm = perception.world.way_to(known.place)
-        if distance_mm > N.remembered_share * perception.world.seen_from_mm[perception.target]:
+        bearing_deg, distance_mm = perception.world.polar_to(known.place)
+        if distance_mm > N.remembered_share * perception.world.detection_range_mm[perception.target]:
             return None
         perception.context.body.turn(bearing_deg)
         fact = self._rest() or self._sweep(N.known_deg) or self._sweep(-2 * N.known_deg)
@@ -87,7 +87,7 @@ class ScanSkill:
         return fact
 
     def _look_round(self) -> Fact | None:
-        """Look along the arc that is most worth it, if any is."""
+        """Look along the most promising arc, if any is worth it."""
         perception = self._perception
         world = perception.world
         world.settle()
@@ -113,14 +113,14 @@ class ScanSkill:
         return self._rest() or self._sweep(sweep_deg)
 
     def _rest(self) -> Fact | None:
-        """A few frames at rest, for what is in view already."""
+        """Look at a few frames at rest, for what is in view already."""
         for _ in range(N.frames_at_rest):
             if (fact := self._see()) is not None:
                 return fact
         return None
 
     def _sweep(self, angle_deg: float) -> Fact | None:
-        """Turn by an angle, slowly enough for the camera; says, too, when something holds the robot."""
+        """Turn by an angle, slowly enough for the camera; notices when something holds the robot."""
         perception = self._perception
         start_deg = heading_deg = perception.world.pose.heading_deg
         sign = 1 if angle_deg > 0 else -1
@@ -145,7 +145,7 @@ class ScanSkill:
         return None
 
     def _see(self) -> Fact | None:
-        """One frame; when the camera gave none, wait for the next."""
+        """Look at one frame; when the camera gave none, wait for the next."""
         observation = self._perception.step()
         if observation.blind:
             self._perception.await_picture()

@@ -1,7 +1,7 @@
 """Whether what looks like the target is it: Wald's sequential test on how steadily the detector finds it.
 
-A detector finds the real thing in most frames that show it from near enough, and takes something else for it only now
-and then. Each frame shifts the odds; the test stops as soon as they are clear enough.
+A detector finds the real target in most frames from near enough, and a look-alike only now and then. Each frame shifts
+the odds; the test stops as soon as they are clear enough.
 """
 
 from __future__ import annotations
@@ -53,9 +53,9 @@ class TargetVerifier:
     _missed: int = 0
 
     def frame(self, *, hit: bool) -> None:
-        """Take in a frame that shows the place of the target.
+        """Update the odds with a frame that shows the target's place.
 
-        Frames without a detection count when the next one comes: until then the target may as well be hidden.
+        Frames without a detection count only when the next detection comes: until then the target may be hidden.
         """
         if hit:
             self.odds = max(2 * N.reject, min(2 * N.accept, self.odds + _HIT + self._missed * _MISS))
@@ -64,7 +64,7 @@ class TargetVerifier:
             self._missed += 1
 
     def forget_misses(self) -> None:
-        """What was missed was hidden or out of the frame."""
+        """Drop frames without a detection: the target was hidden or out of the frame."""
         self._missed = 0
 
     @property

@@ -1,4 +1,4 @@
-"""Standing and watching; the states wait and rescan."""
+"""Standing and watching: the states wait and rescan."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class WaitNumbers:
             echoes vary.
         before_mm: So does one that is this much nearer than the target: a little less than in an approach, for the same
             reason.
-        clear: Echoes in a row that must say that the path is free when the target is in view,
-        clear_unseen: and when it is not.
+        clear: Clear echoes in a row after which the path is free when the target is in view.
+        clear_unseen: And when it is not.
         in_view_s: What was seen no longer ago is in view.
         aim_deg: A second look points at where the target should be, give or take this.
         look_s: Length of each look of a second look.
@@ -42,11 +42,11 @@ N = WaitNumbers()
 
 
 class WaitSkill:
-    """The state wait: until the way is free, or until it has lasted long enough.
+    """The state wait: until the path is free, or the time is over.
 
     Args:
         perception: What to work with.
-        wait_s: How long at most.
+        wait_s: Longest time.
     """
 
     def __init__(self, perception: Perception, wait_s: float) -> None:
@@ -55,7 +55,7 @@ class WaitSkill:
         self._clear = 0
 
     def call(self) -> Fact:
-        """Wait; the robot is at rest. TARGET_SEEN or RECOVERY_DONE when the way is free, else RECOVERY_FAILED."""
+        """Wait at rest; TARGET_SEEN or RECOVERY_DONE when the path is free, else RECOVERY_FAILED."""
         perception = self._perception
         perception.context.body.stop()
         perception.context.body.keep_alive()
@@ -66,7 +66,7 @@ class WaitSkill:
             range_mm = range_mm if observation.range_mm is None else observation.range_mm
             self._left_s -= observation.time_s - then_s
             then_s = observation.time_s
-            self._clear = 0 if observation.blind or self._shut(observation) else self._clear + 1
+            self._clear = 0 if observation.blind or self._blocked(observation) else self._clear + 1
             if self._clear >= N.clear:
                 if observation.sighting is not None:
                     return Fact(
@@ -80,10 +80,10 @@ class WaitSkill:
         blocker = Blocker(PERCEPTION.unheard_mm if range_mm is None else range_mm, 0.0, moving=False, hides=hides)
         return Failure(Event.RECOVERY_FAILED, Reason.BLOCKED_LONG, measured, blocker)
 
-    def _shut(self, observation: Observation) -> bool:
+    def _blocked(self, observation: Observation) -> bool:
         world = self._perception.world
         known = world.known.get(self._perception.target)
-        limit_mm = N.blocked_mm if known is None else min(N.blocked_mm, world.way_to(known.place)[1] - N.before_mm)
+        limit_mm = N.blocked_mm if known is None else min(N.blocked_mm, world.polar_to(known.place)[1] - N.before_mm)
         return observation.range_mm is not None and observation.range_mm <= limit_mm
 
     def _in_view(self) -> bool:
@@ -93,7 +93,7 @@ class WaitSkill:
 
 
 class RescanSkill:
-    """The state rescan: a longer look at where the target was, or should be, for what was merely missed.
+    """The state rescan: a longer look at where the target was, in case it was merely missed.
 
     Args:
         perception: What to work with.
@@ -113,7 +113,7 @@ class RescanSkill:
         known = perception.world.known.get(perception.target)
         if known is None:
             return Fact(Event.RECOVERY_DONE, Reason.THERE, {})
-        bearing_deg, _ = perception.world.way_to(known.place)
+        bearing_deg, _ = perception.world.polar_to(known.place)
         if abs(bearing_deg) > N.aim_deg:
             body.turn(bearing_deg)
         for turn_deg in N.beside_deg:
@@ -127,7 +127,7 @@ class RescanSkill:
         )
 
     def _look(self) -> Fact | None:
-        """Look for some time; the time begins anew when there was no picture."""
+        """Look for some time, which starts again when there was no picture."""
         perception = self._perception
         end_s = perception.now() + N.look_s
         while perception.now() < end_s:

@@ -1,10 +1,10 @@
-"""What the adaptive mind remembers: where it was, what is on the floor, where targets were seen and may be."""
+"""The world model: where the robot was, what is on the floor, where targets were seen and may be."""
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -34,17 +34,18 @@ class WorldNumbers:
         settles: Weight of a new sighting in the estimate of a target's place, 0..1.
         turns: Weight of a new direction among those from which it was seen, 0..1.
         held: A remembered place is kept as long as the belief in it is stronger.
-        mistake_mm: A look-alike is this large on the map,
-        mistake_s: and is tested again after this time.
+        mistake_mm: Sightings no farther than this from a rejected look-alike are of it.
+        mistake_s: It is tested again after this time.
         jump_mm: A sighting this far from the last one is of something that moved, or of something else.
-        step_deg: Looks at headings nearer together than this,
-        step_mm: and from places nearer together than this, are processed together.
+        step_deg: Looks whose headings differ by less than this, and their places by less than `step_mm`, update the
+            belief together.
+        step_mm: See `step_deg`.
         upright: Width over height of an upright print.
         narrow: A print that looks narrower than this share of it is seen from far aside, 44 degrees.
         new_mm: What hides a target from a place hides it, in one case out of e, also from this far beside it.
         same_place_mm: Choices no farther apart than this are made at one place.
-        same_blocker_s: What blocked the robot no longer ago than this,
-        same_blocker_mm: and no farther away than this, is still the same thing.
+        same_blocker_s: A blocker is the last one again when that was no longer ago than this.
+        same_blocker_mm: And no farther away than this.
         marked_mm: A blocker farther away than this is left to the echoes, which place it better.
     """
 
@@ -79,10 +80,10 @@ class TargetEstimate:
 
     Attributes:
         place: Where it is believed to be.
-        seen_from: From where it was seen last.
-        seen_deg: The middle of the directions, from the target, from which it was seen so far.
+        seen_from: Where the robot was when it saw it last.
+        seen_deg: Mean direction, from the target, from which it was seen so far, degrees clockwise.
         time_s: When it was seen last.
-        distance_mm: How far it was then, by its apparent size.
+        distance_mm: Its distance then, by its apparent size.
     """
 
     place: Point
@@ -93,19 +94,19 @@ class TargetEstimate:
 
 
 class Trail:
-    """Where the robot was in the last seconds, to tell from where a frame was taken."""
+    """Recent poses, to tell from where a frame was taken."""
 
     def __init__(self) -> None:
         self._poses: deque[tuple[float, Pose]] = deque()
 
     def add(self, time_s: float, pose: Pose) -> None:
-        """Take in where it is now."""
+        """Add the present pose."""
         self._poses.append((time_s, pose))
         while self._poses[0][0] < time_s - N.trail_s:
             self._poses.popleft()
 
     def at(self, time_s: float) -> Pose:
-        """Where it was then; the oldest or newest known place before and after what is known."""
+        """Return the pose at a time, interpolated; before and after what is known, the oldest and the newest."""
         i = bisect_left(self._poses, time_s, key=lambda each: each[0])
         if i == 0:
             return self._poses[0][1]
@@ -122,28 +123,28 @@ class Trail:
 
 @dataclass(slots=True)
 class _Unseen:
-    """Looks without a sighting that are not taken in yet."""
+    """Looks without a sighting that have not updated the belief yet."""
 
     pose: Pose
     frames: int
 
 
 class WorldModel:
-    """Everything remembered in one mission.
+    """Everything known in one mission.
 
     Args:
-        mission: Its targets.
+        mission: Its targets, camera and cruising speed.
 
     Attributes:
-        floor: What is on the floor.
-        trail: Where the robot was in the last seconds.
-        pose: Where it is.
-        known: The targets that were seen, by name, as long as there is no reason to forget them.
+        floor: The map of the floor.
+        trail: Recent poses.
+        pose: Where the robot is.
+        known: The targets that were seen, by name, until there is a reason to forget them.
         beliefs: Where each target may be, by name.
-        blocker: What caused the last failure, if anything was in the way.
+        blocker: What was in the way at the last failure, if anything.
         paths: All paths from where the robot was at the last failure.
-        half_view_deg: Half the camera's angle of view in which a target is wholly in the frame.
-        seen_from_mm: From how far each target's detector finds it in good light, by name.
+        half_view_deg: Half the angle of view in which a target is wholly in the frame.
+        detection_range_mm: How far away each target's detector finds it in good light, by name.
     """
 
     def __init__(self, mission: Mission) -> None:
@@ -153,11 +154,13 @@ class WorldModel:
         self.known: dict[str, TargetEstimate] = {}
         self.blocker: Blocker | None = None
         self.half_view_deg = mission.camera.hfov_deg * N.half_view_share
-        self.seen_from_mm = {
+        self.detection_range_mm = {
             name: min(N.farthest_mm, target.height_mm * RANGE_HEIGHTS[target.detector])
             for name, target in mission.target.items()
         }
-        self.beliefs = {name: Belief(self.seen_from_mm[name], self.half_view_deg) for name in mission.mission.targets}
+        self.beliefs = {
+            name: Belief(self.detection_range_mm[name], self.half_view_deg) for name in mission.mission.targets
+        }
         self._cruise_mm_s = mission.adaptive.cruise_mm_s
         self.paths = self._plan()
         self._blocked: tuple[Point, float, float] | None = None
@@ -177,7 +180,7 @@ class WorldModel:
     def perceive(
         self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], glance: Glance
     ) -> Mapping[str, Sighting]:
-        """Take in a frame and an echo.
+        """Update with a frame and an echo.
 
         Args:
             now_s: Present time on the mission's clock.
@@ -187,7 +190,7 @@ class WorldModel:
             glance: What the frame showed.
 
         Returns:
-            Those sightings that are not of something known not to be the target.
+            The sightings that are not of a known look-alike.
         """
         self.pose = pose
         self.trail.add(now_s, pose)
@@ -207,7 +210,7 @@ class WorldModel:
         return believed
 
     def learn(self, target: str, failure: Failure, now_s: float) -> None:
-        """Update everything with a failure, before recoveries are weighed.
+        """Update with a failure, before recoveries are weighed.
 
         Args:
             target: What was pursued.
@@ -231,7 +234,7 @@ class WorldModel:
     def plan(self) -> None:
         """Plan paths from here; a map on which the robot is walled in is wrong, and its obstacles are forgotten."""
         self.paths = self._plan()
-        if not self.paths.lead_out():
+        if self.paths.walled_in:
             self.floor.forget_obstacles()
             self.paths = self._plan()
 
@@ -239,7 +242,7 @@ class WorldModel:
         return PathPlanner(self.floor, self.here, self._cruise_mm_s)
 
     def _place_blocker(self, failure: Failure, now_s: float) -> Blocker | None:
-        """Put a blocker onto the map unless it comes from there, and tell how long it has been known."""
+        """Put a blocker onto the map unless it comes from there; return it with the time it has been known."""
         blocker = failure.blocker
         if blocker is None:
             return None
@@ -254,33 +257,33 @@ class WorldModel:
         return replace(blocker, age_s=now_s - since_s)
 
     def settle(self) -> None:
-        """Take in all looks that are still held back; called before something is decided."""
+        """Update the beliefs with all looks that are still held back; called before a decision."""
         for target, unseen in self._unseen.items():
             self.beliefs[target].look(unseen.pose, self.floor, unseen.frames)
         self._unseen.clear()
 
     def reconsider(self, target: str) -> None:
-        """Take in that it was looked for where it is remembered, in vain: forget it unless it is still likely there."""
+        """Forget a target that was not seen where it is remembered, unless it is still likely to be there."""
         self.settle()
         known = self.known.get(target)
         if known is not None and self.beliefs[target].held_at(known.place) < N.held:
             del self.known[target]
 
     def _forget(self, target: str) -> None:
-        """Take in that it is not where it is remembered."""
+        """Update with a target that is not where it is remembered."""
         known = self.known.pop(target, None)
         if known is not None:
             self.beliefs[target].refute(known.place)
 
     def _reject(self, target: str) -> None:
-        """Take in that what was taken for the target is something else; for some time it is not taken for it again."""
+        """Update with a look-alike: for some time it is not taken for the target again."""
         known = self.known.get(target)
         if known is not None:
             self._mistakes.append((target, known.place, known.time_s))
         self._forget(target)
 
     def _believes(self, sighting: Sighting) -> bool:
-        """Whether a sighting is not of what was found out to be something else."""
+        """Whether a sighting is not of a known look-alike."""
         place = self.trail.at(sighting.time_s).ahead(sighting.distance_mm, sighting.bearing_deg)
         return not any(
             which == sighting.target
@@ -289,28 +292,28 @@ class WorldModel:
             for which, there, then_s in self._mistakes
         )
 
-    def way_to(self, point: Point) -> tuple[float, float]:
-        """Bearing in degrees, positive right, and distance in millimetres of a point from here."""
+    def polar_to(self, point: Point) -> tuple[float, float]:
+        """Return a point's bearing in degrees, positive right, and its distance in millimetres."""
         dx, dy = point[0] - self.pose.x_mm, point[1] - self.pose.y_mm
         bearing_deg = wrapped_deg(math.degrees(math.atan2(dy, dx)) - self.pose.heading_deg)
         return bearing_deg, math.hypot(dx, dy)
 
     def chose(self, target: str, recovery: str, destination: Point | None = None) -> None:
-        """Keep that a recovery was chosen here, and where it leads."""
+        """Remember that a recovery was chosen here, and where it leads."""
         self._choices.append((target, recovery, self.here))
         if destination is not None:
             self._destinations.append((target, self.here, destination))
 
     def chance_from(self, target: str, place: Point) -> float:
-        """Probability that one look round from a place finds the target."""
+        """Return the probability that one look round from a place finds the target."""
         return self.beliefs[target].chance_from(*place, self.floor)
 
-    def clear_between(self, start: Point, end: Point, short_mm: float = 0.0, elbow_mm: float = 0.0) -> bool:
+    def clear_between(self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0) -> bool:
         """Whether the robot could drive straight; see `OccupancyGrid.clear_between`."""
-        return self.floor.clear_between(start, end, short_mm, elbow_mm)
+        return self.floor.clear_between(start, end, standoff_mm, clearance_mm)
 
     def novelty(self, target: str, place: Point) -> float:
-        """How much of a look from there is not a repetition of one from near there, 0..1."""
+        """Return how much of a look from there is not a repetition of one from nearby, 0..1."""
         nearest_mm = min(
             (math.dist(here, place) for which, here in self._looked_from if which == target), default=math.inf
         )
@@ -326,12 +329,13 @@ class WorldModel:
         )
 
     def repeats(self, target: str) -> dict[str, int]:
-        """How often each recovery was chosen at this place for this target."""
-        counts: dict[str, int] = {}
-        for which, kind, place in self._choices:
-            if which == target and math.dist(place, self.here) <= N.same_place_mm:
-                counts[kind] = counts.get(kind, 0) + 1
-        return counts
+        """Return how often each recovery was chosen at this place for this target."""
+        near = (
+            recovery
+            for which, recovery, place in self._choices
+            if which == target and math.dist(place, self.here) <= N.same_place_mm
+        )
+        return dict(Counter(near))
 
     def _see(self, target: str, sighting: Sighting) -> None:
         self._unseen.pop(target, None)
@@ -339,24 +343,22 @@ class WorldModel:
         place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), (pose.x_mm, pose.y_mm)
         self.floor.seen_past(here, place)
         before = self.known.get(target)
-        if before is not None and math.dist(before.place, place) <= N.jump_mm:
+        if before is not None and math.dist(before.place, place) > N.jump_mm:
+            before = None
+        if before is not None:
             place = (
                 before.place[0] + N.settles * (place[0] - before.place[0]),
                 before.place[1] + N.settles * (place[1] - before.place[1]),
             )
-        if (
-            before is None
-            or sighting.time_s - before.time_s > N.new_look_s
-            or math.dist(before.place, place) > N.jump_mm
-        ):
+        if before is None or sighting.time_s - before.time_s > N.new_look_s:
             self.beliefs[target].see(place, here, oblique=self.oblique(target, sighting))
         towards_deg = math.degrees(math.atan2(here[1] - place[1], here[0] - place[0]))
-        if before is not None and math.dist(before.place, place) <= N.jump_mm:
+        if before is not None:
             towards_deg = before.seen_deg + N.turns * wrapped_deg(towards_deg - before.seen_deg)
         self.known[target] = TargetEstimate(place, here, towards_deg, sighting.time_s, sighting.distance_mm)
 
     def oblique(self, target: str, sighting: Sighting) -> bool:
-        """Whether it is seen from far aside: it looks clearly narrower than at its widest, which is kept here."""
+        """Whether a target is seen from far aside: it looks clearly narrower than at its widest, which is kept here."""
         _, _, width, height = sighting.box
         aspect = width / max(1, height)
         self._aspect[target] = max(self._aspect.get(target, N.upright), aspect)

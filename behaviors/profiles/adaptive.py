@@ -1,4 +1,4 @@
-"""The adaptive profile at work: gathers what is known of a failure, has the policy choose, and carries it out."""
+"""The adaptive profile: learns from a failure, gathers evidence, has the policy choose, and carries the choice out."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ SKILLS: dict[str, Callable[[Perception, Choice], Service]] = {
     DETOUR.name: _move,
     RESCAN.name: lambda perception, _: RescanSkill(perception),
 }
-"""What carries a recovery out."""
+"""The skill of each recovery, by name."""
 
 
 class AdaptiveProfile:
@@ -46,8 +46,8 @@ class AdaptiveProfile:
     Args:
         context: What to work with.
         mission: Its table ``adaptive`` has the numbers.
-        queue: Whose present target is pursued; targets that are given up are tried again.
-        policy: Another rule for the recoveries.
+        queue: Its present target is pursued; targets that are given up are tried again.
+        policy: Another policy than the profile's own.
     """
 
     def __init__(
@@ -66,13 +66,13 @@ class AdaptiveProfile:
         self._eyes_only_s = -math.inf
 
     def service(self, state: str, choice: Choice | None) -> Service:
-        """One of the adaptive services."""
+        """Return the skill for a state."""
         if state == "search":
             self._begin_pursuit()
             return ScanSkill(self._perception)
         if state == "arrive":
             trusts_map = self._perception.now() - self._eyes_only_s > EYES_ONLY_S
-            return ApproachSkill(self._perception, minds_map=trusts_map)
+            return ApproachSkill(self._perception, trusts_map=trusts_map)
         if choice is None:
             raise KeyError(state)
         return SKILLS[state](self._perception, choice)

@@ -1,4 +1,4 @@
-"""What differs between profiles: what is done in each state, and what is chosen after a failure."""
+"""What a profile is: the skill for each state, and the choice after each failure; and the profile of the thesis."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ class Profile(Protocol):
     """A profile at work in one mission."""
 
     def service(self, state: str, choice: Choice | None) -> Service:
-        """What to do in a state of the mission that was just entered.
+        """Return the skill for a state of the mission that was just entered.
 
         Args:
             state: ``search``, ``arrive``, or the recovery that was chosen.
             choice: The last choice.
 
         Raises:
-            KeyError: The profile does nothing in such a state.
+            KeyError: The profile has no skill for such a state.
         """
         ...
 
@@ -61,8 +61,8 @@ class ThesisProfile:
     Args:
         context: What to work with.
         mission: Its table ``thesis`` has the numbers.
-        queue: Whose present target is pursued.
-        policy: Another rule for the recoveries than the thesis's.
+        queue: Its present target is pursued.
+        policy: Another policy than the thesis's.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class ThesisProfile:
         self._policy = policy or ThesisPolicy.of(mission.thesis)
 
     def service(self, state: str, choice: Choice | None) -> Service:
-        """One of the thesis's services."""
+        """Return the thesis's skill for a state."""
         if state == "search":
             return ThesisSearchSkill(self._context, self._queue.target)
         if state == "arrive":

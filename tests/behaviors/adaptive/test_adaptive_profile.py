@@ -69,7 +69,7 @@ def test_what_is_remembered_to_be_in_the_way_is_where_it_is_remembered(bench):
     ahead = Sighting(target, 0.0, 2000.0, 1.0, 0.0, (100, 80, 40, 56))
     world.perceive(0.0, Pose(), None, [target], Glance(0.0, {target: ahead}))
     world.floor.evidence[cell(400.0, 0.0)] = GRID.most
-    fact = ApproachSkill(bench.mind._perception, minds_map=True).call()
+    fact = ApproachSkill(bench.mind._perception, trusts_map=True).call()
     assert fact.reason is Reason.BLOCKED_LONG
     assert fact.measured["range_mm"] == pytest.approx(400.0 - GRID.sonar_forward_mm, abs=CELL_MM)
 

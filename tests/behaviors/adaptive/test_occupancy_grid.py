@@ -140,15 +140,15 @@ def test_what_blocks_the_way_is_in_the_way():
 def test_a_way_that_ends_before_the_obstacle_is_clear():
     floor = OccupancyGrid()
     floor.block(ORIGIN, 1000.0)
-    assert floor.clear_between((0.0, 0.0), (1500.0, 0.0), short_mm=900.0)
-    assert not floor.clear_between((0.0, 0.0), (1500.0, 0.0), short_mm=100.0)
+    assert floor.clear_between((0.0, 0.0), (1500.0, 0.0), standoff_mm=900.0)
+    assert not floor.clear_between((0.0, 0.0), (1500.0, 0.0), standoff_mm=100.0)
 
 
-@pytest.mark.parametrize("short_mm", [0.0, 300.0])
-def test_no_way_at_all_is_clear(short_mm):
+@pytest.mark.parametrize("standoff_mm", [0.0, 300.0])
+def test_no_way_at_all_is_clear(standoff_mm):
     floor = OccupancyGrid()
     floor.block(ORIGIN, 0.0)
-    assert floor.clear_between((50.0, 50.0), (50.0, 50.0), short_mm)
+    assert floor.clear_between((50.0, 50.0), (50.0, 50.0), standoff_mm)
 
 
 @given(heading_deg=st.floats(0.0, 360.0), range_mm=st.floats(0.0, FARTHEST_ECHO_MM))
