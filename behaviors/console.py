@@ -1,6 +1,6 @@
 """The thesis's console: the lines its agent `client2` printed, word for word.
 
-A profile that weighs its choices may say them, too; the thesis's did not.
+Choices of a recovery can be printed, too; the thesis's agent did not print them.
 
 Source: docs/thesis.md, console; figures 1 and 7.
 """
@@ -23,7 +23,7 @@ class Console:
 
     Args:
         write: Takes one line, without its end.
-        choices: Whether it says what is chosen after a failure, and why.
+        choices: Whether it prints what is chosen after a failure, and why.
     """
 
     def __init__(self, write: Callable[[str], None], *, choices: bool = False) -> None:
@@ -35,7 +35,7 @@ class Console:
         self._write(PREFIX + text)
 
     def __call__(self, record: Record) -> None:
-        """Hear of a record."""
+        """Print what a record says."""
         line = _line(record)
         if line:
             self.say(line)

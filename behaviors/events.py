@@ -1,7 +1,7 @@
-"""The facts that move the chart, and the reasons that go with them.
+"""The facts that drive the chart, and their reasons.
 
-Events are facts about the world ("the target was seen"), never commands. Misspelt events would be ignored silently by
-the chart's library, so they are only sent as members of `Event`.
+Events are facts about the world ("the target was seen"), never commands. The chart's library silently ignores events
+that it does not know, so they are sent only as members of `Event`.
 """
 
 from __future__ import annotations

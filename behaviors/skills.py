@@ -1,13 +1,14 @@
-"""What the robot does in each state: the thesis's services over the ports.
+"""The skills of the thesis: its services over the ports.
 
-Each service is called as the thesis's client called it over TCP: one call, one small integer back, the robot at rest or
-driving on in between. `ThesisSearchSkill` has no verb of its own there: the first call of ``arrive`` searches until
-the target is in view.
+Each is called as the thesis's client called it over TCP: one call, one small integer back, the robot at rest or driving
+on in between. `ThesisSearchSkill` has no verb of its own there: the first call of ``arrive`` searches until the target
+is in view.
 
     ======== ============================== =====================================
-    verb     service here                   answers
+    verb     skill                          answers
     ======== ============================== =====================================
-    arrive   `ThesisSearchSkill`, then `ThesisArriveSkill`        0 continue, 1 arrived, 2 failed
+    arrive   `ThesisSearchSkill`, then      0 continue, 1 arrived, 2 failed
+             `ThesisArriveSkill`
     select   the record `exist`             0 never recognised, 1 recognised
     move_to  `MoveTo`                       0 moving, 1 done
     ======== ============================== =====================================
@@ -56,7 +57,7 @@ N = SkillNumbers()
 
 
 class TimeUp(Exception):
-    """The mission's time is over; raised where a service would begin its next bounded piece of work."""
+    """The mission's time is over; raised where a skill would begin its next bounded piece of work."""
 
 
 class Reply(IntEnum):
@@ -69,15 +70,15 @@ class Reply(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class SkillContext:
-    """What every service works with.
+    """What every skill works with.
 
     Attributes:
         body: The robot.
         eyes: Its camera.
         clock: Mission time.
-        profile: The numbers.
-        note: Writes down what is done.
-        report: Tells the chart a fact that does not end the service.
+        profile: The parameters of the thesis profile.
+        note: Writes a record.
+        report: Tells the chart a fact that does not end the skill.
         deadline_s: When the mission's time is over, on its clock.
     """
 
@@ -90,7 +91,7 @@ class SkillContext:
     deadline_s: float = math.inf
 
     def check_time(self) -> None:
-        """Services call this before each bounded piece of work.
+        """Check the time; skills call this before each bounded piece of work.
 
         Raises:
             TimeUp: The mission's time is over.
@@ -100,15 +101,15 @@ class SkillContext:
 
 
 class Service(Protocol):
-    """One state's doing; called again until a fact leads out of the state."""
+    """A skill at work in a state; called again until a fact leads out of the state."""
 
     def call(self) -> Fact:
-        """Do a bounded piece of work and report what came of it."""
+        """Do a bounded piece of work and report its result."""
         ...
 
 
 class ObstacleWatch:
-    """Tells the chart when the safety stop holds the robot and when it lets go.
+    """Reports to the chart when the safety stop holds the robot and when it lets go.
 
     Args:
         context: What to work with.
@@ -119,7 +120,7 @@ class ObstacleWatch:
         self._held = False
 
     def update(self, stop: StopReason | None) -> None:
-        """Hear what the last motion objected to; None or any other end is no objection."""
+        """Update with the reason why the last motion stopped; only obstacle and contact hold the robot."""
         held = stop in (StopReason.OBSTACLE, StopReason.CONTACT)
         if held and not self._held:
             self._context.report(
@@ -131,7 +132,7 @@ class ObstacleWatch:
 
 
 class ThesisSearchSkill:
-    """Stop and look every few degrees through one full turn to the right.
+    """Stops and looks every few degrees through one full turn to the right.
 
     Args:
         context: What to work with.
@@ -150,7 +151,7 @@ class ThesisSearchSkill:
         for i in range(stops + 1):
             self._context.check_time()
             if i:
-                # aimed at the heading wanted in all, so that the errors of single turns do not add up
+                # aimed at an absolute heading, so that the errors of single turns do not add up
                 body.turn(start_deg + i * 360.0 / stops - body.pose().heading_deg)
             if i == stops:
                 break
@@ -172,7 +173,7 @@ class ThesisSearchSkill:
 
 
 class ThesisArriveSkill:
-    """Drive towards what the camera sees.
+    """Drives towards what the camera sees.
 
     Args:
         context: What to work with.
@@ -229,7 +230,7 @@ class ThesisArriveSkill:
 
 
 class MoveTo:
-    """Turn right by an angle, then advance step by step: eleven calls for ten advances.
+    """Turns right by an angle, then advances step by step: eleven calls for ten advances.
 
     Args:
         context: What to work with.
@@ -299,9 +300,9 @@ class ThesisMoveSkill:
 
 
 class ThesisWaitSkill:
-    """The state wait: at rest, the brick kept awake, for a fixed time.
+    """The state wait: at rest for a fixed time, the brick kept awake.
 
-    The remaining time is kept here and not in the chart, so that a wait that was interrupted goes on where it was.
+    The remaining time is kept here and not in the chart, so that a wait that was interrupted continues.
 
     Args:
         context: What to work with.
@@ -314,7 +315,7 @@ class ThesisWaitSkill:
         self._left_s = wait_s
 
     def call(self) -> Fact:
-        """Wait for what is left of the time."""
+        """Wait for the rest of the time."""
         context = self._context
         context.body.stop()
         context.body.keep_alive()
@@ -327,12 +328,12 @@ class ThesisWaitSkill:
 
 
 def steering_deg_s(bearing_deg: float, per_s: float = N.steer_per_s, limit_deg_s: float = N.steer_limit_deg_s) -> float:
-    """How fast to turn towards a bearing: in proportion to it, up to a limit; positive right."""
+    """Return the turn rate towards a bearing, deg/s: proportional up to a limit, positive right."""
     return max(-limit_deg_s, min(limit_deg_s, per_s * bearing_deg))
 
 
 def note_look(context: SkillContext, pose: Pose, range_mm: float | None, sighting: Sighting | None) -> None:
-    """Write a look down, with where it was taken from and the echo heard there."""
+    """Write a record of a look, with its pose and the echo there."""
     context.note(
         Kind.LOOK,
         pose=pose_values(pose),
@@ -342,17 +343,17 @@ def note_look(context: SkillContext, pose: Pose, range_mm: float | None, sightin
 
 
 def pose_values(pose: Pose) -> list[float]:
-    """A pose as plain values: x_mm, y_mm, heading_deg."""
+    """Return a pose as plain values: x_mm, y_mm, heading_deg."""
     return [round(pose.x_mm, 1), round(pose.y_mm, 1), round(pose.heading_deg, 1)]
 
 
 def surroundings(context: SkillContext) -> dict[str, float | bool | None]:
-    """What the sensors ahead say, as plain values."""
+    """Return what the sensors ahead measure, as plain values."""
     return {"range_mm": context.body.range_mm(), "touching": context.body.touching()}
 
 
 def sighting_values(sighting: Sighting) -> dict[str, float | list[int]]:
-    """A sighting as plain values."""
+    """Return a sighting as plain values."""
     return {
         "bearing_deg": round(sighting.bearing_deg, 2),
         "distance_mm": round(sighting.distance_mm, 1),

@@ -65,7 +65,7 @@ class AdaptivePolicy:
         if best is None:
             return Choice(CHANGE_TARGET, "everything was tried here")
         if evidence.targets_left > 1 and evidence.blocker is None and evidence.spent_s >= self.search_budget_s:
-            return Choice(CHANGE_TARGET, f"searched in vain for {evidence.spent_s:.0f} s")
+            return Choice(CHANGE_TARGET, f"not seen for {evidence.spent_s:.0f} s")
         return best.choice
 
     def options(self, evidence: Evidence) -> list[Candidate]:
@@ -93,7 +93,9 @@ class AdaptivePolicy:
         wait_s = best_wait_s(things, round_s) if self.fixed_wait_s is None else self.fixed_wait_s
         if wait_s >= N.shortest_wait_s:
             why = (
-                f"it may leave; going round takes {round_s:.0f} s" if detour else "it may leave; there is no way round"
+                f"it may leave; going round takes {round_s:.0f} s"
+                if detour
+                else "it may leave; there is no path around it"
             )
             leaves = sum(kind.weight * (1.0 - kind.survival(wait_s)) for kind in things)
             yield Candidate(
@@ -106,7 +108,9 @@ class AdaptivePolicy:
 
 def _others(evidence: Evidence) -> Iterator[Candidate]:
     for each in evidence.others:
-        why = f"{each.target} was seen {each.age_s:.0f} s ago, {each.travel_s:.0f} s from here; it can be had sooner"
+        why = (
+            f"{each.target} was seen {each.age_s:.0f} s ago, {each.travel_s:.0f} s from here; it can be reached sooner"
+        )
         choice = Choice(CHANGE_TARGET, why, instead=each.target)
         yield Candidate(choice, each.travel_s, each.chance)
 

@@ -1,7 +1,7 @@
-"""Draws ``map.png``: where the robot believes it was, what it saw and what it decided, from the journal alone.
+"""Draws ``map.png`` from the journal alone: where the robot believes it was, what it saw and what it decided.
 
-Everything is in the frame of the robot's start and as the robot knows it: the path by odometry, walls where the
-ultrasonic sensor heard an echo, targets where the camera put them. The simulation's truth is not known here.
+Everything is in the frame of the robot's start and as the robot measured it: the path by odometry, walls where the
+ultrasonic sensor received an echo, targets where the camera located them. The simulation's truth is not used.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SCALE = 0.2
 MARGIN_PX = 60
 LEGEND_PX = 250
 SMALLEST_MM = 2600.0
-"""A map shows at least so much in each direction."""
+"""A map shows at least this much in each direction."""
 
 INK: Color = (60, 50, 45)
 PAPER: Color = (250, 250, 248)
@@ -66,8 +66,8 @@ class Mark:
 
 
 @dataclass(slots=True)
-class Known:
-    """What the journal knows of the arena."""
+class MapData:
+    """What a journal has for the map."""
 
     path: list[tuple[Point, str]] = field(default_factory=list)
     echoes: list[Point] = field(default_factory=list)
@@ -76,13 +76,13 @@ class Known:
     marks: list[Mark] = field(default_factory=list)
 
     def points(self) -> list[Point]:
-        """Everything the map must have room for."""
+        """Return every point that must be on the map."""
         seen = [point for points in self.sightings.values() for point in points]
         return [(0.0, 0.0), *(point for point, _ in self.path), *self.echoes, *seen]
 
 
 def draw_map(records: Sequence[Record]) -> Image:
-    """The map of a run.
+    """Draw the map of a run.
 
     Args:
         records: The whole journal.
@@ -117,9 +117,9 @@ def state_color(state: str) -> Color:
     return recovery.color if recovery else STATE_COLORS.get(state, INK)
 
 
-def gather(records: Sequence[Record]) -> Known:
-    """Read what the map shows off the journal."""
-    known = Known()
+def gather(records: Sequence[Record]) -> MapData:
+    """Extract from a journal what the map shows."""
+    known = MapData()
     here: Point = (0.0, 0.0)
     for record in records:
         pose = record.data.get("pose")
@@ -138,7 +138,7 @@ def gather(records: Sequence[Record]) -> Known:
     return known
 
 
-def _add_look(known: Known, record: Record, here: Point, heading_deg: float) -> None:
+def _add_look(known: MapData, record: Record, here: Point, heading_deg: float) -> None:
     range_mm, sighting = record.data.get("range_mm"), record.data.get("sighting")
     if isinstance(range_mm, int | float):
         known.echoes.append(_ahead(here, heading_deg, float(range_mm)))
@@ -150,7 +150,7 @@ def _add_look(known: Known, record: Record, here: Point, heading_deg: float) -> 
 
 
 def _mark_of(record: Record, here: Point) -> Mark | None:
-    """The mark that a transition leaves on the map."""
+    """Return the mark that a transition leaves on the map."""
     entered = str(record.data["to"])
     if entered == "select":
         reason = str(record.data.get("reason", "")).replace("_", " ")
@@ -167,7 +167,7 @@ def _ahead(here: Point, heading_deg: float, distance_mm: float) -> Point:
 
 
 class _Sheet:
-    """The paper: millimetres of the robot's frame to pixels, x forward drawn upwards, y right drawn to the right."""
+    """The image: maps millimetres of the robot's frame to pixels; x forward is up, y right is right."""
 
     def __init__(self, points: Sequence[Point]) -> None:
         xs, ys = [point[0] for point in points], [point[1] for point in points]
@@ -179,14 +179,14 @@ class _Sheet:
         self.image: Image = np.full((self.height, self.width + LEGEND_PX, 3), PAPER, np.uint8)
 
     def at(self, point: Point) -> tuple[int, int]:
-        """Pixel of a point."""
+        """Return the pixel of a point."""
         return (
             round((point[1] - self._y_mid) * SCALE + self.width / 2),
             round(self.height / 2 - (point[0] - self._x_mid) * SCALE),
         )
 
     def grid(self, step_mm: float = 500.0) -> None:
-        """Lines every half metre."""
+        """Draw lines every half metre."""
         left_px, top_px = self.at((self._x_mid + self.up_mm / 2, self._y_mid - self.right_mm / 2))
         right_px, bottom_px = self.at((self._x_mid - self.up_mm / 2, self._y_mid + self.right_mm / 2))
         for i in range(-40, 41):
@@ -197,13 +197,13 @@ class _Sheet:
                 cv2.line(self.image, (left_px, row), (right_px, row), GRID, 1)
 
     def text(self, text: str, point: Point, color: Color, size: float, shift: tuple[int, int] = (0, 0)) -> None:
-        """Text beside a point, with a halo so that it can be read over lines."""
+        """Write text beside a point, with a halo so that it can be read over lines."""
         column, row = self.at(point)
         write(self.image, text, (column + shift[0], row + shift[1]), color, size)
 
 
 def write(image: Image, text: str, where: tuple[int, int], color: Color, size: float) -> None:
-    """Text with a halo of paper."""
+    """Write text with a halo in the colour of the background."""
     for ink, width in ((PAPER, 4), (color, 1)):
         cv2.putText(image, text, where, cv2.FONT_HERSHEY_SIMPLEX, size, ink, width, cv2.LINE_AA)
 
@@ -213,7 +213,7 @@ def _tick(sheet: _Sheet, where: Point, heading_deg: float) -> None:
 
 
 def _draw_marks(sheet: _Sheet, marks: Sequence[Mark]) -> None:
-    """Marks with their numbers in the order of events; marks at one place stand side by side."""
+    """Draw marks with their numbers in the order of events; marks at one place are drawn side by side."""
     taken: dict[tuple[int, int], int] = {}
     for number, mark in enumerate(marks, start=1):
         column, row = sheet.at(mark.where)
@@ -225,7 +225,7 @@ def _draw_marks(sheet: _Sheet, marks: Sequence[Mark]) -> None:
         write(sheet.image, str(number), (place[0] + 5, place[1] - 7), mark.color, 0.38)
 
 
-def _legend(sheet: _Sheet, known: Known, records: Sequence[Record]) -> None:
+def _legend(sheet: _Sheet, known: MapData, records: Sequence[Record]) -> None:
     left, row = sheet.width + 8, 34
     for state in dict.fromkeys(state for _, state in known.path if state_color(state) != INK):
         cv2.line(sheet.image, (left, row - 4), (left + 26, row - 4), state_color(state), 3, cv2.LINE_AA)

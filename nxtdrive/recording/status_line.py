@@ -1,4 +1,4 @@
-"""One live line on the terminal: state, target, sighting, mission time, battery, and why it does that."""
+"""A live line on the terminal: state, target, sighting, mission time, battery, and the reason for a recovery."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ LINK_LOST = "the link is lost; waiting for the brick"
 
 
 class StatusLine:
-    """Shows the latest of every kind; prints nothing when standard error is no terminal.
+    """Shows the latest values; prints nothing when standard error is no terminal.
 
-    It asks the robot nothing, so a run goes the same way whether somebody watches or not.
+    It sends no requests to the robot, so a run is the same with and without it.
 
     Args:
         console: The terminal; standard error by default.
@@ -49,7 +49,7 @@ class StatusLine:
 
     @contextmanager
     def paused(self) -> Iterator[None]:
-        """Leave the terminal to somebody else meanwhile."""
+        """Free the terminal for other output meanwhile."""
         self._live.stop()
         try:
             yield
@@ -58,7 +58,7 @@ class StatusLine:
                 self._live.start()
 
     def __call__(self, record: Record) -> None:
-        """Hear of a record."""
+        """Update the line with a record."""
         if not self._shown:
             return
         if record.kind is Kind.CHOICE:
@@ -84,7 +84,7 @@ class StatusLine:
         )
 
     def _note(self, state: str, recovery: Recovery | None) -> str:
-        """Why it is in this state, where that is not plain."""
+        """Return why it is in this state, where that is not obvious."""
         if state == "suspended":
             return f"  {LINK_LOST}"
         return f"  {self._why}" if recovery and self._why else ""

@@ -1,4 +1,4 @@
-"""Failures, evidence and choices in words, for people who ask why the robot did something."""
+"""Failures and evidence in words, for the explanation of a run."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ FAILURES: dict[Reason, str] = {
     Reason.NO_PROGRESS: "the robot drives and does not come nearer",
     Reason.SLIPPED: "the wheels turn and the robot does not move",
     Reason.WRONG_TARGET: "from near it turned out to be something else",
-    Reason.NO_WAY: "there is no way to where the robot wanted to go",
+    Reason.NO_WAY: "there is no path to where the robot wanted to go",
     Reason.APPROACH_TIMEOUT: "the approach took too long",
 }
 """What the names of failures mean."""
 UNITS = {"mm": 0, "s": 1, "deg": 0}
-"""Units at the end of names in the journal, and decimals that tell something."""
+"""Units at the end of names in the journal, and the decimals to show."""
 
 
 def failure_words(reason: str) -> str:
-    """What a failure's name means, or the name itself."""
+    """Say what a failure's name means, or the name itself."""
     return next((text for known, text in FAILURES.items() if known == reason), spaced(reason))
 
 
 def measured_words(measured: Mapping[str, object]) -> str:
-    """Measurements of the journal with their units: ``range_mm`` 620 is "range 620 mm"."""
+    """Write measurements of the journal with their units: ``range_mm`` 620 is "range 620 mm"."""
     return ", ".join(filter(None, (_measured(name, value) for name, value in measured.items())))
 
 
@@ -48,12 +48,12 @@ def _measured(name: str, value: object) -> str:
 
 
 def spaced(name: str) -> str:
-    """A name from the journal as words."""
+    """Write a name from the journal as words."""
     return name.replace("_", " ")
 
 
 def evidence_lines(evidence: Evidence) -> Iterator[str]:
-    """What was known, a sentence a line, with its numbers."""
+    """Yield what was known, one sentence per line, with its numbers."""
     seen = "was recognised" if evidence.seen_since_search else "was not recognised"
     yield f"{evidence.target} {seen} since the last search began; searched for again: {_times(evidence.researches)}"
     if evidence.spent_s:
@@ -87,8 +87,8 @@ def _blocker_words(blocker: Blocker) -> str:
 
 def _detour_words(evidence: Evidence) -> str:
     if evidence.detour is None:
-        return "no way round it is known"
-    return f"a way round it takes {evidence.detour.extra_s:.0f} s longer"
+        return "no path around it is known"
+    return f"a path around it takes {evidence.detour.extra_s:.0f} s longer"
 
 
 def _times(count: int) -> str:
