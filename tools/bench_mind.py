@@ -25,7 +25,7 @@ from behaviors.evidence import Evidence
 from behaviors.executive import Executive
 from behaviors.failures import Failure
 from behaviors.mission import Mission
-from behaviors.ports import Glance, Pose, Sighting
+from behaviors.ports import Glimpse, Pose, Sighting
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.recoveries import WAIT, Choice
 from behaviors.skills import SkillContext
@@ -138,7 +138,7 @@ class TimedMemory(WorldModel):
         self.times_s: list[float] = []
 
     def perceive(
-        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], glance: Glance
+        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], glance: Glimpse
     ) -> Mapping[str, Sighting]:
         """Take in a frame and an echo."""
         begun_s = cpu_s()

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.failures import Blocker
 from behaviors.mission import AdaptiveParameters
-from behaviors.ports import Blind, Glance, Sighting
+from behaviors.ports import Blind, Glimpse, Sighting
 from behaviors.skills import SkillContext, note_look
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
@@ -94,7 +94,7 @@ class Perception:
         pose = context.body.pose()
         now_s = self.now()
         looks = [] if blind else looked_for
-        seen = self.world.perceive(now_s, pose, range_mm, looks, glance or Glance(now_s, {}))
+        seen = self.world.perceive(now_s, pose, range_mm, looks, glance or Glimpse(now_s, {}))
         sighting = seen.get(self.target)
         note_look(context, pose, range_mm, sighting)
         return Observation(now_s, sighting, range_mm, blind)
@@ -111,7 +111,7 @@ class Perception:
             self.context.clock.sleep(N.retry_s)
         return False
 
-    def _glance(self, looked_for: list[str]) -> Glance | None:
+    def _glance(self, looked_for: list[str]) -> Glimpse | None:
         """Look at the next frame; None without one."""
         try:
             return self.context.eyes.glance(looked_for)

@@ -14,7 +14,7 @@ from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.mission import Mission
-from behaviors.ports import Glance, Point, Pose, Sighting
+from behaviors.ports import Glimpse, Point, Pose, Sighting
 
 RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "color": 17.0}
 """A detector finds its target up to this many times the target's height away. Source: docs/vision.md section 1.2."""
@@ -178,7 +178,7 @@ class WorldModel:
         return self.pose.x_mm, self.pose.y_mm
 
     def perceive(
-        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], glance: Glance
+        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], glance: Glimpse
     ) -> Mapping[str, Sighting]:
         """Update with a frame and an echo.
 

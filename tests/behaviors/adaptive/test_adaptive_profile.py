@@ -15,7 +15,7 @@ from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason
 from behaviors.evidence import Evidence
 from behaviors.failures import Failure, TargetFinding
-from behaviors.ports import Glance, Pose, Sighting
+from behaviors.ports import Glimpse, Pose, Sighting
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetOutcome, TargetQueue
@@ -67,7 +67,7 @@ def test_what_is_remembered_to_be_in_the_way_is_where_it_is_remembered(bench):
     """The echo is of whatever else is there now."""
     world, target = bench.world, bench.queue.target
     ahead = Sighting(target, 0.0, 2000.0, 1.0, 0.0, (100, 80, 40, 56))
-    world.perceive(0.0, Pose(), None, [target], Glance(0.0, {target: ahead}))
+    world.perceive(0.0, Pose(), None, [target], Glimpse(0.0, {target: ahead}))
     world.floor.evidence[cell(400.0, 0.0)] = GRID.most
     fact = ApproachSkill(bench.mind._perception, trusts_map=True).call()
     assert fact.reason is Reason.BLOCKED_LONG

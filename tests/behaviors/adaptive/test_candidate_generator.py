@@ -13,7 +13,7 @@ from behaviors.adaptive.occupancy_grid import CELLS, centre_mm
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.mission import AdaptiveParameters, Mission
-from behaviors.ports import Glance, Point, Pose, Sighting
+from behaviors.ports import Glimpse, Point, Pose, Sighting
 
 PROFILE = AdaptiveParameters()
 X_MM, Y_MM = centre_mm(np.arange(CELLS))[:, None], centre_mm(np.arange(CELLS))[None, :]
@@ -34,7 +34,7 @@ def _world(**seen: Point) -> WorldModel:
     for name, (x_mm, y_mm) in seen.items():
         bearing_deg, distance_mm = math.degrees(math.atan2(y_mm, x_mm)), math.hypot(x_mm, y_mm)
         sighting = Sighting(name, bearing_deg, distance_mm, 1.0, 0.0, (100, 80, 40, 56))
-        world.perceive(0.0, Pose(), None, [name], Glance(0.0, {name: sighting}))
+        world.perceive(0.0, Pose(), None, [name], Glimpse(0.0, {name: sighting}))
     return world
 
 

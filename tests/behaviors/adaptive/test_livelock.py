@@ -21,7 +21,7 @@ from behaviors.executive import Ending, Executive
 from behaviors.failures import Blocker
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
-from behaviors.ports import Glance, MotionResult, Point, Pose, Sighting, StopReason
+from behaviors.ports import Glimpse, MotionResult, Point, Pose, Sighting, StopReason
 from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, Choice
 from behaviors.target_queue import TargetQueue
 
@@ -207,10 +207,10 @@ class Ports:
     def look(self, target: str) -> Sighting | None:
         return self.glance([target]).seen.get(target)
 
-    def glance(self, targets: Sequence[str]) -> Glance:
+    def glance(self, targets: Sequence[str]) -> Glimpse:
         self.sleep(self._random.choice((0.05, 0.3, 0.5)))
         seen = {target: self._sighting(target) for target in targets if self._random.random() < self._finds}
-        return Glance(self._now_s, seen)
+        return Glimpse(self._now_s, seen)
 
     def _sighting(self, target: str) -> Sighting:
         bearing_deg, distance_mm = self._random.uniform(-25.0, 25.0), self._random.uniform(250.0, 1500.0)

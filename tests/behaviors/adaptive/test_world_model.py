@@ -16,11 +16,11 @@ from behaviors.adaptive.world_model import Trail, WorldModel
 from behaviors.events import Event, Reason
 from behaviors.failures import Failure, TargetFinding
 from behaviors.mission import Mission
-from behaviors.ports import Glance, Point, Pose, Sighting
+from behaviors.ports import Glimpse, Point, Pose, Sighting
 
 LAG_S = 0.15
 """How old a frame is when its sighting is known."""
-NOTHING = Glance(0.0, {})
+NOTHING = Glimpse(0.0, {})
 
 
 @pytest.fixture(name="world")
@@ -44,7 +44,7 @@ def _sighting(place: Point, pose: Pose, time_s: float, target: str = "door") -> 
 
 def _see(world: WorldModel, place: Point, time_s: float, target: str = "door", pose: Pose | None = None) -> None:
     pose = pose or Pose()
-    world.perceive(time_s, pose, None, [target], Glance(time_s, {target: _sighting(place, pose, time_s, target)}))
+    world.perceive(time_s, pose, None, [target], Glimpse(time_s, {target: _sighting(place, pose, time_s, target)}))
 
 
 def _stand_at(world: WorldModel, place: Point) -> None:
@@ -88,7 +88,7 @@ def test_a_target_that_is_seen_while_turning_is_placed_right(world, rate_deg_s):
         pose = Pose(0.0, 0.0, rate_deg_s * now_s)
         then_s = max(0.0, now_s - LAG_S)
         then = Pose(0.0, 0.0, rate_deg_s * then_s)
-        world.perceive(now_s, pose, None, ["door"], Glance(then_s, {"door": _sighting(place, then, then_s)}))
+        world.perceive(now_s, pose, None, ["door"], Glimpse(then_s, {"door": _sighting(place, then, then_s)}))
     assert math.dist(world.known["door"].place, place) < 20.0
     bearing_deg, distance_mm = world.polar_to(place)
     expected_deg = math.degrees(math.atan2(place[1], place[0])) - pose.heading_deg
@@ -142,7 +142,7 @@ def test_what_is_forgotten_is_not_believed_to_be_there_any_more(world):
 
 def _look_in_vain(world: WorldModel, looked_for: Sequence[str], heading_deg: float) -> None:
     for i in range(10):
-        world.perceive(i * 0.1, Pose(0.0, 0.0, heading_deg), None, looked_for, Glance(i * 0.1, {}))
+        world.perceive(i * 0.1, Pose(0.0, 0.0, heading_deg), None, looked_for, Glimpse(i * 0.1, {}))
     world.settle()
 
 
@@ -162,7 +162,7 @@ def test_a_look_in_vain_while_turning_counts_where_its_frame_was_taken(world):
     for i in range(20):
         now_s, rate_deg_s = i * 0.1, 90.0 if i > 10 else 0.0
         pose = Pose(0.0, 0.0, rate_deg_s * (now_s - 1.0))
-        world.perceive(now_s, pose, None, ["door"] if i > 10 else [], Glance(min(now_s, 1.0), {}))
+        world.perceive(now_s, pose, None, ["door"] if i > 10 else [], Glimpse(min(now_s, 1.0), {}))
     world.settle()
     begin_deg, end_deg = world.beliefs["door"].arc_from(0.0, 0.0, world.floor, 36.0)
     assert (0.0 - begin_deg) % 360.0 > end_deg - begin_deg
