@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.angles import wrapped_deg
 from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, DIRECTIONS, Grid, OccupancyGrid
 from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.angles import wrapped_deg
 from behaviors.ports import Point, Pose
 
 

@@ -9,10 +9,10 @@ from typing import Protocol
 
 import numpy as np
 
-from behaviors.adaptive.angles import wrapped_deg
 from behaviors.adaptive.follow_path import N as PATH
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.world_model import TargetEstimate
+from behaviors.angles import wrapped_deg
 from behaviors.evidence import AlternativeTarget, Detour, Viewpoint
 from behaviors.mission import AdaptiveParameters
 from behaviors.ports import Point

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.angles import wrapped_deg
+from behaviors.angles import wrapped_deg
 from behaviors.ports import Pose
 
 CELL_MM, CELLS = 80.0, 180

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from behaviors.adaptive.angles import wrapped_deg
 from behaviors.adaptive.perception import Perception, unheard_blocker
+from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Failure, TargetFinding
 from behaviors.skills import sighting_values
