@@ -23,7 +23,7 @@ from behaviors.ports import Body, Clock, Eyes
 from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import PROFILES
 from behaviors.recoveries import Choice
-from behaviors.skills import Reply, Service, SkillContext, TimeUp
+from behaviors.skills import Reply, Skill, SkillContext, TimeUp
 from behaviors.target_queue import TargetProgress, TargetQueue
 
 LINK_FAILURES = (ConnectionError, TimeoutError)
@@ -113,7 +113,7 @@ class Executive:
         self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
         self._mind = (make_profile or PROFILES[mission.mission.profile])(self._context, mission, self._queue)
         self._chart = MissionChart(self._queue, self._decide, [self])
-        self._service: Service | None = None
+        self._service: Skill | None = None
         self._failure = Failure(Event.START, Reason.MISSION_STARTED)
         self._exist = False
         self._researches = 0
@@ -237,12 +237,12 @@ class Executive:
         self.note(Kind.REPLY, verb="arrive", value=REPLIES[fact.event])
         return fact
 
-    def _new_service(self) -> Service:
+    def _new_service(self) -> Skill:
         state = self._chart.mission_state
         if state == "search":
             self._exist = False
             self._queue.current.attempts += 1
-        return self._mind.service(state, self._chart.choice)
+        return self._mind.skill(state, self._chart.choice)
 
     def _decide(self) -> Choice:
         """Ask the policy; called by the chart on entry of `select`."""

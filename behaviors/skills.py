@@ -100,7 +100,7 @@ class SkillContext:
             raise TimeUp
 
 
-class Service(Protocol):
+class Skill(Protocol):
     """A skill at work in a state; called again until a fact leads out of the state."""
 
     def call(self) -> Fact:

@@ -18,20 +18,20 @@ from behaviors.evidence import Evidence
 from behaviors.failures import Failure
 from behaviors.mission import Mission
 from behaviors.recoveries import DETOUR, MOVE_TO, RESCAN, WAIT, Choice, RecoveryPolicy
-from behaviors.skills import Service, SkillContext, ThesisMoveSkill
+from behaviors.skills import Skill, SkillContext, ThesisMoveSkill
 from behaviors.target_queue import TargetQueue
 
 EYES_ONLY_S = 20.0
 """When the map shows no path at all, it is more likely wrong than the robot is shut in: it is ignored for this time."""
 
 
-def _move(perception: Perception, choice: Choice) -> Service:
+def _move(perception: Perception, choice: Choice) -> Skill:
     if choice.route:
         return FollowPathSkill(perception, choice.route)
     return ThesisMoveSkill(perception.context, choice.turn_deg)
 
 
-SKILLS: dict[str, Callable[[Perception, Choice], Service]] = {
+SKILLS: dict[str, Callable[[Perception, Choice], Skill]] = {
     WAIT.name: lambda perception, choice: WaitSkill(perception, choice.wait_s),
     MOVE_TO.name: _move,
     DETOUR.name: _move,
@@ -65,7 +65,7 @@ class AdaptiveProfile:
         self._pursued_s = 0.0
         self._eyes_only_s = -math.inf
 
-    def service(self, state: str, choice: Choice | None) -> Service:
+    def skill(self, state: str, choice: Choice | None) -> Skill:
         """Return the skill for a state."""
         if state == "search":
             self._begin_pursuit()

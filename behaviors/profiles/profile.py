@@ -10,7 +10,7 @@ from behaviors.failures import Failure
 from behaviors.mission import Mission
 from behaviors.recoveries import MOVE_TO, WAIT, Choice, RecoveryPolicy, ThesisPolicy
 from behaviors.skills import (
-    Service,
+    Skill,
     SkillContext,
     ThesisArriveSkill,
     ThesisMoveSkill,
@@ -23,7 +23,7 @@ from behaviors.target_queue import TargetQueue
 class Profile(Protocol):
     """A profile at work in one mission."""
 
-    def service(self, state: str, choice: Choice | None) -> Service:
+    def skill(self, state: str, choice: Choice | None) -> Skill:
         """Return the skill for a state of the mission that was just entered.
 
         Args:
@@ -72,7 +72,7 @@ class ThesisProfile:
         self._queue = queue
         self._policy = policy or ThesisPolicy.of(mission.thesis)
 
-    def service(self, state: str, choice: Choice | None) -> Service:
+    def skill(self, state: str, choice: Choice | None) -> Skill:
         """Return the thesis's skill for a state."""
         if state == "search":
             return ThesisSearchSkill(self._context, self._queue.target)

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import deepcopy
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from behaviors.adaptive.approach import ApproachSkill
@@ -14,7 +17,7 @@ from behaviors.adaptive.perception import unheard_blocker
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason
 from behaviors.evidence import Evidence
-from behaviors.failures import Failure, TargetFinding
+from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.ports import Glimpse, Pose, Sighting
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.skills import SkillContext
@@ -93,3 +96,63 @@ def test_a_target_whose_turns_are_over_does_not_wait(bench):
     assert bench.queue.current is second
     assert first.outcome is TargetOutcome.GIVEN_UP
     assert bench.evidence(Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN)).targets_left == 1
+
+
+def test_evidence_is_gathered_without_changing_what_is_known(bench):
+    world, target = bench.world, bench.queue.target
+    ahead = Sighting(target, 0.0, 2000.0, 1.0, 0.0, (100, 80, 40, 56))
+    world.perceive(0.0, Pose(), 500.0, [target], Glimpse(0.0, {target: ahead}))
+    blocked = Failure(Event.ARRIVE_FAILED, Reason.BLOCKED_SHORT, blocker=Blocker(500.0, 0.0, moving=True, hides=True))
+    first = bench.evidence(blocked)
+    before = deepcopy(world)
+    basis = Evidence(target, blocked.reason, seen_since_search=True, researches=0)
+    assert bench.mind.evidence(basis) == first
+    assert np.array_equal(world.floor.evidence, before.floor.evidence)
+    assert world.known == before.known
+    assert world.beliefs[target].held_at((2000.0, 0.0)) == before.beliefs[target].held_at((2000.0, 0.0))
+
+
+def test_a_blocker_that_is_met_again_at_the_same_place_grows_older(bench):
+    blocker = Blocker(500.0, 0.0, moving=True, hides=True)
+    blocked = Failure(Event.ARRIVE_FAILED, Reason.BLOCKED_SHORT, blocker=blocker)
+    world, target = bench.world, bench.queue.target
+    world.learn(target, blocked, 10.0)
+    assert world.blocker == blocker
+    world.learn(target, blocked, 25.0)
+    assert world.blocker == replace(blocker, age_s=15.0)
+    world.learn(target, replace(blocked, blocker=replace(blocker, range_mm=1500.0)), 30.0)
+    assert world.blocker is not None
+    assert world.blocker.age_s == 0.0
+    world.learn(target, Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN), 31.0)
+    assert world.blocker is None
+
+
+def test_a_blocker_from_the_map_is_not_mapped_again(bench):
+    blocker = Blocker(300.0, 0.0, moving=False, hides=False)
+    failure = Failure(Event.ARRIVE_FAILED, Reason.BLOCKED_LONG, blocker=blocker, mapped=True)
+    bench.world.learn(bench.queue.target, failure, 1.0)
+    assert bench.world.floor.evidence.max() <= 0.0
+    bench.world.learn(bench.queue.target, replace(failure, mapped=False), 2.0)
+    assert bench.world.floor.evidence.max() > GRID.solid
+
+
+def test_a_look_alike_is_not_taken_for_the_target_again_for_some_time(bench):
+    world, target = bench.world, bench.queue.target
+
+    def seen(time_s: float) -> bool:
+        ahead = Sighting(target, 0.0, 1500.0, 1.0, time_s, (100, 80, 40, 56))
+        return target in world.perceive(time_s, Pose(), None, [target], Glimpse(time_s, {target: ahead}))
+
+    assert seen(1.0)
+    world.learn(target, Failure(Event.ARRIVE_FAILED, Reason.WRONG_TARGET, finding=TargetFinding.LOOK_ALIKE), 1.0)
+    assert target not in world.known
+    assert not seen(5.0)
+    assert seen(100.0)
+
+
+def test_a_look_round_from_here_makes_the_next_one_from_here_no_news(bench):
+    world, target = bench.world, bench.queue.target
+    assert world.novelty(target, (0.0, 0.0)) == 1.0
+    world.learn(target, Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN, finding=TargetFinding.NOT_HERE), 1.0)
+    assert world.novelty(target, (0.0, 0.0)) == 0.0
+    assert 0.9 < world.novelty(target, (3000.0, 0.0)) < 1.0
