@@ -157,7 +157,7 @@ class ThesisSearchSkill:
                 break
             sighting = self._look()
             if sighting:
-                return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(sighting), "looks": i + 1})
+                return sighted(sighting, looks=i + 1)
         return Failure(Event.SEARCH_FAILED, Reason.FULL_TURN_WITHOUT_SIGHTING, {"looks": stops})
 
     def _look(self) -> Sighting | None:
@@ -211,7 +211,7 @@ class ThesisArriveSkill:
         if sighting:
             self._seen_s = now_s
             if sighting.distance_mm <= profile.arrive_mm:
-                return Fact(Event.ARRIVED, Reason.WITHIN_REACH, {"sighting": sighting_values(sighting)})
+                return sighted(sighting, Event.ARRIVED, Reason.WITHIN_REACH)
             self._steer(sighting)
         unseen_s = now_s - self._seen_s
         if unseen_s >= profile.lost_after_s:
@@ -330,6 +330,13 @@ class ThesisWaitSkill:
 def steering_deg_s(bearing_deg: float, per_s: float = N.steer_per_s, limit_deg_s: float = N.steer_limit_deg_s) -> float:
     """Return the turn rate towards a bearing, deg/s: proportional up to a limit, positive right."""
     return max(-limit_deg_s, min(limit_deg_s, per_s * bearing_deg))
+
+
+def sighted(
+    sighting: Sighting, event: Event = Event.TARGET_SEEN, reason: Reason = Reason.SIGHTED, **measured: object
+) -> Fact:
+    """Return the fact that a sighting leads to, with further measurements for the journal."""
+    return Fact(event, reason, {"sighting": sighting_values(sighting), **measured})
 
 
 def note_look(context: SkillContext, pose: Pose, range_mm: float | None, sighting: Sighting | None) -> None:

@@ -15,7 +15,7 @@ from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.ports import Pose, StopReason
 from behaviors.skills import N as SKILLS
-from behaviors.skills import sighting_values, steering_deg_s
+from behaviors.skills import sighted, steering_deg_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,8 +152,7 @@ class ApproachSkill:
             self._stood_s is not None and observation.time_s - self._stood_s >= N.decide_s and self._verifier.odds > 0
         )
         if decide or self._verifier.verdict is Verdict.REAL:
-            evidence = {"sighting": sighting_values(sighting), "odds": self._verifier.odds}
-            return Fact(Event.ARRIVED, Reason.WITHIN_REACH, evidence)
+            return sighted(sighting, Event.ARRIVED, Reason.WITHIN_REACH, odds=self._verifier.odds)
         return None
 
     def _mistaken(self, observation: Observation) -> Failure:

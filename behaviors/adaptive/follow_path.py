@@ -11,7 +11,7 @@ from behaviors.adaptive.perception import Observation, Perception
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Failure
 from behaviors.ports import Point, StopReason
-from behaviors.skills import sighting_values, steering_deg_s
+from behaviors.skills import sighted, steering_deg_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +122,7 @@ class FollowPathSkill:
             return None
         if not world.floor.clear_between(world.here, known.place, N.standoff_mm, N.clearance_mm):
             return None
-        return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(observation.sighting)})
+        return sighted(observation.sighting)
 
     def _stopped(self, stop: StopReason, observation: Observation) -> Fact | None:
         """Map what was in the way, and plan again."""

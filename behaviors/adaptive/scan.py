@@ -8,7 +8,7 @@ from behaviors.adaptive.perception import Perception, unheard_blocker
 from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Failure, TargetFinding
-from behaviors.skills import sighting_values
+from behaviors.skills import sighted
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +149,4 @@ class ScanSkill:
         observation = self._perception.step()
         if observation.blind:
             self._perception.await_picture()
-        sighting = observation.sighting
-        if sighting is None:
-            return None
-        return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(sighting)})
+        return sighted(observation.sighting) if observation.sighting else None

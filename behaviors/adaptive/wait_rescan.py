@@ -8,7 +8,7 @@ from behaviors.adaptive.perception import N as PERCEPTION
 from behaviors.adaptive.perception import Observation, Perception
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
-from behaviors.skills import sighting_values
+from behaviors.skills import sighted
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,9 +69,7 @@ class WaitSkill:
             self._clear = 0 if observation.blind or self._blocked(observation) else self._clear + 1
             if self._clear >= N.clear:
                 if observation.sighting is not None:
-                    return Fact(
-                        Event.TARGET_SEEN, Reason.WAY_CLEAR, {"sighting": sighting_values(observation.sighting)}
-                    )
+                    return sighted(observation.sighting, reason=Reason.WAY_CLEAR)
                 if self._clear >= N.clear_unseen:
                     return Fact(Event.RECOVERY_DONE, Reason.WAY_CLEAR, {"waited_s": observation.time_s - begun_s})
         waited_s = perception.now() - begun_s
@@ -133,7 +131,7 @@ class RescanSkill:
         while perception.now() < end_s:
             observation = perception.step()
             if observation.sighting is not None:
-                return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(observation.sighting)})
+                return sighted(observation.sighting)
             if observation.blind:
                 if not perception.await_picture():
                     return Failure(Event.RECOVERY_FAILED, Reason.CAMERA_LOST)
