@@ -123,8 +123,8 @@ def _each_us(report: Callable[[Fact], None], events: Sequence[Event], turns: int
     return statistics.median(rounds)
 
 
-class TimedMemory(WorldModel):
-    """A memory that notes what it costs to take in a frame.
+class TimedWorldModel(WorldModel):
+    """A world model that measures the cost of each update with a frame.
 
     Args:
         mission: Its targets.
@@ -140,18 +140,18 @@ class TimedMemory(WorldModel):
     def perceive(
         self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], glance: Glimpse
     ) -> Mapping[str, Sighting]:
-        """Take in a frame and an echo."""
+        """Update with a frame and an echo."""
         begun_s = cpu_s()
         believed = super().perceive(now_s, pose, range_mm, looked_for, glance)
         self.times_s.append(cpu_s() - begun_s)
         return believed
 
 
-class TimedMind(AdaptiveProfile):
-    """The adaptive mind, which notes what each decision costs: the evidence and the choice that follows.
+class TimedProfile(AdaptiveProfile):
+    """The adaptive profile, which measures the cost of each decision: learning, evidence and choice.
 
     Args:
-        times_s: Takes the CPU times.
+        times_s: Receives the CPU times.
         context: What to work with.
         mission: What to do.
         queue: Whose present target is pursued.
@@ -199,7 +199,7 @@ def _unheard(*_: object, **__: object) -> None:
 def frame_times_s(kind: str, seed: int) -> list[float]:
     """CPU time of each frame of the first look round in a mission of the sweep."""
     with _robot(kind, seed) as robot:
-        mission, world = robot.mission, TimedMemory(robot.mission)
+        mission, world = robot.mission, TimedWorldModel(robot.mission)
         context = SkillContext(robot.body, robot.eyes, robot.clock, mission.thesis, _unheard, _unheard)
         ScanSkill(Perception(context, mission.adaptive, world, TargetQueue(mission.mission.targets))).call()
     return world.times_s
@@ -209,7 +209,7 @@ def decision_times_s(kind: str, seed: int) -> list[float]:
     """CPU time of each decision in a mission of the sweep that is pursued adaptively."""
     times_s: list[float] = []
     with _robot(kind, seed) as robot:
-        Executive(robot.mission, robot.body, robot.eyes, robot.clock, [], partial(TimedMind, times_s)).run()
+        Executive(robot.mission, robot.body, robot.eyes, robot.clock, [], partial(TimedProfile, times_s)).run()
     return times_s
 
 

@@ -1,4 +1,4 @@
-"""What the adaptive mind makes of a failure, on the simulated robot."""
+"""What the adaptive profile learns from a failure, and its evidence, on the simulated robot."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from sim_backend.simulation import Simulation
 
 
 class Bench:
-    """A mind on a robot that stands in an empty room."""
+    """A profile on a robot that stands in an empty room."""
 
     def __init__(self, brick: Brick, simulation: Simulation) -> None:
         scenario = draw_scenario("open", 100)
@@ -39,13 +39,13 @@ class Bench:
             robot.body, robot.eyes, robot.clock, robot.mission.thesis, lambda *_, **__: None, lambda _: None
         )
         self.queue = TargetQueue(robot.mission.mission.targets)
-        self.mind = AdaptiveProfile(context, robot.mission, self.queue)
-        self.world: WorldModel = self.mind._world
+        self.profile = AdaptiveProfile(context, robot.mission, self.queue)
+        self.world: WorldModel = self.profile._world
 
     def evidence(self, failure: Failure) -> Evidence:
         """What is known after a failure."""
-        self.mind.learn(failure)
-        return self.mind.evidence(Evidence(self.queue.target, failure.reason, seen_since_search=True, researches=0))
+        self.profile.learn(failure)
+        return self.profile.evidence(Evidence(self.queue.target, failure.reason, seen_since_search=True, researches=0))
 
 
 @pytest.fixture(name="bench")
@@ -72,7 +72,7 @@ def test_what_is_remembered_to_be_in_the_way_is_where_it_is_remembered(bench):
     ahead = Sighting(target, 0.0, 2000.0, 1.0, 0.0, (100, 80, 40, 56))
     world.perceive(0.0, Pose(), None, [target], Glimpse(0.0, {target: ahead}))
     world.floor.evidence[cell(400.0, 0.0)] = GRID.most
-    fact = ApproachSkill(bench.mind._perception, trusts_map=True).call()
+    fact = ApproachSkill(bench.profile._perception, trusts_map=True).call()
     assert fact.reason is Reason.BLOCKED_LONG
     assert fact.measured["range_mm"] == pytest.approx(400.0 - GRID.sonar_forward_mm, abs=CELL_MM)
 
@@ -106,7 +106,7 @@ def test_evidence_is_gathered_without_changing_what_is_known(bench):
     first = bench.evidence(blocked)
     before = deepcopy(world)
     basis = Evidence(target, blocked.reason, seen_since_search=True, researches=0)
-    assert bench.mind.evidence(basis) == first
+    assert bench.profile.evidence(basis) == first
     assert np.array_equal(world.floor.evidence, before.floor.evidence)
     assert world.known == before.known
     assert world.beliefs[target].held_at((2000.0, 0.0)) == before.beliefs[target].held_at((2000.0, 0.0))

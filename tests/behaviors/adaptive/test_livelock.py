@@ -50,7 +50,7 @@ def _mission(targets: Sequence[str] = ("a", "b"), **table: object) -> Mission:
 
 @dataclass
 class Decider:
-    """Decides as the adaptive mind does, on evidence that is drawn; checks what it chooses.
+    """Decides as the adaptive profile does, on random evidence; checks what it chooses.
 
     Attributes:
         world: Keeps what was chosen where.
