@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from statemachine import State
 
 from behaviors.chart import MissionChart
+from behaviors.recoveries import RECOVERIES
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +50,16 @@ def transition_table() -> str:
     """Return a Markdown table of all transitions."""
     lines = ["| region | in state | on | if | to |", "|---|---|---|---|---|"]
     lines += [f"| {a.region} | {a.source} | {a.event or '(at once)'} | {a.guard} | {a.target} |" for a in arrows()]
+    return "\n".join(lines)
+
+
+def recovery_table() -> str:
+    """Return a Markdown table of all recoveries."""
+    lines = ["| recovery | state | in words | on the console | fits the cause |", "|---|---|---|---|---|"]
+    lines += [
+        f"| {each.name} | {each.state or each.name} | {each.label} | {each.said} | {each.fits} |"
+        for each in RECOVERIES.values()
+    ]
     return "\n".join(lines)
 
 

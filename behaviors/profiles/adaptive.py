@@ -55,7 +55,6 @@ class AdaptiveProfile:
     ) -> None:
         profile = mission.adaptive
         queue.rounds = max(queue.rounds, profile.rounds)
-        self._context = context
         self._profile = profile
         self._queue = queue
         self._world = WorldModel(mission)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behaviors.chart import MISSION_STATES, MissionChart
-from behaviors.diagram import arrows, mermaid, transition_table
+from behaviors.diagram import arrows, mermaid, recovery_table, transition_table
 from behaviors.events import Event, Fact, Reason
 from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, RECOVERIES, WAIT, Choice, Recovery
 from behaviors.target_queue import TargetOutcome, TargetQueue
@@ -152,6 +152,7 @@ def test_every_callback_names_a_state_of_the_chart():
 def test_the_document_shows_the_chart_as_it_is():
     text = DOCUMENT.read_text(encoding="utf-8")
     assert transition_table() in text
+    assert recovery_table() in text
     assert mermaid() in text
 
 
