@@ -20,9 +20,9 @@ class Blocker:
     """
 
     range_mm: float
-    age_s: float
-    moving: bool
-    hides: bool
+    age_s: float = 0.0
+    moving: bool = False
+    hides: bool = False
 
 
 class TargetFinding(StrEnum):

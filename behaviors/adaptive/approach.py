@@ -181,8 +181,8 @@ class ApproachSkill:
         if self._trusts_map and distance_mm > N.map_ends_mm and abs(bearing_deg) <= N.ahead_deg:
             remembered_mm = self._remembered_mm(known, distance_mm)
             if remembered_mm is not None:
-                blocker = Blocker(remembered_mm, 0.0, moving=False, hides=False)
                 measured = {"range_mm": remembered_mm, "hides": False, "remembered": True}
+                blocker = Blocker(remembered_mm)
                 return Failure(Event.ARRIVE_FAILED, Reason.BLOCKED_LONG, measured, blocker, mapped=True)
         if unseen_s >= perception.profile.lost_after_s:
             return self._lost(observation, bearing_deg, distance_mm, unseen_s)
@@ -194,8 +194,7 @@ class ApproachSkill:
         """The target went out of view: something stepped in between, or it moved."""
         range_mm = observation.range_mm
         if range_mm is not None and range_mm <= distance_mm - N.before_mm and abs(bearing_deg) <= N.ahead_deg:
-            blocker = Blocker(range_mm, 0.0, moving=False, hides=True)
-            return _failed(Reason.LOST_BEHIND, observation, blocker, unseen_s=unseen_s)
+            return _failed(Reason.LOST_BEHIND, observation, Blocker(range_mm, hides=True), unseen_s=unseen_s)
         return _failed(Reason.TARGET_LOST, observation, finding=TargetFinding.MOVED, unseen_s=unseen_s)
 
     def _remembered_mm(self, known: TargetEstimate, distance_mm: float) -> float | None:
@@ -215,7 +214,7 @@ class ApproachSkill:
         sudden = observation.time_s - self._clear_s < N.recent_s
         reason = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG
         range_mm = PERCEPTION.unheard_mm if observation.range_mm is None else observation.range_mm
-        blocker = Blocker(range_mm, 0.0, moving=sudden, hides=hides)
+        blocker = Blocker(range_mm, moving=sudden, hides=hides)
         return _failed(reason, observation, blocker, hides=hides, sudden=sudden)
 
     def _stuck(self, observation: Observation, known: TargetEstimate) -> Fact | None:
@@ -228,8 +227,7 @@ class ApproachSkill:
         _, then, then_mm = self._driven[0]
         moved_mm = math.hypot(pose.x_mm - then.x_mm, pose.y_mm - then.y_mm)
         if moved_mm < N.progress_mm:
-            blocker = unheard_blocker(observation.range_mm)
-            return _failed(Reason.NO_PROGRESS, observation, blocker, moved_mm=moved_mm)
+            return _failed(Reason.NO_PROGRESS, observation, unheard_blocker(observation.range_mm), moved_mm=moved_mm)
         if (
             observation.sighting is not None
             and moved_mm > 3 * N.progress_mm

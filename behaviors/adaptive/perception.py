@@ -49,7 +49,7 @@ class Observation:
 
 def unheard_blocker(range_mm: float | None = None, *, hides: bool = False) -> Blocker:
     """Return a blocker that the bumper or the wheels noticed; an echo may be of something behind it."""
-    return Blocker(N.unheard_mm if range_mm is None else min(range_mm, N.unheard_mm), 0.0, moving=False, hides=hides)
+    return Blocker(N.unheard_mm if range_mm is None else min(range_mm, N.unheard_mm), hides=hides)
 
 
 class Perception:

@@ -75,7 +75,7 @@ class WaitSkill:
         waited_s = perception.now() - begun_s
         hides = not self._in_view()
         measured = {"waited_s": waited_s, "range_mm": range_mm, "hides": hides}
-        blocker = Blocker(PERCEPTION.unheard_mm if range_mm is None else range_mm, 0.0, moving=False, hides=hides)
+        blocker = Blocker(PERCEPTION.unheard_mm if range_mm is None else range_mm, hides=hides)
         return Failure(Event.RECOVERY_FAILED, Reason.BLOCKED_LONG, measured, blocker)
 
     def _blocked(self, observation: Observation) -> bool:
