@@ -1,1 +1,1 @@
-"""The mind: what the robot wants, does next and does when it fails; knows bodies and eyes only as ports."""
+"""The mission's behaviour: skills, statechart, recoveries and profiles; knows robot and camera only as ports."""

@@ -1,24 +1,23 @@
 """The statechart of a mission.
 
-Three regions run side by side. *mission* is the thesis's client: search, arrive, select, then wait or move_to, and so
-on to the next target. *link* and *safety* watch over it: a lost link suspends the mission from any state, a trip ends
-it from any state, without an arrow from each.
+Three regions run side by side. *mission* is the thesis's client: search, arrive, select, then a recovery, and so on to
+the next target. *link* and *safety* supervise it: a lost link suspends the mission from any state, a trip ends it from
+any state, without an arrow from each.
 
 The rules of this file: every transition stands here and carries guards, not code; events are facts
-(`behaviors.events`); what is done in a state stands in `behaviors.skills`; what is chosen stands in
-`behaviors.recovery`; nothing here knows time. The motors never wait for the chart: safety stops them first and reports
-the fact afterwards.
+(`behaviors.events`); skills (`behaviors.skills`) act in a state; policies (`behaviors.recoveries`) choose; nothing here
+knows time. The motors never wait for the chart: the safety stop acts first and reports the fact afterwards.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from statemachine import HistoryState, State, StateChart
 
 from behaviors.events import Event, Fact
-from behaviors.recovery import Choice, Recovery
+from behaviors.recoveries import Choice, recovery_in
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
 Decide = Callable[[], Choice]
@@ -28,19 +27,19 @@ class MissionChart(StateChart[Any]):
     """A mission from start to finish.
 
     Args:
-        queue: The targets; guards ask it whether more are left.
-        decide: Called on entry of `select`; its choice leads on.
+        queue: The targets; a guard checks whether more are left.
+        decide: Called on entry of `select`; returns the choice that the guards check.
         listeners: Objects with ``after_transition(event, source, target, ...)``, for journals and displays.
     """
 
-    # an exception in a callback must surface at the executive, which stops the motors; as an event it would vanish
+    # an exception in a callback must reach the executive, which stops the motors; as an event it would be lost
     catch_errors_as_events = False
 
     class robot(State.Parallel):  # noqa: N801 - states are named as events are
         """The three regions."""
 
         class mission(State.Compound):  # noqa: N801
-            """What the robot is after."""
+            """The pursuit of the targets."""
 
             idle = State(initial=True)
 
@@ -52,7 +51,7 @@ class MissionChart(StateChart[Any]):
                 select = State()
 
                 class recover(State.Compound):  # noqa: N801
-                    """Giving the next search a better chance."""
+                    """Improving the chance of the next search."""
 
                     wait = State(initial=True)
                     move_to = State()
@@ -70,11 +69,11 @@ class MissionChart(StateChart[Any]):
                 arrived = arrive.to(reached)
                 arrive_failed = arrive.to(select)
 
-                select.to(recover.wait, cond="chose_wait")
-                select.to(recover.move_to, cond="chose_move_to")
-                select.to(recover.detour, cond="chose_detour")
-                select.to(recover.rescan, cond="chose_rescan")
-                select.to(gave_up, cond="chose_change_target")
+                select.to(recover.wait, cond="chosen")
+                select.to(recover.move_to, cond="chosen")
+                select.to(recover.detour, cond="chosen")
+                select.to(recover.rescan, cond="chosen")
+                select.to(gave_up, cond="chosen")
                 recovery_done = recover.to(search)
                 recovery_failed = recover.to(select)
 
@@ -100,7 +99,7 @@ class MissionChart(StateChart[Any]):
             link_back = down.to(up, on="raise_resume")
 
         class safety(State.Compound):  # noqa: N801
-            """Whether the way ahead is free; the motors have been stopped already when this hears of it."""
+            """Whether the path ahead is free; the motors have already stopped when this is reported."""
 
             clear = State(initial=True)
             held = State()
@@ -110,7 +109,7 @@ class MissionChart(StateChart[Any]):
             trip = clear.to(tripped, on="raise_abort") | held.to(tripped, on="raise_abort")
 
     done = State(final=True)
-    # a parallel state is only done when all regions are; a finished mission ends the chart by itself
+    # a parallel state is done only when all its regions are; here a finished mission ends the chart
     robot.to(done, cond="In('finished')")
 
     def __init__(self, queue: TargetQueue, decide: Decide, listeners: Sequence[object] = ()) -> None:
@@ -120,12 +119,12 @@ class MissionChart(StateChart[Any]):
         super().__init__(listeners=list(listeners))
 
     def report(self, fact: Fact) -> None:
-        """Tell the chart a fact; facts that mean nothing in the present state change nothing."""
+        """Report a fact; one that means nothing in the present state changes nothing."""
         self.send(fact.event, fact=fact)
 
     @property
     def states_now(self) -> frozenset[str]:
-        """Ids of all active states."""
+        """The ids of all active states."""
         return frozenset(state.id for state in self.configuration)
 
     @property
@@ -142,75 +141,51 @@ class MissionChart(StateChart[Any]):
         """Guard: whether more targets are left."""
         return self.queue.more_targets
 
-    def chose_wait(self) -> bool:
-        """Guard: the policy chose to wait."""
-        return self._chose(Recovery.WAIT)
-
-    def chose_move_to(self) -> bool:
-        """Guard: the policy chose to look from elsewhere."""
-        return self._chose(Recovery.MOVE_TO)
-
-    def chose_detour(self) -> bool:
-        """Guard: the policy chose to go round what is in the way."""
-        return self._chose(Recovery.DETOUR)
-
-    def chose_rescan(self) -> bool:
-        """Guard: the policy chose to look again from here."""
-        return self._chose(Recovery.RESCAN)
-
-    def chose_change_target(self) -> bool:
-        """Guard: the policy chose to give this target up."""
-        return self._chose(Recovery.CHANGE_TARGET)
-
-    def _chose(self, kind: Recovery) -> bool:
-        return self.choice is not None and self.choice.kind is kind
+    def chosen(self, target: State) -> bool:
+        """Guard: the policy chose the recovery that leads to this state."""
+        return self.choice is not None and self.choice.kind is recovery_in(target.id)
 
     def on_enter_select(self) -> None:
-        """Ask the policy, once for every failure; a decision that is broken off leaves no choice behind."""
+        """Choose a recovery, once for every failure; a decision that is interrupted leaves no choice behind."""
         self.choice = None
         self.choice = self._decide()
 
     def on_enter_reached(self) -> None:
-        """Write the success down."""
+        """Record the success."""
         self.queue.decide(TargetOutcome.REACHED)
 
     def on_enter_gave_up(self) -> None:
-        """Write the failure down."""
+        """Record the failure."""
         self.queue.decide(TargetOutcome.GIVEN_UP)
 
     def next_target(self) -> None:
-        """Go on to the next target."""
+        """Continue with the next target."""
         self.queue.next_target()
 
     def chosen_target(self) -> None:
-        """Go on with the target for which the present one was left, if the policy named one."""
+        """Continue with the target that the policy named, if any, else with the next one."""
         self.queue.next_target(self.choice.instead if self.choice else "")
 
     def raise_suspend(self) -> None:
-        """A lost link suspends the mission."""
+        """Suspend the mission when the link is lost."""
         self.raise_(Event.SUSPEND)
 
     def raise_resume(self) -> None:
-        """A link that is back resumes it where it was."""
+        """Resume it where it was when the link is back."""
         self.raise_(Event.RESUME)
 
     def raise_abort(self) -> None:
-        """A trip ends it."""
+        """End it on a trip."""
         self.raise_(Event.ABORT)
 
 
-MISSION_STATES = (
-    "idle",
-    "search",
-    "arrive",
-    "select",
-    "wait",
-    "move_to",
-    "detour",
-    "rescan",
-    "reached",
-    "gave_up",
-    "suspended",
-    "finished",
-)
+def _leaves(state: State) -> Iterator[str]:
+    if not state.states:
+        yield state.id
+    for child in state.states:
+        yield from _leaves(child)
+
+
+_ROBOT = next(state for state in MissionChart.states if state.id == "robot")
+MISSION_STATES = tuple(_leaves(next(region for region in _ROBOT.states if region.id == "mission")))
 """Leaves of the mission region."""

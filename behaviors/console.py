@@ -1,6 +1,6 @@
 """The thesis's console: the lines its agent `client2` printed, word for word.
 
-A profile that weighs its choices may say them, too; the thesis's did not.
+Choices of a recovery can be printed, too; the thesis's agent did not print them.
 
 Source: docs/thesis.md, console; figures 1 and 7.
 """
@@ -10,20 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from behaviors.journal import Kind, Record
-from behaviors.recovery import Recovery
+from behaviors.recoveries import RECOVERIES
 from behaviors.skills import Reply
 
 PREFIX = "[client2] "
 
 _ANSWERS: dict[object, str] = {Reply.CONTINUE.value: "Continue...", Reply.FAILED.value: "Failed"}
-
-_CHOICES: dict[object, str] = {
-    Recovery.WAIT: "Waiting",
-    Recovery.MOVE_TO: "Looking from elsewhere",
-    Recovery.DETOUR: "Going round",
-    Recovery.RESCAN: "Looking again",
-    Recovery.CHANGE_TARGET: "Leaving it for now",
-}
 
 
 class Console:
@@ -31,7 +23,7 @@ class Console:
 
     Args:
         write: Takes one line, without its end.
-        choices: Whether it says what is chosen after a failure, and why.
+        choices: Whether it prints what is chosen after a failure, and why.
     """
 
     def __init__(self, write: Callable[[str], None], *, choices: bool = False) -> None:
@@ -43,7 +35,7 @@ class Console:
         self._write(PREFIX + text)
 
     def __call__(self, record: Record) -> None:
-        """Hear of a record."""
+        """Print what a record says."""
         line = _line(record)
         if line:
             self.say(line)
@@ -52,9 +44,9 @@ class Console:
 
 
 def _choice(data: Mapping[str, object]) -> str:
-    done = _CHOICES[data["choice"]]
+    said = RECOVERIES[str(data["choice"])].said
     limit = f" up to {data['wait_s']:.1f} s" if "wait_s" in data else ""
-    return f"{done}{limit}: {data['why']}"
+    return f"{said}{limit}: {data['why']}"
 
 
 def _line(record: Record) -> str | None:

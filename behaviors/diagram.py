@@ -1,4 +1,4 @@
-"""The chart as a table and as a picture, read off the class, so that neither can drift from it.
+"""The chart as a table and as a diagram, generated from the class, so that neither can become outdated.
 
 The chart library's own Mermaid exporter redraws an edge at a compound's border as an edge of its first child, which is
 wrong for `suspend` and `recovery_done`; this one draws what is declared.
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from statemachine import State
 
 from behaviors.chart import MissionChart
+from behaviors.recoveries import RECOVERIES
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,26 +35,36 @@ class Arrow:
 
     @property
     def label(self) -> str:
-        """Event and guard as they are written on an arrow."""
+        """Event and guard as a diagram shows them."""
         return " ".join(part for part in (self.event, f"[{self.guard}]" if self.guard else "") if part)
 
 
 def arrows() -> list[Arrow]:
-    """Every declared transition of the chart, region by region."""
+    """Return every declared transition of the chart, region by region."""
     robot = next(state for state in MissionChart.states if state.id == "robot")
     found = [arrow for region in robot.states for arrow in _arrows_below(region, region.id)]
     return [*found, *_arrows_of(robot, "robot")]
 
 
 def transition_table() -> str:
-    """A Markdown table of all transitions."""
+    """Return a Markdown table of all transitions."""
     lines = ["| region | in state | on | if | to |", "|---|---|---|---|---|"]
     lines += [f"| {a.region} | {a.source} | {a.event or '(at once)'} | {a.guard} | {a.target} |" for a in arrows()]
     return "\n".join(lines)
 
 
+def recovery_table() -> str:
+    """Return a Markdown table of all recoveries."""
+    lines = ["| recovery | state | in words | on the console | fits the cause |", "|---|---|---|---|---|"]
+    lines += [
+        f"| {each.name} | {each.state or each.name} | {each.label} | {each.said} | {each.fits} |"
+        for each in RECOVERIES.values()
+    ]
+    return "\n".join(lines)
+
+
 def mermaid() -> str:
-    """The chart as a Mermaid state diagram."""
+    """Return the chart as a Mermaid state diagram."""
     robot = next(state for state in MissionChart.states if state.id == "robot")
     lines = ["stateDiagram-v2", "    state robot {"]
     for i, region in enumerate(robot.states):
@@ -72,7 +83,7 @@ def _arrows_below(state: State, region: str) -> Iterator[Arrow]:
 
 
 def _arrows_of(state: State, region: str) -> Iterator[Arrow]:
-    """Transitions declared on `state`; the library's own arrows to initial children are left out."""
+    """Yield the transitions declared on `state`, without the library's own to initial children."""
     for transition in state.transitions:
         if transition.target is None or transition.initial:
             continue

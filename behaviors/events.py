@@ -1,7 +1,7 @@
-"""The facts that move the chart, and the reasons that go with them.
+"""The facts that drive the chart, and their reasons.
 
-Events are facts about the world ("the target was seen"), never commands. Misspelt events would be ignored silently by
-the chart's library, so they are only sent as members of `Event`.
+Events are facts about the world ("the target was seen"), never commands. The chart's library silently ignores events
+that it does not know, so they are sent only as members of `Event`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Event(StrEnum):
 
 
 class Reason(StrEnum):
-    """Why something happened: each failure has a name."""
+    """Why something happened: every failure has a name."""
 
     MISSION_STARTED = "mission_started"
     SIGHTED = "sighted"
@@ -63,7 +63,7 @@ class Reason(StrEnum):
 
 
 Measured = Mapping[str, object]
-"""What was measured, as plain values that go into the journal."""
+"""What was measured, as plain values for the journal, where they stand as a transition's `evidence`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,10 +72,10 @@ class Fact:
 
     Attributes:
         event: What happened.
-        reason: Its name among the reasons.
-        evidence: The measurements behind it.
+        reason: Why.
+        measured: The measurements behind it; they go to the journal and nowhere else.
     """
 
     event: Event
     reason: Reason
-    evidence: Measured = field(default_factory=dict)
+    measured: Measured = field(default_factory=dict)

@@ -15,13 +15,15 @@ from typing import Any, cast
 
 from behaviors.chart import MISSION_STATES, MissionChart
 from behaviors.events import Event, Fact, Reason
+from behaviors.evidence import Evidence
+from behaviors.failures import Failure
 from behaviors.journal import Kind, Observer, Record, plain
 from behaviors.mission import Mission
 from behaviors.ports import Body, Clock, Eyes
 from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import PROFILES
-from behaviors.recovery import Choice, Evidence
-from behaviors.skills import Reply, Service, SkillContext, TimeUp
+from behaviors.recoveries import Choice
+from behaviors.skills import Reply, Skill, SkillContext, TimeUp
 from behaviors.target_queue import TargetProgress, TargetQueue
 
 LINK_FAILURES = (ConnectionError, TimeoutError)
@@ -111,8 +113,8 @@ class Executive:
         self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
         self._mind = (make_profile or PROFILES[mission.mission.profile])(self._context, mission, self._queue)
         self._chart = MissionChart(self._queue, self._decide, [self])
-        self._service: Service | None = None
-        self._failure = Fact(Event.START, Reason.MISSION_STARTED)
+        self._service: Skill | None = None
+        self._failure = Failure(Event.START, Reason.MISSION_STARTED)
         self._exist = False
         self._researches = 0
         self._decided_s = -math.inf
@@ -163,7 +165,7 @@ class Executive:
         if entered in ("reached", "gave_up"):
             self._queue.current.time_s = self.now()
             self._researches = 0
-        reason = {} if fact is None else {"reason": fact.reason, "evidence": fact.evidence}
+        reason = {} if fact is None else {"reason": fact.reason, "evidence": fact.measured}
         self.note(Kind.TRANSITION, source=source.id, to=entered, event=event, **reason)
 
     def _pursue(self) -> Ending:
@@ -220,7 +222,7 @@ class Executive:
             self._researches += self._chart.mission_state != "search"
         elif fact.event is Event.RECOVERY_DONE:
             self._researches += 1
-        elif fact.event in (Event.SEARCH_FAILED, Event.ARRIVE_FAILED, Event.RECOVERY_FAILED):
+        elif isinstance(fact, Failure):
             self._failure = fact
         self._chart.report(fact)
 
@@ -235,24 +237,26 @@ class Executive:
         self.note(Kind.REPLY, verb="arrive", value=REPLIES[fact.event])
         return fact
 
-    def _new_service(self) -> Service:
+    def _new_service(self) -> Skill:
         state = self._chart.mission_state
         if state == "search":
             self._exist = False
             self._queue.current.attempts += 1
-        return self._mind.service(state, self._chart.choice)
+        return self._mind.skill(state, self._chart.choice)
 
     def _decide(self) -> Choice:
         """Ask the policy; called by the chart on entry of `select`."""
         if self._clock.now() <= self._decided_s:
             raise Livelock(f"two decisions at {self.now():.3f} s; every service must let time pass")
         self._decided_s = self._clock.now()
-        failure = Evidence(self._queue.target, self._failure.reason, self._exist, self._researches)
         self.note(Kind.CALL, verb="select")
         self.note(Kind.REPLY, verb="select", value=int(self._exist))
-        evidence = self._mind.evidence(failure, self._failure)
+        self._mind.learn(self._failure)
+        evidence = self._mind.evidence(
+            Evidence(self._queue.target, self._failure.reason, self._exist, self._researches)
+        )
         choice = self._mind.select(evidence)
-        self.note(Kind.CHOICE, choice=choice.kind, why=choice.why, **choice.numbers(), evidence=evidence.known())
+        self.note(Kind.CHOICE, **choice.record(), evidence=evidence.known())
         return choice
 
     def _stop_motors(self) -> None:

@@ -1,7 +1,7 @@
-"""What happened, as it happened: one record after the other.
+"""The journal: what happened, one record after the other.
 
-Everything that wants to know of a mission (the journal file, the console, the status line, the video's caption, the
-map) listens to the same records. They carry mission time only, so the same seed gives the same bytes.
+All observers of a mission (the journal file, the console, the status line, the video's caption, the map) receive the
+same records. These carry mission time only, so that the same seed gives the same bytes.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Value = str | int | float | bool | None | list["Value"] | dict[str, "Value"]
 
 
 class Kind(StrEnum):
-    """What a record tells of."""
+    """What a record is about."""
 
     START = "start"
     TRANSITION = "transition"
@@ -34,7 +34,7 @@ class Record:
 
     Attributes:
         time_s: Mission time, seconds, rounded to the millisecond.
-        kind: What it tells of.
+        kind: What it is about.
         state: State of the mission region when it happened.
         target: The target being pursued.
         data: What else there is to say; keys depend on the kind and are documented in docs/journal.md.
@@ -47,13 +47,13 @@ class Record:
     data: Mapping[str, Value] = field(default_factory=dict)
 
     def to_json(self) -> str:
-        """One line of ``journal.jsonl``, keys in a fixed order, without the line's end."""
+        """Return one line of ``journal.jsonl``, keys in a fixed order, without its end."""
         head = {"t": self.time_s, "kind": self.kind.value, "state": self.state, "target": self.target}
         return json.dumps({**head, **self.data}, ensure_ascii=False)
 
     @classmethod
     def from_json(cls, line: str) -> Self:
-        """The record of a line as `to_json` writes it.
+        """Read a line as `to_json` writes it.
 
         Raises:
             ValueError: It is not a record.
@@ -73,12 +73,12 @@ class Note(Protocol):
     """Writes a record with the present time, state and target."""
 
     def __call__(self, kind: Kind, **data: object) -> None:
-        """Write it down; values are made plain by `plain`."""
+        """Write a record; values are converted by `plain`."""
         ...
 
 
 def plain(value: object) -> Value:
-    """A value as JSON knows it: numbers rounded to three decimals, enums by their text.
+    """Convert a value for JSON: numbers rounded to three decimals, enums by their text.
 
     Raises:
         TypeError: There is no plain form; the journal takes measurements, not objects.

@@ -1,8 +1,8 @@
-"""A conversation with a client that decides for itself: verbs in, the thesis's services called, small integers out.
+"""A session with a client that makes the decisions: verbs in, the thesis's services called, small integers out.
 
-Here the client is the agent: which target, when to wait, when to give up is its business. The session keeps what the
-thesis's ``nxt`` node kept: whether the target was recognised (``exist``), how far a ``move_to`` has come (``count``),
-and the approach under way.
+Here the client is the agent: it decides which target to pursue, when to wait and when to give up. The session keeps
+what the thesis's ``nxt`` node kept: whether the target was recognised (``exist``), how far a ``move_to`` has come
+(``count``), and the approach in progress.
 
 Source: docs/thesis.md, services, readings A2-A8 and A19.
 """
@@ -22,29 +22,29 @@ from behaviors.ports import Body, Clock, Eyes
 from behaviors.skills import MoveTo, SkillContext, ThesisArriveSkill, ThesisSearchSkill
 
 DONE = 1
-"""Answer of a verb that has nothing else to say."""
+"""Answer of a verb without a result."""
 
 
 class Preempted(Exception):
-    """Raised by a port inside a command that shall end now; the session then stops the robot."""
+    """Raised by a port to interrupt a command; the session then stops the robot."""
 
 
 class Session:
-    """One client's conversation.
+    """One client's session.
 
-    A service under way ends when a port raises `Preempted`, and the command is answered by `ErrorReply.STOPPED`.
+    A skill in progress ends when a port raises `Preempted`, and the command is answered by `ErrorReply.STOPPED`.
 
     Args:
-        mission: Its targets are those that can be asked for, the first one is the present one; its numbers count.
+        mission: Its targets can be named, the first one is the present one; its parameters apply.
         body: The robot.
         eyes: Its camera.
         clock: Time.
         connect: Makes sure that the brick answers; raises an error of `LINK_FAILURES` when it does not.
-        faults: What else body and eyes raise when something is broken; answered by `ErrorReply.FAULT`.
-        observers: Hear a record of each call, reply and look.
+        faults: Other errors that body and eyes raise on a fault; answered by `ErrorReply.FAULT`.
+        observers: Receive a record of each call, reply and look.
 
     Attributes:
-        error: What made the last command fail, in words; mostly empty.
+        error: Why the last command failed, in words; empty when it did not.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class Session:
         }
 
     def answer(self, request: Request) -> int:
-        """Do what is asked.
+        """Execute a request.
 
         Returns:
             The answer, see `behaviors.line_protocol`. After `ErrorReply.LINK_DOWN` and `ErrorReply.FAULT`, `error` has
@@ -113,9 +113,9 @@ class Session:
         return int(value)
 
     def end(self) -> None:
-        """The client is gone: motors off, nothing is under way any more."""
+        """End the session: motors off, nothing in progress."""
         self._forget()
-        # what is broken now was reported when it broke, and on a dead link the lease stops the motors
+        # a fault was reported when it occurred, and on a dead link the lease stops the motors
         with suppress(*LINK_FAILURES, *self._faults):
             self._body.stop()
 
@@ -200,10 +200,10 @@ class Session:
     def _do_why(self, _: Request) -> int:
         return self._why
 
-    # --- what they share ---
+    # --- shared by the verbs ---
 
     def _choose(self, target: str) -> bool:
-        """Make a target the present one; False when nobody described it."""
+        """Make a target the present one; False when the mission does not describe it."""
         if target not in self._targets:
             return False
         if target != self._target:
@@ -212,13 +212,13 @@ class Session:
         return True
 
     def _halt(self) -> None:
-        """End what is under way."""
+        """Stop what is in progress."""
         if self._sighted or self._move:
             self._body.stop()
         self._forget()
 
     def _report(self, fact: Fact) -> None:
-        """Hear of the safety stop."""
+        """Update with a report of the safety stop."""
         if fact.event in (Event.OBSTACLE, Event.OBSTACLE_GONE):
             self._held = fact.reason is Reason.OBSTACLE_AHEAD
 

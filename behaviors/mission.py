@@ -1,21 +1,22 @@
-"""A mission file: what to look for, with which robot, and the numbers of the behaviour.
+"""A mission file: what to look for, with which robot, and the parameters of its behaviour.
 
 TOML, checked as a whole: every mistake is reported at once, with its path. Units are in the keys' names.
 """
 
 from __future__ import annotations
 
-import difflib
 import tomllib
 from collections.abc import Iterable, Sequence
 from itertools import combinations
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from behaviors.mission_mistakes import mistakes
+
 BUILT_IN = Path(__file__).parent / "missions" / "lena_rilakkuma.toml"
-"""The mission that runs when none is named."""
+"""The mission that runs by default."""
 
 OutputPort = Literal["A", "B", "C"]
 InputPort = Literal[1, 2, 3, 4]
@@ -30,7 +31,7 @@ class _Table(BaseModel):
 
 
 class ThesisParameters(_Table):
-    """The numbers of the thesis; where it gives none, the reading of docs/thesis.md.
+    """Parameters of the thesis profile; where the thesis gives none, the reading of docs/thesis.md.
 
     Attributes:
         wait_s: Time at rest when the target was recognised but not reached.
@@ -41,8 +42,8 @@ class ThesisParameters(_Table):
         look_every_deg: Turn between two looks of a search; one full turn to the right in all.
         looks_per_stop: Frames looked at, at most, at each stop of a search.
         settle_s: Rest before a look, for the picture to stop swinging.
-        continue_every_s: Longest one call of arrive drives before it answers "continue".
-        lost_after_s: A target unseen for so long is lost.
+        continue_every_s: Longest time that one call of arrive drives before it answers "continue".
+        lost_after_s: A target that is not seen for this long is lost.
         approach_limit_s: An approach that takes longer has failed.
         arrive_mm: Apparent distance at which the target is reached.
         cruise_mm_s: Speed of an approach.
@@ -64,24 +65,24 @@ class ThesisParameters(_Table):
 
 
 class AdaptiveParameters(_Table):
-    """The numbers of the adaptive profile; most were found by trying on tuning seeds, see docs/evaluation.md.
+    """Parameters of the adaptive profile; most were tuned on separate seeds, see docs/evaluation.md.
 
     Attributes:
-        cruise_mm_s: Speed of an approach and of a way.
-        scan_deg_s: How fast it turns while looking round; faster blurs distant pictures.
-        lost_after_s: A target that should be seen and is not for so long is lost.
+        cruise_mm_s: Speed of an approach and along a path.
+        scan_deg_s: Turn rate while looking round; faster blurs distant pictures.
+        lost_after_s: A target that should be in view and is not seen for this long is lost.
         approach_limit_s: An approach that takes longer has failed.
         arrive_mm: Apparent distance at which the target is reached.
-        search_budget_s: So long a target is searched for without a sighting before another one gets its turn.
-        rounds: How often the targets are gone through at most, unless the mission asks for more.
-        max_researches: Searches for one target after the first, in each round; as many as there is time for without it.
-        repeats: The same recovery is not chosen more often than that for one target at one place.
+        search_budget_s: Longest search for a target without a sighting before another one gets its turn.
+        rounds: Rounds of the list of targets at most, unless the mission asks for more.
+        max_researches: Searches for one target after the first, in each round; without it there is no limit.
+        repeats: How often one recovery is chosen at most for one target at one place.
         detours: Whether it goes round what is in the way.
-        chooses_viewpoints: Whether it chooses where to look next; otherwise it moves off as the thesis does.
-        remembers_others: Whether it keeps in mind where it saw the other targets.
-        in_order: Whether a target is gone for only when those before it are reached or given up; otherwise one that was
-            seen and can be had sooner may come first.
-        fixed_wait_s: Wait so long, whatever is known; without it, as long as pays.
+        chooses_viewpoints: Whether it chooses where to look from next; otherwise it moves off as the thesis does.
+        remembers_others: Whether it remembers where it saw the other targets.
+        in_order: Whether a target is pursued only when those before it are reached or given up; otherwise one that was
+            seen and can be reached sooner may come first.
+        fixed_wait_s: Length of every wait; without it, waits are as long as pays.
     """
 
     cruise_mm_s: float = Field(default=200.0, ge=70, le=400)
@@ -105,7 +106,7 @@ class _Target(_Table):
 
 
 class PictureTarget(_Target):
-    """Something flat the user has photographs of.
+    """Something flat of which there are photographs.
 
     Attributes:
         pictures: Image files, beside the mission file or among the built-in ones.
@@ -116,7 +117,7 @@ class PictureTarget(_Target):
 
 
 class HaarTarget(_Target):
-    """What one of OpenCV's cascades finds, or a cascade file of the user's.
+    """What one of OpenCV's cascades finds, or a cascade file of your own.
 
     Attributes:
         cascade: Name of a cascade that comes with OpenCV, or an XML file.
@@ -161,9 +162,9 @@ class RobotTable(_Table):
         right: Output port of the right wheel.
         ultrasonic: Input port of the ultrasonic sensor; 0 for none.
         touch: Input port of the bumper; 0 for none.
-        compass: Input port of a compass that keeps the heading; 0 for none.
+        compass: Input port of a compass that corrects the heading; 0 for none.
         wheel_diameter_mm: Diameter of the wheels; 56 is the NXT set's.
-        axle_track_mm: Distance between the wheels' middles.
+        axle_track_mm: Distance between the centres of the wheels.
         stop_distance_mm: The safety stop's distance ahead.
     """
 
@@ -201,11 +202,11 @@ class MissionTable(_Table):
     """What to do.
 
     Attributes:
-        name: For people.
+        name: A title, for displays and run folders.
         targets: Names of targets, in order.
         profile: How to behave: adaptive, or exactly as the thesis does.
-        rounds: How often the list is gone through at most; later rounds try what was given up again.
-        time_limit_s: When the mission ends, whatever has been reached; without it, it takes as long as it takes.
+        rounds: Rounds of the list at most; later rounds try again what was given up.
+        time_limit_s: When the mission ends, whatever has been reached; without it there is no limit.
         link_patience_s: A mission is suspended while the brick does not answer, and ends when that lasts longer.
     """
 
@@ -259,7 +260,7 @@ def load_mission(path: Path, picture_folders: Sequence[Path] = ()) -> Mission:
     try:
         mission = Mission.model_validate(table)
     except ValidationError as error:
-        problems = [*_describe(error), *problems]
+        problems = [*mistakes(error, Mission), *problems]
     if problems:
         count = "1 mistake" if len(problems) == 1 else f"{len(problems)} mistakes"
         raise MissionError("\n".join([f"{path}: {count}", *(f"  {problem}" for problem in problems)]))
@@ -282,74 +283,3 @@ def _resolve_pictures(table: dict[str, Any], folders: Sequence[Path]) -> Iterabl
                     f"target.{name}.pictures[{i}]: there is no picture {str(picture)!r}; "
                     f"put it beside the mission file ({folders[0]})"
                 )
-
-
-def _describe(error: ValidationError) -> Iterable[str]:
-    for problem in error.errors():
-        path = list(problem["loc"])
-        if len(path) > 2 and path[0] == "target":
-            del path[2]  # the kind of detector, which stands in no path of the file
-        where = ".".join(str(part) for part in path) or "mission file"
-        message = problem["msg"].removeprefix("Value error, ")
-        if problem["type"] == "extra_forbidden":
-            message = f"unknown key; {_advice(path)}"
-        elif problem["type"] in ("union_tag_not_found", "union_tag_invalid"):
-            message = _detector_advice(problem["input"])
-        elif problem["type"] in ("model_type", "model_attributes_type", "dict_type"):
-            message = f"it must be a table, [{where}], not {problem['input']!r}"
-        elif problem["type"] == "missing" and where == "mission":
-            message = 'there is no [mission] table; it names the targets: targets = ["lena"]'
-        elif problem["type"] == "missing":
-            message = "is missing; `nxtdrive mission new FILE` writes an example with every key"
-        elif problem["type"] == "too_short" and where == "mission.targets":
-            message = "a mission needs at least one target; name one and describe it in a table [target.NAME]"
-        elif "input" in problem and not isinstance(problem["input"], dict):
-            message = f"{message}, not {problem['input']!r}{_unit(str(path[-1]) if path else '')}"
-        yield f"{where}: {message}"
-
-
-def _detector_advice(target: dict[str, Any]) -> str:
-    """What is wrong with the line ``detector`` of a target's table, which says which other keys there are."""
-    known = "picture, haar, marker, color"
-    if "detector" in target:
-        return f"there is no detector {target['detector']!r}; use one of {known}"
-    near = difflib.get_close_matches("detector", target, n=1)
-    hint = f"; {near[0]!r} looks like it, misspelt" if near else ""
-    return f"the key detector is missing; it is one of {known}{hint}"
-
-
-_UNITS = {"_mm": "millimetres", "_s": "seconds", "_deg": "degrees", "_mm_s": "millimetres per second"}
-
-
-def _unit(key: str) -> str:
-    for ending in sorted(_UNITS, key=len, reverse=True):
-        if key.endswith(ending):
-            return f" ({key} is a number in {_UNITS[ending]})"
-    return ""
-
-
-def _advice(path: Sequence[int | str]) -> str:
-    """The nearest key that exists, or all of them."""
-    key, known = str(path[-1]), sorted(_known_keys(path[:-1]))
-    stem = key.rsplit("_", 1)[0]
-    near = [name for name in known if name.rsplit("_", 1)[0] == stem] or difflib.get_close_matches(key, known, n=1)
-    if near:
-        return f"did you mean {near[0]!r}{_unit(near[0])}?"
-    return f"known here: {', '.join(known)}"
-
-
-def _known_keys(path: Sequence[int | str]) -> set[str]:
-    tables: dict[str, type[BaseModel]] = {
-        "mission": MissionTable,
-        "thesis": ThesisParameters,
-        "adaptive": AdaptiveParameters,
-        "robot": RobotTable,
-        "camera": CameraTable,
-    }
-    if not path:
-        return set(Mission.model_fields)
-    if path[0] == "target":
-        kinds = get_args(get_args(Target)[0])
-        return set().union(*(kind.model_fields for kind in kinds))
-    table = tables.get(str(path[0]))
-    return set(table.model_fields) if table else set()

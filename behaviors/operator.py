@@ -1,4 +1,4 @@
-"""A person who has the last word: confirms what a policy proposes, or chooses something else."""
+"""The operator: a person who confirms what a policy proposes, or chooses something else."""
 
 from __future__ import annotations
 
@@ -6,17 +6,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
-from behaviors.recovery import Candidate, Choice, Evidence, Recovery, RecoveryPolicy, ThesisPolicy
+from behaviors.evidence import Evidence
+from behaviors.recoveries import CHANGE_TARGET, Candidate, Choice, RecoveryPolicy, ThesisPolicy
 
 OPERATORS_WISH = "the operator wished it"
 
 
 @runtime_checkable
 class Weighing(Protocol):
-    """A policy that can tell what it has weighed."""
+    """A policy that can list what it has weighed."""
 
     def options(self, evidence: Evidence) -> Sequence[Candidate]:
-        """All candidates for a choice."""
+        """Return all candidates for a choice."""
         ...
 
 
@@ -26,7 +27,7 @@ class OperatorChoice:
 
     Attributes:
         choice: What.
-        option: What the policy expects of it; None when it does not reckon.
+        option: What the policy expects of it; None when it does not weigh candidates.
     """
 
     choice: Choice
@@ -35,12 +36,12 @@ class OperatorChoice:
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """A choice that is due.
+    """A choice that an operator is to confirm or replace.
 
     Attributes:
         evidence: What is known.
         proposed: What the policy would do.
-        candidates: What could be done; the proposed choice is the first.
+        candidates: What could be done; the proposed choice comes first.
     """
 
     evidence: Evidence
@@ -53,7 +54,7 @@ Ask = Callable[[Question], Choice]
 
 
 def candidates(policy: RecoveryPolicy, evidence: Evidence) -> tuple[OperatorChoice, ...]:
-    """What could be done as a policy sees it, without giving the target up unless that is what it weighs."""
+    """Return what a policy considers; giving the target up is among it only if the policy weighs that."""
     if isinstance(policy, Weighing):
         return tuple(OperatorChoice(option.choice, option) for option in policy.options(evidence))
     if isinstance(policy, ThesisPolicy):
@@ -62,22 +63,22 @@ def candidates(policy: RecoveryPolicy, evidence: Evidence) -> tuple[OperatorChoi
 
 
 def question(policy: RecoveryPolicy, evidence: Evidence) -> Question:
-    """What a policy proposes, and what could be done instead; another target always can be pursued first."""
+    """Return what a policy proposes, and what could be done instead; changing the target is always possible."""
     proposed = policy.select(evidence)
     known = candidates(policy, evidence)
     first = next((each for each in known if each.choice == proposed), OperatorChoice(proposed))
     others = [each for each in known if each is not first]
-    if proposed.kind is not Recovery.CHANGE_TARGET:
-        others.append(OperatorChoice(Choice(Recovery.CHANGE_TARGET, OPERATORS_WISH)))
+    if proposed.kind is not CHANGE_TARGET:
+        others.append(OperatorChoice(Choice(CHANGE_TARGET, OPERATORS_WISH)))
     return Question(evidence, proposed, (first, *others))
 
 
 class ConfirmedPolicy:
-    """A policy whose every choice a person confirms, or replaces by another candidate.
+    """A policy each of whose choices a person confirms or replaces by another candidate.
 
     Args:
         policy: Proposes.
-        ask: Asks the person. As long as that takes the robot stands: all services end at rest before a choice is due.
+        ask: Asks the person. Meanwhile the robot stands: every skill ends at rest before a choice is made.
     """
 
     def __init__(self, policy: RecoveryPolicy, ask: Ask) -> None:
@@ -85,9 +86,9 @@ class ConfirmedPolicy:
         self._ask = ask
 
     def select(self, evidence: Evidence) -> Choice:
-        """What the person wants."""
-        due = question(self._policy, evidence)
-        wanted = self._ask(due)
-        if wanted == due.proposed:
+        """Choose what the person wants."""
+        asked = question(self._policy, evidence)
+        wanted = self._ask(asked)
+        if wanted == asked.proposed:
             return replace(wanted, operator=True)
-        return replace(wanted, why=OPERATORS_WISH, operator=True, proposed=due.proposed)
+        return replace(wanted, why=OPERATORS_WISH, operator=True, proposed=asked.proposed)

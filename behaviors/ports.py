@@ -1,4 +1,4 @@
-"""What the mind needs of the world: three ports and the values that pass through them.
+"""What behaviors need of the world: three ports and the values that pass through them.
 
 One convention holds everywhere in this project: *positive is right*. A bearing, a turn and a heading grow clockwise
 seen from above; x points forward at the start, y to the right of it. Lengths are millimetres, angles degrees, times
@@ -12,6 +12,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
+
+Point = tuple[float, float]
+"""x_mm, y_mm in the frame of the robot's start."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +39,7 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
-    """A target, detected and confirmed in the camera's frames.
+    """A target that was detected in a frame; those that `Eyes` return are confirmed by other frames.
 
     Attributes:
         target: Name of the target.
@@ -56,7 +59,7 @@ class Sighting:
 
 
 @dataclass(frozen=True, slots=True)
-class Glance:
+class Glimpse:
     """What one frame showed of several targets.
 
     Attributes:
@@ -162,6 +165,6 @@ class Eyes(Protocol):
         """Take the next fresh frame and say whether `target` is confirmed in it; bounded by the camera's time limit."""
         ...
 
-    def glance(self, targets: Sequence[str]) -> Glance:
+    def glance(self, targets: Sequence[str]) -> Glimpse:
         """Take the next fresh frame and say which of the targets are confirmed in it."""
         ...

@@ -1,13 +1,14 @@
-"""What the robot does in each state: the thesis's services over the ports.
+"""The skills of the thesis: its services over the ports.
 
-Each service is called as the thesis's client called it over TCP: one call, one small integer back, the robot at rest or
-driving on in between. `ThesisSearchSkill` has no verb of its own there: the first call of ``arrive`` searches until
-the target is in view.
+Each is called as the thesis's client called it over TCP: one call, one small integer back, the robot at rest or driving
+on in between. `ThesisSearchSkill` has no verb of its own there: the first call of ``arrive`` searches until the target
+is in view.
 
     ======== ============================== =====================================
-    verb     service here                   answers
+    verb     skill                          answers
     ======== ============================== =====================================
-    arrive   `ThesisSearchSkill`, then `ThesisArriveSkill`        0 continue, 1 arrived, 2 failed
+    arrive   `ThesisSearchSkill`, then      0 continue, 1 arrived, 2 failed
+             `ThesisArriveSkill`
     select   the record `exist`             0 never recognised, 1 recognised
     move_to  `MoveTo`                       0 moving, 1 done
     ======== ============================== =====================================
@@ -24,31 +25,39 @@ from enum import IntEnum
 from typing import Protocol
 
 from behaviors.events import Event, Fact, Reason
+from behaviors.failures import Failure
 from behaviors.journal import Kind, Note
 from behaviors.mission import ThesisParameters
 from behaviors.ports import Body, Clock, Eyes, Pose, Sighting, StopReason
 
-STEER_PER_S = 1.6
-"""Turn rate per degree of bearing while approaching, 1/s; settles in about a second without swinging."""
 
-STEER_LIMIT_DEG_S = 60.0
-"""Fastest turn while approaching; faster blurs the picture."""
+@dataclass(frozen=True, slots=True)
+class SkillNumbers:
+    """The numbers of the skills that a mission does not set.
 
-SHARP_DEG = 20.0
-"""At this bearing an approach only turns; straight ahead it drives at full cruise."""
+    Attributes:
+        steer_per_s: Turn rate per degree of bearing while approaching, 1/s; settles in about a second without swinging.
+        steer_limit_deg_s: Fastest turn while approaching; faster blurs the picture.
+        sharp_deg: At this bearing an approach only turns; straight ahead it drives at full cruise.
+        blind_drive_s: A target unseen for this long stops an approach's motors; one dropped frame does not.
+        instant_s: What is left of a wait when rounding has used up the rest; sleeping this little might let no time
+            pass at all.
+        nap_s: A wait is cut into naps, so that it can be interrupted and the brick kept awake.
+    """
 
-BLIND_DRIVE_S = 0.5
-"""A target unseen for so long stops an approach's motors; one dropped frame does not."""
+    steer_per_s: float = 1.6
+    steer_limit_deg_s: float = 60.0
+    sharp_deg: float = 20.0
+    blind_drive_s: float = 0.5
+    instant_s: float = 0.001
+    nap_s: float = 0.5
 
-INSTANT_S = 0.001
-"""What is left of a wait when rounding has eaten the rest; sleeping so little might let no time pass at all."""
 
-NAP_S = 0.5
-"""A wait is cut into naps, so that it can be interrupted and the brick kept awake."""
+N = SkillNumbers()
 
 
 class TimeUp(Exception):
-    """The mission's time is over; raised where a service would begin its next bounded piece of work."""
+    """The mission's time is over; raised where a skill would begin its next bounded piece of work."""
 
 
 class Reply(IntEnum):
@@ -61,15 +70,15 @@ class Reply(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class SkillContext:
-    """What every service works with.
+    """What every skill works with.
 
     Attributes:
         body: The robot.
         eyes: Its camera.
         clock: Mission time.
-        profile: The numbers.
-        note: Writes down what is done.
-        report: Tells the chart a fact that does not end the service.
+        profile: The parameters of the thesis profile.
+        note: Writes a record.
+        report: Tells the chart a fact that does not end the skill.
         deadline_s: When the mission's time is over, on its clock.
     """
 
@@ -82,7 +91,7 @@ class SkillContext:
     deadline_s: float = math.inf
 
     def check_time(self) -> None:
-        """Services call this before each bounded piece of work.
+        """Check the time; skills call this before each bounded piece of work.
 
         Raises:
             TimeUp: The mission's time is over.
@@ -91,16 +100,16 @@ class SkillContext:
             raise TimeUp
 
 
-class Service(Protocol):
-    """One state's doing; called again until a fact leads out of the state."""
+class Skill(Protocol):
+    """A skill at work in a state; called again until a fact leads out of the state."""
 
     def call(self) -> Fact:
-        """Do a bounded piece of work and report what came of it."""
+        """Do a bounded piece of work and report its result."""
         ...
 
 
 class ObstacleWatch:
-    """Tells the chart when the safety stop holds the robot and when it lets go.
+    """Reports to the chart when the safety stop holds the robot and when it lets go.
 
     Args:
         context: What to work with.
@@ -111,7 +120,7 @@ class ObstacleWatch:
         self._held = False
 
     def update(self, stop: StopReason | None) -> None:
-        """Hear what the last motion objected to; None or any other end is no objection."""
+        """Update with the reason why the last motion stopped; only obstacle and contact hold the robot."""
         held = stop in (StopReason.OBSTACLE, StopReason.CONTACT)
         if held and not self._held:
             self._context.report(
@@ -123,7 +132,7 @@ class ObstacleWatch:
 
 
 class ThesisSearchSkill:
-    """Stop and look every few degrees through one full turn to the right.
+    """Stops and looks every few degrees through one full turn to the right.
 
     Args:
         context: What to work with.
@@ -142,14 +151,14 @@ class ThesisSearchSkill:
         for i in range(stops + 1):
             self._context.check_time()
             if i:
-                # aimed at the heading wanted in all, so that the errors of single turns do not add up
+                # aimed at an absolute heading, so that the errors of single turns do not add up
                 body.turn(start_deg + i * 360.0 / stops - body.pose().heading_deg)
             if i == stops:
                 break
             sighting = self._look()
             if sighting:
-                return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(sighting), "looks": i + 1})
-        return Fact(Event.SEARCH_FAILED, Reason.FULL_TURN_WITHOUT_SIGHTING, {"looks": stops})
+                return sighted(sighting, looks=i + 1)
+        return Failure(Event.SEARCH_FAILED, Reason.FULL_TURN_WITHOUT_SIGHTING, {"looks": stops})
 
     def _look(self) -> Sighting | None:
         context = self._context
@@ -164,7 +173,7 @@ class ThesisSearchSkill:
 
 
 class ThesisArriveSkill:
-    """Drive towards what the camera sees.
+    """Drives towards what the camera sees.
 
     Args:
         context: What to work with.
@@ -202,26 +211,26 @@ class ThesisArriveSkill:
         if sighting:
             self._seen_s = now_s
             if sighting.distance_mm <= profile.arrive_mm:
-                return Fact(Event.ARRIVED, Reason.WITHIN_REACH, {"sighting": sighting_values(sighting)})
+                return sighted(sighting, Event.ARRIVED, Reason.WITHIN_REACH)
             self._steer(sighting)
         unseen_s = now_s - self._seen_s
         if unseen_s >= profile.lost_after_s:
-            return Fact(Event.ARRIVE_FAILED, Reason.TARGET_LOST, {"unseen_s": unseen_s, **surroundings(context)})
+            return Failure(Event.ARRIVE_FAILED, Reason.TARGET_LOST, {"unseen_s": unseen_s, **surroundings(context)})
         if now_s - self._begun_s >= profile.approach_limit_s:
             taken = {"approach_s": now_s - self._begun_s}
-            return Fact(Event.ARRIVE_FAILED, Reason.APPROACH_TIMEOUT, {**taken, **surroundings(context)})
-        if unseen_s > BLIND_DRIVE_S:
+            return Failure(Event.ARRIVE_FAILED, Reason.APPROACH_TIMEOUT, {**taken, **surroundings(context)})
+        if unseen_s > N.blind_drive_s:
             context.body.stop()
         return None
 
     def _steer(self, sighting: Sighting) -> None:
         bearing_deg = sighting.bearing_deg
-        speed_mm_s = self._context.profile.cruise_mm_s * max(0.0, 1.0 - abs(bearing_deg) / SHARP_DEG)
+        speed_mm_s = self._context.profile.cruise_mm_s * max(0.0, 1.0 - abs(bearing_deg) / N.sharp_deg)
         self._watch.update(self._context.body.drive(speed_mm_s, steering_deg_s(bearing_deg)))
 
 
 class MoveTo:
-    """Turn right by an angle, then advance step by step: eleven calls for ten advances.
+    """Turns right by an angle, then advances step by step: eleven calls for ten advances.
 
     Args:
         context: What to work with.
@@ -291,9 +300,9 @@ class ThesisMoveSkill:
 
 
 class ThesisWaitSkill:
-    """The state wait: at rest, the brick kept awake, for a fixed time.
+    """The state wait: at rest for a fixed time, the brick kept awake.
 
-    The remaining time is kept here and not in the chart, so that a wait that was interrupted goes on where it was.
+    The remaining time is kept here and not in the chart, so that a wait that was interrupted continues.
 
     Args:
         context: What to work with.
@@ -306,25 +315,32 @@ class ThesisWaitSkill:
         self._left_s = wait_s
 
     def call(self) -> Fact:
-        """Wait for what is left of the time."""
+        """Wait for the rest of the time."""
         context = self._context
         context.body.stop()
         context.body.keep_alive()
-        while self._left_s > INSTANT_S:
+        while self._left_s > N.instant_s:
             context.check_time()
             begun_s = context.clock.now()
-            context.clock.sleep(min(NAP_S, self._left_s))
+            context.clock.sleep(min(N.nap_s, self._left_s))
             self._left_s -= context.clock.now() - begun_s
         return Fact(Event.RECOVERY_DONE, Reason.WAITED, {"waited_s": self._wait_s})
 
 
-def steering_deg_s(bearing_deg: float, per_s: float = STEER_PER_S, limit_deg_s: float = STEER_LIMIT_DEG_S) -> float:
-    """How fast to turn towards a bearing: in proportion to it, up to a limit; positive right."""
+def steering_deg_s(bearing_deg: float, per_s: float = N.steer_per_s, limit_deg_s: float = N.steer_limit_deg_s) -> float:
+    """Return the turn rate towards a bearing, deg/s: proportional up to a limit, positive right."""
     return max(-limit_deg_s, min(limit_deg_s, per_s * bearing_deg))
 
 
+def sighted(
+    sighting: Sighting, event: Event = Event.TARGET_SEEN, reason: Reason = Reason.SIGHTED, **measured: object
+) -> Fact:
+    """Return the fact that a sighting leads to, with further measurements for the journal."""
+    return Fact(event, reason, {"sighting": sighting_values(sighting), **measured})
+
+
 def note_look(context: SkillContext, pose: Pose, range_mm: float | None, sighting: Sighting | None) -> None:
-    """Write a look down, with where it was taken from and the echo heard there."""
+    """Write a record of a look, with its pose and the echo there."""
     context.note(
         Kind.LOOK,
         pose=pose_values(pose),
@@ -334,17 +350,17 @@ def note_look(context: SkillContext, pose: Pose, range_mm: float | None, sightin
 
 
 def pose_values(pose: Pose) -> list[float]:
-    """A pose as plain values: x_mm, y_mm, heading_deg."""
+    """Return a pose as plain values: x_mm, y_mm, heading_deg."""
     return [round(pose.x_mm, 1), round(pose.y_mm, 1), round(pose.heading_deg, 1)]
 
 
 def surroundings(context: SkillContext) -> dict[str, float | bool | None]:
-    """What the sensors ahead say, as plain values."""
+    """Return what the sensors ahead measure, as plain values."""
     return {"range_mm": context.body.range_mm(), "touching": context.body.touching()}
 
 
 def sighting_values(sighting: Sighting) -> dict[str, float | list[int]]:
-    """A sighting as plain values."""
+    """Return a sighting as plain values."""
     return {
         "bearing_deg": round(sighting.bearing_deg, 2),
         "distance_mm": round(sighting.distance_mm, 1),

@@ -21,10 +21,10 @@ class TargetProgress:
 
     Attributes:
         target: Its name.
-        fate: What became of it so far.
+        outcome: What became of it so far.
         time_s: When that was decided, seconds of mission time; None while pending.
         attempts: Searches started for it, over all rounds.
-        turns: How often it was its turn.
+        turns: Number of turns it has had.
     """
 
     target: str
@@ -39,7 +39,7 @@ class TargetQueue:
 
     Args:
         targets: Names in order, at least one.
-        rounds: How often it is a target's turn at most.
+        rounds: Turns of a target at most.
     """
 
     def __init__(self, targets: Sequence[str], rounds: int = 1) -> None:
@@ -54,12 +54,12 @@ class TargetQueue:
 
     @property
     def round(self) -> int:
-        """How often it has been the present target's turn, from 1."""
+        """Number of turns that the present target has had, from 1."""
         return self.current.turns
 
     @property
     def more_targets(self) -> bool:
-        """Whether there is another target to go for once the present one is decided."""
+        """Whether there is another target to pursue once the present one is decided."""
         return bool(self._waiting())
 
     @property
@@ -69,25 +69,25 @@ class TargetQueue:
 
     @property
     def later(self) -> list[str]:
-        """Further targets whose turn is still to come, or to come again."""
+        """The other targets that still have a turn."""
         return [progress.target for progress in self._waiting() if progress is not self.current]
 
     @property
     def earlier(self) -> list[str]:
-        """Targets that may be gone for before this one's next turn, if it has one: their turn has come less often."""
+        """The targets that may be pursued before this one's next turn, if it has one: they had fewer turns."""
         if self.current.turns == self.rounds:
             return []
         return [progress.target for progress in self._waiting() if progress.turns < self.current.turns]
 
     def decide(self, outcome: TargetOutcome) -> None:
-        """Write down what became of the present target."""
+        """Record what became of the present target."""
         self.current.outcome = outcome
 
     def next_target(self, preferred: str = "") -> None:
-        """Go on to the next target; the caller has checked `more_targets`.
+        """Continue with the next target; the caller has checked `more_targets`.
 
         Args:
-            preferred: Rather this one than the first in order, among those whose turn has come least often.
+            preferred: This one rather than the first in order, among those that had the fewest turns.
         """
         waiting = self._waiting()
         if not waiting:

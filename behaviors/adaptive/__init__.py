@@ -1,1 +1,1 @@
-"""The adaptive profile: a mind that remembers what it saw, maps what is in its way, and weighs what to do next."""
+"""The adaptive profile: models the world, maps what is in the way, and weighs what to do next."""

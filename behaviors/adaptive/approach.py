@@ -1,42 +1,65 @@
-"""Driving to a target that was seen, by where it is remembered; and noticing, from what tells first, that it fails."""
+"""The state arrive: drives to where a target was seen, and notices early when that fails."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import dataclass
 
-from behaviors.adaptive.occupancy_grid import SONAR_FORWARD_MM
-from behaviors.adaptive.perception import Observation, Perception
+from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.perception import N as PERCEPTION
+from behaviors.adaptive.perception import Observation, Perception, unheard_blocker
 from behaviors.adaptive.target_verifier import TargetVerifier, Verdict
 from behaviors.adaptive.world_model import TargetEstimate
 from behaviors.events import Event, Fact, Reason
+from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.ports import Pose, StopReason
-from behaviors.skills import SHARP_DEG, sighting_values, steering_deg_s
+from behaviors.skills import N as SKILLS
+from behaviors.skills import sighted, steering_deg_s
 
-IN_VIEW_SHARE = 0.9
-"""Within this share of the reliable view and of the detector's range a target should be found."""
-SLOW_MM, SLOWEST = 250.0, 0.5
-"""So long before the target it slows down, to this share of its speed."""
-SHUT_MM = 600.0
-"""An echo from nearer than this, straight ahead, is of something that the robot would touch."""
-BEFORE_MM = 250.0
-"""Something is before the target when its echo is so much nearer than the picture."""
-ECHOES = 2
-"""So many such echoes in a row are believed."""
-AHEAD_DEG = 10.0
-"""A target within this bearing is straight ahead: where the sonar points."""
-DECIDE_S = 5.0
-"""How long it stands before a target it doubts; after that even odds will do, and after twice that it gives up."""
-PROGRESS_S, PROGRESS_MM = 4.0, 120.0
-"""A robot that was told to drive should be so much further on after that time."""
-RECENT_S = 3.0
-"""Somebody who steps in was not there so long ago."""
-NEAR_MM, STRETCH_MM = 750.0, 450.0
-"""Farther than the first from the target it minds what is remembered on the next stretch; nearer it trusts its eyes."""
-ELBOW_MM = 20.0
-"""Room beside the robot that the next stretch must leave."""
-RETREAT_MM = 80.0
-"""What was touched is left so far behind."""
+
+@dataclass(frozen=True, slots=True)
+class ApproachNumbers:
+    """The numbers of an approach.
+
+    Attributes:
+        in_view_share: Within this share of the reliable view, and of the detector's range, a target should be found.
+        slow_mm: The robot slows down over this last stretch before the target.
+        slowest: Down to this share of its speed.
+        blocked_mm: An echo from nearer, straight ahead, is of something that the robot would touch.
+        before_mm: Something is before the target when its echo is this much nearer than the picture.
+        echoes: Such echoes in a row that are believed.
+        ahead_deg: A target within this bearing is straight ahead, where the sonar points.
+        decide_s: The robot stands this long before a doubtful target; afterwards even odds will do, and after twice
+            this time it gives up.
+        progress_s: A robot that was told to drive should get farther by `progress_mm` in this time.
+        progress_mm: See `progress_s`.
+        recent_s: A blocker that was not there this long ago is a person who stepped in.
+        map_ends_mm: Nearer to the target than this the robot trusts its eyes, not the map.
+        stretch_mm: Farther away, the map must be free for this stretch ahead.
+        clearance_mm: Room that must be free beside that stretch: less than beside a planned path, since the target is
+            in view.
+        retreat_mm: The robot backs off this far from what it touched.
+    """
+
+    in_view_share: float = 0.9
+    slow_mm: float = 250.0
+    slowest: float = 0.5
+    blocked_mm: float = 600.0
+    before_mm: float = 250.0
+    echoes: int = 2
+    ahead_deg: float = 10.0
+    decide_s: float = 5.0
+    progress_s: float = 4.0
+    progress_mm: float = 120.0
+    recent_s: float = 3.0
+    map_ends_mm: float = 750.0
+    stretch_mm: float = 450.0
+    clearance_mm: float = 20.0
+    retreat_mm: float = 80.0
+
+
+N = ApproachNumbers()
 
 
 class ApproachSkill:
@@ -44,17 +67,17 @@ class ApproachSkill:
 
     Args:
         perception: What to work with.
-        minds_map: Whether what is remembered to be in the way stops it, too.
+        trusts_map: Whether an obstacle on the map stops it, too.
     """
 
-    def __init__(self, perception: Perception, *, minds_map: bool) -> None:
+    def __init__(self, perception: Perception, *, trusts_map: bool) -> None:
         self._perception = perception
-        self._minds_map = minds_map
+        self._trusts_map = trusts_map
         self._begun_s = self._stepped_s = self._pictured_s = self._seen_s = perception.now()
         self._verifier = TargetVerifier()
         self._oblique = False
-        self._shut = 0
-        self._open_s = perception.now()
+        self._blocked_echoes = 0
+        self._clear_s = perception.now()
         self._stood_s: float | None = None
         self._driven: deque[tuple[float, Pose, float]] = deque()
 
@@ -80,8 +103,8 @@ class ApproachSkill:
             return _failed(Reason.CAMERA_LOST, observation, blind_s=observation.time_s - self._pictured_s)
         known = perception.world.known.get(perception.target)
         if known is None:
-            return _failed(Reason.TARGET_LOST, observation)
-        bearing_deg, distance_mm = perception.world.way_to(known.place)
+            return _failed(Reason.TARGET_LOST, observation, finding=TargetFinding.MOVED)
+        bearing_deg, distance_mm = perception.world.polar_to(known.place)
         if not observation.blind:
             self._weigh(observation, bearing_deg, distance_mm)
         fact = self._arrived(observation) or self._hindered(observation, known, bearing_deg, distance_mm)
@@ -90,7 +113,7 @@ class ApproachSkill:
         return self._drive(observation, bearing_deg, distance_mm)
 
     def _blinded(self, observation: Observation) -> bool:
-        """Whether the camera has given no picture for too long; what cannot be seen is not missed meanwhile."""
+        """Whether the camera has given no picture for too long; meanwhile the target does not count as missed."""
         since_s, self._stepped_s = self._stepped_s, observation.time_s
         if observation.blind:
             self._seen_s += observation.time_s - since_s
@@ -99,7 +122,7 @@ class ApproachSkill:
         return observation.time_s - self._pictured_s >= self._perception.profile.lost_after_s / 2
 
     def _weigh(self, observation: Observation, bearing_deg: float, distance_mm: float) -> None:
-        """Shift the odds that it is the target."""
+        """Update the odds that it is the target."""
         sighting = observation.sighting
         if sighting is not None:
             self._oblique = self._perception.world.oblique(self._perception.target, sighting)
@@ -111,109 +134,117 @@ class ApproachSkill:
             self._verifier.forget_misses()
 
     def _should_be_seen(self, bearing_deg: float, distance_mm: float) -> bool:
-        """Whether the place of the target is well within what the camera shows and the detector finds."""
+        """Whether the target's place is well within the camera's view and the detector's range."""
         world = self._perception.world
         return (
-            abs(bearing_deg) <= IN_VIEW_SHARE * world.half_view_deg
-            and distance_mm <= IN_VIEW_SHARE * world.seen_from_mm[self._perception.target]
+            abs(bearing_deg) <= N.in_view_share * world.half_view_deg
+            and distance_mm <= N.in_view_share * world.detection_range_mm[self._perception.target]
         )
 
     def _arrived(self, observation: Observation) -> Fact | None:
-        """Whether it is there; or whether that is not the target at all."""
+        """Return a fact when it has arrived, or when this is not the target at all."""
         sighting = observation.sighting
         if self._verifier.verdict is Verdict.MISTAKEN:
             return self._mistaken(observation)
         if sighting is None or sighting.distance_mm > self._perception.profile.arrive_mm:
             return None
         decide = (
-            self._stood_s is not None and observation.time_s - self._stood_s >= DECIDE_S and self._verifier.odds > 0
+            self._stood_s is not None and observation.time_s - self._stood_s >= N.decide_s and self._verifier.odds > 0
         )
         if decide or self._verifier.verdict is Verdict.REAL:
-            evidence = {"sighting": sighting_values(sighting), "odds": self._verifier.odds}
-            return Fact(Event.ARRIVED, Reason.WITHIN_REACH, evidence)
+            return sighted(sighting, Event.ARRIVED, Reason.WITHIN_REACH, odds=self._verifier.odds)
         return None
 
-    def _mistaken(self, observation: Observation) -> Fact:
+    def _mistaken(self, observation: Observation) -> Failure:
         if self._oblique:
-            # so far aside the real one flickers, too; it has to be seen from elsewhere first
+            # from far aside the real one flickers, too; it has to be seen from elsewhere first
             return _failed(Reason.TARGET_LOST, observation, odds=self._verifier.odds, oblique=True)
-        self._perception.world.unmask(self._perception.target)
-        return _failed(Reason.WRONG_TARGET, observation, odds=self._verifier.odds)
+        odds = self._verifier.odds
+        return _failed(Reason.WRONG_TARGET, observation, finding=TargetFinding.LOOK_ALIKE, odds=odds)
 
     def _hindered(
         self, observation: Observation, known: TargetEstimate, bearing_deg: float, distance_mm: float
     ) -> Fact | None:
-        """Why it cannot go on, if so."""
+        """Return a failure when it cannot go on."""
         perception, now_s = self._perception, observation.time_s
         unseen_s = now_s - self._seen_s
         before = (
             observation.range_mm is not None
-            and abs(bearing_deg) <= AHEAD_DEG
-            and observation.range_mm <= min(SHUT_MM, distance_mm - BEFORE_MM)
+            and abs(bearing_deg) <= N.ahead_deg
+            and observation.range_mm <= min(N.blocked_mm, distance_mm - N.before_mm)
         )
-        self._shut = self._shut + 1 if before else 0
+        self._blocked_echoes = self._blocked_echoes + 1 if before else 0
         if not before:
-            self._open_s = now_s
-        if self._shut >= ECHOES and distance_mm > perception.profile.arrive_mm:
+            self._clear_s = now_s
+        if self._blocked_echoes >= N.echoes and distance_mm > perception.profile.arrive_mm:
             return self._blocked(observation, hides=unseen_s > perception.profile.lost_after_s / 2)
-        if self._minds_map and distance_mm > NEAR_MM and abs(bearing_deg) <= AHEAD_DEG:
+        if self._trusts_map and distance_mm > N.map_ends_mm and abs(bearing_deg) <= N.ahead_deg:
             remembered_mm = self._remembered_mm(known, distance_mm)
             if remembered_mm is not None:
-                return _failed(Reason.BLOCKED_LONG, observation, hides=False, remembered=True, range_mm=remembered_mm)
+                measured = {"range_mm": remembered_mm, "hides": False, "remembered": True}
+                blocker = Blocker(remembered_mm)
+                return Failure(Event.ARRIVE_FAILED, Reason.BLOCKED_LONG, measured, blocker, mapped=True)
         if unseen_s >= perception.profile.lost_after_s:
-            behind = observation.range_mm is not None and observation.range_mm <= distance_mm - BEFORE_MM
-            reason = Reason.LOST_BEHIND if behind and abs(bearing_deg) <= AHEAD_DEG else Reason.TARGET_LOST
-            return _failed(reason, observation, unseen_s=unseen_s)
+            return self._lost(observation, bearing_deg, distance_mm, unseen_s)
         if now_s - self._begun_s >= perception.profile.approach_limit_s:
             return _failed(Reason.APPROACH_TIMEOUT, observation)
         return self._stuck(observation, known)
 
-    def _remembered_mm(self, known: TargetEstimate, distance_mm: float) -> float | None:
-        """How far before the sonar the next stretch is blocked as far as is remembered; None where it is free.
+    def _lost(self, observation: Observation, bearing_deg: float, distance_mm: float, unseen_s: float) -> Failure:
+        """The target went out of view: something stepped in between, or it moved."""
+        range_mm = observation.range_mm
+        if range_mm is not None and range_mm <= distance_mm - N.before_mm and abs(bearing_deg) <= N.ahead_deg:
+            return _failed(Reason.LOST_BEHIND, observation, Blocker(range_mm, hides=True), unseen_s=unseen_s)
+        return _failed(Reason.TARGET_LOST, observation, finding=TargetFinding.MOVED, unseen_s=unseen_s)
 
-        Beside the beam there may be more than the sonar hears now.
+    def _remembered_mm(self, known: TargetEstimate, distance_mm: float) -> float | None:
+        """Return how far ahead of the sonar the map blocks the next stretch; None where it is free.
+
+        There may be more beside the beam than the sonar hears now.
         """
         world = self._perception.world
-        share = min(1.0, STRETCH_MM / distance_mm)
+        share = min(1.0, N.stretch_mm / distance_mm)
         x_mm, y_mm = world.here
         end = x_mm + share * (known.place[0] - x_mm), y_mm + share * (known.place[1] - y_mm)
-        blocked_mm = world.floor.blocked_after_mm(world.here, end, elbow_mm=ELBOW_MM)
-        return None if blocked_mm is None else max(0.0, blocked_mm - SONAR_FORWARD_MM)
+        blocked_mm = world.floor.blocked_after_mm(world.here, end, clearance_mm=N.clearance_mm)
+        return None if blocked_mm is None else max(0.0, blocked_mm - GRID.sonar_forward_mm)
 
-    def _blocked(self, observation: Observation, *, hides: bool) -> Fact:
-        """Something is before it: perhaps for short if it hides the target, since that may be a person."""
-        sudden = observation.time_s - self._open_s < RECENT_S
+    def _blocked(self, observation: Observation, *, hides: bool) -> Failure:
+        """Something is before the target: perhaps for a short time if it hides it, since that may be a person."""
+        sudden = observation.time_s - self._clear_s < N.recent_s
         reason = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG
-        return _failed(reason, observation, hides=hides, sudden=sudden)
+        range_mm = PERCEPTION.unheard_mm if observation.range_mm is None else observation.range_mm
+        blocker = Blocker(range_mm, moving=sudden, hides=hides)
+        return _failed(reason, observation, blocker, hides=hides, sudden=sudden)
 
     def _stuck(self, observation: Observation, known: TargetEstimate) -> Fact | None:
-        """Whether it was told to drive and came nowhere: by its wheels, or by the picture that grows no larger."""
+        """Return a failure when it drives without progress: by its wheels, or by a picture that grows no larger."""
         pose = self._perception.world.pose
-        while self._driven and self._driven[0][0] < observation.time_s - PROGRESS_S - 0.5:
+        while self._driven and self._driven[0][0] < observation.time_s - N.progress_s - 0.5:
             self._driven.popleft()
-        if not self._driven or self._driven[0][0] > observation.time_s - PROGRESS_S:
+        if not self._driven or self._driven[0][0] > observation.time_s - N.progress_s:
             return None
         _, then, then_mm = self._driven[0]
         moved_mm = math.hypot(pose.x_mm - then.x_mm, pose.y_mm - then.y_mm)
-        if moved_mm < PROGRESS_MM:
-            return _failed(Reason.NO_PROGRESS, observation, moved_mm=moved_mm)
+        if moved_mm < N.progress_mm:
+            return _failed(Reason.NO_PROGRESS, observation, unheard_blocker(observation.range_mm), moved_mm=moved_mm)
         if (
             observation.sighting is not None
-            and moved_mm > 3 * PROGRESS_MM
-            and then_mm - known.distance_mm < PROGRESS_MM / 2
+            and moved_mm > 3 * N.progress_mm
+            and then_mm - known.distance_mm < N.progress_mm / 2
         ):
             return _failed(Reason.SLIPPED, observation, moved_mm=moved_mm)
         return None
 
     def _drive(self, observation: Observation, bearing_deg: float, distance_mm: float) -> Fact | None:
-        """Steer to where it is; stand before what is doubtful."""
+        """Steer to the target; stand before what is doubtful."""
         perception, profile = self._perception, self._perception.profile
         sighting = observation.sighting
         known_mm = sighting.distance_mm if sighting else distance_mm
         if known_mm <= profile.arrive_mm:
             return self._stand(observation, bearing_deg)
-        ahead = max(0.0, 1.0 - abs(bearing_deg) / SHARP_DEG)
-        near = min(1.0, max(SLOWEST, (distance_mm - profile.arrive_mm) / SLOW_MM))
+        ahead = max(0.0, 1.0 - abs(bearing_deg) / SKILLS.sharp_deg)
+        near = min(1.0, max(N.slowest, (distance_mm - profile.arrive_mm) / N.slow_mm))
         speed_mm_s = profile.cruise_mm_s * ahead * near
         if ahead < 0.5:
             self._driven.clear()
@@ -225,29 +256,38 @@ class ApproachSkill:
         if stop is StopReason.CONTACT:
             return self._touched(observation)
         if stop is StopReason.STALLED:
-            return _failed(Reason.NO_PROGRESS, observation)
+            return _failed(Reason.NO_PROGRESS, observation, unheard_blocker(observation.range_mm))
         unseen = observation.sighting is None
         return self._blocked(observation, hides=unseen and observation.time_s - self._seen_s > 0.3)
 
-    def _touched(self, observation: Observation) -> Fact:
-        """It ran into something that it neither saw nor heard: remember it, and back off."""
+    def _touched(self, observation: Observation) -> Failure:
+        """It ran into something that it neither saw nor heard: map it, and back off."""
         perception = self._perception
         perception.world.floor.block(perception.world.pose, 0.0)
-        perception.context.body.straight(-RETREAT_MM)
-        return _failed(Reason.BLOCKED_LONG, observation, touched=True, hides=observation.sighting is None)
+        perception.context.body.straight(-N.retreat_mm)
+        hides = observation.sighting is None
+        blocker = unheard_blocker(observation.range_mm, hides=hides)
+        return _failed(Reason.BLOCKED_LONG, observation, blocker, touched=True, hides=hides)
 
     def _stand(self, observation: Observation, bearing_deg: float) -> Fact | None:
-        """Near enough by now: stand and look until it is clear what this is."""
+        """Near enough: stand and look until it is clear what this is."""
         perception = self._perception
-        if abs(bearing_deg) > AHEAD_DEG:
+        if abs(bearing_deg) > N.ahead_deg:
             perception.context.body.drive(0.0, steering_deg_s(bearing_deg))
         else:
             perception.context.body.stop()
         self._driven.clear()
         if self._stood_s is None:
             self._stood_s = observation.time_s
-        return self._mistaken(observation) if observation.time_s - self._stood_s >= 2 * DECIDE_S else None
+        return self._mistaken(observation) if observation.time_s - self._stood_s >= 2 * N.decide_s else None
 
 
-def _failed(reason: Reason, observation: Observation, **evidence: object) -> Fact:
-    return Fact(Event.ARRIVE_FAILED, reason, {"range_mm": observation.range_mm, **evidence})
+def _failed(
+    reason: Reason,
+    observation: Observation,
+    blocker: Blocker | None = None,
+    finding: TargetFinding | None = None,
+    **measured: object,
+) -> Failure:
+    measured = {"range_mm": observation.range_mm, **measured}
+    return Failure(Event.ARRIVE_FAILED, reason, measured, blocker, finding=finding)

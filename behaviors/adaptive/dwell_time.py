@@ -1,8 +1,7 @@
-"""How long to wait for something in the way, when there is a way round: a ski rental problem.
+"""How long to wait for a blocker when there is a detour: a ski rental problem.
 
-Who waits as long as the way round would take, and then takes it, never needs more than twice what somebody needs who
-knows when the thing will leave. What is known of the thing allows to do better on average; the bound is kept for every
-kind of thing it may be.
+Waiting as long as the detour would take, and then taking it, never costs more than twice what it would cost with
+foresight. Hypotheses about the blocker allow shorter waits on average; the bound is kept under each of them.
 """
 
 from __future__ import annotations
@@ -11,51 +10,64 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from behaviors.recovery import Blocker
+from behaviors.failures import Blocker
 
-NEGLIGIBLE = 0.05
-"""Less likely kinds of things do not count."""
-BOUND = 2.0
-"""The bound: no kind of thing costs more than so many times what it would cost somebody who knows."""
-LONGEST_S = 30.0
-"""No single wait is longer; afterwards more is known."""
-PASSING_S, LINGERING_S = 4.0, 20.0
-"""Mean stay of somebody who walks through, and of somebody who stops."""
+
+@dataclass(frozen=True, slots=True)
+class DwellNumbers:
+    """The numbers of the hypotheses and of the bound.
+
+    Attributes:
+        negligible: Less likely hypotheses do not count.
+        bound: Under no hypothesis does waiting cost more than this many times what it would cost with foresight.
+        longest_s: No single wait is longer; afterwards more is known.
+        passing_s: Mean stay of a person who walks through.
+        lingering_s: Mean stay of a person who stops.
+    """
+
+    negligible: float = 0.05
+    bound: float = 2.0
+    longest_s: float = 30.0
+    passing_s: float = 4.0
+    lingering_s: float = 20.0
+
+
+N = DwellNumbers()
 WAITS = tuple(0.125 * i for i in range(25))
-"""Waits that are considered, as shares of what going round costs; 1 is among them, which keeps the bound."""
+"""Waits that are considered, as shares of what the detour costs; 1 is among them, which keeps the bound."""
 
 
 @dataclass(frozen=True, slots=True)
 class BlockerHypothesis:
-    """A kind of thing that gets in the way.
+    """What a blocker may be.
 
     Attributes:
         stays_s: Mean time it stays; infinite for furniture.
-        weight: How likely it is, 0..1.
+        weight: Probability of this hypothesis, 0..1.
     """
 
     stays_s: float
     weight: float
 
     def survival(self, time_s: float) -> float:
-        """Probability that it is still there after so long."""
+        """Return the probability that it is still there after a time."""
         return 1.0 if math.isinf(self.stays_s) else math.exp(-time_s / self.stays_s)
 
     def clairvoyant_s(self, round_s: float) -> float:
-        """Mean cost for somebody who knows when it leaves."""
+        """Return the mean cost with foresight."""
         return self._mean_until(round_s)
 
     def cost_s(self, wait_s: float, round_s: float) -> float:
-        """Mean cost of waiting up to `wait_s` and then going round."""
+        """Return the mean cost of waiting up to `wait_s` and then going round."""
         return self._mean_until(wait_s) + self.survival(wait_s) * round_s
 
     def _mean_until(self, time_s: float) -> float:
-        """Mean of the time it stays, cut off at `time_s`."""
+        """Return the mean of the time it stays, cut off at `time_s`."""
         return time_s if math.isinf(self.stays_s) else self.stays_s * (1.0 - math.exp(-time_s / self.stays_s))
 
 
 def hypotheses(blocker: Blocker) -> tuple[BlockerHypothesis, ...]:
-    """What it may be: what moves is somebody; what can be looked over, or has not moved for long, is furniture."""
+    """Return what it may be: what moves is a person; what does not hide the target, or stays long, is furniture."""
     if not blocker.hides:
         weights = (0.02, 0.02, 0.96)
     elif blocker.moving:
@@ -63,8 +75,8 @@ def hypotheses(blocker: Blocker) -> tuple[BlockerHypothesis, ...]:
     else:
         weights = (0.25, 0.30, 0.45)
     prior = [
-        BlockerHypothesis(PASSING_S, weights[0]),
-        BlockerHypothesis(LINGERING_S, weights[1]),
+        BlockerHypothesis(N.passing_s, weights[0]),
+        BlockerHypothesis(N.lingering_s, weights[1]),
         BlockerHypothesis(math.inf, weights[2]),
     ]
     left = [kind.weight * kind.survival(blocker.age_s) for kind in prior]
@@ -72,32 +84,32 @@ def hypotheses(blocker: Blocker) -> tuple[BlockerHypothesis, ...]:
 
 
 def cost_s(things: Sequence[BlockerHypothesis], wait_s: float, round_s: float) -> float:
-    """Mean cost of waiting up to `wait_s` and then going round; another longest wait, if no way leads."""
+    """Return the mean cost of waiting up to `wait_s` and then going round; without a detour, waiting once more."""
     if math.isinf(round_s):
-        round_s = LONGEST_S
+        round_s = N.longest_s
     return sum(kind.weight * kind.cost_s(wait_s, round_s) for kind in things)
 
 
 def best_wait_s(things: Sequence[BlockerHypothesis], round_s: float) -> float:
-    """How long to wait before going round.
+    """Return how long to wait before going round.
 
     Args:
         things: What it may be.
-        round_s: What going round costs; infinite when there is no way.
+        round_s: What going round costs; infinite without a detour.
 
     Returns:
-        The wait, seconds, that costs least on average. For each kind that is not negligible the mean cost is at most
-        twice that of somebody who knows when the thing leaves; where going round takes longer than the longest wait,
-        at most 1 + `round_s` / `LONGEST_S` times.
+        The wait, seconds, that costs least on average. Under each hypothesis that is not negligible the mean cost is at
+        most twice that with foresight; where going round takes longer than the longest wait, at most 1 + `round_s` /
+        `DwellNumbers.longest_s` times.
     """
     if math.isinf(round_s):
-        return LONGEST_S
+        return N.longest_s
     waits = [share * round_s for share in WAITS]
     sound = [wait_s for wait_s in waits if all(_bounded(kind, wait_s, round_s) for kind in things)]
-    return min(LONGEST_S, min(sound, key=lambda wait_s: cost_s(things, wait_s, round_s)))
+    return min(N.longest_s, min(sound, key=lambda wait_s: cost_s(things, wait_s, round_s)))
 
 
 def _bounded(kind: BlockerHypothesis, wait_s: float, round_s: float) -> bool:
-    if kind.weight < NEGLIGIBLE:
+    if kind.weight < N.negligible:
         return True
-    return kind.cost_s(wait_s, round_s) <= BOUND * kind.clairvoyant_s(round_s) + 1e-9
+    return kind.cost_s(wait_s, round_s) <= N.bound * kind.clairvoyant_s(round_s) + 1e-9

@@ -1,47 +1,66 @@
-"""Driving along a way over the floor map, with open eyes; the states move_to and detour."""
+"""Driving along a planned path while looking for the target; the skill of the recoveries that lead elsewhere."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from itertools import pairwise
 
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.perception import Observation, Perception
 from behaviors.events import Event, Fact, Reason
-from behaviors.ports import StopReason
-from behaviors.recovery import Point
-from behaviors.skills import sighting_values, steering_deg_s
+from behaviors.failures import Failure
+from behaviors.ports import Point, StopReason
+from behaviors.skills import sighted, steering_deg_s
 
-NEAR_MM = 90.0
-"""A corner of a way is passed when the robot is so near."""
-PIVOT_DEG = 30.0
-"""At a sharper bearing it turns on the spot."""
-STEER_PER_S, STEER_LIMIT_DEG_S = 2.0, 90.0
-"""It steers harder than in an approach: on the way no picture has to stay sharp."""
-RENEW_S = 1.5
-"""The way is planned anew so often: on the way more is seen of it."""
-STOPS = 3
-"""When the robot was stopped more often than this, there is no way."""
-ELBOW_MM = 70.0
-"""With less room beside the straight way to the target it goes on along its own."""
-STANDOFF_MM = 300.0
-"""The last stretch before the target need not be free: the target itself echoes."""
-FAR_ENOUGH_MM = 400.0
-"""From so far along a way that leads no further it is worth looking round."""
-LEEWAY, LEEWAY_S = 2.0, 8.0
-"""A way that takes so many times longer than its length would, and so much more, is none."""
-RETREAT_MM = 90.0
-"""What was touched, or holds the wheels, is left so far behind."""
-SLOW_MM, SLOW_SHARE = 450.0, 0.6
-"""An echo from nearer than this slows it down to this share: beside the beam there may be more."""
+
+@dataclass(frozen=True, slots=True)
+class PathNumbers:
+    """The numbers of following a path.
+
+    Attributes:
+        passed_mm: A waypoint is passed when the robot is this near.
+        pivot_deg: At a larger bearing the robot turns on the spot.
+        steer_per_s: Turn rate per degree of bearing, 1/s: more than in an approach, since no picture has to stay sharp.
+        steer_limit_deg_s: Fastest turn.
+        renew_s: The path is planned again this often: along it more is seen of it.
+        stops: A robot that was stopped more often than this has no path.
+        clearance_mm: With less room beside the straight path to the target the robot stays on its own: more than a
+            planned path leaves, since the last stretch is driven by eye.
+        standoff_mm: The last stretch before the target need not be free: the target itself echoes.
+        far_enough_mm: This far along a path that leads no farther it is worth looking round.
+        leeway: A path may take this many times the time that its length takes at cruising speed.
+        leeway_s: And this much more.
+        retreat_mm: The robot backs off this far from what it touched or what holds its wheels.
+        slow_mm: An echo from nearer than this slows it down, since there may be more beside the beam.
+        slow_share: Down to this share of its speed.
+    """
+
+    passed_mm: float = 90.0
+    pivot_deg: float = 30.0
+    steer_per_s: float = 2.0
+    steer_limit_deg_s: float = 90.0
+    renew_s: float = 1.5
+    stops: int = 3
+    clearance_mm: float = 70.0
+    standoff_mm: float = 300.0
+    far_enough_mm: float = 400.0
+    leeway: float = 2.0
+    leeway_s: float = 8.0
+    retreat_mm: float = 90.0
+    slow_mm: float = 450.0
+    slow_share: float = 0.6
+
+
+N = PathNumbers()
 
 
 class FollowPathSkill:
-    """A way to a place.
+    """Drives to a place.
 
     Args:
         perception: What to work with.
-        route: Points to drive through. It ends early when the target is seen and the straight way to it free.
+        route: Waypoints. It ends early when the target is seen and the straight path to it is free.
     """
 
     def __init__(self, perception: Perception, route: tuple[Point, ...]) -> None:
@@ -57,7 +76,7 @@ class FollowPathSkill:
         perception = self._perception
         begun_s = perception.now()
         length_mm = sum(math.dist(one, other) for one, other in pairwise([perception.world.here, *self._route]))
-        self._end_s = begun_s + LEEWAY_S + LEEWAY * length_mm / perception.profile.cruise_mm_s
+        self._end_s = begun_s + N.leeway_s + N.leeway * length_mm / perception.profile.cruise_mm_s
         while self._route:
             fact = self._leg(self._route[0])
             if fact is not None:
@@ -67,65 +86,67 @@ class FollowPathSkill:
         return Fact(Event.RECOVERY_DONE, Reason.THERE, {"travel_s": perception.now() - begun_s})
 
     def _leg(self, point: Point) -> Fact | None:
-        """Drive to the next corner of the way; None when it was reached or the way was planned anew."""
+        """Drive to the next waypoint; None when it was reached or the path was planned again."""
         perception = self._perception
-        renew_s = perception.now() + RENEW_S
+        renew_s = perception.now() + N.renew_s
         while True:
             observation = perception.step()
             if (fact := self._seen(observation)) is not None:
                 return fact
-            bearing_deg, distance_mm = perception.world.way_to(point)
-            if distance_mm <= NEAR_MM:
+            bearing_deg, distance_mm = perception.world.polar_to(point)
+            if distance_mm <= N.passed_mm:
                 self._route.pop(0)
                 return None
-            if observation.time_s > self._end_s or self._stops > STOPS:
-                return self._no_way(observation)
+            if observation.time_s > self._end_s or self._stops > N.stops:
+                return self._no_path(observation)
             if observation.time_s >= renew_s:
-                return self._plan_anew(observation)
+                return self._replan(observation)
             stop = perception.context.body.drive(*self._speeds(bearing_deg, observation))
             if stop is not None:
                 return self._stopped(stop, observation)
 
     def _speeds(self, bearing_deg: float, observation: Observation) -> tuple[float, float]:
-        """How fast to drive, mm/s, and to turn, deg/s."""
-        share = max(0.0, 1.0 - abs(bearing_deg) / PIVOT_DEG)
-        if observation.range_mm is not None and observation.range_mm < SLOW_MM:
-            share *= SLOW_SHARE
-        return self._perception.profile.cruise_mm_s * share, steering_deg_s(bearing_deg, STEER_PER_S, STEER_LIMIT_DEG_S)
+        """Return how fast to drive, mm/s, and to turn, deg/s."""
+        share = max(0.0, 1.0 - abs(bearing_deg) / N.pivot_deg)
+        if observation.range_mm is not None and observation.range_mm < N.slow_mm:
+            share *= N.slow_share
+        return self._perception.profile.cruise_mm_s * share, steering_deg_s(
+            bearing_deg, N.steer_per_s, N.steer_limit_deg_s
+        )
 
     def _seen(self, observation: Observation) -> Fact | None:
-        """Whether the target came into view, and can be driven to."""
+        """Return a fact when the target came into view and can be driven to."""
         world = self._perception.world
         known = world.known.get(self._perception.target)
         if observation.sighting is None or known is None:
             return None
-        if not world.floor.clear_between(world.here, known.place, STANDOFF_MM, ELBOW_MM):
+        if not world.floor.clear_between(world.here, known.place, N.standoff_mm, N.clearance_mm):
             return None
-        return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(observation.sighting)})
+        return sighted(observation.sighting)
 
     def _stopped(self, stop: StopReason, observation: Observation) -> Fact | None:
-        """Remember what was in the way, and look for another way."""
+        """Map what was in the way, and plan again."""
         perception = self._perception
         self._stops += 1
         near_mm = observation.range_mm if stop is StopReason.OBSTACLE else 0.0
         if near_mm is not None:
             perception.world.floor.block(perception.world.pose, near_mm)
         if stop is not StopReason.OBSTACLE:
-            perception.context.body.straight(-RETREAT_MM)
-        return self._plan_anew(perception.step())
+            perception.context.body.straight(-N.retreat_mm)
+        return self._replan(perception.step())
 
-    def _plan_anew(self, observation: Observation) -> Fact | None:
-        """Take the best way from here, by what is known by now."""
+    def _replan(self, observation: Observation) -> Fact | None:
+        """Take the best path from here, by what is known now."""
         world = self._perception.world
-        routes = PathPlanner(world.floor, world.here, self._perception.profile.cruise_mm_s)
-        if not routes.reaches(self._goal):
-            return self._no_way(observation)
-        self._route = list(routes.route_to(self._goal))
+        paths = PathPlanner(world.floor, world.here, self._perception.profile.cruise_mm_s)
+        if not paths.reaches(self._goal):
+            return self._no_path(observation)
+        self._route = list(paths.route_to(self._goal))
         return None
 
-    def _no_way(self, observation: Observation) -> Fact:
-        """It goes no further; from far enough along the way it is worth looking round, too."""
+    def _no_path(self, observation: Observation) -> Fact:
+        """There is no path; from far enough along the old one it is worth looking round, too."""
         world = self._perception.world
-        if math.dist(world.here, self._begin) >= FAR_ENOUGH_MM:
+        if math.dist(world.here, self._begin) >= N.far_enough_mm:
             return Fact(Event.RECOVERY_DONE, Reason.NO_WAY, {"stops": self._stops})
-        return Fact(Event.RECOVERY_FAILED, Reason.NO_WAY, {"range_mm": observation.range_mm, "stops": self._stops})
+        return Failure(Event.RECOVERY_FAILED, Reason.NO_WAY, {"range_mm": observation.range_mm, "stops": self._stops})

@@ -1,62 +1,94 @@
-"""What sonar and bumper tell about the floor: a grid in the frame of odometry, where evidence fades in time.
+"""The map: an occupancy grid from sonar and bumper, in the frame of odometry; its evidence fades with time.
 
 A sonar's beam is wide. An echo says that the whole beam is free up to it, and that something is *somewhere* on its arc.
-So an echo frees the cone and marks only the arc's middle; from far away it may be to one side and is held a hint, which
-a way may cross if it must, until nearer beams confirm or clear it.
+So an echo clears the cone and marks only the middle of the arc. From far away it may be to one side and counts as a
+hint, which a path may cross at a price, until nearer beams confirm or clear it.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.angles import wrapped_deg
+from behaviors.angles import wrapped_deg
 from behaviors.ports import Pose
 
 CELL_MM, CELLS = 80.0, 180
-"""The grid reaches 7.2 m from the start to each side; what lies farther is not mapped."""
+"""Size of a cell, and cells along each axis: the grid reaches 7.2 m from the start to each side."""
 
-SONAR_FORWARD_MM = 100.0
-"""The sonar in front of the axle; about right is enough."""
-BEAM_DEG = 15.0
-"""Half the beam's angle. Source: docs/worlds.md, ultrasonic sensor."""
-ARC_DEG = 11.0
-"""So much of an echo's arc is marked to either side."""
-NEAR_MM, FAR_MM = 700.0, 1800.0
-"""An echo from nearer tells where something is; from farther than the second it tells nothing."""
-SILENT_MM = 1200.0
-"""Without an echo the floor is taken to be free so far."""
-SPARED_MM = 300.0
-"""Right before what was seen there may be anything."""
-MARGIN_MM = 100.0
-"""The floor right before an echo is not called free."""
 
-HINT, SOLID, MOST = 0.3, 1.5, 3.0
-"""Evidence from which a cell may be and is occupied, and the most a cell can have; that of free cells is negative."""
-FREE_ECHO, FREE_SILENT, FREEST, FREEST_SILENT = 0.35, 0.1, -2.0, -0.5
-"""By what an echo from beyond a cell, or silence, lowers its evidence, and below what they do not."""
-HIT_NEAR, HIT_FAR = 1.0, 0.5
-"""By what an echo from near, or from farther away, raises the evidence of its arc."""
-ARC_CELLS = 0.75
-"""Half the width of an echo's arc, in cells."""
-REPEATED_MM, REPEATED_DEG, REPEATED_RANGE_MM = 25.0, 2.0, 50.0
-"""An echo that differs from the last by less than all of these is the last once more."""
-KNOWN = 0.1
-"""Less evidence is none."""
-BEHIND = 0.3
-"""What is behind something on the map may still be seen, over it or because the map is wrong."""
-UNKNOWN_HIDES_MM = 2500.0
-"""On so much unknown floor there is nothing that hides in one case out of e."""
-FADES_S = 90.0
-"""Evidence falls to a third in this time: things move, and so does odometry."""
-BLOCK_RADIUS_MM, BLOCK = 250.0, 2.2
-"""What blocks the way is taken to be so large until it is seen better, on so much evidence: a few echoes clear it."""
-FOOTPRINT_MM = 130.0
-"""The robot's own radius."""
+@dataclass(frozen=True, slots=True)
+class GridNumbers:
+    """The numbers of the sonar model and of the map; evidence is a score without a unit, like log odds.
+
+    Attributes:
+        sonar_forward_mm: The sonar in front of the axle, on common builds.
+        beam_deg: Half the beam's angle. Source: docs/worlds.md, ultrasonic sensor.
+        arc_deg: An echo's arc is marked this far to either side.
+        near_mm: An echo from nearer than this places an obstacle.
+        far_mm: An echo from farther than this places nothing; in between it is a hint.
+        silent_mm: Without an echo the floor is taken to be free up to here.
+        spared_mm: A line of sight says nothing about the floor this near to what was seen.
+        margin_mm: The floor this near to an echo is not marked free.
+        hint: Evidence above which a cell may be occupied.
+        solid: Evidence above which a cell is occupied.
+        most: The most evidence a cell can have; that of free cells is negative.
+        free_echo: An echo from beyond a cell lowers its evidence by this.
+        free_silent: Silence lowers it by this.
+        freest: The least evidence that echoes leave.
+        freest_silent: The least evidence that silence leaves.
+        hit_near: A near echo raises the evidence of its arc by this.
+        hit_far: A farther one raises it by this.
+        arc_cells: Half the width of an echo's arc, in cells.
+        repeated_mm: An echo repeats the last one when the robot moved less than this.
+        repeated_deg: And turned less than this.
+        repeated_range_mm: And the range differs by less than this.
+        known: A cell with less evidence, either way, is unknown to a line of sight.
+        behind: Chance to see past an obstacle on the map: over it, or because the map is wrong.
+        unknown_hides_mm: Unknown floor this long hides nothing in one case out of e.
+        fades_s: Evidence falls to 1/e in this time: things move, and odometry drifts.
+        block_radius_mm: An obstacle of unknown size is marked this large until it is seen better.
+        block: Evidence of such an obstacle: a few echoes clear it.
+        footprint_mm: The robot's radius.
+    """
+
+    sonar_forward_mm: float = 100.0
+    beam_deg: float = 15.0
+    arc_deg: float = 11.0
+    near_mm: float = 700.0
+    far_mm: float = 1800.0
+    silent_mm: float = 1200.0
+    spared_mm: float = 300.0
+    margin_mm: float = 100.0
+    hint: float = 0.3
+    solid: float = 1.5
+    most: float = 3.0
+    free_echo: float = 0.35
+    free_silent: float = 0.1
+    freest: float = -2.0
+    freest_silent: float = -0.5
+    hit_near: float = 1.0
+    hit_far: float = 0.5
+    arc_cells: float = 0.75
+    repeated_mm: float = 25.0
+    repeated_deg: float = 2.0
+    repeated_range_mm: float = 50.0
+    known: float = 0.1
+    behind: float = 0.3
+    unknown_hides_mm: float = 2500.0
+    fades_s: float = 90.0
+    block_radius_mm: float = 250.0
+    block: float = 2.2
+    footprint_mm: float = 130.0
+
+
+N = GridNumbers()
+
 DIRECTIONS = 72
-"""In which lines of sight are followed, 5 degrees apart."""
+"""Lines of sight are followed in this many directions, 5 degrees apart."""
 
 Grid = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -74,100 +106,104 @@ class OccupancyGrid:
         """Let old evidence fade."""
         if now_s - self._time_s > 1.0:
             if self._time_s > -math.inf:
-                self.evidence *= np.float32(math.exp((self._time_s - now_s) / FADES_S))
+                self.evidence *= np.float32(math.exp((self._time_s - now_s) / N.fades_s))
             self._time_s = now_s
 
     def echo(self, pose: Pose, range_mm: float) -> None:
-        """Take in an echo; one that repeats the last from the same place tells of nothing new in the way."""
+        """Update with an echo; one that repeats the last from the same place does not mark its arc again."""
         repeated = self._last is not None and _same(self._last, (pose, range_mm))
         self._last = (pose, range_mm)
-        x_mm, y_mm = pose.ahead(SONAR_FORWARD_MM)
-        reach_mm = min(range_mm, FAR_MM)
+        x_mm, y_mm = pose.ahead(N.sonar_forward_mm)
+        reach_mm = min(range_mm, N.far_mm)
         window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, reach_mm + 2 * CELL_MM)
         cells = self.evidence[window]
-        free = (along < reach_mm - MARGIN_MM) & (off_deg <= BEAM_DEG)
-        cells[free] = np.maximum(cells[free] - FREE_ECHO, FREEST)
-        if range_mm >= FAR_MM or repeated:
+        free = (along < reach_mm - N.margin_mm) & (off_deg <= N.beam_deg)
+        cells[free] = np.maximum(cells[free] - N.free_echo, N.freest)
+        if range_mm >= N.far_mm or repeated:
             return
-        hit = (np.abs(along - range_mm) <= CELL_MM * ARC_CELLS) & (off_deg <= ARC_DEG)
-        gain, most = (HIT_NEAR, MOST) if range_mm <= NEAR_MM else (HIT_FAR, SOLID - 0.1)
+        hit = (np.abs(along - range_mm) <= CELL_MM * N.arc_cells) & (off_deg <= N.arc_deg)
+        gain, most = (N.hit_near, N.most) if range_mm <= N.near_mm else (N.hit_far, N.solid - 0.1)
         cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
 
     def no_echo(self, pose: Pose) -> None:
-        """Take in that nothing answered: most likely nothing is near, but smooth things throw echoes away."""
+        """Update with silence: most likely nothing is near, but smooth surfaces reflect echoes away."""
         if self._last is not None and _same(self._last, (pose, math.inf)):
             return
         self._last = (pose, math.inf)
-        x_mm, y_mm = pose.ahead(SONAR_FORWARD_MM)
-        window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, SILENT_MM)
+        x_mm, y_mm = pose.ahead(N.sonar_forward_mm)
+        window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, N.silent_mm)
         cells = self.evidence[window]
-        free = (along < SILENT_MM) & (off_deg <= BEAM_DEG)
-        cells[free] = np.maximum(cells[free] - FREE_SILENT, np.minimum(cells[free], FREEST_SILENT))
+        free = (along < N.silent_mm) & (off_deg <= N.beam_deg)
+        cells[free] = np.maximum(cells[free] - N.free_silent, np.minimum(cells[free], N.freest_silent))
 
     def seen_past(self, start: tuple[float, float], end: tuple[float, float]) -> None:
-        """Take in that `end` was seen from `start`: what is only suspected in between is not there."""
+        """Update with a line of sight from `start` to `end`: it clears what is only suspected in between."""
         length = math.dist(start, end)
-        share = np.arange(0.0, max(0.0, length - SPARED_MM), CELL_MM / 2) / max(length, 1.0)
+        share = np.arange(0.0, max(0.0, length - N.spared_mm), CELL_MM / 2) / max(length, 1.0)
         i = _index(start[0] + share * (end[0] - start[0]))
         j = _index(start[1] + share * (end[1] - start[1]))
         cells = self.evidence[i, j]
-        self.evidence[i, j] = np.where((cells > 0.0) & (cells < SOLID), 0.0, cells)
+        self.evidence[i, j] = np.where((cells > 0.0) & (cells < N.solid), 0.0, cells)
 
     def forget_obstacles(self) -> None:
-        """Begin again with everything that was thought to be in the way."""
+        """Clear everything that was thought to be in the way."""
         np.minimum(self.evidence, 0.0, out=self.evidence)
 
     def stands_on(self, pose: Pose) -> None:
-        """Where the robot is, nothing else is."""
-        window, along, _ = _polar(pose.x_mm, pose.y_mm, 0.0, FOOTPRINT_MM)
+        """Clear the robot's footprint."""
+        window, along, _ = _polar(pose.x_mm, pose.y_mm, 0.0, N.footprint_mm)
         cells = self.evidence[window]
-        cells[along <= FOOTPRINT_MM] = FREEST
+        cells[along <= N.footprint_mm] = N.freest
 
     def block(self, pose: Pose, range_mm: float) -> None:
-        """Remember something in the way, of a size not known yet: what stopped the robot or touched it."""
-        x_mm, y_mm = pose.ahead(SONAR_FORWARD_MM + range_mm + BLOCK_RADIUS_MM * 0.6)
-        window, along, _ = _polar(x_mm, y_mm, 0.0, BLOCK_RADIUS_MM)
+        """Mark an obstacle of unknown size: what stopped the robot or touched it."""
+        x_mm, y_mm = pose.ahead(N.sonar_forward_mm + range_mm + N.block_radius_mm * 0.6)
+        window, along, _ = _polar(x_mm, y_mm, 0.0, N.block_radius_mm)
         cells = self.evidence[window]
-        inside = along <= BLOCK_RADIUS_MM
-        cells[inside] = np.maximum(cells[inside], BLOCK)
+        inside = along <= N.block_radius_mm
+        cells[inside] = np.maximum(cells[inside], N.block)
 
     def sight(self, x_mm: float, y_mm: float, limit_mm: float) -> NDArray[np.float64]:
-        """How likely nothing hides what is so far away, (DIRECTIONS, steps of CELL_MM), up to `limit_mm` from a place.
+        """Return the chance of a free line of sight, (DIRECTIONS, steps of CELL_MM), from a place up to `limit_mm`.
 
-        What is known to be free hides nothing; of what is unknown, the more there is, the likelier something hides.
+        Free floor hides nothing; the more unknown floor there is, the more likely something stands on it.
         """
         steps = np.arange(CELL_MM, limit_mm + CELL_MM, CELL_MM)
         i = _index(x_mm + steps[None, :] * _ALONG[:, 0:1])
         j = _index(y_mm + steps[None, :] * _ALONG[:, 1:2])
         evidence = self.evidence[i, j]
         evidence[:, :2] = -1.0  # the robot itself stands there
-        behind = np.logical_or.accumulate(evidence > HINT, axis=1)
-        unknown_mm = np.cumsum(np.abs(evidence) < KNOWN, axis=1) * CELL_MM
-        return np.asarray(np.where(behind, BEHIND, np.exp(-unknown_mm / UNKNOWN_HIDES_MM)), np.float64)
+        behind = np.logical_or.accumulate(evidence > N.hint, axis=1)
+        unknown_mm = np.cumsum(np.abs(evidence) < N.known, axis=1) * CELL_MM
+        return np.asarray(np.where(behind, N.behind, np.exp(-unknown_mm / N.unknown_hides_mm)), np.float64)
 
     def clear_between(
-        self, start: tuple[float, float], end: tuple[float, float], short_mm: float = 0.0, elbow_mm: float = 0.0
+        self, start: tuple[float, float], end: tuple[float, float], standoff_mm: float = 0.0, clearance_mm: float = 0.0
     ) -> bool:
-        """Whether the robot could drive straight from `start` to `short_mm` before `end`, as far as is known.
+        """Whether the robot could drive straight, as far as the map tells.
 
-        With `elbow_mm` there is so much room beside it.
+        Args:
+            start: Where it would set off.
+            end: Where it would go.
+            standoff_mm: The last stretch, which need not be free.
+            clearance_mm: Room that must be free beside the robot.
         """
-        return self.blocked_after_mm(start, end, short_mm, elbow_mm) is None
+        return self.blocked_after_mm(start, end, standoff_mm, clearance_mm) is None
 
     def blocked_after_mm(
-        self, start: tuple[float, float], end: tuple[float, float], short_mm: float = 0.0, elbow_mm: float = 0.0
+        self, start: tuple[float, float], end: tuple[float, float], standoff_mm: float = 0.0, clearance_mm: float = 0.0
     ) -> float | None:
-        """How far it is from `start` to what blocks the way that `clear_between` tells of; None if nothing does."""
-        length = math.dist(start, end) - short_mm
+        """Return the distance from `start` to what blocks the path of `clear_between`; None if nothing does."""
+        length = math.dist(start, end) - standoff_mm
         if length <= 0:
             return None
-        ux, uy = (end[0] - start[0]) / (length + short_mm), (end[1] - start[1]) / (length + short_mm)
-        along = np.arange(FOOTPRINT_MM, max(length, FOOTPRINT_MM + 1), CELL_MM * 0.75)
-        half_mm = FOOTPRINT_MM - CELL_MM / 4 + elbow_mm
+        ux, uy = (end[0] - start[0]) / (length + standoff_mm), (end[1] - start[1]) / (length + standoff_mm)
+        along = np.arange(N.footprint_mm, max(length, N.footprint_mm + 1), CELL_MM * 0.75)
+        half_mm = N.footprint_mm - CELL_MM / 4 + clearance_mm
         across = np.linspace(-half_mm, half_mm, 7)
         i = _index(start[0] + along[:, None] * ux - across[None, :] * uy)
         j = _index(start[1] + along[:, None] * uy + across[None, :] * ux)
-        blocked = (self.evidence[i, j] > SOLID).any(axis=1)
+        blocked = (self.evidence[i, j] > N.solid).any(axis=1)
         return float(along[blocked.argmax()]) if blocked.any() else None
 
 
@@ -176,12 +212,12 @@ _ALONG = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 
 
 def centre_mm(index: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Middle of the cells with these indices along one axis."""
+    """Return the centres of the cells with these indices along one axis."""
     return np.asarray((index - CELLS // 2 + 0.5) * CELL_MM)
 
 
 def cell(x_mm: float, y_mm: float) -> tuple[int, int]:
-    """Indices of the cell at a place; of the nearest one outside of the grid."""
+    """Return the indices of the cell at a place; outside of the grid, of the nearest cell."""
     return int(_index(np.float64(x_mm))), int(_index(np.float64(y_mm)))
 
 
@@ -192,7 +228,7 @@ def _index(value_mm: NDArray[np.float64] | np.float64) -> NDArray[np.int64]:
 def _polar(
     x_mm: float, y_mm: float, heading_deg: float, radius_mm: float
 ) -> tuple[tuple[slice, slice], NDArray[np.float64], NDArray[np.float64]]:
-    """The cells around a place: their window, distances, and angles off a heading."""
+    """Return the cells around a place: their window, distances, and angles off a heading."""
     (i0, j0), (i1, j1) = cell(x_mm - radius_mm, y_mm - radius_mm), cell(x_mm + radius_mm, y_mm + radius_mm)
     dx = (centre_mm(np.arange(i0, i1 + 1)) - x_mm)[:, None]
     dy = (centre_mm(np.arange(j0, j1 + 1)) - y_mm)[None, :]
@@ -201,8 +237,8 @@ def _polar(
 
 
 def _same(one: tuple[Pose, float], other: tuple[Pose, float]) -> bool:
-    """Whether two echoes, infinity standing for none, are one measurement as far as the map is concerned."""
+    """Whether two echoes, infinity standing for none, are one measurement to the map."""
     (a, range_a), (b, range_b) = one, other
     moved = math.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm)
-    alike = range_a == range_b or abs(range_a - range_b) < REPEATED_RANGE_MM
-    return moved < REPEATED_MM and abs(a.heading_deg - b.heading_deg) < REPEATED_DEG and alike
+    alike = range_a == range_b or abs(range_a - range_b) < N.repeated_range_mm
+    return moved < N.repeated_mm and abs(a.heading_deg - b.heading_deg) < N.repeated_deg and alike

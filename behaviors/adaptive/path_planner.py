@@ -1,47 +1,56 @@
-"""Ways over the floor map: how long it takes from here to anywhere, and through which points."""
+"""Path planning on the occupancy grid: how long it takes from here to anywhere, and along which waypoints."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.occupancy_grid import (
-    CELL_MM,
-    CELLS,
-    FOOTPRINT_MM,
-    HINT,
-    SOLID,
-    Mask,
-    OccupancyGrid,
-    cell,
-    centre_mm,
-)
-from behaviors.recovery import Point
+from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, Mask, OccupancyGrid, cell, centre_mm
+from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.ports import Point
 
-ELBOW_MM = 40.0
-"""Room beside the robot that a way must leave."""
-BERTH_MM = 320.0
-"""Room beside its middle that it had better leave: wheels slip and echoes lie a little."""
-BEYOND_CELLS = 8
-"""Ways go no farther than this beyond what is known."""
-TIGHT, DOUBTFUL, UNKNOWN = 2.0, 5.0, 1.4
-"""How many times longer a way through such a cell is reckoned."""
-FEW_PLACES = 6
-"""Who can reach fewer places than this is walled in."""
-TOUCHED = 0.05
-"""Cells with less evidence either way count as never looked at: they cost more, and do not extend the map."""
-FREE = 0.2
-"""Evidence for a cell to be known as free."""
-ROUNDS = 400
-"""Ways grow by at least a cell a round; this is twice the way across the whole map."""
+
+@dataclass(frozen=True, slots=True)
+class PlannerNumbers:
+    """The numbers of path planning.
+
+    Attributes:
+        clearance_mm: Room beside the robot that a path must leave.
+        inflation_mm: Obstacles are inflated by this radius, within which a path costs more: wheels slip and echoes err.
+        beyond_cells: Paths go this many cells beyond the known floor at most.
+        tight: Cost of a cell within the inflation, in cells of free floor.
+        doubtful: Cost of a cell that may be occupied.
+        unknown: Cost of a cell that is not known.
+        few_places: A robot that can reach fewer places than this is walled in.
+        few_spacing_mm: Spacing of the places that are counted for it.
+        touched: A cell with less evidence, either way, counts as never looked at and does not extend the map.
+        free: Evidence for a cell to be known as free.
+        rounds: Paths grow by at least a cell a round; this is twice across the whole map.
+    """
+
+    clearance_mm: float = 40.0
+    inflation_mm: float = 320.0
+    beyond_cells: int = 8
+    tight: float = 2.0
+    doubtful: float = 5.0
+    unknown: float = 1.4
+    few_places: int = 6
+    few_spacing_mm: float = 400.0
+    touched: float = 0.05
+    free: float = 0.2
+    rounds: int = 400
+
+
+N = PlannerNumbers()
 
 _NEIGHBOURS = [(i, j, math.hypot(i, j)) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
 
 
 class PathPlanner:
-    """All ways from one place.
+    """All paths from one place.
 
     Args:
         floor: What is known of the floor.
@@ -55,10 +64,10 @@ class PathPlanner:
         self._start = (i - self._window[0].start, j - self._window[1].start)
         self._pace = CELL_MM / speed_mm_s
         self._field = _spread(self._cost, self._start)
-        self._free = floor.evidence[self._window] < -FREE
+        self._free = floor.evidence[self._window] < -N.free
 
     def seconds_to(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Driving time to each of the points (n, 2); infinity where no way leads."""
+        """Return the driving time to each of the points (n, 2); infinity where no path leads."""
         i = np.floor(points[:, 0] / CELL_MM).astype(np.int64) + CELLS // 2 - self._window[0].start
         j = np.floor(points[:, 1] / CELL_MM).astype(np.int64) + CELLS // 2 - self._window[1].start
         inside = (i >= 0) & (j >= 0) & (i < self._field.shape[0]) & (j < self._field.shape[1])
@@ -66,16 +75,17 @@ class PathPlanner:
         seconds[inside] = self._field[i[inside], j[inside]] * self._pace
         return seconds
 
-    def lead_out(self, spacing_mm: float) -> bool:
-        """Whether they lead to more than a few places so far apart."""
-        return len(self.places(spacing_mm, known=False)) >= FEW_PLACES
+    @property
+    def walled_in(self) -> bool:
+        """Whether there are hardly any places to go to."""
+        return len(self.places(N.few_spacing_mm, known=False)) < N.few_places
 
     def reaches(self, point: Point) -> bool:
-        """Whether a way leads there."""
+        """Whether a path leads there."""
         return bool(np.isfinite(self.seconds_to(np.array([point])))[0])
 
     def places(self, spacing_mm: float, *, known: bool) -> NDArray[np.float64]:
-        """Places that can be reached, (n, 2), about so far apart; with `known` only on floor known to be free."""
+        """Return reachable places, (n, 2), about this far apart; with `known` only on floor known to be free."""
         every = max(1, round(spacing_mm / CELL_MM))
         within = np.isfinite(self._field) & (self._free | (not known))
         i, j = np.nonzero(within[::every, ::every])
@@ -84,7 +94,7 @@ class PathPlanner:
         )
 
     def route_to(self, point: Point) -> tuple[Point, ...]:
-        """Points to drive through to reach `point`, which must be reachable; the start is left out."""
+        """Return the waypoints to `point`, which must be reachable; the start is left out."""
         i, j = cell(*point)
         at = (i - self._window[0].start, j - self._window[1].start)
         steps = [at]
@@ -102,7 +112,7 @@ class PathPlanner:
         return [(i, j) for i, j in beside if 0 <= i < rows and 0 <= j < columns]
 
     def _straightened(self, steps: list[tuple[int, int]], end: Point) -> tuple[Point, ...]:
-        """Few of the steps, with straight lines between them that cost hardly more than the way itself, and the end."""
+        """Return few of the steps, joined by straight lines that cost hardly more than the path, and the end."""
         corners, here = [], 0
         while here < len(steps) - 1:
             there = len(steps) - 1
@@ -116,46 +126,46 @@ class PathPlanner:
         return (*places, end)
 
     def _straight(self, one: tuple[int, int], other: tuple[int, int]) -> bool:
-        """Whether the straight line between two steps costs hardly more than the way."""
+        """Whether the straight line between two steps costs hardly more than the path."""
         count = max(abs(other[0] - one[0]), abs(other[1] - one[1])) * 2 + 1
         i = np.rint(np.linspace(one[0], other[0], count)).astype(np.int64)
         j = np.rint(np.linspace(one[1], other[1], count)).astype(np.int64)
         length = math.dist(one, other)
-        # on the grid a way has corners of 45 degrees and is up to 8 % longer
+        # on the grid a path has corners of 45 degrees and is up to 8 % longer
         return float(np.mean(self._cost[i, j])) * length <= 1.02 * float(self._field[other] - self._field[one]) + 0.5
 
 
 def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDArray[np.float64]]:
-    """The known part of the floor, and how many times longer than on free floor it takes to cross each cell."""
+    """Return the known part of the floor, and the cost of crossing each of its cells, in cells of free floor."""
     evidence = floor.evidence
-    known = np.abs(evidence) > TOUCHED
+    known = np.abs(evidence) > N.touched
     i, j = cell(*start)
     known[i, j] = True
     window = (_span(np.any(known, axis=1)), _span(np.any(known, axis=0)))
     part = evidence[window]
-    solid = part > SOLID
-    shut = _grown(solid, FOOTPRINT_MM + ELBOW_MM)
+    solid = part > GRID.solid
+    blocked = _grown(solid, GRID.footprint_mm + N.clearance_mm)
     cost = np.ones(part.shape)
-    cost[np.abs(part) <= TOUCHED] = UNKNOWN
-    cost[_grown(solid, BERTH_MM)] = TIGHT
-    cost[_grown((part > HINT) & ~solid, FOOTPRINT_MM)] = DOUBTFUL
-    cost[shut] = np.inf
+    cost[np.abs(part) <= N.touched] = N.unknown
+    cost[_grown(solid, N.inflation_mm)] = N.tight
+    cost[_grown((part > GRID.hint) & ~solid, GRID.footprint_mm)] = N.doubtful
+    cost[blocked] = np.inf
     si, sj = i - window[0].start, j - window[1].start
-    # where the robot stands it can leave
+    # the robot can always leave the place where it stands
     around = cost[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
     near = solid[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
-    around[np.isinf(around) & ~near] = DOUBTFUL
+    around[np.isinf(around) & ~near] = N.doubtful
     cost[si, sj] = 1.0
     return window, cost
 
 
 def _span(used: NDArray[np.bool_]) -> slice:
     places = np.nonzero(used)[0]
-    return slice(max(0, int(places[0]) - BEYOND_CELLS), min(len(used), int(places[-1]) + BEYOND_CELLS + 1))
+    return slice(max(0, int(places[0]) - N.beyond_cells), min(len(used), int(places[-1]) + N.beyond_cells + 1))
 
 
 def _grown(mask: Mask, radius_mm: float) -> Mask:
-    """The mask and everything within a radius of it."""
+    """Inflate a mask by a radius."""
     cells = int(radius_mm / CELL_MM)
     grown = mask.copy()
     for i in range(-cells, cells + 1):
@@ -172,7 +182,7 @@ def _shifted(step: int, size: int) -> slice:
 
 
 def _spread(cost: NDArray[np.float64], start: tuple[int, int]) -> NDArray[np.float64]:
-    """Shortest ways from the start to every cell, in cells of free floor: relaxed all at once until nothing changes."""
+    """Return the cost of the shortest path to every cell: all are relaxed at once until nothing changes."""
     padded = np.full((cost.shape[0] + 2, cost.shape[1] + 2), np.inf)
     inner = padded[1:-1, 1:-1]
     inner[start] = 0.0
@@ -180,7 +190,7 @@ def _spread(cost: NDArray[np.float64], start: tuple[int, int]) -> NDArray[np.flo
         (padded[1 + i : padded.shape[0] - 1 + i, 1 + j : padded.shape[1] - 1 + j], cost * step)
         for i, j, step in _NEIGHBOURS
     ]
-    for _ in range(ROUNDS):
+    for _ in range(N.rounds):
         before = inner.copy()
         for view, price in views:
             np.minimum(inner, view + price, out=inner)

@@ -1,24 +1,38 @@
-"""Perceiving: one frame, one echo and the wheels at a time, all of it taken into memory."""
+"""Perception: one frame, one echo and one pose at a time, all of which update the world model."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from behaviors.adaptive.world_model import WorldModel
+from behaviors.failures import Blocker
 from behaviors.mission import AdaptiveParameters
-from behaviors.ports import Blind, Glance, Sighting
+from behaviors.ports import Blind, Glimpse, Sighting
 from behaviors.skills import SkillContext, note_look
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
-BLIND_NAP_S = 0.2
-"""A camera without a picture is asked again so often."""
-PATIENCE_S = 20.0
-"""How long to wait for a picture."""
+
+@dataclass(frozen=True, slots=True)
+class PerceptionNumbers:
+    """The numbers of perception.
+
+    Attributes:
+        retry_s: Pause between two attempts to get a picture from a camera that gives none.
+        picture_timeout_s: Longest wait for a picture.
+        unheard_mm: Something that holds or touches the robot and gives no echo is about this far ahead of the sonar.
+    """
+
+    retry_s: float = 0.2
+    picture_timeout_s: float = 20.0
+    unheard_mm: float = 150.0
+
+
+N = PerceptionNumbers()
 
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What was perceived in one step.
+    """The result of one step of perception.
 
     Attributes:
         time_s: When.
@@ -33,14 +47,19 @@ class Observation:
     blind: bool = False
 
 
+def unheard_blocker(range_mm: float | None = None, *, hides: bool = False) -> Blocker:
+    """Return a blocker that the bumper or the wheels noticed; an echo may be of something behind it."""
+    return Blocker(N.unheard_mm if range_mm is None else min(range_mm, N.unheard_mm), hides=hides)
+
+
 class Perception:
-    """What every service of the adaptive mind works with.
+    """What every skill of the adaptive profile works with.
 
     Args:
         context: The ports.
-        profile: The numbers.
-        memory: Takes in what is perceived.
-        queue: Which target is looked for.
+        profile: The mission's numbers.
+        world: Is updated with what is perceived.
+        queue: Tells which target is looked for.
     """
 
     def __init__(
@@ -61,7 +80,7 @@ class Perception:
         return self.context.clock.now()
 
     def step(self) -> Observation:
-        """Look at the next frame and listen for an echo.
+        """Look at the next frame, listen for an echo, and update the world model.
 
         Raises:
             TimeUp: The mission's time is over.
@@ -75,32 +94,32 @@ class Perception:
         pose = context.body.pose()
         now_s = self.now()
         looks = [] if blind else looked_for
-        seen = self.world.perceive(now_s, pose, range_mm, looks, glance or Glance(now_s, {}))
+        seen = self.world.perceive(now_s, pose, range_mm, looks, glance or Glimpse(now_s, {}))
         sighting = seen.get(self.target)
         note_look(context, pose, range_mm, sighting)
         return Observation(now_s, sighting, range_mm, blind)
 
     def await_picture(self) -> bool:
-        """Make sure of a picture; without one the robot stands and waits. Whether it came in time."""
+        """Wait for a picture, at rest; whether one came in time."""
         if not self.step().blind:
             return True
         self.context.body.stop()
-        end_s = self.now() + PATIENCE_S
+        end_s = self.now() + N.picture_timeout_s
         while self.now() < end_s:
             if not self.step().blind:
                 return True
-            self.context.clock.sleep(BLIND_NAP_S)
+            self.context.clock.sleep(N.retry_s)
         return False
 
-    def _glance(self, looked_for: list[str]) -> Glance | None:
-        """What the next frame shows; None without one."""
+    def _glance(self, looked_for: list[str]) -> Glimpse | None:
+        """Look at the next frame; None without one."""
         try:
             return self.context.eyes.glance(looked_for)
         except Blind:
             return None
 
     def _others(self) -> list[str]:
-        """Further targets that are not reached yet."""
+        """Return the other targets that are not reached yet."""
         if not self.profile.remembers_others:
             return []
         pending = [progress.target for progress in self._queue.targets if progress.outcome is not TargetOutcome.REACHED]

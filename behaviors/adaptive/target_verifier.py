@@ -1,7 +1,7 @@
 """Whether what looks like the target is it: Wald's sequential test on how steadily the detector finds it.
 
-A detector finds the real thing in most frames that show it from near enough, and takes something else for it only now
-and then. Each frame shifts the odds; the test stops as soon as they are clear enough.
+A detector finds the real target in most frames from near enough, and a look-alike only now and then. Each frame shifts
+the odds; the test stops as soon as they are clear enough.
 """
 
 from __future__ import annotations
@@ -10,12 +10,27 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
-REAL_RATE, MISTAKE_RATE = 0.60, 0.30
-"""Share of the frames in which the real target, in poor light, and a look-alike are found."""
-ACCEPT, REJECT = math.log(300.0), -math.log(500.0)
-"""Logarithms of the odds at which the test stops: a wrong stop is worse than another look."""
-_HIT = math.log(REAL_RATE / MISTAKE_RATE)
-_MISS = math.log((1.0 - REAL_RATE) / (1.0 - MISTAKE_RATE))
+
+@dataclass(frozen=True, slots=True)
+class VerifierNumbers:
+    """The numbers of the test; docs/adaptive.md shows what they lead to.
+
+    Attributes:
+        real_rate: Share of the frames in which the real target is found, in poor light.
+        mistake_rate: Share of the frames in which a look-alike is found.
+        accept: Log odds at which the test accepts: a wrong stop is worse than another look.
+        reject: Log odds at which it rejects.
+    """
+
+    real_rate: float = 0.60
+    mistake_rate: float = 0.30
+    accept: float = math.log(300.0)
+    reject: float = -math.log(500.0)
+
+
+N = VerifierNumbers()
+_HIT = math.log(N.real_rate / N.mistake_rate)
+_MISS = math.log((1.0 - N.real_rate) / (1.0 - N.mistake_rate))
 
 
 class Verdict(StrEnum):
@@ -38,23 +53,23 @@ class TargetVerifier:
     _missed: int = 0
 
     def frame(self, *, hit: bool) -> None:
-        """Take in a frame that shows the place of the target.
+        """Update the odds with a frame that shows the target's place.
 
-        Frames without a detection count when the next one comes: until then the target may as well be hidden.
+        Frames without a detection count only when the next detection comes: until then the target may be hidden.
         """
         if hit:
-            self.odds = max(2 * REJECT, min(2 * ACCEPT, self.odds + _HIT + self._missed * _MISS))
+            self.odds = max(2 * N.reject, min(2 * N.accept, self.odds + _HIT + self._missed * _MISS))
             self._missed = 0
         else:
             self._missed += 1
 
     def forget_misses(self) -> None:
-        """What was missed was hidden or out of the frame."""
+        """Drop frames without a detection: the target was hidden or out of the frame."""
         self._missed = 0
 
     @property
     def verdict(self) -> Verdict:
         """What the odds say."""
-        if self.odds >= ACCEPT:
+        if self.odds >= N.accept:
             return Verdict.REAL
-        return Verdict.MISTAKEN if self.odds <= REJECT else Verdict.OPEN
+        return Verdict.MISTAKEN if self.odds <= N.reject else Verdict.OPEN

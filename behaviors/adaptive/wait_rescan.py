@@ -1,32 +1,52 @@
-"""Standing and watching; the states wait and rescan."""
+"""Standing and watching: the states wait and rescan."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+from behaviors.adaptive.perception import N as PERCEPTION
 from behaviors.adaptive.perception import Observation, Perception
 from behaviors.events import Event, Fact, Reason
-from behaviors.skills import sighting_values
+from behaviors.failures import Blocker, Failure, TargetFinding
+from behaviors.skills import sighted
 
-SHUT_MM, BEFORE_MM = 650.0, 200.0
-"""What is straight ahead is still in the way when it is nearer than the first, and by the second nearer than the
-target; both are a little wider than what stopped the approach, since echoes vary."""
-CLEAR, CLEAR_UNSEEN = 2, 10
-"""So many echoes in a row must say that the way is free, when the target is in view and when it is not."""
-IN_VIEW_S = 1.0
-"""What was seen so short a time ago is in view."""
-AIM_DEG = 4.0
-"""It looks straight at where the target should be, give or take this."""
-GLANCES_S = 1.5
-"""A second look is so long, at each of the bearings around where the target should be."""
-BESIDE_DEG = (0.0, 18.0, -36.0)
-"""Turns between these looks: at the place itself, to the right of it, to the left."""
+
+@dataclass(frozen=True, slots=True)
+class WaitNumbers:
+    """The numbers of waiting and of a second look.
+
+    Attributes:
+        blocked_mm: An echo from nearer still blocks the path: a little farther than what stops an approach, since
+            echoes vary.
+        before_mm: So does one that is this much nearer than the target: a little less than in an approach, for the same
+            reason.
+        clear: Clear echoes in a row after which the path is free when the target is in view.
+        clear_unseen: And when it is not.
+        in_view_s: What was seen no longer ago is in view.
+        aim_deg: A second look points at where the target should be, give or take this.
+        look_s: Length of each look of a second look.
+        beside_deg: Turns before these looks: at the place itself, to the right of it, to the left.
+    """
+
+    blocked_mm: float = 650.0
+    before_mm: float = 200.0
+    clear: int = 2
+    clear_unseen: int = 10
+    in_view_s: float = 1.0
+    aim_deg: float = 4.0
+    look_s: float = 1.5
+    beside_deg: tuple[float, ...] = (0.0, 18.0, -36.0)
+
+
+N = WaitNumbers()
 
 
 class WaitSkill:
-    """The state wait: until the way is free, or until it has lasted long enough.
+    """The state wait: until the path is free, or the time is over.
 
     Args:
         perception: What to work with.
-        wait_s: How long at most.
+        wait_s: Longest time.
     """
 
     def __init__(self, perception: Perception, wait_s: float) -> None:
@@ -35,7 +55,7 @@ class WaitSkill:
         self._clear = 0
 
     def call(self) -> Fact:
-        """Wait; the robot is at rest. TARGET_SEEN or RECOVERY_DONE when the way is free, else RECOVERY_FAILED."""
+        """Wait at rest; TARGET_SEEN or RECOVERY_DONE when the path is free, else RECOVERY_FAILED."""
         perception = self._perception
         perception.context.body.stop()
         perception.context.body.keep_alive()
@@ -46,32 +66,32 @@ class WaitSkill:
             range_mm = range_mm if observation.range_mm is None else observation.range_mm
             self._left_s -= observation.time_s - then_s
             then_s = observation.time_s
-            self._clear = 0 if observation.blind or self._shut(observation) else self._clear + 1
-            if self._clear >= CLEAR:
+            self._clear = 0 if observation.blind or self._blocked(observation) else self._clear + 1
+            if self._clear >= N.clear:
                 if observation.sighting is not None:
-                    return Fact(
-                        Event.TARGET_SEEN, Reason.WAY_CLEAR, {"sighting": sighting_values(observation.sighting)}
-                    )
-                if self._clear >= CLEAR_UNSEEN:
+                    return sighted(observation.sighting, reason=Reason.WAY_CLEAR)
+                if self._clear >= N.clear_unseen:
                     return Fact(Event.RECOVERY_DONE, Reason.WAY_CLEAR, {"waited_s": observation.time_s - begun_s})
         waited_s = perception.now() - begun_s
-        evidence = {"waited_s": waited_s, "range_mm": range_mm, "hides": not self._in_view()}
-        return Fact(Event.RECOVERY_FAILED, Reason.BLOCKED_LONG, evidence)
+        hides = not self._in_view()
+        measured = {"waited_s": waited_s, "range_mm": range_mm, "hides": hides}
+        blocker = Blocker(PERCEPTION.unheard_mm if range_mm is None else range_mm, hides=hides)
+        return Failure(Event.RECOVERY_FAILED, Reason.BLOCKED_LONG, measured, blocker)
 
-    def _shut(self, observation: Observation) -> bool:
+    def _blocked(self, observation: Observation) -> bool:
         world = self._perception.world
         known = world.known.get(self._perception.target)
-        limit_mm = SHUT_MM if known is None else min(SHUT_MM, world.way_to(known.place)[1] - BEFORE_MM)
+        limit_mm = N.blocked_mm if known is None else min(N.blocked_mm, world.polar_to(known.place)[1] - N.before_mm)
         return observation.range_mm is not None and observation.range_mm <= limit_mm
 
     def _in_view(self) -> bool:
         """Whether the target was seen a moment ago."""
         known = self._perception.world.known.get(self._perception.target)
-        return known is not None and self._perception.now() - known.time_s < IN_VIEW_S
+        return known is not None and self._perception.now() - known.time_s < N.in_view_s
 
 
 class RescanSkill:
-    """The state rescan: a longer look at where the target was, or should be, for what was merely missed.
+    """The state rescan: a longer look at where the target was, in case it was merely missed.
 
     Args:
         perception: What to work with.
@@ -87,31 +107,33 @@ class RescanSkill:
         body.stop()
         begun_s = perception.now()
         if not perception.await_picture():
-            return Fact(Event.RECOVERY_FAILED, Reason.CAMERA_LOST, {"rescan_s": perception.now() - begun_s})
+            return Failure(Event.RECOVERY_FAILED, Reason.CAMERA_LOST, {"rescan_s": perception.now() - begun_s})
         known = perception.world.known.get(perception.target)
         if known is None:
             return Fact(Event.RECOVERY_DONE, Reason.THERE, {})
-        bearing_deg, _ = perception.world.way_to(known.place)
-        if abs(bearing_deg) > AIM_DEG:
+        bearing_deg, _ = perception.world.polar_to(known.place)
+        if abs(bearing_deg) > N.aim_deg:
             body.turn(bearing_deg)
-        for turn_deg in BESIDE_DEG:
+        for turn_deg in N.beside_deg:
             if turn_deg:
                 body.turn(turn_deg)
             if (fact := self._look()) is not None:
                 return fact
-        perception.world.forget(perception.target)
-        return Fact(Event.RECOVERY_FAILED, Reason.NEVER_SEEN, {"rescan_s": perception.now() - begun_s})
+        rescan_s = perception.now() - begun_s
+        return Failure(
+            Event.RECOVERY_FAILED, Reason.NEVER_SEEN, {"rescan_s": rescan_s}, finding=TargetFinding.NOT_THERE
+        )
 
     def _look(self) -> Fact | None:
-        """Look for some time; the time begins anew when there was no picture."""
+        """Look for some time, which starts again when there was no picture."""
         perception = self._perception
-        end_s = perception.now() + GLANCES_S
+        end_s = perception.now() + N.look_s
         while perception.now() < end_s:
             observation = perception.step()
             if observation.sighting is not None:
-                return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(observation.sighting)})
+                return sighted(observation.sighting)
             if observation.blind:
                 if not perception.await_picture():
-                    return Fact(Event.RECOVERY_FAILED, Reason.CAMERA_LOST)
-                end_s = perception.now() + GLANCES_S
+                    return Failure(Event.RECOVERY_FAILED, Reason.CAMERA_LOST)
+                end_s = perception.now() + N.look_s
         return None

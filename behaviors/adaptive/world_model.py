@@ -1,50 +1,77 @@
-"""What the adaptive mind remembers: where it was, what is on the floor, where targets were seen and may be."""
+"""The world model: where the robot was, what is on the floor, where targets were seen and may be."""
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from behaviors.adaptive.angles import wrapped_deg
 from behaviors.adaptive.belief import Belief
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
+from behaviors.adaptive.path_planner import PathPlanner
+from behaviors.angles import wrapped_deg
+from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.mission import Mission
-from behaviors.ports import Glance, Pose, Sighting
-from behaviors.recovery import Point, Recovery
+from behaviors.ports import Glimpse, Point, Pose, Sighting
 
 RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "color": 17.0}
-FARTHEST_MM = 4500.0
-"""From how many times a target's height away its detector finds it, and from how far at most, at 320 x 240 pixels.
-Source: docs/vision.md section 1.2, from the front."""
-HALF_VIEW_SHARE = 0.42
-"""A target nearer to the frame's edge than this share of the field of view is partly outside."""
-TRAIL_S = 3.0
-"""So long it is kept where the robot was: far longer than a frame is under way."""
-RENEW_EVERY_S = 5.0
-"""Beliefs age in steps of this time."""
-NEW_LOOK_S = 1.0
-"""A sighting so long after the last one is new evidence, not the same look once more."""
-SETTLES = 0.4
-"""Weight of a new sighting in the estimate of a target's place."""
-TURNS = 0.03
-"""Weight of a new direction among those from which it was seen."""
-HELD = 0.25
-"""A remembered place is kept as long as belief in it is stronger."""
-MISTAKE_MM, MISTAKE_S = 450.0, 60.0
-"""What was found out not to be the target is so large on the map, and is tested again after that time."""
-JUMP_MM = 500.0
-"""A sighting this far from the last one is of something that moved, or of something else."""
-STEP_DEG, STEP_MM = 6.0, 120.0
-"""Looks from places and headings nearer together than this are taken in at once."""
-UPRIGHT, NARROW = 0.7, 0.72
-"""Width over height of an upright print; and the share of it below which it is seen from far aside, 44 degrees."""
-NEW_MM = 500.0
-"""What hides a target from a place hides it, in one case out of e, also from so far beside it."""
-SAME_PLACE_MM = 250.0
-"""Choices no farther apart than this are made at one place."""
+"""A detector finds its target up to this many times the target's height away. Source: docs/vision.md section 1.2."""
+
+
+@dataclass(frozen=True, slots=True)
+class WorldNumbers:
+    """The numbers of what is remembered.
+
+    Attributes:
+        farthest_mm: No detector finds a target from farther away, at 320 x 240 pixels. Source: docs/vision.md section
+            1.2, from the front.
+        half_view_share: A target nearer to the frame's edge than this share of the field of view is partly outside.
+        trail_s: Poses are kept this long: far longer than a frame is under way.
+        renew_every_s: Beliefs age in steps of this time.
+        new_look_s: A sighting this long after the last one is new evidence, not the same look again.
+        settles: Weight of a new sighting in the estimate of a target's place, 0..1.
+        turns: Weight of a new direction among those from which it was seen, 0..1.
+        held: A remembered place is kept as long as the belief in it is stronger.
+        mistake_mm: Sightings no farther than this from a rejected look-alike are of it.
+        mistake_s: It is tested again after this time.
+        jump_mm: A sighting this far from the last one is of something that moved, or of something else.
+        step_deg: Looks whose headings differ by less than this, and their places by less than `step_mm`, update the
+            belief together.
+        step_mm: See `step_deg`.
+        upright: Width over height of an upright print.
+        narrow: A print that looks narrower than this share of it is seen from far aside, 44 degrees.
+        new_mm: What hides a target from a place hides it, in one case out of e, also from this far beside it.
+        same_place_mm: Choices no farther apart than this are made at one place.
+        same_blocker_s: A blocker is the last one again when that was no longer ago than this.
+        same_blocker_mm: And no farther away than this.
+        marked_mm: A blocker farther away than this is left to the echoes, which place it better.
+    """
+
+    farthest_mm: float = 4500.0
+    half_view_share: float = 0.42
+    trail_s: float = 3.0
+    renew_every_s: float = 5.0
+    new_look_s: float = 1.0
+    settles: float = 0.4
+    turns: float = 0.03
+    held: float = 0.25
+    mistake_mm: float = 450.0
+    mistake_s: float = 60.0
+    jump_mm: float = 500.0
+    step_deg: float = 6.0
+    step_mm: float = 120.0
+    upright: float = 0.7
+    narrow: float = 0.72
+    new_mm: float = 500.0
+    same_place_mm: float = 250.0
+    same_blocker_s: float = 40.0
+    same_blocker_mm: float = 400.0
+    marked_mm: float = 600.0
+
+
+N = WorldNumbers()
 
 
 @dataclass(slots=True)
@@ -53,10 +80,10 @@ class TargetEstimate:
 
     Attributes:
         place: Where it is believed to be.
-        seen_from: From where it was seen last.
-        seen_deg: The middle of the directions, from the target, from which it was seen so far.
+        seen_from: Where the robot was when it saw it last.
+        seen_deg: Mean direction, from the target, from which it was seen so far, degrees clockwise.
         time_s: When it was seen last.
-        distance_mm: How far it was then, by its apparent size.
+        distance_mm: Its distance then, by its apparent size.
     """
 
     place: Point
@@ -67,19 +94,19 @@ class TargetEstimate:
 
 
 class Trail:
-    """Where the robot was in the last seconds, to tell from where a frame was taken."""
+    """Recent poses, to tell from where a frame was taken."""
 
     def __init__(self) -> None:
         self._poses: deque[tuple[float, Pose]] = deque()
 
     def add(self, time_s: float, pose: Pose) -> None:
-        """Take in where it is now."""
+        """Add the present pose."""
         self._poses.append((time_s, pose))
-        while self._poses[0][0] < time_s - TRAIL_S:
+        while self._poses[0][0] < time_s - N.trail_s:
             self._poses.popleft()
 
     def at(self, time_s: float) -> Pose:
-        """Where it was then; the oldest or newest known place before and after what is known."""
+        """Return the pose at a time, interpolated; before and after what is known, the oldest and the newest."""
         i = bisect_left(self._poses, time_s, key=lambda each: each[0])
         if i == 0:
             return self._poses[0][1]
@@ -96,26 +123,28 @@ class Trail:
 
 @dataclass(slots=True)
 class _Unseen:
-    """Looks without a sighting that are not taken in yet."""
+    """Looks without a sighting that have not updated the belief yet."""
 
     pose: Pose
     frames: int
 
 
 class WorldModel:
-    """Everything remembered in one mission.
+    """Everything known in one mission.
 
     Args:
-        mission: Its targets.
+        mission: Its targets, camera and cruising speed.
 
     Attributes:
-        floor: What is on the floor.
-        trail: Where the robot was in the last seconds.
-        pose: Where it is.
-        known: The targets that were seen, by name, as long as there is no reason to forget them.
+        floor: The map of the floor.
+        trail: Recent poses.
+        pose: Where the robot is.
+        known: The targets that were seen, by name, until there is a reason to forget them.
         beliefs: Where each target may be, by name.
-        half_view_deg: Half the camera's angle of view in which a target is wholly in the frame.
-        seen_from_mm: From how far each target's detector finds it in good light, by name.
+        blocker: What was in the way at the last failure, if anything.
+        paths: All paths from where the robot was at the last failure.
+        half_view_deg: Half the angle of view in which a target is wholly in the frame.
+        detection_range_mm: How far away each target's detector finds it in good light, by name.
     """
 
     def __init__(self, mission: Mission) -> None:
@@ -123,17 +152,23 @@ class WorldModel:
         self.trail = Trail()
         self.pose = Pose()
         self.known: dict[str, TargetEstimate] = {}
-        self.half_view_deg = mission.camera.hfov_deg * HALF_VIEW_SHARE
-        self.seen_from_mm = {
-            name: min(FARTHEST_MM, target.height_mm * RANGE_HEIGHTS[target.detector])
+        self.blocker: Blocker | None = None
+        self.half_view_deg = mission.camera.hfov_deg * N.half_view_share
+        self.detection_range_mm = {
+            name: min(N.farthest_mm, target.height_mm * RANGE_HEIGHTS[target.detector])
             for name, target in mission.target.items()
         }
-        self.beliefs = {name: Belief(self.seen_from_mm[name], self.half_view_deg) for name in mission.mission.targets}
+        self.beliefs = {
+            name: Belief(self.detection_range_mm[name], self.half_view_deg) for name in mission.mission.targets
+        }
+        self._cruise_mm_s = mission.adaptive.cruise_mm_s
+        self.paths = self._plan()
+        self._blocked: tuple[Point, float, float] | None = None
         self._unseen: dict[str, _Unseen] = {}
         self._renewed_s: float | None = None
         self._mistakes: list[tuple[str, Point, float]] = []
         self._aspect: dict[str, float] = {}
-        self._choices: list[tuple[str, Recovery, Point]] = []
+        self._choices: list[tuple[str, str, Point]] = []
         self._looked_from: list[tuple[str, Point]] = []
         self._destinations: list[tuple[str, Point, Point]] = []
 
@@ -143,9 +178,9 @@ class WorldModel:
         return self.pose.x_mm, self.pose.y_mm
 
     def perceive(
-        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], glance: Glance
+        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], glance: Glimpse
     ) -> Mapping[str, Sighting]:
-        """Take in a frame and an echo.
+        """Update with a frame and an echo.
 
         Args:
             now_s: Present time on the mission's clock.
@@ -155,7 +190,7 @@ class WorldModel:
             glance: What the frame showed.
 
         Returns:
-            Those sightings that are not of something known not to be the target.
+            The sightings that are not of a known look-alike.
         """
         self.pose = pose
         self.trail.add(now_s, pose)
@@ -174,79 +209,133 @@ class WorldModel:
                 self._miss(target, self.trail.at(glance.time_s))
         return believed
 
+    def learn(self, target: str, failure: Failure, now_s: float) -> None:
+        """Update with a failure, before recoveries are weighed.
+
+        Args:
+            target: What was pursued.
+            failure: What went wrong.
+            now_s: Present time on the mission's clock.
+        """
+        match failure.finding:
+            case TargetFinding.NOT_HERE:
+                self._looked_from.append((target, self.here))
+            case TargetFinding.MOVED:
+                self.settle()
+                self.beliefs[target].scatter()
+            case TargetFinding.NOT_THERE:
+                self._forget(target)
+            case TargetFinding.LOOK_ALIKE:
+                self._reject(target)
+        self.settle()
+        self.blocker = self._place_blocker(failure, now_s)
+        self.plan()
+
+    def plan(self) -> None:
+        """Plan paths from here; a map on which the robot is walled in is wrong, and its obstacles are forgotten."""
+        self.paths = self._plan()
+        if self.paths.walled_in:
+            self.floor.forget_obstacles()
+            self.paths = self._plan()
+
+    def _plan(self) -> PathPlanner:
+        return PathPlanner(self.floor, self.here, self._cruise_mm_s)
+
+    def _place_blocker(self, failure: Failure, now_s: float) -> Blocker | None:
+        """Put a blocker onto the map unless it comes from there; return it with the time it has been known."""
+        blocker = failure.blocker
+        if blocker is None:
+            return None
+        if blocker.range_mm <= N.marked_mm and not failure.mapped:
+            self.floor.block(self.pose, blocker.range_mm)
+        place, since_s = self.pose.ahead(blocker.range_mm), now_s
+        if self._blocked is not None:
+            before, begun_s, last_s = self._blocked
+            if math.dist(before, place) < N.same_blocker_mm and now_s - last_s < N.same_blocker_s:
+                since_s = begun_s
+        self._blocked = (place, since_s, now_s)
+        return replace(blocker, age_s=now_s - since_s)
+
     def settle(self) -> None:
-        """Take in all looks that are still held back; called before something is decided."""
+        """Update the beliefs with all looks that are still held back; called before a decision."""
         for target, unseen in self._unseen.items():
             self.beliefs[target].look(unseen.pose, self.floor, unseen.frames)
         self._unseen.clear()
 
     def reconsider(self, target: str) -> None:
-        """Take in that it was looked for where it is remembered, in vain: forget it unless it is still likely there."""
+        """Forget a target that was not seen where it is remembered, unless it is still likely to be there."""
         self.settle()
         known = self.known.get(target)
-        if known is not None and self.beliefs[target].held_at(known.place) < HELD:
+        if known is not None and self.beliefs[target].held_at(known.place) < N.held:
             del self.known[target]
 
-    def forget(self, target: str) -> None:
-        """Take in that it is not where it is remembered."""
+    def _forget(self, target: str) -> None:
+        """Update with a target that is not where it is remembered."""
         known = self.known.pop(target, None)
         if known is not None:
             self.beliefs[target].refute(known.place)
 
-    def unmask(self, target: str) -> None:
-        """Take in that what was taken for the target is something else; for some time it is not taken for it again."""
+    def _reject(self, target: str) -> None:
+        """Update with a look-alike: for some time it is not taken for the target again."""
         known = self.known.get(target)
         if known is not None:
             self._mistakes.append((target, known.place, known.time_s))
-        self.forget(target)
+        self._forget(target)
 
     def _believes(self, sighting: Sighting) -> bool:
-        """Whether a sighting is not of what was found out to be something else."""
+        """Whether a sighting is not of a known look-alike."""
         place = self.trail.at(sighting.time_s).ahead(sighting.distance_mm, sighting.bearing_deg)
         return not any(
-            which == sighting.target and math.dist(place, there) <= MISTAKE_MM and sighting.time_s - then_s <= MISTAKE_S
+            which == sighting.target
+            and math.dist(place, there) <= N.mistake_mm
+            and sighting.time_s - then_s <= N.mistake_s
             for which, there, then_s in self._mistakes
         )
 
-    def way_to(self, point: Point) -> tuple[float, float]:
-        """Bearing in degrees, positive right, and distance in millimetres of a point from here."""
+    def polar_to(self, point: Point) -> tuple[float, float]:
+        """Return a point's bearing in degrees, positive right, and its distance in millimetres."""
         dx, dy = point[0] - self.pose.x_mm, point[1] - self.pose.y_mm
         bearing_deg = wrapped_deg(math.degrees(math.atan2(dy, dx)) - self.pose.heading_deg)
         return bearing_deg, math.hypot(dx, dy)
 
-    def chose(self, target: str, kind: Recovery, destination: Point | None = None) -> None:
-        """Keep that a recovery was chosen here, and where it leads."""
-        self._choices.append((target, kind, self.here))
+    def chose(self, target: str, recovery: str, destination: Point | None = None) -> None:
+        """Remember that a recovery was chosen here, and where it leads."""
+        self._choices.append((target, recovery, self.here))
         if destination is not None:
             self._destinations.append((target, self.here, destination))
 
-    def looked_round(self, target: str) -> None:
-        """Keep that the robot has looked round for a target here."""
-        self._looked_from.append((target, self.here))
+    def chance_from(self, target: str, place: Point) -> float:
+        """Return the probability that one look round from a place finds the target."""
+        return self.beliefs[target].chance_from(*place, self.floor)
+
+    def clear_between(self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0) -> bool:
+        """Whether the robot could drive straight; see `OccupancyGrid.clear_between`."""
+        return self.floor.clear_between(start, end, standoff_mm, clearance_mm)
 
     def novelty(self, target: str, place: Point) -> float:
-        """How much of a look from there is not a repetition of one from near there, 0..1."""
+        """Return how much of a look from there is not a repetition of one from nearby, 0..1."""
         nearest_mm = min(
             (math.dist(here, place) for which, here in self._looked_from if which == target), default=math.inf
         )
-        return 1.0 - math.exp(-nearest_mm / NEW_MM)
+        return 1.0 - math.exp(-nearest_mm / N.new_mm)
 
     def tried(self, target: str, destination: Point) -> bool:
         """Whether the robot set off for that destination from here before."""
         return any(
             which == target
-            and math.dist(here, self.here) <= SAME_PLACE_MM
-            and math.dist(there, destination) <= SAME_PLACE_MM
+            and math.dist(here, self.here) <= N.same_place_mm
+            and math.dist(there, destination) <= N.same_place_mm
             for which, here, there in self._destinations
         )
 
-    def repeats(self, target: str) -> dict[Recovery, int]:
-        """How often each recovery was chosen at this place for this target."""
-        counts: dict[Recovery, int] = {}
-        for which, kind, place in self._choices:
-            if which == target and math.dist(place, self.here) <= SAME_PLACE_MM:
-                counts[kind] = counts.get(kind, 0) + 1
-        return counts
+    def repeats(self, target: str) -> dict[str, int]:
+        """Return how often each recovery was chosen at this place for this target."""
+        near = (
+            recovery
+            for which, recovery, place in self._choices
+            if which == target and math.dist(place, self.here) <= N.same_place_mm
+        )
+        return dict(Counter(near))
 
     def _see(self, target: str, sighting: Sighting) -> None:
         self._unseen.pop(target, None)
@@ -254,30 +343,32 @@ class WorldModel:
         place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), (pose.x_mm, pose.y_mm)
         self.floor.seen_past(here, place)
         before = self.known.get(target)
-        if before is not None and math.dist(before.place, place) <= JUMP_MM:
+        if before is not None and math.dist(before.place, place) > N.jump_mm:
+            before = None
+        if before is not None:
             place = (
-                before.place[0] + SETTLES * (place[0] - before.place[0]),
-                before.place[1] + SETTLES * (place[1] - before.place[1]),
+                before.place[0] + N.settles * (place[0] - before.place[0]),
+                before.place[1] + N.settles * (place[1] - before.place[1]),
             )
-        if before is None or sighting.time_s - before.time_s > NEW_LOOK_S or math.dist(before.place, place) > JUMP_MM:
+        if before is None or sighting.time_s - before.time_s > N.new_look_s:
             self.beliefs[target].see(place, here, oblique=self.oblique(target, sighting))
         towards_deg = math.degrees(math.atan2(here[1] - place[1], here[0] - place[0]))
-        if before is not None and math.dist(before.place, place) <= JUMP_MM:
-            towards_deg = before.seen_deg + TURNS * wrapped_deg(towards_deg - before.seen_deg)
+        if before is not None:
+            towards_deg = before.seen_deg + N.turns * wrapped_deg(towards_deg - before.seen_deg)
         self.known[target] = TargetEstimate(place, here, towards_deg, sighting.time_s, sighting.distance_mm)
 
     def oblique(self, target: str, sighting: Sighting) -> bool:
-        """Whether it is seen from far aside: it looks clearly narrower than at its widest, which is kept here."""
+        """Whether a target is seen from far aside: it looks clearly narrower than at its widest, which is kept here."""
         _, _, width, height = sighting.box
         aspect = width / max(1, height)
-        self._aspect[target] = max(self._aspect.get(target, UPRIGHT), aspect)
-        return aspect < NARROW * self._aspect[target]
+        self._aspect[target] = max(self._aspect.get(target, N.upright), aspect)
+        return aspect < N.narrow * self._aspect[target]
 
     def _miss(self, target: str, pose: Pose) -> None:
         unseen = self._unseen.get(target)
         if unseen is not None and (
-            abs(unseen.pose.heading_deg - pose.heading_deg) > STEP_DEG
-            or math.hypot(unseen.pose.x_mm - pose.x_mm, unseen.pose.y_mm - pose.y_mm) > STEP_MM
+            abs(unseen.pose.heading_deg - pose.heading_deg) > N.step_deg
+            or math.hypot(unseen.pose.x_mm - pose.x_mm, unseen.pose.y_mm - pose.y_mm) > N.step_mm
         ):
             self.beliefs[target].look(unseen.pose, self.floor, unseen.frames)
             unseen = None
@@ -289,7 +380,7 @@ class WorldModel:
     def _renew(self, now_s: float) -> None:
         if self._renewed_s is None:
             self._renewed_s = now_s
-        elif now_s - self._renewed_s >= RENEW_EVERY_S:
+        elif now_s - self._renewed_s >= N.renew_every_s:
             for belief in self.beliefs.values():
                 belief.renew(now_s - self._renewed_s)
             self._renewed_s = now_s

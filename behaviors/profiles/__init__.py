@@ -1,1 +1,1 @@
-"""The profiles: what a mission does in each state, and what it chooses after a failure."""
+"""The profiles: the skill for each state of a mission, and the choice after each failure."""

@@ -1,15 +1,16 @@
-"""What differs between profiles: what is done in each state, and what is chosen after a failure."""
+"""What a profile is: the skill for each state, and the choice after each failure; and the profile of the thesis."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Protocol
 
-from behaviors.events import Fact
+from behaviors.evidence import Evidence
+from behaviors.failures import Failure
 from behaviors.mission import Mission
-from behaviors.recovery import Choice, Evidence, RecoveryPolicy, ThesisPolicy
+from behaviors.recoveries import MOVE_TO, WAIT, Choice, RecoveryPolicy, ThesisPolicy
 from behaviors.skills import (
-    Service,
+    Skill,
     SkillContext,
     ThesisArriveSkill,
     ThesisMoveSkill,
@@ -22,24 +23,27 @@ from behaviors.target_queue import TargetQueue
 class Profile(Protocol):
     """A profile at work in one mission."""
 
-    def service(self, state: str, choice: Choice | None) -> Service:
-        """What to do in a state of the mission that was just entered.
+    def skill(self, state: str, choice: Choice | None) -> Skill:
+        """Return the skill for a state of the mission that was just entered.
 
         Args:
             state: ``search``, ``arrive``, or the recovery that was chosen.
             choice: The last choice.
 
         Raises:
-            KeyError: The profile does nothing in such a state.
+            KeyError: The profile has no skill for such a state.
         """
         ...
 
-    def evidence(self, failure: Evidence, fact: Fact) -> Evidence:
-        """What is known of a failure; called once for each.
+    def learn(self, failure: Failure) -> None:
+        """Update what the profile knows with a failure; called once for each, before `evidence`."""
+        ...
+
+    def evidence(self, basis: Evidence) -> Evidence:
+        """Complete the evidence for a choice; changes nothing.
 
         Args:
-            failure: What the executive itself knows.
-            fact: The failure, with what was measured.
+            basis: What the executive itself knows of the last failure.
         """
         ...
 
@@ -57,8 +61,8 @@ class ThesisProfile:
     Args:
         context: What to work with.
         mission: Its table ``thesis`` has the numbers.
-        queue: Whose present target is pursued.
-        policy: Another rule for the recoveries than the thesis's.
+        queue: Its present target is pursued.
+        policy: Another policy than the thesis's.
     """
 
     def __init__(
@@ -68,21 +72,24 @@ class ThesisProfile:
         self._queue = queue
         self._policy = policy or ThesisPolicy.of(mission.thesis)
 
-    def service(self, state: str, choice: Choice | None) -> Service:
-        """One of the thesis's services."""
+    def skill(self, state: str, choice: Choice | None) -> Skill:
+        """Return the thesis's skill for a state."""
         if state == "search":
             return ThesisSearchSkill(self._context, self._queue.target)
         if state == "arrive":
             return ThesisArriveSkill(self._context, self._queue.target)
-        if state == "wait" and choice:
+        if state == WAIT.name and choice:
             return ThesisWaitSkill(self._context, choice.wait_s)
-        if state == "move_to" and choice:
+        if state == MOVE_TO.name and choice:
             return ThesisMoveSkill(self._context, choice.turn_deg)
         raise KeyError(state)
 
-    def evidence(self, failure: Evidence, fact: Fact) -> Evidence:  # noqa: ARG002 - another mind's may need it
-        """The thesis knows no more than whether the target was recognised."""
-        return failure
+    def learn(self, failure: Failure) -> None:
+        """Learn nothing: the thesis keeps no model of the world."""
+
+    def evidence(self, basis: Evidence) -> Evidence:
+        """Add nothing: the thesis knows no more than whether the target was recognised."""
+        return basis
 
     def select(self, evidence: Evidence) -> Choice:
         """Choose by the policy."""

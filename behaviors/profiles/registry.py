@@ -9,23 +9,23 @@ from behaviors.mission import Mission
 from behaviors.operator import Ask, ConfirmedPolicy
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.profile import MakeProfile, ThesisProfile
-from behaviors.recovery import RecoveryPolicy, ThesisPolicy
+from behaviors.recoveries import RecoveryPolicy, ThesisPolicy
 
 PROFILES: dict[str, type[ThesisProfile] | type[AdaptiveProfile]] = {
     "thesis": ThesisProfile,
     "adaptive": AdaptiveProfile,
 }
-"""What is done in each state, and chosen after a failure."""
+"""All profiles, by name."""
 
 
 def make_policy(profile: str, mission: Mission) -> RecoveryPolicy:
-    """The rule by which a profile chooses, with the mission's numbers, as its mind makes it for itself."""
+    """Make a profile's own policy with the mission's numbers."""
     if profile == "thesis":
         return ThesisPolicy.of(mission.thesis)
     return AdaptivePolicy.of(mission.adaptive)
 
 
 def supervised(mission: Mission, ask: Ask) -> MakeProfile:
-    """The mission's profile with a person who has the last word on every recovery."""
+    """Make the mission's profile with a person who confirms or replaces every choice."""
     profile = mission.mission.profile
     return partial(PROFILES[profile], policy=ConfirmedPolicy(make_policy(profile, mission), ask))

@@ -12,7 +12,7 @@ from nxtdrive.recording.wording import failure_words
 
 if TYPE_CHECKING:
     from behaviors.operator import Question
-    from behaviors.recovery import Choice
+    from behaviors.recoveries import Choice
     from nxtdrive.recording.status_line import StatusLine
 
 STOP = "s"

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Sequence
 from rich.table import Table
 from rich.text import Text
 
+from behaviors.evidence import Evidence
 from behaviors.operator import OperatorChoice
-from behaviors.recovery import Evidence
-from nxtdrive.recording.wording import choice_words, evidence_lines
+from nxtdrive.recording.wording import evidence_lines
 
 SECONDS_SHOWN = 10_000.0
 """An expected time beyond this is shown as "never"."""
@@ -35,7 +35,7 @@ def candidate_table(candidates: Sequence[OperatorChoice], marks: Iterable[str], 
     for title in ("takes", "chance", "per success"):
         table.add_column(title, justify="right")
     for number, (candidate, mark) in enumerate(zip(candidates, marks, strict=True)):
-        cells = [choice_words(candidate.choice), *_expected(candidate)]
+        cells = [candidate.choice.words(), *_expected(candidate)]
         table.add_row(mark, *cells, style="bold" if number == chosen else None)
     return table
 

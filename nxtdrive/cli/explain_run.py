@@ -13,7 +13,7 @@ from nxtdrive.cli.options import add_json_argument, add_profile_argument
 
 if TYPE_CHECKING:
     from behaviors.operator import OperatorChoice
-    from behaviors.recovery import Choice
+    from behaviors.recoveries import Choice
     from nxtdrive.recording.decisions import Decision, Replay
     from nxtdrive.recording.explanation import Explanation
 
@@ -81,11 +81,7 @@ def _plain_decision(decision: Decision) -> dict[str, Any]:
         "reason": decision.reason,
         "measured": dict(decision.measured),
         "evidence": dict(decision.known),
-        "chose": {
-            "choice": decision.chose,
-            "why": decision.why,
-            **(decision.choice.numbers() if decision.choice else {}),
-        },
+        "chose": decision.choice.record() if decision.choice else {"choice": decision.chose, "why": decision.why},
         "outcome": {
             "result": outcome.result,
             "target": outcome.target,
@@ -118,7 +114,7 @@ def _plain_replay(replay: Replay) -> dict[str, Any]:
 
 
 def _plain_choice(choice: Choice) -> dict[str, Any]:
-    return {"choice": choice.kind, "why": choice.why, **choice.numbers()}
+    return choice.record()
 
 
 def _finite(value: float) -> float | None:

@@ -10,7 +10,7 @@ from rich.text import Text
 from nxtdrive.cli.decision_view import candidate_table, known_lines
 from nxtdrive.recording.decisions import Outcome, Result, Step, same
 from nxtdrive.recording.explanation import Explained, Explanation
-from nxtdrive.recording.wording import choice_words, failure_words, measured_words, spaced
+from nxtdrive.recording.wording import failure_words, measured_words, spaced
 
 RULE = (
     "the thesis's rule: recognised but not reached, wait; not recognised, move off; searched again too often, leave it"
@@ -88,10 +88,10 @@ def _candidates(each: Explained, profile: str) -> RenderableType:
 def _chosen(each: Explained) -> Text:
     decision = each.decision
     choice = decision.choice
-    text = Text(choice_words(choice) if choice else spaced(decision.chose), style="bold")
+    text = Text(choice.words() if choice else spaced(decision.chose), style="bold")
     text.append(f": {decision.why}" if decision.why else "", style="not bold")
     if choice and choice.proposed:
-        proposed = f"\nthe policy had proposed: {choice_words(choice.proposed)}, since {choice.proposed.why}"
+        proposed = f"\nthe policy had proposed: {choice.proposed.words()}, since {choice.proposed.why}"
         text.append(proposed, style="not bold")
     elif choice and choice.operator:
         text.append(" (confirmed by the operator)", style="not bold")
@@ -128,7 +128,7 @@ def _replayed(each: Explained, explanation: Explanation) -> list[tuple[str, Text
         return [(explanation.policy, Text(f"cannot be told: {replay.why_not}", style="yellow"))] if other else []
     if not replay.differs:
         return [(explanation.policy, Text("would have chosen the same", style="green"))] if other else []
-    would = f"would have chosen otherwise: {choice_words(replay.choice)}, since {replay.choice.why}"
+    would = f"would have chosen otherwise: {replay.choice.words()}, since {replay.choice.why}"
     if other:
         return [(explanation.policy, Text(would, style="yellow"))]
     if choice is None or choice.proposed:

@@ -73,7 +73,7 @@ def _lines(complaint: str) -> list[str]:
 
 
 def _show(args: argparse.Namespace) -> int:
-    from behaviors.diagram import mermaid, transition_table
+    from behaviors.diagram import mermaid, recovery_table, transition_table
     from nxtdrive.mission_run import load
 
     mission = load(args.file)
@@ -83,6 +83,8 @@ def _show(args: argparse.Namespace) -> int:
     print(_described(mission))
     print("\nTransitions\n")
     print(transition_table())
+    print("\nRecoveries\n")
+    print(recovery_table())
     print("\nDiagram (Mermaid)\n")
     print(mermaid())
     return DONE

@@ -15,6 +15,7 @@ import logging
 import threading
 from collections.abc import Callable
 
+from behaviors.angles import wrapped_deg
 from firmware_protocol.errors import BrickError
 from nxtdrive.motion.odometry import NOWHERE, Odometry, Trip
 from nxtdrive.sensors import Compass
@@ -64,12 +65,12 @@ class CompassFilter:
             self.aligned, self._north_deg = True, compass_deg - heading_deg
             return 0.0
         lost_deg = TURN_LOSS * abs(trip.turned_deg) + VEER_DEG_PER_M * trip.driven_mm / 1000.0
-        error_deg = _wrapped(compass_deg - self._north_deg - heading_deg)
+        error_deg = wrapped_deg(compass_deg - self._north_deg - heading_deg)
         here = trip.away_mm <= SPOT_MM
         plausible = abs(error_deg) <= self._doubt_deg + lost_deg + NEEDLE_DEG
         self._believed = plausible and (self._believed or not here)
         if not self._believed:
-            turn_error_deg = _wrapped(compass_deg - before_deg - trip.turned_deg)
+            turn_error_deg = wrapped_deg(compass_deg - before_deg - trip.turned_deg)
             if here and abs(turn_error_deg) <= lost_deg + NEEDLE_DEG:
                 return turn_error_deg
             self._doubt_deg += lost_deg
@@ -134,7 +135,3 @@ class CompassCorrection:
         self._read_wheels()
         if odometry.still_since_s == still_since_s:
             odometry.correct(self._filter.correction_deg(compass_deg, odometry.pose.heading_deg, odometry.trip))
-
-
-def _wrapped(angle_deg: float) -> float:
-    return (angle_deg + 180.0) % 360.0 - 180.0

@@ -1,1 +1,1 @@
-"""What a run leaves behind: journal, summary, map and video."""
+"""The record of a run: journal, summary, map and video; and its explanation."""

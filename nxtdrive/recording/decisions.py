@@ -1,4 +1,4 @@
-"""The decisions of a run, from its journal: what had failed, what was known, what was chosen, and what came of it."""
+"""The decisions of a run, from its journal: what failed, what was known, what was chosen, and the outcome."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ from typing import Any
 
 from behaviors.chart import MISSION_STATES
 from behaviors.events import Event
+from behaviors.evidence import Evidence, evidence_from
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.operator import OperatorChoice, Weighing, candidates
-from behaviors.recovery import Choice, Evidence, RecoveryPolicy, choice_from, evidence_from
+from behaviors.recoveries import Choice, RecoveryPolicy, choice_from
 
 WEIGHED = ("blocker", "here", "viewpoints")
-"""Only who weighs candidates knows any of these."""
+"""Evidence that only a policy which weighs candidates has."""
 NEARLY_S = NEARLY_DEG = 0.05
 NEARLY_MM = 1.0
-"""Journals are rounded; numbers that differ less are the same."""
+"""Journals are rounded; numbers that differ by less are equal."""
 
 
 class Result(StrEnum):
@@ -39,7 +40,7 @@ class Step:
         state: Its name.
         target: What was pursued.
         seconds: How long.
-        reason: What ended it; empty when it followed by itself or the journal does not tell.
+        reason: Why it ended; empty when the chart went on by itself or the journal does not say.
     """
 
     state: str
@@ -50,11 +51,11 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of a decision, up to the next one.
+    """The outcome of a decision, up to the next one.
 
     Attributes:
         result: In a word.
-        target: Which target that is about.
+        target: The target it is about.
         detail: The next failure's name, or how the mission ended.
         seconds: How long it took.
         steps: The states in between.
@@ -81,7 +82,7 @@ class Decision:
         chose: The choice's name in the journal.
         why: The reason given for it.
         choice: The choice; None if this version does not know it.
-        outcome: What came of it.
+        outcome: What it led to.
     """
 
     time_s: float
@@ -97,7 +98,7 @@ class Decision:
 
     @property
     def weighed(self) -> bool:
-        """Whether the evidence tells what could have been done."""
+        """Whether the evidence has what could have been done."""
         return any(self.known.get(name) for name in WEIGHED)
 
 
@@ -106,9 +107,9 @@ class Replay:
     """What a policy would have chosen with a decision's evidence.
 
     Attributes:
-        choice: That; None when it cannot be told.
-        differs: Whether that is something else than what was chosen.
-        why_not: Why it cannot be told, or an empty string.
+        choice: Its choice; None when the journal does not allow one.
+        differs: Whether it differs from what was chosen.
+        why_not: Why there is none, or an empty string.
     """
 
     choice: Choice | None
@@ -117,9 +118,9 @@ class Replay:
 
 
 def decisions(records: Sequence[Record]) -> list[Decision]:
-    """Every decision of a journal, in order."""
+    """Return every decision of a journal, in order."""
     chosen = [i for i, record in enumerate(records) if record.kind is Kind.CHOICE]
-    # a failure is written just behind the choice it led to, since the chart chooses on its way into `select`
+    # a failure is written just after the choice it led to, since the chart chooses while it enters `select`
     failed = [_failure_at(records, i, end) for i, end in pairwise([*chosen, len(records)])]
     spans = pairwise([*failed, len(records)])
     return [
@@ -129,14 +130,14 @@ def decisions(records: Sequence[Record]) -> list[Decision]:
 
 
 def profile_of(mission: Mission | None, made: Sequence[Decision]) -> str:
-    """The profile that made these decisions: as its mission says, else as the evidence shows."""
+    """Return the profile that made these decisions: as its mission says, else as the evidence shows."""
     if mission is not None:
         return mission.mission.profile
     return "adaptive" if any(each.weighed for each in made) else "thesis"
 
 
 def weighed_by(policy: RecoveryPolicy, decision: Decision) -> tuple[OperatorChoice, ...]:
-    """The candidates of a decision as a policy weighs them, and what was chosen, if that is none of them."""
+    """Return the candidates of a decision as a policy weighs them, and the choice if it is none of them."""
     chosen = decision.choice
     if decision.evidence is None or not decision.weighed or not isinstance(policy, Weighing):
         return ()
@@ -151,7 +152,7 @@ def replay(policy: RecoveryPolicy, decision: Decision) -> Replay:
     if decision.evidence is None:
         return Replay(None, why_not="this version does not understand the journal's evidence")
     if isinstance(policy, Weighing) and not decision.weighed:
-        return Replay(None, why_not="the journal tells neither what was in the way nor from where else one could look")
+        return Replay(None, why_not="the journal has neither what was in the way nor where else to look from")
     choice = policy.select(decision.evidence)
     return Replay(choice, differs=decision.choice is None or not same(choice, decision.choice))
 
@@ -171,7 +172,7 @@ def same(one: Choice, other: Choice) -> bool:
 
 
 def _failure_at(records: Sequence[Record], choice: int, end: int) -> int:
-    """Where the transition into `select` of a choice stands; where the choice does, if there is none."""
+    """Return the index of a choice's transition into `select`; the choice's own if there is none."""
     return next((i for i in range(choice, end) if _enters(records[i], "select")), choice)
 
 
@@ -233,7 +234,7 @@ def _outcome(choice: Record, after: Sequence[Record]) -> Outcome:
 
 
 def _leads_on(record: Record) -> bool:
-    """Whether the mission was in another state from there on."""
+    """Whether the mission entered another state."""
     return (
         record.kind is Kind.TRANSITION
         and record.data.get("to") in MISSION_STATES

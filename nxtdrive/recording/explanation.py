@@ -13,7 +13,7 @@ from nxtdrive.recording.run_reader import PastRun
 DEFAULTS = Mission.model_validate(
     {"mission": {"targets": ["any"]}, "target": {"any": {"detector": "color", "color": "red"}}}
 )
-"""Stands in for the mission of a journal without one: only the profiles' numbers are asked for."""
+"""Used for a journal without a mission: only the profiles' parameters are needed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,7 @@ class Explained:
     Attributes:
         decision: As the journal has it.
         candidates: What could have been done as the run's policy weighs it; empty if it does not weigh.
-        replay: What the policy that was asked for makes of its evidence.
+        replay: What the other policy would have chosen with its evidence.
     """
 
     decision: Decision
@@ -37,8 +37,8 @@ class Explanation:
 
     Attributes:
         run: What was read.
-        profile: Whose decisions these are.
-        policy: Whose choices `Explained.replay` has; the same profile's if no other was asked for.
+        profile: The profile that made the decisions.
+        policy: The profile whose policy `Explained.replay` is about; the same if no other was given.
         decisions: All of them, in order.
     """
 
@@ -53,7 +53,7 @@ def explain(run: PastRun, policy: str | None = None) -> Explanation:
 
     Args:
         run: As read.
-        policy: Name of the profile that is given each decision's evidence again; the run's own when None.
+        policy: Name of the profile whose policy gets each decision's evidence again; the run's own when None.
     """
     mission = run.mission or DEFAULTS
     made = decisions(run.records)

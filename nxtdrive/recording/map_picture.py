@@ -1,7 +1,7 @@
-"""Draws ``map.png``: where the robot believes it was, what it saw and what it decided, from the journal alone.
+"""Draws ``map.png`` from the journal alone: where the robot believes it was, what it saw and what it decided.
 
-Everything is in the frame of the robot's start and as the robot knows it: the path by odometry, walls where the
-ultrasonic sensor heard an echo, targets where the camera put them. The simulation's truth is not known here.
+Everything is in the frame of the robot's start and as the robot measured it: the path by odometry, walls where the
+ultrasonic sensor received an echo, targets where the camera located them. The simulation's truth is not used.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from behaviors.journal import Kind, Record
+from behaviors.ports import Point
+from behaviors.recoveries import recovery_in
 
 Image = npt.NDArray[np.uint8]
-Point = tuple[float, float]
 Color = tuple[int, int, int]
 
 SCALE = 0.2
@@ -26,38 +27,47 @@ SCALE = 0.2
 MARGIN_PX = 60
 LEGEND_PX = 250
 SMALLEST_MM = 2600.0
-"""A map shows at least so much in each direction."""
+"""A map shows at least this much in each direction."""
 
 INK: Color = (60, 50, 45)
 PAPER: Color = (250, 250, 248)
 GRID: Color = (228, 228, 224)
 ECHO: Color = (150, 140, 130)
 
-STATE_COLORS: dict[str, Color] = {
-    "search": (200, 130, 30),
-    "arrive": (70, 160, 40),
-    "wait": (40, 160, 230),
-    "move_to": (180, 60, 150),
-    "detour": (30, 90, 150),
-    "rescan": (160, 160, 40),
-}
-"""Colour of the path in each state, blue-green-red."""
+SEARCH: Color = (200, 130, 30)
+ARRIVE: Color = (70, 160, 40)
+FAILED: Color = (40, 40, 200)
+STATE_COLORS: dict[str, Color] = {"search": SEARCH, "arrive": ARRIVE}
+"""Colour of the path in each state that is no recovery, blue-green-red; recoveries have theirs in the registry."""
 
 TARGET_COLORS: tuple[Color, ...] = ((60, 60, 210), (30, 110, 190), (150, 120, 20), (120, 40, 120))
 
 
 @dataclass(slots=True)
 class Mark:
-    """A place where something was decided."""
+    """A place where something was decided.
+
+    Attributes:
+        where: The place.
+        text: What, for the legend.
+        color: Blue, green, red.
+        marker: End of the name of one of OpenCV's markers, in lower case.
+    """
 
     where: Point
-    kind: str
     text: str
+    color: Color
+    marker: str
+
+    def draw(self, image: Image, place: tuple[int, int], size: int) -> None:
+        """Draw it at a pixel."""
+        shape = getattr(cv2, f"MARKER_{self.marker.upper()}")
+        cv2.drawMarker(image, place, self.color, shape, size, 2, cv2.LINE_AA)
 
 
 @dataclass(slots=True)
-class Known:
-    """What the journal knows of the arena."""
+class MapData:
+    """What a journal has for the map."""
 
     path: list[tuple[Point, str]] = field(default_factory=list)
     echoes: list[Point] = field(default_factory=list)
@@ -66,13 +76,13 @@ class Known:
     marks: list[Mark] = field(default_factory=list)
 
     def points(self) -> list[Point]:
-        """Everything the map must have room for."""
+        """Return every point that must be on the map."""
         seen = [point for points in self.sightings.values() for point in points]
         return [(0.0, 0.0), *(point for point, _ in self.path), *self.echoes, *seen]
 
 
 def draw_map(records: Sequence[Record]) -> Image:
-    """The map of a run.
+    """Draw the map of a run.
 
     Args:
         records: The whole journal.
@@ -86,7 +96,7 @@ def draw_map(records: Sequence[Record]) -> Image:
     for echo in known.echoes:
         cv2.circle(sheet.image, sheet.at(echo), 2, ECHO, -1, cv2.LINE_AA)
     for (start, _), (end, state) in zip(known.path, known.path[1:], strict=False):
-        cv2.line(sheet.image, sheet.at(start), sheet.at(end), STATE_COLORS.get(state, INK), 3, cv2.LINE_AA)
+        cv2.line(sheet.image, sheet.at(start), sheet.at(end), state_color(state), 3, cv2.LINE_AA)
     for where, heading_deg in known.looks:
         _tick(sheet, where, heading_deg)
     for i, (target, points) in enumerate(known.sightings.items()):
@@ -101,9 +111,15 @@ def draw_map(records: Sequence[Record]) -> Image:
     return sheet.image
 
 
-def gather(records: Sequence[Record]) -> Known:
-    """Read what the map shows off the journal."""
-    known = Known()
+def state_color(state: str) -> Color:
+    """Return the colour of the path in a state."""
+    recovery = recovery_in(state)
+    return recovery.color if recovery else STATE_COLORS.get(state, INK)
+
+
+def gather(records: Sequence[Record]) -> MapData:
+    """Extract from a journal what the map shows."""
+    known = MapData()
     here: Point = (0.0, 0.0)
     for record in records:
         pose = record.data.get("pose")
@@ -116,13 +132,13 @@ def gather(records: Sequence[Record]) -> Known:
                     known.looks.append((here, heading_deg))
                 _add_look(known, record, here, heading_deg)
         if record.kind is Kind.TRANSITION:
-            mark = _mark_of(record)
+            mark = _mark_of(record, here)
             if mark:
-                known.marks.append(Mark(here, *mark))
+                known.marks.append(mark)
     return known
 
 
-def _add_look(known: Known, record: Record, here: Point, heading_deg: float) -> None:
+def _add_look(known: MapData, record: Record, here: Point, heading_deg: float) -> None:
     range_mm, sighting = record.data.get("range_mm"), record.data.get("sighting")
     if isinstance(range_mm, int | float):
         known.echoes.append(_ahead(here, heading_deg, float(range_mm)))
@@ -133,25 +149,16 @@ def _add_look(known: Known, record: Record, here: Point, heading_deg: float) -> 
             known.sightings.setdefault(record.target, []).append(place)
 
 
-def _mark_of(record: Record) -> tuple[str, str] | None:
-    """Kind and text of the mark that a transition leaves on the map."""
-    entered, reason = record.data["to"], str(record.data.get("reason", "")).replace("_", " ")
-    match entered:
-        case "select":
-            return "failed", f"{record.target}: {reason}"
-        case "wait":
-            return "waited", "wait"
-        case "move_to":
-            return "moved", "move to"
-        case "detour":
-            return "went round", "go round"
-        case "rescan":
-            return "looked again", "look again"
-        case "reached":
-            return "reached", f"{record.target}: reached"
-        case "gave_up":
-            return "gave up", f"{record.target}: given up"
-    return None
+def _mark_of(record: Record, here: Point) -> Mark | None:
+    """Return the mark that a transition leaves on the map."""
+    entered = str(record.data["to"])
+    if entered == "select":
+        reason = str(record.data.get("reason", "")).replace("_", " ")
+        return Mark(here, f"{record.target}: {reason}", FAILED, "tilted_cross")
+    if entered == "reached":
+        return Mark(here, f"{record.target}: reached", ARRIVE, "star")
+    recovery = recovery_in(entered)
+    return Mark(here, f"{record.target}: {recovery.label}", recovery.color, recovery.marker) if recovery else None
 
 
 def _ahead(here: Point, heading_deg: float, distance_mm: float) -> Point:
@@ -160,7 +167,7 @@ def _ahead(here: Point, heading_deg: float, distance_mm: float) -> Point:
 
 
 class _Sheet:
-    """The paper: millimetres of the robot's frame to pixels, x forward drawn upwards, y right drawn to the right."""
+    """The image: maps millimetres of the robot's frame to pixels; x forward is up, y right is right."""
 
     def __init__(self, points: Sequence[Point]) -> None:
         xs, ys = [point[0] for point in points], [point[1] for point in points]
@@ -172,14 +179,14 @@ class _Sheet:
         self.image: Image = np.full((self.height, self.width + LEGEND_PX, 3), PAPER, np.uint8)
 
     def at(self, point: Point) -> tuple[int, int]:
-        """Pixel of a point."""
+        """Return the pixel of a point."""
         return (
             round((point[1] - self._y_mid) * SCALE + self.width / 2),
             round(self.height / 2 - (point[0] - self._x_mid) * SCALE),
         )
 
     def grid(self, step_mm: float = 500.0) -> None:
-        """Lines every half metre."""
+        """Draw lines every half metre."""
         left_px, top_px = self.at((self._x_mid + self.up_mm / 2, self._y_mid - self.right_mm / 2))
         right_px, bottom_px = self.at((self._x_mid - self.up_mm / 2, self._y_mid + self.right_mm / 2))
         for i in range(-40, 41):
@@ -190,13 +197,13 @@ class _Sheet:
                 cv2.line(self.image, (left_px, row), (right_px, row), GRID, 1)
 
     def text(self, text: str, point: Point, color: Color, size: float, shift: tuple[int, int] = (0, 0)) -> None:
-        """Text beside a point, with a halo so that it can be read over lines."""
+        """Write text beside a point, with a halo so that it can be read over lines."""
         column, row = self.at(point)
         write(self.image, text, (column + shift[0], row + shift[1]), color, size)
 
 
 def write(image: Image, text: str, where: tuple[int, int], color: Color, size: float) -> None:
-    """Text with a halo of paper."""
+    """Write text with a halo in the colour of the background."""
     for ink, width in ((PAPER, 4), (color, 1)):
         cv2.putText(image, text, where, cv2.FONT_HERSHEY_SIMPLEX, size, ink, width, cv2.LINE_AA)
 
@@ -205,19 +212,8 @@ def _tick(sheet: _Sheet, where: Point, heading_deg: float) -> None:
     cv2.line(sheet.image, sheet.at(where), sheet.at(_ahead(where, heading_deg, 90.0)), (190, 180, 170), 1, cv2.LINE_AA)
 
 
-MARK_SHAPES: dict[str, tuple[int, Color]] = {
-    "failed": (cv2.MARKER_TILTED_CROSS, (40, 40, 200)),
-    "waited": (cv2.MARKER_SQUARE, STATE_COLORS["wait"]),
-    "moved": (cv2.MARKER_TRIANGLE_UP, STATE_COLORS["move_to"]),
-    "went round": (cv2.MARKER_DIAMOND, STATE_COLORS["detour"]),
-    "looked again": (cv2.MARKER_CROSS, STATE_COLORS["rescan"]),
-    "reached": (cv2.MARKER_STAR, STATE_COLORS["arrive"]),
-    "gave up": (cv2.MARKER_TRIANGLE_DOWN, (40, 40, 200)),
-}
-
-
 def _draw_marks(sheet: _Sheet, marks: Sequence[Mark]) -> None:
-    """Marks with their numbers in the order of events; marks at one place stand side by side."""
+    """Draw marks with their numbers in the order of events; marks at one place are drawn side by side."""
     taken: dict[tuple[int, int], int] = {}
     for number, mark in enumerate(marks, start=1):
         column, row = sheet.at(mark.where)
@@ -225,18 +221,14 @@ def _draw_marks(sheet: _Sheet, marks: Sequence[Mark]) -> None:
         shift = taken.get(cell, 0)
         taken[cell] = shift + 1
         place = (column + 26 * (shift % 4), row - 8 + 20 * (shift // 4))
-        shape, color = MARK_SHAPES[mark.kind]
-        cv2.drawMarker(sheet.image, place, color, shape, 14, 2, cv2.LINE_AA)
-        write(sheet.image, str(number), (place[0] + 5, place[1] - 7), color, 0.38)
+        mark.draw(sheet.image, place, 14)
+        write(sheet.image, str(number), (place[0] + 5, place[1] - 7), mark.color, 0.38)
 
 
-def _legend(sheet: _Sheet, known: Known, records: Sequence[Record]) -> None:
+def _legend(sheet: _Sheet, known: MapData, records: Sequence[Record]) -> None:
     left, row = sheet.width + 8, 34
-    been = {state for _, state in known.path}
-    for state, color in STATE_COLORS.items():
-        if state not in been:
-            continue
-        cv2.line(sheet.image, (left, row - 4), (left + 26, row - 4), color, 3, cv2.LINE_AA)
+    for state in dict.fromkeys(state for _, state in known.path if state_color(state) != INK):
+        cv2.line(sheet.image, (left, row - 4), (left + 26, row - 4), state_color(state), 3, cv2.LINE_AA)
         write(sheet.image, state, (left + 36, row), INK, 0.42)
         row += 20
     cv2.circle(sheet.image, (left + 13, row - 4), 2, ECHO, -1, cv2.LINE_AA)
@@ -249,8 +241,7 @@ def _legend(sheet: _Sheet, known: Known, records: Sequence[Record]) -> None:
         if row > sheet.height - 40:
             write(sheet.image, "...", (left, row), INK, 0.38)
             break
-        shape, color = MARK_SHAPES[mark.kind]
-        cv2.drawMarker(sheet.image, (left + 6, row - 4), color, shape, 10, 2, cv2.LINE_AA)
+        mark.draw(sheet.image, (left + 6, row - 4), 10)
         write(sheet.image, f"{number} {mark.text}", (left + 20, row), INK, 0.38)
         row += 17
     if records:

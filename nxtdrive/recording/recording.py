@@ -1,4 +1,4 @@
-"""Everything a run leaves behind, kept while it runs and finished when it ends, however it ends."""
+"""The record of a run, kept while it runs and completed when it ends, however it ends."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 
 class Recording:
-    """A run's folder, map and video; hears records, looks and frames.
+    """A run's folder, map and video; receives records, looks and frames.
 
     Args:
-        folder: Where everything goes.
+        folder: The folder to write to.
         video: Whether to make the video.
     """
 
@@ -37,16 +37,16 @@ class Recording:
         self._caption = ""
 
     def __call__(self, record: Record) -> None:
-        """Hear of a record."""
+        """Receive a record."""
         self.folder(record)
         self._caption = f"{record.state}  {record.target}  {record.time_s:.1f} s"
 
     def look(self, frame: Frame, _target: str, sighting: Sighting | None, found: Sequence[Detection]) -> None:
-        """Hear of a look: the frame with what was seen in it."""
+        """Receive a look: the frame with what was seen in it."""
         self._show(frame, sighting, found, looked=True)
 
     def frame(self, frame: Frame) -> None:
-        """Hear of a frame that nobody looked at, as while the robot waits; may come from the camera's thread."""
+        """Receive a frame that no skill looked at, as while the robot waits; may come from the camera's thread."""
         self._show(frame, None, (), looked=False)
 
     def _show(self, frame: Frame, sighting: Sighting | None, found: Sequence[Detection], *, looked: bool) -> None:
@@ -60,9 +60,9 @@ class Recording:
         """Write summary and map and close the journal and the video.
 
         Args:
-            report: What came of the mission; None when it broke.
+            report: The mission's result; None when it broke.
             error: Why it broke, or an empty string.
-            details: What else the summary tells.
+            details: Further entries of the summary.
         """
         self.folder.close()
         self.folder.write_summary(report, error, details)
@@ -73,5 +73,5 @@ class Recording:
                 self._video = None
 
     def files(self) -> list[Path]:
-        """What there is in the folder."""
+        """Return the files in the folder."""
         return sorted(self.folder.path.iterdir())

@@ -1,7 +1,7 @@
 """The folder of one run: ``mission.json``, ``journal.jsonl``, ``summary.json``, ``map.png`` and ``camera.mp4``.
 
-The mission is written when the run begins, and the journal line by line as things happen, so a run that is killed
-leaves everything up to that moment. The rest is written when the run ends, however it ends.
+The mission is written when the run begins, and the journal line by line, so that a run that is killed leaves
+everything up to that moment. The rest is written when the run ends, however it ends.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MISSION, JOURNAL, SUMMARY, MAP, VIDEO = "mission.json", "journal.jsonl", "summar
 
 
 class RunFolder:
-    """Files of one run.
+    """The files of one run.
 
     Args:
         path: An existing folder; files in it are overwritten.
@@ -33,13 +33,13 @@ class RunFolder:
         self._journal: TextIO = (path / JOURNAL).open("w", encoding="utf-8", newline="\n")
 
     def __call__(self, record: Record) -> None:
-        """Write one record into the journal, at once."""
+        """Write one record to the journal, immediately."""
         self.records.append(record)
         self._journal.write(record.to_json() + "\n")
         self._journal.flush()
 
     def write_mission(self, mission: Mission) -> None:
-        """Write ``mission.json``: the mission with every number it runs with."""
+        """Write ``mission.json``: the mission with all parameters it runs with."""
         (self.path / MISSION).write_text(mission.model_dump_json(indent=2) + "\n", encoding="utf-8")
 
     def close(self) -> None:
@@ -50,9 +50,9 @@ class RunFolder:
         """Write ``summary.json``.
 
         Args:
-            report: What came of the mission; None when it broke.
+            report: The mission's result; None when it broke.
             error: Why it broke or ended early, or an empty string.
-            details: What else belongs there: mission, address, camera, seed.
+            details: Further entries: mission, address, camera, seed.
         """
         (self.path / SUMMARY).write_text(
             json.dumps(summary(report, error, details), indent=2, ensure_ascii=False) + "\n", encoding="utf-8"
@@ -60,7 +60,7 @@ class RunFolder:
 
 
 def summary(report: Report | None, error: str, details: dict[str, object]) -> dict[str, object]:
-    """The summary of a run as plain values, as ``summary.json`` and ``--json`` have it."""
+    """Return the summary of a run as plain values, as ``summary.json`` and ``--json`` have it."""
     if report is None:
         return {"ending": "broken", "achieved": False, "error": error, **details}
     return {

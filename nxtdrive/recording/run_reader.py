@@ -1,4 +1,4 @@
-"""Reads what a run left behind, also one that was killed."""
+"""Reads the folder of a run, also of one that was killed."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from nxtdrive.recording.run_folder import JOURNAL, MISSION
 
 @dataclass(frozen=True, slots=True)
 class PastRun:
-    """A run that is over, or was.
+    """A run as its folder has it.
 
     Attributes:
         path: Its journal.
-        records: What the journal has.
+        records: The journal's records.
         damaged: Numbers of lines that cannot be read, from 1.
-        mission: The mission with its numbers; None if the folder does not tell.
+        mission: The mission with its parameters; None if the folder has none.
     """
 
     path: Path
@@ -35,7 +35,7 @@ class PastRun:
 
     @property
     def end(self) -> Record | None:
-        """The journal's last record; None if the run was killed, or goes on."""
+        """The journal's last record; None if the run was killed or is in progress."""
         return next((record for record in reversed(self.records) if record.kind is Kind.END), None)
 
 
@@ -81,7 +81,7 @@ def _records(lines: list[bytes]) -> tuple[list[Record], list[int]]:
 
 
 def _mission(path: Path) -> Mission | None:
-    """None also for a mission of a version with other keys: its numbers are not ours."""
+    """Read a mission; None also for one of a version with other keys."""
     try:
         return Mission.model_validate_json(path.read_bytes())
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""One live line on the terminal: state, target, sighting, mission time, battery, and why it does that."""
+"""A live line on the terminal: state, target, sighting, mission time, battery, and the reason for a recovery."""
 
 from __future__ import annotations
 
@@ -12,19 +12,16 @@ from rich.live import Live
 from rich.text import Text
 
 from behaviors.journal import Kind, Record
-from behaviors.recovery import Recovery
+from behaviors.recoveries import Recovery, recovery_in
 
 REDRAWS_PER_S = 8
-STATES = {"move_to": "look elsewhere", "detour": "go round", "rescan": "look again", "gave_up": "give up"}
-"""What people call a state whose name says too little."""
-RECOVERIES = frozenset(Recovery)
 LINK_LOST = "the link is lost; waiting for the brick"
 
 
 class StatusLine:
-    """Shows the latest of every kind; prints nothing when standard error is no terminal.
+    """Shows the latest values; prints nothing when standard error is no terminal.
 
-    It asks the robot nothing, so a run goes the same way whether somebody watches or not.
+    It sends no requests to the robot, so a run is the same with and without it.
 
     Args:
         console: The terminal; standard error by default.
@@ -52,7 +49,7 @@ class StatusLine:
 
     @contextmanager
     def paused(self) -> Iterator[None]:
-        """Leave the terminal to somebody else meanwhile."""
+        """Free the terminal for other output meanwhile."""
         self._live.stop()
         try:
             yield
@@ -61,7 +58,7 @@ class StatusLine:
                 self._live.start()
 
     def __call__(self, record: Record) -> None:
-        """Hear of a record."""
+        """Update the line with a record."""
         if not self._shown:
             return
         if record.kind is Kind.CHOICE:
@@ -72,24 +69,25 @@ class StatusLine:
         battery_mv = record.data.get("battery_mv")
         if isinstance(battery_mv, int):
             self._battery = f"  battery {battery_mv / 1000:.1f} V"
+        recovery = recovery_in(record.state)
         self._live.update(
             Text.assemble(
-                (f" {STATES.get(record.state, record.state):<9}", "bold"),
+                (f" {recovery.label if recovery else record.state:<9}", "bold"),
                 f" {record.target}  ",
                 (f"sighting {self._sighting}", "green" if self._sighting != "-" else "dim"),
                 f"  {record.time_s:6.1f} s",
                 self._battery,
-                (self._note(record.state), "dim"),
+                (self._note(record.state, recovery), "dim"),
                 no_wrap=True,
                 overflow="ellipsis",
             )
         )
 
-    def _note(self, state: str) -> str:
-        """Why it is in this state, where that is not plain."""
+    def _note(self, state: str, recovery: Recovery | None) -> str:
+        """Return why it is in this state, where that is not obvious."""
         if state == "suspended":
             return f"  {LINK_LOST}"
-        return f"  {self._why}" if state in RECOVERIES and self._why else ""
+        return f"  {self._why}" if recovery and self._why else ""
 
 
 def _sighting(values: Mapping[str, object]) -> str:

@@ -1,4 +1,4 @@
-"""Writes ``camera.mp4``: what the camera saw, with boxes, state and time drawn in."""
+"""Writes ``camera.mp4``: the camera's frames with boxes, state and time."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from firmware_protocol.errors import ConfigError
 Image = npt.NDArray[np.uint8]
 
 VIDEO_FPS = 5
-"""Frames per second of mission time; every third or second frame of a webcam, enough to follow a slow robot."""
+"""Frames per second of mission time: every second or third frame of a webcam, enough for a slow robot."""
 
 
 class VideoRecorder:
-    """A film at a constant rate of mission time.
+    """A video with a constant frame rate in mission time.
 
     Args:
         path: The file to write.
@@ -33,12 +33,12 @@ class VideoRecorder:
         self._shown: Image | None = None
 
     def add(self, image: Image, time_s: float, *, instead: bool = False) -> None:
-        """Show `image` from `time_s` on, until the next one; of two in the same slot the first stays.
+        """Show `image` from `time_s` until the next one; of two in the same slot the first stays.
 
         Args:
             image: Shape (height, width, 3), dtype uint8, BGR; all of one size.
-            time_s: Mission time; must not go back.
-            instead: Show it even if there is one in this slot already.
+            time_s: Mission time; must not decrease.
+            instead: Replace an image that is in this slot already.
 
         Raises:
             ConfigError: The file cannot be written.

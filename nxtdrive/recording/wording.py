@@ -1,11 +1,12 @@
-"""Failures, evidence and choices in words, for people who ask why the robot did something."""
+"""Failures and evidence in words, for the explanation of a run."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
 from behaviors.events import Reason
-from behaviors.recovery import Blocker, Choice, Evidence, Point, Recovery
+from behaviors.evidence import Evidence
+from behaviors.failures import Blocker
 
 FAILURES: dict[Reason, str] = {
     Reason.FULL_TURN_WITHOUT_SIGHTING: "a full turn did not bring it into view",
@@ -17,21 +18,21 @@ FAILURES: dict[Reason, str] = {
     Reason.NO_PROGRESS: "the robot drives and does not come nearer",
     Reason.SLIPPED: "the wheels turn and the robot does not move",
     Reason.WRONG_TARGET: "from near it turned out to be something else",
-    Reason.NO_WAY: "there is no way to where the robot wanted to go",
+    Reason.NO_WAY: "there is no path to where the robot wanted to go",
     Reason.APPROACH_TIMEOUT: "the approach took too long",
 }
 """What the names of failures mean."""
 UNITS = {"mm": 0, "s": 1, "deg": 0}
-"""Units at the end of names in the journal, and decimals that tell something."""
+"""Units at the end of names in the journal, and the decimals to show."""
 
 
 def failure_words(reason: str) -> str:
-    """What a failure's name means, or the name itself."""
+    """Say what a failure's name means, or the name itself."""
     return next((text for known, text in FAILURES.items() if known == reason), spaced(reason))
 
 
 def measured_words(measured: Mapping[str, object]) -> str:
-    """Measurements of the journal with their units: ``range_mm`` 620 is "range 620 mm"."""
+    """Write measurements of the journal with their units: ``range_mm`` 620 is "range 620 mm"."""
     return ", ".join(filter(None, (_measured(name, value) for name, value in measured.items())))
 
 
@@ -47,37 +48,13 @@ def _measured(name: str, value: object) -> str:
 
 
 def spaced(name: str) -> str:
-    """A name from the journal as words."""
+    """Write a name from the journal as words."""
     return name.replace("_", " ")
 
 
-def choice_words(choice: Choice) -> str:
-    """What a choice does."""
-    match choice.kind:
-        case Recovery.WAIT:
-            return f"wait up to {choice.wait_s:.1f} s"
-        case Recovery.MOVE_TO if choice.route:
-            return f"look from {place_words(choice.route[-1])}"
-        case Recovery.MOVE_TO:
-            return f"turn {choice.turn_deg:+.0f}° and move off"
-        case Recovery.DETOUR:
-            return f"go round, to {place_words(choice.route[-1])}" if choice.route else "go round"
-        case Recovery.RESCAN:
-            return "look again from here"
-        case Recovery.CHANGE_TARGET:
-            return "leave this target for now" + (f" and go for {choice.instead}" if choice.instead else "")
-
-
-def place_words(place: Point) -> str:
-    """A place in the frame of the start."""
-    x_m, y_m = round(place[0] / 1000, 1), round(place[1] / 1000, 1)
-    along = f"{abs(x_m):.1f} m {'behind' if x_m < 0 else 'ahead'}"
-    return f"{along}, {abs(y_m):.1f} m {'left' if y_m < 0 else 'right'} of the start"
-
-
 def evidence_lines(evidence: Evidence) -> Iterator[str]:
-    """What was known, a sentence a line, with its numbers."""
-    seen = "was recognised" if evidence.exist else "was not recognised"
+    """Yield what was known, one sentence per line, with its numbers."""
+    seen = "was recognised" if evidence.seen_since_search else "was not recognised"
     yield f"{evidence.target} {seen} since the last search began; searched for again: {_times(evidence.researches)}"
     if evidence.spent_s:
         yield f"{evidence.spent_s:.0f} s since the last sighting, or since its turn began"
@@ -110,8 +87,8 @@ def _blocker_words(blocker: Blocker) -> str:
 
 def _detour_words(evidence: Evidence) -> str:
     if evidence.detour is None:
-        return "no way round it is known"
-    return f"a way round it takes {evidence.detour.extra_s:.0f} s longer"
+        return "no path around it is known"
+    return f"a path around it takes {evidence.detour.extra_s:.0f} s longer"
 
 
 def _times(count: int) -> str:

@@ -1,27 +1,11 @@
-"""Confirms a target that is detected repeatedly in the same place, and keeps it while it stays near there."""
+"""Confirmation: a target is believed when it is seen again in the same place, and kept while it stays near there."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-from nxtdrive.vision.detection import Detection
-
-
-@dataclass(frozen=True, slots=True)
-class Seen:
-    """A detection with its bearing and distance.
-
-    Attributes:
-        detection: The detection, in pixels.
-        bearing_deg: Positive right.
-        distance_mm: From the camera.
-    """
-
-    detection: Detection
-    bearing_deg: float
-    distance_mm: float
+from behaviors.ports import Sighting
 
 
 class Confirmation:
@@ -53,17 +37,17 @@ class Confirmation:
         self._memory_s = memory_s
         self._bearing_gate_deg = bearing_gate_deg
         self._distance_gate = distance_gate
-        self._recent: deque[tuple[float, Sequence[Seen]]] = deque(maxlen=window - 1)
-        self._track: tuple[float, Seen] | None = None
+        self._recent: deque[tuple[float, Sequence[Sighting]]] = deque(maxlen=window - 1)
+        self._track: tuple[float, Sighting] | None = None
 
-    def track(self, time_s: float) -> Seen | None:
-        """Return where the confirmed target was last, or None if that is too long before `time_s`."""
+    def track(self, time_s: float) -> Sighting | None:
+        """Return the last confirmed sighting, if it still counts at `time_s`."""
         if self._track is None or time_s - self._track[0] > self._memory_s:
             return None
         return self._track[1]
 
-    def update(self, time_s: float, seen: Sequence[Seen]) -> Seen | None:
-        """Add all detections of the frame taken at `time_s`, best first; return the confirmed one, or None."""
+    def update(self, time_s: float, seen: Sequence[Sighting]) -> Sighting | None:
+        """Add what was detected in the frame taken at `time_s`, best first; return the confirmed one of it, or None."""
         track = self.track(time_s)
         chosen = next((one for one in seen if track and self._agree(one, track)), None)
         if chosen is None:
@@ -73,11 +57,11 @@ class Confirmation:
             self._track = (time_s, chosen)
         return chosen
 
-    def _votes(self, time_s: float, one: Seen) -> int:
-        """Count the frames that agree with a detection, its own included."""
+    def _votes(self, time_s: float, one: Sighting) -> int:
+        """Count the frames that show it, this one included."""
         recent = (seen for then_s, seen in self._recent if time_s - then_s <= self._memory_s)
         return 1 + sum(any(self._agree(one, other) for other in seen) for seen in recent)
 
-    def _agree(self, one: Seen, other: Seen) -> bool:
+    def _agree(self, one: Sighting, other: Sighting) -> bool:
         near, far = sorted((one.distance_mm, other.distance_mm))
         return abs(one.bearing_deg - other.bearing_deg) <= self._bearing_gate_deg and far <= near * self._distance_gate

@@ -1,4 +1,4 @@
-"""Implementations of `behaviors.ports.Eyes`: a camera with detectors, and a geometric sensor without images."""
+"""Implementations of `behaviors.ports.Eyes`: a camera with detectors, and a simulated sensor without pictures."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
-from behaviors.ports import Blind, Clock, Glance, Sighting
+from behaviors.ports import Blind, Clock, Glimpse, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import Camera, Frame, frame_number, next_tick
-from nxtdrive.vision.confirm import Confirmation, Seen
+from nxtdrive.vision.confirm import Confirmation
 from nxtdrive.vision.detection import Box, Detection, TargetDetector
 from nxtdrive.vision.focus import detect_near
 from nxtdrive.vision.geometry import Pinhole
@@ -17,7 +17,7 @@ from nxtdrive.vision.geometry import Pinhole
 READ_TIMEOUT_S = 3.0
 """Longest wait for a frame; a webcam that starts in the dark takes a second or two."""
 GLANCE_TIMEOUT_S = 0.5
-"""Longest wait of a glance, which does without a frame then; even in poor light a webcam delivers five per second."""
+"""Longest wait of a glance, which does without a picture then; even in poor light a webcam gives five a second."""
 
 OnLook = Callable[[Frame, str, Sighting | None, Sequence[Detection]], None]
 """Called after each look: the frame, the target's name, the sighting and all detections in that frame."""
@@ -67,7 +67,7 @@ class CameraEyes:
         """Take the next fresh frame and say whether `target` is confirmed in it; raises as `glance` does."""
         return self._look_for([target], self._timeout_s).seen.get(target)
 
-    def glance(self, targets: Sequence[str]) -> Glance:
+    def glance(self, targets: Sequence[str]) -> Glimpse:
         """Take the next fresh frame and say which of the targets are confirmed in it.
 
         Raises:
@@ -76,7 +76,7 @@ class CameraEyes:
         """
         return self._look_for(targets, min(GLANCE_TIMEOUT_S, self._timeout_s))
 
-    def _look_for(self, targets: Sequence[str], timeout_s: float) -> Glance:
+    def _look_for(self, targets: Sequence[str], timeout_s: float) -> Glimpse:
         for target in targets:
             if target not in self._targets:
                 raise ConfigError(f"The eyes know no target {target!r}.", remedy=f"They know: {_list(self._targets)}.")
@@ -85,25 +85,22 @@ class CameraEyes:
         except CameraError as error:
             raise NoPicture(str(error)) from error
         sightings = {target: self._look_at(frame, target) for target in targets}
-        return _glance(frame.time_s, sightings)
+        return _glimpse(frame.time_s, sightings)
 
     def _look_at(self, frame: Frame, target: str) -> Sighting | None:
-        seen = self._see(frame, target)
-        confirmed = self._confirmations[target].update(frame.time_s, seen)
-        sighting = None if confirmed is None else _sighting(target, confirmed, frame.time_s)
+        found = self._detect(frame, target)
+        pinhole, height_mm = self._pinhole.resized(frame.image.shape[1]), self._targets[target].height_mm
+        located = [_sighting(target, one, *pinhole.locate(one, height_mm), frame.time_s) for one in found]
+        sighting = self._confirmations[target].update(frame.time_s, located)
         for observer in self._observers:
-            observer(frame, target, sighting, [one.detection for one in seen])
+            observer(frame, target, sighting, found)
         return sighting
 
-    def _see(self, frame: Frame, target: str) -> list[Seen]:
-        kind = self._targets[target]
+    def _detect(self, frame: Frame, target: str) -> Sequence[Detection]:
+        detector = self._targets[target].detector
         track = self._confirmations[target].track(frame.time_s)
-        found = detect_near(kind.detector, frame.image, track.detection.box) if track else []
-        pinhole = self._pinhole.resized(frame.image.shape[1])
-        return [
-            Seen(detection, *pinhole.locate(detection, kind.height_mm))
-            for detection in found or kind.detector.detect(frame.image)
-        ]
+        found = detect_near(detector, frame.image, track.box) if track else []
+        return found or detector.detect(frame.image)
 
 
 class GeometricSensor(Protocol):
@@ -145,7 +142,7 @@ class GeometricEyes:
         """Take the next fresh frame and say whether `target` is confirmed in it."""
         return self.glance([target]).seen.get(target)
 
-    def glance(self, targets: Sequence[str]) -> Glance:
+    def glance(self, targets: Sequence[str]) -> Glimpse:
         """Take the next fresh frame and say which of the targets are confirmed in it.
 
         Raises:
@@ -155,17 +152,15 @@ class GeometricEyes:
         if self._sensor.unplugged:
             raise NoPicture("The simulated camera is unplugged.")
         time_s = self._given / self._sensor.fps
-        return _glance(time_s, {target: self._look_at(target, time_s) for target in targets})
+        return _glimpse(time_s, {target: self._look_at(target, time_s) for target in targets})
 
     def _look_at(self, target: str, time_s: float) -> Sighting | None:
         observed = self._sensor.observe(target)
-        seen = []
+        located = []
         if observed is not None:
             bearing_deg, distance_mm, box = observed
-            seen.append(Seen(Detection(box, 1.0), bearing_deg, distance_mm))
-        confirmation = self._confirmations.setdefault(target, self._make())
-        confirmed = confirmation.update(time_s, seen)
-        return None if confirmed is None else _sighting(target, confirmed, time_s)
+            located.append(Sighting(target, bearing_deg, distance_mm, 1.0, time_s, box))
+        return self._confirmations.setdefault(target, self._make()).update(time_s, located)
 
     def _await_frame(self) -> None:
         """Wait as a camera does: for the latest frame, or the next one if that was used before."""
@@ -175,15 +170,14 @@ class GeometricEyes:
         self._given = number
 
 
-def _glance(time_s: float, sightings: Mapping[str, Sighting | None]) -> Glance:
+def _glimpse(time_s: float, sightings: Mapping[str, Sighting | None]) -> Glimpse:
     seen = {target: sighting for target, sighting in sightings.items() if sighting is not None}
-    return Glance(time_s, seen)
+    return Glimpse(time_s, seen)
 
 
-def _sighting(target: str, seen: Seen, time_s: float) -> Sighting:
-    score = seen.detection.score
-    confidence = min(1.0, max(0.0, score)) if math.isfinite(score) else 0.0
-    return Sighting(target, seen.bearing_deg, seen.distance_mm, confidence, time_s, seen.detection.box)
+def _sighting(target: str, found: Detection, bearing_deg: float, distance_mm: float, time_s: float) -> Sighting:
+    confidence = min(1.0, max(0.0, found.score)) if math.isfinite(found.score) else 0.0
+    return Sighting(target, bearing_deg, distance_mm, confidence, time_s, found.box)
 
 
 def _list(names: Mapping[str, object]) -> str:

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behaviors.chart import MISSION_STATES, MissionChart
-from behaviors.diagram import arrows, mermaid, transition_table
+from behaviors.diagram import arrows, mermaid, recovery_table, transition_table
 from behaviors.events import Event, Fact, Reason
-from behaviors.recovery import Choice, Recovery
+from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, RECOVERIES, WAIT, Choice, Recovery
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "statechart.md"
@@ -17,7 +17,7 @@ DOCUMENT = Path(__file__).parents[2] / "docs" / "statechart.md"
 
 def _chart(*choices: Recovery, targets: tuple[str, ...] = ("lena", "rilakkuma")) -> MissionChart:
     left = list(choices)
-    return MissionChart(TargetQueue(targets), lambda: Choice(left.pop(0) if left else Recovery.CHANGE_TARGET, "test"))
+    return MissionChart(TargetQueue(targets), lambda: Choice(left.pop(0) if left else CHANGE_TARGET, "test"))
 
 
 def _send(chart: MissionChart, *events: Event) -> list[str]:
@@ -48,7 +48,7 @@ def test_a_target_reached_leads_to_the_next_and_the_last_one_ends_the_mission():
 
 
 def test_failures_pass_through_select_and_the_recovery_leads_back_to_search():
-    chart = _chart(Recovery.MOVE_TO, Recovery.WAIT)
+    chart = _chart(MOVE_TO, WAIT)
     path = _send(chart, Event.START, Event.SEARCH_FAILED, Event.RECOVERY_DONE)
     assert path == ["search", "move_to", "search"]
     path = _send(chart, Event.TARGET_SEEN, Event.ARRIVE_FAILED, Event.RECOVERY_DONE)
@@ -56,7 +56,7 @@ def test_failures_pass_through_select_and_the_recovery_leads_back_to_search():
 
 
 def test_giving_up_changes_the_target_and_giving_up_the_last_ends_the_mission():
-    chart = _chart(Recovery.CHANGE_TARGET, Recovery.CHANGE_TARGET)
+    chart = _chart(CHANGE_TARGET, CHANGE_TARGET)
     assert _send(chart, Event.START, Event.SEARCH_FAILED) == ["search", "search"]
     assert [progress.outcome for progress in chart.queue.targets] == [TargetOutcome.GIVEN_UP, TargetOutcome.PENDING]
     assert _send(chart, Event.SEARCH_FAILED) == ["finished"]
@@ -64,7 +64,7 @@ def test_giving_up_changes_the_target_and_giving_up_the_last_ends_the_mission():
 
 
 def test_a_decision_that_is_broken_off_does_not_repeat_the_one_before():
-    decisions = iter([Choice(Recovery.CHANGE_TARGET, "test")])
+    decisions = iter([Choice(CHANGE_TARGET, "test")])
 
     def decide() -> Choice:
         for choice in decisions:
@@ -80,7 +80,7 @@ def test_a_decision_that_is_broken_off_does_not_repeat_the_one_before():
 
 
 def test_the_policy_may_say_which_target_is_next_and_that_counts_once():
-    decisions = iter([Choice(Recovery.CHANGE_TARGET, "test", instead="box"), Choice(Recovery.CHANGE_TARGET, "test")])
+    decisions = iter([Choice(CHANGE_TARGET, "test", instead="box"), Choice(CHANGE_TARGET, "test")])
     chart = MissionChart(TargetQueue(("lena", "fox", "box"), rounds=2), lambda: next(decisions))
     _send(chart, Event.START, Event.SEARCH_FAILED)
     assert chart.queue.target == "box"
@@ -92,7 +92,7 @@ def test_the_policy_may_say_which_target_is_next_and_that_counts_once():
 
 @pytest.mark.parametrize("state", ["search", "arrive", "wait"])
 def test_a_lost_link_suspends_any_state_and_its_return_resumes_it(state):
-    chart = _chart(Recovery.WAIT)
+    chart = _chart(WAIT)
     _send(chart, *REACH[state])
     assert chart.mission_state == state
     assert _send(chart, Event.LINK_LOST, Event.LINK_BACK) == ["suspended", state]
@@ -100,7 +100,7 @@ def test_a_lost_link_suspends_any_state_and_its_return_resumes_it(state):
 
 @pytest.mark.parametrize("state", list(REACH))
 def test_a_trip_ends_the_mission_from_any_state(state):
-    chart = _chart(Recovery.WAIT)
+    chart = _chart(WAIT)
     _send(chart, *REACH[state])
     assert _send(chart, Event.TRIP) == ["finished"]
     assert chart.is_terminated
@@ -120,7 +120,7 @@ def test_an_exception_in_the_policy_surfaces():
 @settings(max_examples=300, deadline=None)
 @given(
     facts=st.lists(st.sampled_from(list(Event)), max_size=40),
-    choices=st.lists(st.sampled_from(list(Recovery)), max_size=40),
+    choices=st.lists(st.sampled_from(list(RECOVERIES.values())), max_size=40),
     targets=st.integers(1, 3),
 )
 def test_any_sequence_of_facts_leaves_exactly_one_state_per_region(facts, choices, targets):
@@ -153,6 +153,7 @@ def test_every_callback_names_a_state_of_the_chart():
 def test_the_document_shows_the_chart_as_it_is():
     text = DOCUMENT.read_text(encoding="utf-8")
     assert transition_table() in text
+    assert recovery_table() in text
     assert mermaid() in text
 
 

@@ -6,19 +6,19 @@ import pytest
 
 from behaviors.chart import MissionChart
 from behaviors.events import Event, Fact, Reason
-from behaviors.recovery import Choice, Recovery
+from behaviors.recoveries import DETOUR, MOVE_TO, RESCAN, WAIT, Choice
 from behaviors.target_queue import TargetQueue
 
 WAYS = {
-    "idle": ([], Recovery.WAIT),
-    "search": ([Event.START], Recovery.WAIT),
-    "arrive": ([Event.START, Event.TARGET_SEEN], Recovery.WAIT),
-    "wait": ([Event.START, Event.SEARCH_FAILED], Recovery.WAIT),
-    "move_to": ([Event.START, Event.SEARCH_FAILED], Recovery.MOVE_TO),
-    "detour": ([Event.START, Event.TARGET_SEEN, Event.ARRIVE_FAILED], Recovery.DETOUR),
-    "rescan": ([Event.START, Event.SEARCH_FAILED], Recovery.RESCAN),
-    "suspended": ([Event.START, Event.LINK_LOST], Recovery.WAIT),
-    "finished": ([Event.START, Event.ABORT], Recovery.WAIT),
+    "idle": ([], WAIT),
+    "search": ([Event.START], WAIT),
+    "arrive": ([Event.START, Event.TARGET_SEEN], WAIT),
+    "wait": ([Event.START, Event.SEARCH_FAILED], WAIT),
+    "move_to": ([Event.START, Event.SEARCH_FAILED], MOVE_TO),
+    "detour": ([Event.START, Event.TARGET_SEEN, Event.ARRIVE_FAILED], DETOUR),
+    "rescan": ([Event.START, Event.SEARCH_FAILED], RESCAN),
+    "suspended": ([Event.START, Event.LINK_LOST], WAIT),
+    "finished": ([Event.START, Event.ABORT], WAIT),
 }
 """How to come into each state in which a mission can rest, and what the policy chooses from then on."""
 
@@ -58,7 +58,7 @@ def test_every_event_in_every_state(state, event):
 
 
 def test_a_resume_asked_for_while_the_link_is_down_changes_nothing():
-    chart = MissionChart(TargetQueue(["lena"]), lambda: Choice(Recovery.WAIT, "test"))
+    chart = MissionChart(TargetQueue(["lena"]), lambda: Choice(WAIT, "test"))
     for event in (Event.START, Event.LINK_LOST, Event.RESUME):
         chart.report(Fact(event, Reason.SIGHTED))
     assert chart.mission_state == "suspended"

@@ -4,7 +4,7 @@ import pytest
 
 from behaviors.console import Console
 from behaviors.journal import Kind, Record
-from behaviors.recovery import Recovery
+from behaviors.recoveries import RECOVERIES
 
 
 def _said(data, *, choices):
@@ -13,9 +13,9 @@ def _said(data, *, choices):
     return lines
 
 
-@pytest.mark.parametrize("kind", Recovery)
-def test_every_choice_is_one_clause_with_its_reason(kind):
-    (line,) = _said({"choice": kind.value, "why": "it pays", "evidence": {}}, choices=True)
+@pytest.mark.parametrize("name", RECOVERIES)
+def test_every_choice_is_one_clause_with_its_reason(name):
+    (line,) = _said({"choice": name, "why": "it pays", "evidence": {}}, choices=True)
     assert line.startswith("[client2] ")
     assert line.endswith(": it pays")
 

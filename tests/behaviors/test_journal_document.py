@@ -9,8 +9,10 @@ import pytest
 
 from behaviors.chart import MISSION_STATES
 from behaviors.events import Reason
+from behaviors.evidence import AlternativeTarget, Detour, Evidence, Viewpoint
+from behaviors.failures import Blocker
 from behaviors.journal import Kind
-from behaviors.recovery import AlternativeTarget, Blocker, Choice, Detour, Evidence, Recovery, Viewpoint
+from behaviors.recoveries import RECOVERIES, Choice
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "journal.md").read_text(encoding="utf-8")
 KEYS = {
@@ -25,6 +27,6 @@ def test_every_kind_reason_and_key_is_explained(name):
     assert f"`{name}`" in DOCUMENT
 
 
-@pytest.mark.parametrize("name", [*MISSION_STATES, *Recovery])
+@pytest.mark.parametrize("name", [*MISSION_STATES, *RECOVERIES])
 def test_every_state_and_choice_is_named(name):
     assert name in DOCUMENT

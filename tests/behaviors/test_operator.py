@@ -11,20 +11,11 @@ from hypothesis import strategies as st
 
 from behaviors.adaptive.policy import AdaptivePolicy
 from behaviors.events import Reason
+from behaviors.evidence import AlternativeTarget, Detour, Evidence, Viewpoint, evidence_from
+from behaviors.failures import Blocker
 from behaviors.journal import Kind, Record, plain
 from behaviors.operator import OPERATORS_WISH, ConfirmedPolicy, Question, question
-from behaviors.recovery import (
-    AlternativeTarget,
-    Blocker,
-    Choice,
-    Detour,
-    Evidence,
-    Recovery,
-    ThesisPolicy,
-    Viewpoint,
-    choice_from,
-    evidence_from,
-)
+from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RECOVERIES, WAIT, Choice, ThesisPolicy, choice_from
 
 NUMBERS = st.integers(0, 10**6).map(lambda n: n / 1000)
 POINTS = st.tuples(NUMBERS, NUMBERS)
@@ -34,7 +25,7 @@ EVIDENCE = st.builds(
     Evidence,
     target=st.just("lena"),
     reason=st.sampled_from(Reason),
-    exist=st.booleans(),
+    seen_since_search=st.booleans(),
     researches=st.integers(0, 5),
     round=st.integers(1, 5),
     targets_left=st.integers(1, 3),
@@ -46,21 +37,23 @@ EVIDENCE = st.builds(
     others=st.lists(
         st.builds(AlternativeTarget, st.sampled_from(["fox", "box"]), NUMBERS, NUMBERS, NUMBERS), max_size=2
     ).map(tuple),
-    repeats=st.dictionaries(st.sampled_from(Recovery), st.integers(1, 9)),
+    repeats=st.dictionaries(st.sampled_from(list(RECOVERIES)), st.integers(1, 9)),
 )
 HEAD = ("t", "kind", "state", "target")
-SIMPLE = st.builds(Choice, st.sampled_from(Recovery), st.text(), NUMBERS, NUMBERS, ROUTES, st.text(), st.booleans())
+SIMPLE = st.builds(
+    Choice, st.sampled_from(list(RECOVERIES.values())), st.text(), NUMBERS, NUMBERS, ROUTES, st.text(), st.booleans()
+)
 CHOICES = SIMPLE | st.builds(lambda choice, other: Choice(choice.kind, choice.why, proposed=other), SIMPLE, SIMPLE)
 
 BLOCKED = Evidence(
     "lena",
     Reason.BLOCKED_SHORT,
-    exist=True,
+    seen_since_search=True,
     researches=0,
     blocker=Blocker(300.0, 0.0, moving=True, hides=True),
     detour=Detour(20.0, ((500.0, 500.0),)),
 )
-UNSEEN = Evidence("lena", Reason.NEVER_SEEN, exist=False, researches=0)
+UNSEEN = Evidence("lena", Reason.NEVER_SEEN, seen_since_search=False, researches=0)
 
 
 def _journaled(value: object) -> dict:
@@ -74,7 +67,7 @@ def test_the_journal_keeps_all_of_the_evidence(evidence):
 
 @given(CHOICES)
 def test_the_journal_keeps_all_of_a_choice(choice):
-    assert choice_from(_journaled({"choice": choice.kind, "why": choice.why, **choice.numbers()})) == choice
+    assert choice_from(_journaled(choice.record())) == choice
 
 
 @pytest.mark.parametrize(
@@ -100,7 +93,7 @@ def test_any_line_is_a_record_or_refused(line):
 
 def test_the_thesiss_candidates_are_its_two_recoveries_and_another_target():
     due = question(ThesisPolicy(wait_s=3.0), UNSEEN)
-    assert [each.choice.kind for each in due.candidates] == [Recovery.MOVE_TO, Recovery.WAIT, Recovery.CHANGE_TARGET]
+    assert [each.choice.kind for each in due.candidates] == [MOVE_TO, WAIT, CHANGE_TARGET]
     assert due.candidates[1].choice.wait_s == 3.0
     assert all(each.option is None for each in due.candidates)
 
@@ -110,31 +103,31 @@ def test_the_adaptive_candidates_come_with_what_is_expected_of_them_the_proposed
     due = question(policy, BLOCKED)
     assert due.candidates[0].choice == due.proposed == policy.select(BLOCKED)
     weighed = [each.option for each in due.candidates if each.option]
-    assert {option.choice.kind for option in weighed} == {Recovery.WAIT, Recovery.DETOUR}
-    assert due.candidates[-1].choice.kind is Recovery.CHANGE_TARGET
+    assert {option.choice.kind for option in weighed} == {WAIT, DETOUR}
+    assert due.candidates[-1].choice.kind is CHANGE_TARGET
 
 
 def test_giving_up_is_offered_once():
-    due = question(ThesisPolicy(), Evidence("lena", Reason.TARGET_LOST, exist=True, researches=2))
+    due = question(ThesisPolicy(), Evidence("lena", Reason.TARGET_LOST, seen_since_search=True, researches=2))
     kinds = [each.choice.kind for each in due.candidates]
-    assert kinds == [Recovery.CHANGE_TARGET, Recovery.WAIT, Recovery.MOVE_TO]
+    assert kinds == [CHANGE_TARGET, WAIT, MOVE_TO]
 
 
 def test_a_confirmed_choice_is_the_policys_and_says_who_confirmed_it():
     choice = ConfirmedPolicy(ThesisPolicy(), lambda due: due.proposed).select(UNSEEN)
-    assert choice.numbers() == {"turn_deg": 90.0, "operator": True}
+    assert choice.record() == {"choice": "move_to", "why": choice.why, "turn_deg": 90.0, "operator": True}
     assert choice.why == "the target was not recognised"
 
 
 def test_an_overridden_choice_says_what_was_proposed():
     choice = ConfirmedPolicy(ThesisPolicy(), lambda due: due.candidates[1].choice).select(UNSEEN)
-    assert (choice.kind, choice.why) == (Recovery.WAIT, OPERATORS_WISH)
-    assert choice.numbers()["operator"] is True
-    assert choice.numbers()["proposed"]["choice"] == Recovery.MOVE_TO
+    assert (choice.kind, choice.why) == (WAIT, OPERATORS_WISH)
+    assert choice.record()["operator"] is True
+    assert choice.record()["proposed"]["choice"] == "move_to"
 
 
 def test_without_an_operator_the_journal_has_nothing_new():
-    assert ThesisPolicy().select(UNSEEN).numbers() == {"turn_deg": 90.0}
+    assert "operator" not in ThesisPolicy().select(UNSEEN).record()
 
 
 def test_an_operator_who_leaves_takes_the_mission_along():

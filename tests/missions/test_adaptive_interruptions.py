@@ -20,7 +20,7 @@ from behaviors.executive import Ending
 from behaviors.journal import Kind
 from behaviors.mission import Mission
 from behaviors.operator import Ask, Question
-from behaviors.recovery import Choice, Recovery
+from behaviors.recoveries import DETOUR, MOVE_TO, RECOVERIES, Choice
 from nxtdrive.tools.sweep.performance import perform as perform_scenario
 from nxtdrive.tools.sweep.scenarios import Scenario, draw_scenario
 from sim_backend.link import LinkFaults
@@ -50,14 +50,14 @@ class Visit:
 
 def _insisting_on(state: str) -> Ask | None:
     """Somebody who wants one recovery as long as it is possible; None for the states that are no recovery."""
-    if state not in list(Recovery):
+    if state not in RECOVERIES:
         return None
-    wanted = Recovery(state)
+    wanted = RECOVERIES[state]
 
     def answer(question: Question) -> Choice:
         evidence = question.evidence
         ways = [each.route for each in (evidence.detour, *evidence.viewpoints) if each and each.route]
-        if wanted not in (Recovery.DETOUR, Recovery.MOVE_TO):
+        if wanted not in (DETOUR, MOVE_TO):
             return Choice(wanted, "it was wished", wait_s=20.0)
         return Choice(wanted, "it was wished", route=ways[0]) if ways else question.proposed
 

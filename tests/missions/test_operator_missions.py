@@ -7,7 +7,7 @@ import pytest
 from behaviors.executive import Ending
 from behaviors.journal import Kind
 from behaviors.profiles.registry import make_policy
-from behaviors.recovery import Recovery
+from behaviors.recoveries import CHANGE_TARGET, WAIT
 from nxtdrive.recording.decisions import Result, decisions, replay, weighed_by
 
 UNUSUAL = {
@@ -37,7 +37,7 @@ def test_every_choice_follows_from_the_evidence_in_the_journal_and_the_missions_
 
 def test_what_the_operator_wants_is_done_and_both_are_in_the_journal(perform, mission_for):
     def wait_first(due):
-        wanted = Recovery.CHANGE_TARGET if due.evidence.researches else Recovery.WAIT
+        wanted = CHANGE_TARGET if due.evidence.researches else WAIT
         return next(each.choice for each in due.candidates if each.choice.kind is wanted)
 
     done = perform("figure5", mission_for("lena", wait_s=2.0), geometric=True, ask=wait_first)

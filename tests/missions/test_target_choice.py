@@ -9,7 +9,7 @@ import pytest
 from behaviors.executive import Ending
 from behaviors.journal import Kind
 from behaviors.mission import Mission
-from behaviors.recovery import Recovery
+from behaviors.recoveries import CHANGE_TARGET
 from nxtdrive.tools.sweep.performance import perform
 from nxtdrive.tools.sweep.scenarios import Scenario, draw_scenario
 
@@ -40,7 +40,7 @@ def test_a_target_in_view_comes_before_one_that_is_not_found(in_order):
     mission = _in_order(SCENARIO.mission) if in_order else SCENARIO.mission
     ending, events = _events(replace(SCENARIO, mission=mission))
     assert ending is not Ending.ACHIEVED
-    left = (first, Recovery.CHANGE_TARGET if in_order else second)
+    left = (first, CHANGE_TARGET.name if in_order else second)
     assert events.index(left) < events.index((second, "reached"))
     assert (events[0] == left) != in_order
     # what does not exist is looked for again as long as there is time

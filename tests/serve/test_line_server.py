@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from behaviors.line_protocol import ErrorReply, Status, Why
-from behaviors.ports import Glance
+from behaviors.ports import Glimpse
 from nxtdrive.brick import Brick
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.base import WallClock
@@ -215,7 +215,7 @@ class Blind:
         return None
 
     def glance(self, targets):
-        return Glance(0.0, {})
+        return Glimpse(0.0, {})
 
 
 @pytest.mark.slow

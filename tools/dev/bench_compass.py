@@ -10,6 +10,7 @@ import statistics
 import sys
 from collections.abc import Iterable, Iterator
 
+from behaviors.angles import wrapped_deg
 from nxtdrive.brick import Brick
 from nxtdrive.motion.rover import Rover, SafetyLimits
 from nxtdrive.transports.sim import SimTransport
@@ -90,7 +91,7 @@ def _walk(seed: int, compass: bool, iron: bool, slip: bool) -> Iterator[float]:
 def _error_deg(rover: Rover, simulation: Simulation, start_deg: float) -> float:
     """By how much the robot is wrong about where it looks."""
     error_deg = rover.pose().heading_deg - (simulation.truth.pose.heading_deg - start_deg)
-    return abs((error_deg + 180) % 360 - 180)
+    return abs(wrapped_deg(error_deg))
 
 
 def _figures(name: str, rooms: list[list[float]]) -> Iterator[Figure]:

@@ -21,11 +21,13 @@ from behaviors.adaptive.scan import ScanSkill
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.chart import MissionChart
 from behaviors.events import Event, Fact, Reason
+from behaviors.evidence import Evidence
 from behaviors.executive import Executive
+from behaviors.failures import Failure
 from behaviors.mission import Mission
-from behaviors.ports import Glance, Pose, Sighting
+from behaviors.ports import Glimpse, Pose, Sighting
 from behaviors.profiles.adaptive import AdaptiveProfile
-from behaviors.recovery import Choice, Evidence, Recovery
+from behaviors.recoveries import WAIT, Choice
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
 from nxtdrive.brick import Brick
@@ -83,7 +85,7 @@ WAYS: dict[str, tuple[Event, ...]] = {
 
 def searching_chart() -> MissionChart:
     """The chart of a robot that searches."""
-    chart = MissionChart(TargetQueue(["lena", "rilakkuma"]), lambda: Choice(Recovery.WAIT, "measured"))
+    chart = MissionChart(TargetQueue(["lena", "rilakkuma"]), lambda: Choice(WAIT, "measured"))
     chart.report(Fact(Event.START, Reason.MISSION_STARTED))
     return chart
 
@@ -121,8 +123,8 @@ def _each_us(report: Callable[[Fact], None], events: Sequence[Event], turns: int
     return statistics.median(rounds)
 
 
-class TimedMemory(WorldModel):
-    """A memory that notes what it costs to take in a frame.
+class TimedWorldModel(WorldModel):
+    """A world model that measures the cost of each update with a frame.
 
     Args:
         mission: Its targets.
@@ -136,20 +138,20 @@ class TimedMemory(WorldModel):
         self.times_s: list[float] = []
 
     def perceive(
-        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], glance: Glance
+        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], glance: Glimpse
     ) -> Mapping[str, Sighting]:
-        """Take in a frame and an echo."""
+        """Update with a frame and an echo."""
         begun_s = cpu_s()
         believed = super().perceive(now_s, pose, range_mm, looked_for, glance)
         self.times_s.append(cpu_s() - begun_s)
         return believed
 
 
-class TimedMind(AdaptiveProfile):
-    """The adaptive mind, which notes what each decision costs: the evidence and the choice that follows.
+class TimedProfile(AdaptiveProfile):
+    """The adaptive profile, which measures the cost of each decision: learning, evidence and choice.
 
     Args:
-        times_s: Takes the CPU times.
+        times_s: Receives the CPU times.
         context: What to work with.
         mission: What to do.
         queue: Whose present target is pursued.
@@ -160,11 +162,17 @@ class TimedMind(AdaptiveProfile):
         self._times_s = times_s
         self._gathered_s = 0.0
 
-    def evidence(self, failure: Evidence, fact: Fact) -> Evidence:
-        """What is known of a failure."""
+    def learn(self, failure: Failure) -> None:
+        """Update the world model."""
         begun_s = cpu_s()
-        evidence = super().evidence(failure, fact)
+        super().learn(failure)
         self._gathered_s = cpu_s() - begun_s
+
+    def evidence(self, basis: Evidence) -> Evidence:
+        """Add what could be done."""
+        begun_s = cpu_s()
+        evidence = super().evidence(basis)
+        self._gathered_s += cpu_s() - begun_s
         return evidence
 
     def select(self, evidence: Evidence) -> Choice:
@@ -191,7 +199,7 @@ def _unheard(*_: object, **__: object) -> None:
 def frame_times_s(kind: str, seed: int) -> list[float]:
     """CPU time of each frame of the first look round in a mission of the sweep."""
     with _robot(kind, seed) as robot:
-        mission, world = robot.mission, TimedMemory(robot.mission)
+        mission, world = robot.mission, TimedWorldModel(robot.mission)
         context = SkillContext(robot.body, robot.eyes, robot.clock, mission.thesis, _unheard, _unheard)
         ScanSkill(Perception(context, mission.adaptive, world, TargetQueue(mission.mission.targets))).call()
     return world.times_s
@@ -201,7 +209,7 @@ def decision_times_s(kind: str, seed: int) -> list[float]:
     """CPU time of each decision in a mission of the sweep that is pursued adaptively."""
     times_s: list[float] = []
     with _robot(kind, seed) as robot:
-        Executive(robot.mission, robot.body, robot.eyes, robot.clock, [], partial(TimedMind, times_s)).run()
+        Executive(robot.mission, robot.body, robot.eyes, robot.clock, [], partial(TimedProfile, times_s)).run()
     return times_s
 
 

@@ -6,7 +6,7 @@ from random import Random
 
 from behaviors.events import Event, Reason
 from behaviors.ports import Sighting, StopReason
-from behaviors.skills import NAP_S
+from behaviors.skills import N as SKILLS
 
 from .baseline import Baseline
 from .robot import Robot
@@ -34,20 +34,20 @@ class Nav2List(Baseline):
         """Search and approach, seven times at most."""
         for attempt in range(RETRIES + 1):
             reason = self.search(target)
-            exist = reason is Reason.SIGHTED
-            if exist:
+            seen_since_search = reason is Reason.SIGHTED
+            if seen_since_search:
                 reason = self.arrive(target)
                 if reason is Reason.WITHIN_REACH:
                     return True
-            self.enter("select", Event.ARRIVE_FAILED if exist else Event.SEARCH_FAILED, reason)
+            self.enter("select", Event.ARRIVE_FAILED if seen_since_search else Event.SEARCH_FAILED, reason)
             if attempt < RETRIES:
-                self._recover(attempt, reason, exist=exist)
-        self.choose("change_target", f"recovered {RETRIES} times", reason=reason, exist=exist)
+                self._recover(attempt, reason, seen_since_search=seen_since_search)
+        self.choose("change_target", f"recovered {RETRIES} times", reason=reason, seen_since_search=seen_since_search)
         return False
 
-    def _recover(self, number: int, reason: Reason, *, exist: bool) -> None:
+    def _recover(self, number: int, reason: Reason, *, seen_since_search: bool) -> None:
         choice = ("rescan", "wait", "back_up")[number % 3]
-        self.choose(choice, "it is its turn", reason=reason, exist=exist)
+        self.choose(choice, "it is its turn", reason=reason, seen_since_search=seen_since_search)
         self.enter(choice)
         if choice == "rescan":
             self.body.turn(SPIN_DEG)
@@ -57,7 +57,7 @@ class Nav2List(Baseline):
             end_s = self.clock.now() + WAIT_S
             while self.clock.now() < end_s:
                 self.context.check_time()
-                self.clock.sleep(NAP_S)
+                self.clock.sleep(SKILLS.nap_s)
 
 
 class RandomWalk(Baseline):

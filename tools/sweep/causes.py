@@ -13,6 +13,7 @@ from enum import StrEnum
 import numpy as np
 
 from behaviors.journal import Kind
+from behaviors.recoveries import CHANGE_TARGET, RECOVERIES
 from sim_backend.world.sensing import VIEW_ANGLE_DEG
 
 from .floor_plan import FloorPlan, Goal
@@ -35,12 +36,7 @@ class Cause(StrEnum):
     MISSED = "missed"
 
 
-FITTING = {
-    Cause.BLOCKED_SHORT: "wait",
-    Cause.BLOCKED_LONG: "detour",
-    Cause.ELSEWHERE: "move_to",
-    Cause.MISSED: "rescan",
-}
+FITTING = {Cause(recovery.fits): recovery.name for recovery in RECOVERIES.values() if recovery.fits}
 """The choice that fits each cause."""
 
 
@@ -69,7 +65,7 @@ def judge_choices(trace: EpisodeTrace) -> list[Judgement]:
     return [
         judgement
         for i, mark in enumerate(trace.marks)
-        if mark.record.kind is Kind.CHOICE and mark.record.data["choice"] != "change_target"
+        if mark.record.kind is Kind.CHOICE and mark.record.data["choice"] != CHANGE_TARGET.name
         if (judgement := _judge(trace, i, mark)) is not None
     ]
 
@@ -142,8 +138,8 @@ def _judge(trace: EpisodeTrace, index: int, mark: Mark) -> Judgement | None:
     leaves = math.isfinite(remaining_s) and remaining_s <= detour_s
     cause = Cause.BLOCKED_SHORT if leaves else Cause.BLOCKED_LONG
     best_s = min(remaining_s, detour_s)
-    cost_s = detour_s if choice == "detour" else math.inf
-    if choice == "wait":
+    cost_s = detour_s if choice == FITTING[Cause.BLOCKED_LONG] else math.inf
+    if choice == FITTING[Cause.BLOCKED_SHORT]:
         waited_s = _waited_s(trace, index)
         cost_s = waited_s + max(0.0, min(remaining_s - waited_s, detour_s))
     return Judgement(cause, choice, cost_s - best_s if math.isfinite(cost_s) and math.isfinite(best_s) else None)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from behaviors.adaptive.angles import wrapped_deg
+from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Reason
 from behaviors.ports import StopReason
 from sim_backend.simulation import Simulation

@@ -13,7 +13,7 @@ from behaviors.executive import Executive, Report
 from behaviors.mission import Mission
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.profile import MakeProfile, ThesisProfile
-from behaviors.recovery import ThesisPolicy
+from behaviors.recoveries import ThesisPolicy
 from sim_backend.simulation import Simulation
 
 from .baselines import Nav2List, RandomWalk

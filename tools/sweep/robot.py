@@ -12,7 +12,7 @@ from typing import TypeVar
 
 from behaviors.journal import Observer
 from behaviors.mission import Mission
-from behaviors.ports import Blind, Body, Clock, Eyes, Glance, MotionResult, Pose, Sighting, StopReason
+from behaviors.ports import Blind, Body, Clock, Eyes, Glimpse, MotionResult, Pose, Sighting, StopReason
 from nxtdrive import mission_run
 from nxtdrive.brick import Brick
 from nxtdrive.vision.eyes import GeometricEyes
@@ -189,12 +189,12 @@ class SteadyEyes:
         """Look; None also when no frame comes in time."""
         return self.glance([target]).seen.get(target)
 
-    def glance(self, targets: Sequence[str]) -> Glance:
+    def glance(self, targets: Sequence[str]) -> Glimpse:
         """Look for several; nothing also when no frame comes in time."""
         try:
             return self._eyes.glance(targets)
         except Blind:
-            return Glance(self._clock.now(), {})
+            return Glimpse(self._clock.now(), {})
 
 
 class SpoiltSensor:

@@ -11,8 +11,10 @@ from hypothesis import strategies as st
 
 from behaviors.adaptive.policy import AdaptivePolicy
 from behaviors.events import Reason
+from behaviors.evidence import AlternativeTarget, Detour, Evidence, Viewpoint, evidence_from
+from behaviors.failures import Blocker
 from behaviors.journal import plain
-from behaviors.recovery import AlternativeTarget, Blocker, Choice, Detour, Evidence, Recovery, Viewpoint, evidence_from
+from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RECOVERIES, RESCAN, WAIT, Choice
 
 POLICY = AdaptivePolicy()
 ROUTE = ((300.0, 400.0), (900.0, 100.0))
@@ -27,77 +29,69 @@ LONG = 3600.0
 
 
 def _evidence(**known: object) -> Evidence:
-    return replace(Evidence("lena", Reason.NEVER_SEEN, exist=False, researches=0), **known)
+    return replace(Evidence("lena", Reason.NEVER_SEEN, seen_since_search=False, researches=0), **known)
 
 
 def _blocked(blocker: Blocker, extra_s: float | None, **known: object) -> Evidence:
     detour = None if extra_s is None else Detour(extra_s, ROUTE)
-    return _evidence(reason=Reason.BLOCKED_SHORT, exist=True, blocker=blocker, detour=detour, **known)
+    return _evidence(reason=Reason.BLOCKED_SHORT, seen_since_search=True, blocker=blocker, detour=detour, **known)
 
 
 @pytest.mark.parametrize(
     ("evidence", "kind"),
     [
-        pytest.param(_blocked(LOW, 8.0), Recovery.DETOUR, id="what can be looked over is gone round"),
-        pytest.param(_blocked(FURNITURE, 20.0), Recovery.DETOUR, id="what never left is gone round"),
-        pytest.param(_blocked(PERSON, 2.0), Recovery.DETOUR, id="a short way round is gone at once"),
-        pytest.param(_blocked(PERSON, 25.0), Recovery.WAIT, id="somebody may leave sooner than a long way round takes"),
-        pytest.param(_blocked(PERSON, None), Recovery.WAIT, id="without a way round it waits"),
+        pytest.param(_blocked(LOW, 8.0), DETOUR, id="what can be looked over is gone round"),
+        pytest.param(_blocked(FURNITURE, 20.0), DETOUR, id="what never left is gone round"),
+        pytest.param(_blocked(PERSON, 2.0), DETOUR, id="a short way round is gone at once"),
+        pytest.param(_blocked(PERSON, 25.0), WAIT, id="somebody may leave sooner than a long way round takes"),
+        pytest.param(_blocked(PERSON, None), WAIT, id="without a way round it waits"),
+        pytest.param(_blocked(PERSON, 25.0, targets_left=2, spent_s=LONG), WAIT, id="what was found is not given up"),
+        pytest.param(_blocked(PERSON, 25.0, repeats={WAIT.name: 2}), DETOUR, id="waiting did not help twice"),
         pytest.param(
-            _blocked(PERSON, 25.0, targets_left=2, spent_s=LONG), Recovery.WAIT, id="what was found is not given up"
-        ),
-        pytest.param(
-            _blocked(PERSON, 25.0, repeats={Recovery.WAIT: 2}), Recovery.DETOUR, id="waiting did not help twice"
-        ),
-        pytest.param(
-            _blocked(PERSON, 25.0, repeats={Recovery.WAIT: 2, Recovery.DETOUR: 2}, viewpoints=(GOOD,)),
-            Recovery.MOVE_TO,
+            _blocked(PERSON, 25.0, repeats={WAIT.name: 2, DETOUR.name: 2}, viewpoints=(GOOD,)),
+            MOVE_TO,
             id="nothing led past it, so it is looked for from elsewhere",
         ),
-        pytest.param(_evidence(here=HERE, viewpoints=(GOOD,)), Recovery.RESCAN, id="it was probably missed here"),
+        pytest.param(_evidence(here=HERE, viewpoints=(GOOD,)), RESCAN, id="it was probably missed here"),
+        pytest.param(_evidence(here=NOT_HERE, viewpoints=(GOOD, POOR)), MOVE_TO, id="it is probably elsewhere"),
         pytest.param(
-            _evidence(here=NOT_HERE, viewpoints=(GOOD, POOR)), Recovery.MOVE_TO, id="it is probably elsewhere"
-        ),
-        pytest.param(
-            _evidence(here=HERE, viewpoints=(POOR,), repeats={Recovery.RESCAN: 2}),
-            Recovery.MOVE_TO,
+            _evidence(here=HERE, viewpoints=(POOR,), repeats={RESCAN.name: 2}),
+            MOVE_TO,
             id="looking again did not help twice",
         ),
-        pytest.param(_evidence(here=NOT_HERE), Recovery.RESCAN, id="there is nowhere else to look from"),
+        pytest.param(_evidence(here=NOT_HERE), RESCAN, id="there is nowhere else to look from"),
         pytest.param(
             _evidence(here=HERE, viewpoints=(GOOD,), targets_left=2, spent_s=LONG),
-            Recovery.CHANGE_TARGET,
+            CHANGE_TARGET,
             id="the budget is spent and another target waits",
         ),
         pytest.param(
             _evidence(here=HERE, viewpoints=(GOOD,), targets_left=1, spent_s=LONG),
-            Recovery.RESCAN,
+            RESCAN,
             id="the budget is spent but no other target waits",
         ),
-        pytest.param(_evidence(), Recovery.CHANGE_TARGET, id="nothing is left to do"),
+        pytest.param(_evidence(), CHANGE_TARGET, id="nothing is left to do"),
         pytest.param(
             _evidence(here=NOT_HERE, viewpoints=(POOR,), targets_left=2, others=(NEAR,)),
-            Recovery.CHANGE_TARGET,
+            CHANGE_TARGET,
             id="another target can be had sooner",
         ),
         pytest.param(
             _evidence(here=NOT_HERE, viewpoints=(GOOD,), targets_left=2, others=(FAR,)),
-            Recovery.MOVE_TO,
+            MOVE_TO,
             id="another target is farther than what a look costs",
         ),
         pytest.param(
             _evidence(here=NOT_HERE, viewpoints=(GOOD,), targets_left=2, others=(replace(NEAR, chance=0.1),)),
-            Recovery.MOVE_TO,
+            MOVE_TO,
             id="another target has most likely gone",
         ),
         pytest.param(
             _blocked(PERSON, None, targets_left=2, others=(NEAR,)),
-            Recovery.CHANGE_TARGET,
+            CHANGE_TARGET,
             id="the way is shut, and that to another target is not",
         ),
-        pytest.param(
-            _blocked(LOW, 4.0, targets_left=2, others=(NEAR,)), Recovery.DETOUR, id="going round takes less than that"
-        ),
+        pytest.param(_blocked(LOW, 4.0, targets_left=2, others=(NEAR,)), DETOUR, id="going round takes less than that"),
     ],
 )
 def test_what_is_chosen(evidence, kind):
@@ -138,7 +132,7 @@ EVIDENCE = st.builds(
     Evidence,
     target=st.sampled_from(["lena", "rilakkuma"]),
     reason=st.sampled_from(list(Reason)),
-    exist=st.booleans(),
+    seen_since_search=st.booleans(),
     researches=COUNTS,
     round=st.integers(1, 5),
     targets_left=st.integers(1, 3),
@@ -151,41 +145,41 @@ EVIDENCE = st.builds(
     others=st.lists(st.builds(AlternativeTarget, st.just("rilakkuma"), TIMES_S, TIMES_S, CHANCES), max_size=1).map(
         tuple
     ),
-    repeats=st.dictionaries(st.sampled_from(list(Recovery)), COUNTS),
+    repeats=st.dictionaries(st.sampled_from(list(RECOVERIES)), COUNTS),
 )
 
 
 def _is_new(choice: Choice, evidence: Evidence) -> bool:
     """Whether it has not been chosen twice here; a place that was tried from here is no option, so moving is new."""
-    return bool(choice.kind is Recovery.MOVE_TO and choice.route) or evidence.repeats.get(choice.kind, 0) < 2
+    return bool(choice.kind is MOVE_TO and choice.route) or evidence.repeats.get(choice.kind, 0) < 2
 
 
 @given(evidence=EVIDENCE)
 def test_no_recovery_is_chosen_a_third_time_at_one_place(evidence):
     choice = POLICY.select(evidence)
-    assert choice.kind is Recovery.CHANGE_TARGET or _is_new(choice, evidence)
+    assert choice.kind is CHANGE_TARGET or _is_new(choice, evidence)
 
 
 @given(evidence=EVIDENCE)
 def test_the_last_target_is_not_given_up_while_something_can_be_done(evidence):
     evidence = replace(evidence, targets_left=1, others=())
-    given_up = POLICY.select(evidence).kind is Recovery.CHANGE_TARGET
+    given_up = POLICY.select(evidence).kind is CHANGE_TARGET
     assert given_up == (not POLICY.options(evidence))
 
 
 @given(evidence=EVIDENCE)
 def test_what_is_chosen_is_possible(evidence):
     choice = POLICY.select(evidence)
-    match choice.kind:
-        case Recovery.WAIT:
+    match choice.kind.name:
+        case "wait":
             assert evidence.blocker is not None
             assert choice.wait_s > 0.0
-        case Recovery.DETOUR:
+        case "detour":
             assert evidence.detour is not None
             assert choice.route == evidence.detour.route
-        case Recovery.MOVE_TO:
+        case "move_to":
             assert choice.route in [each.route for each in evidence.viewpoints]
-        case Recovery.RESCAN:
+        case "rescan":
             assert evidence.here is not None or evidence.reason is Reason.CAMERA_LOST
         case _:
             assert not choice.route

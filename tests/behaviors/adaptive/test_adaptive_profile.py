@@ -1,18 +1,25 @@
-"""What the adaptive mind makes of a failure, on the simulated robot."""
+"""What the adaptive profile learns from a failure, and its evidence, on the simulated robot."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import deepcopy
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from behaviors.adaptive.approach import ApproachSkill
-from behaviors.adaptive.occupancy_grid import CELL_MM, MOST, SOLID, SONAR_FORWARD_MM, cell
+from behaviors.adaptive.occupancy_grid import CELL_MM, cell
+from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.perception import N as PERCEPTION
+from behaviors.adaptive.perception import unheard_blocker
 from behaviors.adaptive.world_model import WorldModel
-from behaviors.events import Event, Fact, Reason
-from behaviors.ports import Glance, Pose, Sighting
+from behaviors.events import Event, Reason
+from behaviors.evidence import Evidence
+from behaviors.failures import Blocker, Failure, TargetFinding
+from behaviors.ports import Glimpse, Pose, Sighting
 from behaviors.profiles.adaptive import AdaptiveProfile
-from behaviors.recovery import Evidence
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetOutcome, TargetQueue
 from nxtdrive.brick import Brick
@@ -23,7 +30,7 @@ from sim_backend.simulation import Simulation
 
 
 class Bench:
-    """A mind on a robot that stands in an empty room."""
+    """A profile on a robot that stands in an empty room."""
 
     def __init__(self, brick: Brick, simulation: Simulation) -> None:
         scenario = draw_scenario("open", 100)
@@ -32,13 +39,13 @@ class Bench:
             robot.body, robot.eyes, robot.clock, robot.mission.thesis, lambda *_, **__: None, lambda _: None
         )
         self.queue = TargetQueue(robot.mission.mission.targets)
-        self.mind = AdaptiveProfile(context, robot.mission, self.queue)
-        self.world: WorldModel = self.mind._world
+        self.profile = AdaptiveProfile(context, robot.mission, self.queue)
+        self.world: WorldModel = self.profile._world
 
-    def evidence(self, event: Event, reason: Reason, **measured: object) -> Evidence:
-        """What is known after a failure with these measurements."""
-        failure = Evidence(self.queue.target, reason, exist=True, researches=0)
-        return self.mind.evidence(failure, Fact(event, reason, measured))
+    def evidence(self, failure: Failure) -> Evidence:
+        """What is known after a failure."""
+        self.profile.learn(failure)
+        return self.profile.evidence(Evidence(self.queue.target, failure.reason, seen_since_search=True, researches=0))
 
 
 @pytest.fixture(name="bench")
@@ -49,46 +56,103 @@ def _bench() -> Iterator[Bench]:
         yield Bench(brick, simulation)
 
 
-@pytest.mark.parametrize(
-    ("reason", "measured"),
-    [(Reason.NO_PROGRESS, {}), (Reason.BLOCKED_LONG, {"touched": True})],
-    ids=["held", "touched"],
-)
-def test_what_the_sonar_does_not_hear_is_near_whatever_echoes_behind_it(bench, reason, measured):
-    blocker = bench.evidence(Event.ARRIVE_FAILED, reason, range_mm=2000.0, **measured).blocker
+@pytest.mark.parametrize("range_mm", [2000.0, None, 100.0])
+def test_what_the_sonar_does_not_hear_is_near_whatever_echoes_behind_it(bench, range_mm):
+    failure = Failure(Event.ARRIVE_FAILED, Reason.NO_PROGRESS, blocker=unheard_blocker(range_mm))
+    blocker = bench.evidence(failure).blocker
     assert blocker is not None
-    assert blocker.range_mm <= 200.0
+    assert blocker.range_mm == min(range_mm or PERCEPTION.unheard_mm, PERCEPTION.unheard_mm)
     assert not bench.world.floor.clear_between((0.0, 0.0), (600.0, 0.0))
-    assert bench.world.floor.evidence.max() > SOLID
+    assert bench.world.floor.evidence.max() > GRID.solid
 
 
 def test_what_is_remembered_to_be_in_the_way_is_where_it_is_remembered(bench):
     """The echo is of whatever else is there now."""
     world, target = bench.world, bench.queue.target
     ahead = Sighting(target, 0.0, 2000.0, 1.0, 0.0, (100, 80, 40, 56))
-    world.perceive(0.0, Pose(), None, [target], Glance(0.0, {target: ahead}))
-    world.floor.evidence[cell(400.0, 0.0)] = MOST
-    fact = ApproachSkill(bench.mind._perception, minds_map=True).call()
+    world.perceive(0.0, Pose(), None, [target], Glimpse(0.0, {target: ahead}))
+    world.floor.evidence[cell(400.0, 0.0)] = GRID.most
+    fact = ApproachSkill(bench.profile._perception, trusts_map=True).call()
     assert fact.reason is Reason.BLOCKED_LONG
-    assert fact.evidence["range_mm"] == pytest.approx(400.0 - SONAR_FORWARD_MM, abs=CELL_MM)
+    assert fact.measured["range_mm"] == pytest.approx(400.0 - GRID.sonar_forward_mm, abs=CELL_MM)
 
 
 def test_an_oblique_view_that_flickers_does_not_make_the_target_gone(bench):
     belief = bench.world.beliefs[bench.queue.target]
     belief.see((1000.0, 0.0), (0.0, 0.0))
     before = belief.held_at((1000.0, 0.0))
-    bench.evidence(Event.ARRIVE_FAILED, Reason.TARGET_LOST, oblique=True)
+    bench.evidence(Failure(Event.ARRIVE_FAILED, Reason.TARGET_LOST))
     assert belief.held_at((1000.0, 0.0)) == before
-    bench.evidence(Event.ARRIVE_FAILED, Reason.TARGET_LOST)
+    bench.evidence(Failure(Event.ARRIVE_FAILED, Reason.TARGET_LOST, finding=TargetFinding.MOVED))
     assert belief.held_at((1000.0, 0.0)) < before
 
 
 def test_a_target_whose_turns_are_over_does_not_wait(bench):
     first, second = bench.queue.targets
     bench.queue.rounds = 1
-    assert bench.evidence(Event.SEARCH_FAILED, Reason.NEVER_SEEN).targets_left == 2
+    assert bench.evidence(Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN)).targets_left == 2
     bench.queue.decide(TargetOutcome.GIVEN_UP)
     bench.queue.next_target()
     assert bench.queue.current is second
     assert first.outcome is TargetOutcome.GIVEN_UP
-    assert bench.evidence(Event.SEARCH_FAILED, Reason.NEVER_SEEN).targets_left == 1
+    assert bench.evidence(Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN)).targets_left == 1
+
+
+def test_evidence_is_gathered_without_changing_what_is_known(bench):
+    world, target = bench.world, bench.queue.target
+    ahead = Sighting(target, 0.0, 2000.0, 1.0, 0.0, (100, 80, 40, 56))
+    world.perceive(0.0, Pose(), 500.0, [target], Glimpse(0.0, {target: ahead}))
+    blocked = Failure(Event.ARRIVE_FAILED, Reason.BLOCKED_SHORT, blocker=Blocker(500.0, 0.0, moving=True, hides=True))
+    first = bench.evidence(blocked)
+    before = deepcopy(world)
+    basis = Evidence(target, blocked.reason, seen_since_search=True, researches=0)
+    assert bench.profile.evidence(basis) == first
+    assert np.array_equal(world.floor.evidence, before.floor.evidence)
+    assert world.known == before.known
+    assert world.beliefs[target].held_at((2000.0, 0.0)) == before.beliefs[target].held_at((2000.0, 0.0))
+
+
+def test_a_blocker_that_is_met_again_at_the_same_place_grows_older(bench):
+    blocker = Blocker(500.0, 0.0, moving=True, hides=True)
+    blocked = Failure(Event.ARRIVE_FAILED, Reason.BLOCKED_SHORT, blocker=blocker)
+    world, target = bench.world, bench.queue.target
+    world.learn(target, blocked, 10.0)
+    assert world.blocker == blocker
+    world.learn(target, blocked, 25.0)
+    assert world.blocker == replace(blocker, age_s=15.0)
+    world.learn(target, replace(blocked, blocker=replace(blocker, range_mm=1500.0)), 30.0)
+    assert world.blocker is not None
+    assert world.blocker.age_s == 0.0
+    world.learn(target, Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN), 31.0)
+    assert world.blocker is None
+
+
+def test_a_blocker_from_the_map_is_not_mapped_again(bench):
+    blocker = Blocker(300.0, 0.0, moving=False, hides=False)
+    failure = Failure(Event.ARRIVE_FAILED, Reason.BLOCKED_LONG, blocker=blocker, mapped=True)
+    bench.world.learn(bench.queue.target, failure, 1.0)
+    assert bench.world.floor.evidence.max() <= 0.0
+    bench.world.learn(bench.queue.target, replace(failure, mapped=False), 2.0)
+    assert bench.world.floor.evidence.max() > GRID.solid
+
+
+def test_a_look_alike_is_not_taken_for_the_target_again_for_some_time(bench):
+    world, target = bench.world, bench.queue.target
+
+    def seen(time_s: float) -> bool:
+        ahead = Sighting(target, 0.0, 1500.0, 1.0, time_s, (100, 80, 40, 56))
+        return target in world.perceive(time_s, Pose(), None, [target], Glimpse(time_s, {target: ahead}))
+
+    assert seen(1.0)
+    world.learn(target, Failure(Event.ARRIVE_FAILED, Reason.WRONG_TARGET, finding=TargetFinding.LOOK_ALIKE), 1.0)
+    assert target not in world.known
+    assert not seen(5.0)
+    assert seen(100.0)
+
+
+def test_a_look_round_from_here_makes_the_next_one_from_here_no_news(bench):
+    world, target = bench.world, bench.queue.target
+    assert world.novelty(target, (0.0, 0.0)) == 1.0
+    world.learn(target, Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN, finding=TargetFinding.NOT_HERE), 1.0)
+    assert world.novelty(target, (0.0, 0.0)) == 0.0
+    assert 0.9 < world.novelty(target, (3000.0, 0.0)) < 1.0

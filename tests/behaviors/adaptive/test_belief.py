@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.belief import Belief
-from behaviors.adaptive.occupancy_grid import CELLS, MOST, OccupancyGrid, cell, centre_mm
-from behaviors.ports import Pose
-from behaviors.recovery import Point
+from behaviors.adaptive.occupancy_grid import CELLS, OccupancyGrid, cell, centre_mm
+from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.ports import Point, Pose
 
 RANGE_MM, HALF_VIEW_DEG = 3000.0, 25.0
 TURN_DEG_S = 36.0
@@ -86,7 +86,7 @@ def test_more_frames_speak_more_strongly_but_never_rule_a_place_out():
 
 def test_what_is_hidden_behind_something_loses_less():
     wall = _room()
-    wall.evidence[(centre_mm(np.arange(CELLS)) > 550.0) & (centre_mm(np.arange(CELLS)) < 750.0), :] = MOST
+    wall.evidence[(centre_mm(np.arange(CELLS)) > 550.0) & (centre_mm(np.arange(CELLS)) < 750.0), :] = GRID.most
     free, hidden = _belief(), _belief()
     free.look(Pose(), _room(), 3)
     hidden.look(Pose(), wall, 3)
@@ -98,7 +98,7 @@ def test_a_wall_that_is_found_while_turning_on_the_spot_hides_what_is_behind_it(
     belief, informed = _belief(), _belief()
     belief.look(Pose(heading_deg=180.0), floor, 3)
     informed.look(Pose(heading_deg=180.0), floor, 3)
-    floor.evidence[(centre_mm(np.arange(CELLS)) > 550.0) & (centre_mm(np.arange(CELLS)) < 750.0), :] = MOST
+    floor.evidence[(centre_mm(np.arange(CELLS)) > 550.0) & (centre_mm(np.arange(CELLS)) < 750.0), :] = GRID.most
     belief.look(Pose(), floor, 3)
     informed.chance_from(3000.0, 3000.0, floor)  # having been asked about somewhere else makes no difference
     informed.look(Pose(), floor, 3)
@@ -111,7 +111,7 @@ def test_an_echo_counts_even_when_another_one_outweighs_it():
         belief, chances = _belief(), []
         for place in places:
             floor = _room()
-            floor.evidence[cell(*place)] = MOST
+            floor.evidence[cell(*place)] = GRID.most
             chances.append(belief.chance_from(0.0, 0.0, floor))
         return chances[-1]
 

@@ -9,11 +9,11 @@ import pytest
 from numpy.typing import NDArray
 
 from behaviors.adaptive.candidate_generator import CandidateGenerator
-from behaviors.adaptive.occupancy_grid import CELLS, MOST, centre_mm
+from behaviors.adaptive.occupancy_grid import CELLS, centre_mm
+from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.mission import AdaptiveParameters, Mission
-from behaviors.ports import Glance, Pose, Sighting
-from behaviors.recovery import Point
+from behaviors.ports import Glimpse, Point, Pose, Sighting
 
 PROFILE = AdaptiveParameters()
 X_MM, Y_MM = centre_mm(np.arange(CELLS))[:, None], centre_mm(np.arange(CELLS))[None, :]
@@ -34,48 +34,53 @@ def _world(**seen: Point) -> WorldModel:
     for name, (x_mm, y_mm) in seen.items():
         bearing_deg, distance_mm = math.degrees(math.atan2(y_mm, x_mm)), math.hypot(x_mm, y_mm)
         sighting = Sighting(name, bearing_deg, distance_mm, 1.0, 0.0, (100, 80, 40, 56))
-        world.perceive(0.0, Pose(), None, [name], Glance(0.0, {name: sighting}))
+        world.perceive(0.0, Pose(), None, [name], Glimpse(0.0, {name: sighting}))
     return world
 
 
 def _wall(world: WorldModel, x_mm: tuple[float, float], y_mm: tuple[float, float]) -> None:
-    world.floor.evidence[_within(X_MM, x_mm) & _within(Y_MM, y_mm)] = MOST
+    world.floor.evidence[_within(X_MM, x_mm) & _within(Y_MM, y_mm)] = GRID.most
 
 
 def _within(values: NDArray[np.float64], limits: tuple[float, float]) -> NDArray[np.bool_]:
     return (values >= limits[0]) & (values <= limits[1])
 
 
+def _candidates(world: WorldModel) -> CandidateGenerator:
+    world.plan()
+    return CandidateGenerator(world, PROFILE)
+
+
 def test_a_target_that_was_seen_costs_the_way_there_and_its_chance_fades():
-    (near,) = CandidateGenerator(_world(window=WINDOW), PROFILE).others(["window"], 30.0)
+    (near,) = _candidates(_world(window=WINDOW)).others(["window"], 30.0)
     assert (near.target, near.age_s) == ("window", 30.0)
     assert 1500.0 / PROFILE.cruise_mm_s <= near.travel_s <= 1500.0 / PROFILE.cruise_mm_s + 3.0
-    (later,) = CandidateGenerator(_world(window=WINDOW), PROFILE).others(["window"], 90.0)
+    (later,) = _candidates(_world(window=WINDOW)).others(["window"], 90.0)
     assert 0.0 < later.chance < near.chance < 1.0
 
 
 def test_a_target_that_was_not_seen_is_no_prospect():
-    assert CandidateGenerator(_world(window=WINDOW), PROFILE).others(["door"], 0.0) == ()
+    assert _candidates(_world(window=WINDOW)).others(["door"], 0.0) == ()
 
 
 def test_a_target_behind_something_costs_the_way_round():
     world = _world(window=WINDOW)
-    (straight,) = CandidateGenerator(world, PROFILE).others(["window"], 0.0)
+    (straight,) = _candidates(world).others(["window"], 0.0)
     _wall(world, (-500.0, 500.0), (500.0, 600.0))
-    (round_it,) = CandidateGenerator(world, PROFILE).others(["window"], 0.0)
+    (round_it,) = _candidates(world).others(["window"], 0.0)
     assert round_it.travel_s > straight.travel_s + 1.0
 
 
 def test_a_target_to_which_no_way_leads_is_no_prospect():
     world = _world(window=WINDOW)
     _wall(world, (-8000.0, 8000.0), (500.0, 700.0))
-    assert CandidateGenerator(world, PROFILE).others(["window"], 0.0) == ()
+    assert _candidates(world).others(["window"], 0.0) == ()
 
 
 def test_a_way_round_leads_to_where_the_straight_way_is_free():
     world = _world(door=DOOR)
     _wall(world, (700.0, 800.0), (-350.0, 350.0))
-    detour = CandidateGenerator(world, PROFILE).detour("door")
+    detour = _candidates(world).detour("door")
     assert detour is not None
     assert world.floor.clear_between(detour.route[-1], DOOR, 330.0)
     assert detour.extra_s > 0.0
@@ -85,7 +90,7 @@ def test_a_way_round_leads_to_where_the_straight_way_is_free():
 def test_there_is_no_way_round_to_what_was_not_seen_or_is_shut_off(target):
     world = _world(door=DOOR)
     _wall(world, (700.0, 900.0), (-8000.0, 8000.0))
-    assert CandidateGenerator(world, PROFILE).detour(target) is None
+    assert _candidates(world).detour(target) is None
 
 
 def test_a_robot_that_is_walled_in_doubts_its_map():
@@ -97,14 +102,14 @@ def test_a_robot_that_is_walled_in_doubts_its_map():
         ((400, 500), (-500, 500)),
     ):
         _wall(world, x_mm, y_mm)
-    candidates = CandidateGenerator(world, PROFILE)
+    candidates = _candidates(world)
     assert (world.floor.evidence <= 0.0).all()
     assert candidates.viewpoints("window")
 
 
 def test_places_to_look_from_lie_on_free_floor_and_the_most_promising_for_its_time_is_first():
     world = _world(door=DOOR)
-    views = CandidateGenerator(world, PROFILE).viewpoints("window")
+    views = _candidates(world).viewpoints("window")
     worth = [view.chance / view.seconds for view in views]
     assert worth == sorted(worth, reverse=True)
     assert all(max(map(abs, view.route[-1])) < 2000.0 for view in views)

@@ -12,14 +12,17 @@ from random import Random
 import pytest
 
 from behaviors.adaptive.policy import AdaptivePolicy
-from behaviors.adaptive.world_model import SAME_PLACE_MM, WorldModel
+from behaviors.adaptive.world_model import N as WORLD
+from behaviors.adaptive.world_model import WorldModel
 from behaviors.chart import MissionChart
 from behaviors.events import Event, Fact, Reason
+from behaviors.evidence import Detour, Evidence, Viewpoint
 from behaviors.executive import Ending, Executive
+from behaviors.failures import Blocker
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
-from behaviors.ports import Glance, MotionResult, Pose, Sighting, StopReason
-from behaviors.recovery import Blocker, Choice, Detour, Evidence, Point, Recovery, Viewpoint
+from behaviors.ports import Glimpse, MotionResult, Point, Pose, Sighting, StopReason
+from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, Choice
 from behaviors.target_queue import TargetQueue
 
 REPEATS = 2
@@ -47,7 +50,7 @@ def _mission(targets: Sequence[str] = ("a", "b"), **table: object) -> Mission:
 
 @dataclass
 class Decider:
-    """Decides as the adaptive mind does, on evidence that is drawn; checks what it chooses.
+    """Decides as the adaptive profile does, on random evidence; checks what it chooses.
 
     Attributes:
         world: Keeps what was chosen where.
@@ -61,7 +64,7 @@ class Decider:
     random: Random
     targets_left: int = 2
     places: Sequence[Point] = PLACES
-    made: Counter[tuple[str, Recovery, Point, Point | None]] = field(default_factory=Counter)
+    made: Counter[tuple[str, str, Point, Point | None]] = field(default_factory=Counter)
 
     def decide(self, target: str) -> Choice:
         """Choose at a place that is drawn, and remember it."""
@@ -69,11 +72,11 @@ class Decider:
         evidence = self._evidence(target)
         choice = AdaptivePolicy(repeats=REPEATS).select(evidence)
         destination = choice.route[-1] if choice.route else None
-        self.world.chose(target, choice.kind, destination)
-        if choice.kind is not Recovery.CHANGE_TARGET:
+        self.world.chose(target, choice.kind.name, destination)
+        if choice.kind is not CHANGE_TARGET:
             # a way is another one when it leads elsewhere; a detour always leads past the same thing
-            to = destination if choice.kind is Recovery.MOVE_TO else None
-            self.made[target, choice.kind, self.world.here, to] += 1
+            to = destination if choice.kind is MOVE_TO else None
+            self.made[target, choice.kind.name, self.world.here, to] += 1
         return choice
 
     def _evidence(self, target: str) -> Evidence:
@@ -88,7 +91,7 @@ class Decider:
         return Evidence(
             target,
             random.choice(list(Reason)),
-            exist=random.random() < 0.5,
+            seen_since_search=random.random() < 0.5,
             researches=random.randrange(5),
             targets_left=self.targets_left,
             spent_s=random.uniform(0.0, 60.0),
@@ -206,10 +209,10 @@ class Ports:
     def look(self, target: str) -> Sighting | None:
         return self.glance([target]).seen.get(target)
 
-    def glance(self, targets: Sequence[str]) -> Glance:
+    def glance(self, targets: Sequence[str]) -> Glimpse:
         self.sleep(self._random.choice((0.05, 0.3, 0.5)))
         seen = {target: self._sighting(target) for target in targets if self._random.random() < self._finds}
-        return Glance(self._now_s, seen)
+        return Glimpse(self._now_s, seen)
 
     def _sighting(self, target: str) -> Sighting:
         bearing_deg, distance_mm = self._random.uniform(-25.0, 25.0), self._random.uniform(250.0, 1500.0)
@@ -252,9 +255,9 @@ class Made:
         same_way = self.destination == other.destination or (
             self.destination is not None
             and other.destination is not None
-            and math.dist(self.destination, other.destination) <= SAME_PLACE_MM
+            and math.dist(self.destination, other.destination) <= WORLD.same_place_mm
         )
-        same_place = math.dist(self.here, other.here) <= SAME_PLACE_MM
+        same_place = math.dist(self.here, other.here) <= WORLD.same_place_mm
         return (self.target, self.kind) == (other.target, other.kind) and same_place and same_way
 
 
@@ -268,7 +271,7 @@ class Witness:
     def __call__(self, record: Record) -> None:
         if record.kind is Kind.CHOICE:
             kind, route = record.data["choice"], record.data.get("route")
-            destination = tuple(route[-1]) if route and kind == Recovery.MOVE_TO else None
+            destination = tuple(route[-1]) if route and kind == MOVE_TO.name else None
             self.made.append(Made(record.time_s, record.target, kind, self.ports.here, destination))
 
     @property
@@ -277,7 +280,7 @@ class Witness:
         runs = [
             1 + sum(1 for _ in takewhile(last.repeats, reversed(self.made[:i])))
             for i, last in enumerate(self.made)
-            if last.kind != Recovery.CHANGE_TARGET
+            if last.kind != CHANGE_TARGET.name
         ]
         return max(runs, default=0)
 

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, FADES_S, HINT, MOST, NEAR_MM, SOLID, OccupancyGrid, cell
+from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, OccupancyGrid, cell
+from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.ports import Pose
 
 ORIGIN = Pose()
@@ -37,20 +38,20 @@ def _listen(floor: OccupancyGrid, range_mm: float, times: int = 6, at: Pose = OR
 
 def test_echoes_from_near_mark_what_they_hit():
     floor = OccupancyGrid()
-    assert _evidence_at(floor, *_listen(floor, 0.7 * NEAR_MM)) > SOLID
+    assert _evidence_at(floor, *_listen(floor, 0.7 * GRID.near_mm)) > GRID.solid
 
 
 def test_one_echo_is_not_yet_believed_and_its_repetition_says_nothing_new():
     floor = OccupancyGrid()
     for _ in range(10):
         floor.echo(ORIGIN, 500.0)
-    assert HINT < _evidence_at(floor, 600.0, 0.0) <= SOLID
+    assert GRID.hint < _evidence_at(floor, 600.0, 0.0) <= GRID.solid
 
 
 def test_echoes_from_afar_only_hint():
     floor = OccupancyGrid()
-    place = _listen(floor, NEAR_MM + 500.0, times=50)
-    assert HINT < _evidence_at(floor, *place) < SOLID
+    place = _listen(floor, GRID.near_mm + 500.0, times=50)
+    assert GRID.hint < _evidence_at(floor, *place) < GRID.solid
 
 
 def test_an_echo_frees_the_beam_before_it_and_nothing_behind_it():
@@ -65,11 +66,11 @@ def test_an_echo_frees_the_beam_before_it_and_nothing_behind_it():
 def test_a_free_beam_clears_what_has_left():
     floor = OccupancyGrid()
     floor.block(ORIGIN, 300.0)
-    assert floor.evidence.max() > SOLID
+    assert floor.evidence.max() > GRID.solid
     for heading_deg in range(-60, 61, 2):
         for back_mm in (0.0, 40.0, 80.0):
             floor.echo(Pose(-back_mm, 0.0, heading_deg), FARTHEST_ECHO_MM)
-    assert floor.evidence.max() < HINT
+    assert floor.evidence.max() < GRID.hint
 
 
 def test_an_echo_from_too_far_marks_nothing():
@@ -81,7 +82,7 @@ def test_an_echo_from_too_far_marks_nothing():
 def test_beside_the_beam_nothing_is_marked():
     floor = OccupancyGrid()
     place = _listen(floor, 600.0)
-    assert _evidence_at(floor, *place) > SOLID
+    assert _evidence_at(floor, *place) > GRID.solid
     for off_deg in (-25.0, 25.0):
         assert _evidence_at(floor, *Pose(100.0).ahead(600.0, off_deg)) == 0.0
 
@@ -91,7 +92,7 @@ def test_positive_is_right_in_the_map_too(heading_deg):
     floor = OccupancyGrid()
     _listen(floor, 500.0, at=Pose(300.0, -700.0, heading_deg))
     place = Pose(300.0, -700.0, heading_deg).ahead(600.0)
-    marked = np.argwhere(floor.evidence > SOLID)
+    marked = np.argwhere(floor.evidence > GRID.solid)
     centre = (marked.mean(axis=0) - CELLS / 2 + 0.5) * CELL_MM
     assert math.dist(centre, place) < 1.5 * CELL_MM
 
@@ -101,7 +102,7 @@ def test_evidence_fades_to_about_a_third():
     place = _listen(floor, 500.0)
     floor.fade(0.0)
     before = floor.evidence.copy()
-    for now_s in np.arange(0.0, FADES_S + 0.1, 0.5):
+    for now_s in np.arange(0.0, GRID.fades_s + 0.1, 0.5):
         floor.fade(float(now_s))
     assert _evidence_at(floor, *place) > 0.0
     np.testing.assert_allclose(floor.evidence, before / math.e, rtol=0.02, atol=1e-3)
@@ -121,7 +122,7 @@ def test_where_the_robot_stands_nothing_else_is():
     floor.stands_on(ORIGIN)
     assert _evidence_at(floor, 0.0, 0.0) < 0.0
     assert _evidence_at(floor, 90.0, 0.0) < 0.0
-    assert _evidence_at(floor, 250.0, 0.0) > SOLID
+    assert _evidence_at(floor, 250.0, 0.0) > GRID.solid
 
 
 def test_what_blocks_the_way_is_in_the_way():
@@ -139,15 +140,15 @@ def test_what_blocks_the_way_is_in_the_way():
 def test_a_way_that_ends_before_the_obstacle_is_clear():
     floor = OccupancyGrid()
     floor.block(ORIGIN, 1000.0)
-    assert floor.clear_between((0.0, 0.0), (1500.0, 0.0), short_mm=900.0)
-    assert not floor.clear_between((0.0, 0.0), (1500.0, 0.0), short_mm=100.0)
+    assert floor.clear_between((0.0, 0.0), (1500.0, 0.0), standoff_mm=900.0)
+    assert not floor.clear_between((0.0, 0.0), (1500.0, 0.0), standoff_mm=100.0)
 
 
-@pytest.mark.parametrize("short_mm", [0.0, 300.0])
-def test_no_way_at_all_is_clear(short_mm):
+@pytest.mark.parametrize("standoff_mm", [0.0, 300.0])
+def test_no_way_at_all_is_clear(standoff_mm):
     floor = OccupancyGrid()
     floor.block(ORIGIN, 0.0)
-    assert floor.clear_between((50.0, 50.0), (50.0, 50.0), short_mm)
+    assert floor.clear_between((50.0, 50.0), (50.0, 50.0), standoff_mm)
 
 
 @given(heading_deg=st.floats(0.0, 360.0), range_mm=st.floats(0.0, FARTHEST_ECHO_MM))
@@ -180,5 +181,5 @@ def test_evidence_stays_within_its_bounds(actions):
                 now_s += range_mm / 100.0
                 floor.fade(now_s)
     assert np.isfinite(floor.evidence).all()
-    assert floor.evidence.max() <= MOST
-    assert floor.evidence.min() >= -MOST
+    assert floor.evidence.max() <= GRID.most
+    assert floor.evidence.min() >= -GRID.most

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, FOOTPRINT_MM, MOST, SOLID, OccupancyGrid, cell, centre_mm
+from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, OccupancyGrid, cell, centre_mm
+from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.path_planner import PathPlanner
-from behaviors.ports import Pose
-from behaviors.recovery import Point
+from behaviors.ports import Point, Pose
 
 SPEED_MM_S = 200.0
 HALF_ROOM_MM = 2000.0
@@ -28,14 +28,14 @@ def _room() -> OccupancyGrid:
     floor = OccupancyGrid()
     distance_mm = np.maximum(np.abs(X_MM), np.abs(Y_MM))
     floor.evidence[distance_mm < HALF_ROOM_MM] = -1.0
-    floor.evidence[(distance_mm >= HALF_ROOM_MM) & (distance_mm < HALF_ROOM_MM + 3 * CELL_MM)] = MOST
+    floor.evidence[(distance_mm >= HALF_ROOM_MM) & (distance_mm < HALF_ROOM_MM + 3 * CELL_MM)] = GRID.most
     return floor
 
 
 def _with_discs(discs: list[Disc]) -> OccupancyGrid:
     floor = _room()
     for x_mm, y_mm, radius_mm in discs:
-        floor.evidence[np.hypot(X_MM - x_mm, Y_MM - y_mm) <= radius_mm] = MOST
+        floor.evidence[np.hypot(X_MM - x_mm, Y_MM - y_mm) <= radius_mm] = GRID.most
     return floor
 
 
@@ -49,7 +49,7 @@ def _solid_on(floor: OccupancyGrid, route: tuple[Point, ...], start: Point = STA
     for one, other in pairwise([start, *route]):
         for share in np.linspace(0.0, 1.0, max(2, round(math.dist(one, other) / 10.0))):
             place = one[0] + share * (other[0] - one[0]), one[1] + share * (other[1] - one[1])
-            if floor.evidence[cell(*place)] > SOLID:
+            if floor.evidence[cell(*place)] > GRID.solid:
                 solid.append(place)
     return solid
 
@@ -66,13 +66,13 @@ def test_on_free_floor_the_way_is_straight_and_takes_its_time(goal):
 
 def test_a_wall_is_gone_round():
     floor = _room()
-    floor.evidence[(X_MM > 800.0) & (X_MM < 1000.0) & (np.abs(Y_MM) <= 1000.0)] = MOST
+    floor.evidence[(X_MM > 800.0) & (X_MM < 1000.0) & (np.abs(Y_MM) <= 1000.0)] = GRID.most
     goal = (1500.0, 0.0)
     routes = PathPlanner(floor, START, SPEED_MM_S)
     route = routes.route_to(goal)
     around_mm = 2 * math.hypot(900.0, 1000.0)
     assert routes.seconds_to(np.array([goal]))[0] >= around_mm * 0.9 / SPEED_MM_S
-    assert max(abs(y_mm) for _, y_mm in route) >= 1000.0 + FOOTPRINT_MM
+    assert max(abs(y_mm) for _, y_mm in route) >= 1000.0 + GRID.footprint_mm
     assert not _solid_on(floor, route)
     assert _route_mm(route) < 1.5 * around_mm
 
@@ -83,7 +83,7 @@ def test_a_door_of_480_mm_is_passed(shift_mm, along_x):
     floor = _room()
     across, along = (X_MM, Y_MM) if along_x else (Y_MM, X_MM)
     door = np.abs(along - shift_mm) < 240.0
-    floor.evidence[(np.abs(across - 1000.0) < 100.0) & ~door] = MOST
+    floor.evidence[(np.abs(across - 1000.0) < 100.0) & ~door] = GRID.most
     goal = (1500.0, 0.0) if along_x else (0.0, 1500.0)
     routes = PathPlanner(floor, START, SPEED_MM_S)
     assert routes.reaches(goal)
@@ -93,13 +93,13 @@ def test_a_door_of_480_mm_is_passed(shift_mm, along_x):
 
 def test_a_gap_narrower_than_the_robot_is_no_door():
     floor = _room()
-    floor.evidence[(np.abs(X_MM - 1000.0) < 100.0) & (np.abs(Y_MM) > 100.0)] = MOST
+    floor.evidence[(np.abs(X_MM - 1000.0) < 100.0) & (np.abs(Y_MM) > 100.0)] = GRID.most
     assert not PathPlanner(floor, START, SPEED_MM_S).reaches((1500.0, 0.0))
 
 
 def test_where_no_way_leads_it_takes_for_ever():
     floor = _room()
-    floor.evidence[np.abs(X_MM[:, 0] - 1000.0) < 100.0] = MOST
+    floor.evidence[np.abs(X_MM[:, 0] - 1000.0) < 100.0] = GRID.most
     routes = PathPlanner(floor, START, SPEED_MM_S)
     behind, here = (1500.0, 0.0), (500.0, 0.0)
     seconds = routes.seconds_to(np.array([behind, here]))
@@ -173,6 +173,6 @@ def test_places_can_be_reached(discs, known):
     places = routes.places(400.0, known=known)
     assert len(places) >= 1
     assert np.isfinite(routes.seconds_to(places)).all()
-    assert all(floor.evidence[cell(x_mm, y_mm)] <= SOLID for x_mm, y_mm in places)
+    assert all(floor.evidence[cell(x_mm, y_mm)] <= GRID.solid for x_mm, y_mm in places)
     if known:
         assert all(floor.evidence[cell(x_mm, y_mm)] < 0.0 for x_mm, y_mm in places)

@@ -10,15 +10,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.occupancy_grid import SOLID
-from behaviors.adaptive.world_model import SAME_PLACE_MM, Trail, WorldModel
+from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.world_model import N as WORLD
+from behaviors.adaptive.world_model import Trail, WorldModel
+from behaviors.events import Event, Reason
+from behaviors.failures import Failure, TargetFinding
 from behaviors.mission import Mission
-from behaviors.ports import Glance, Pose, Sighting
-from behaviors.recovery import Point, Recovery
+from behaviors.ports import Glimpse, Point, Pose, Sighting
 
 LAG_S = 0.15
 """How old a frame is when its sighting is known."""
-NOTHING = Glance(0.0, {})
+NOTHING = Glimpse(0.0, {})
 
 
 @pytest.fixture(name="world")
@@ -42,7 +44,7 @@ def _sighting(place: Point, pose: Pose, time_s: float, target: str = "door") -> 
 
 def _see(world: WorldModel, place: Point, time_s: float, target: str = "door", pose: Pose | None = None) -> None:
     pose = pose or Pose()
-    world.perceive(time_s, pose, None, [target], Glance(time_s, {target: _sighting(place, pose, time_s, target)}))
+    world.perceive(time_s, pose, None, [target], Glimpse(time_s, {target: _sighting(place, pose, time_s, target)}))
 
 
 def _stand_at(world: WorldModel, place: Point) -> None:
@@ -86,9 +88,9 @@ def test_a_target_that_is_seen_while_turning_is_placed_right(world, rate_deg_s):
         pose = Pose(0.0, 0.0, rate_deg_s * now_s)
         then_s = max(0.0, now_s - LAG_S)
         then = Pose(0.0, 0.0, rate_deg_s * then_s)
-        world.perceive(now_s, pose, None, ["door"], Glance(then_s, {"door": _sighting(place, then, then_s)}))
+        world.perceive(now_s, pose, None, ["door"], Glimpse(then_s, {"door": _sighting(place, then, then_s)}))
     assert math.dist(world.known["door"].place, place) < 20.0
-    bearing_deg, distance_mm = world.way_to(place)
+    bearing_deg, distance_mm = world.polar_to(place)
     expected_deg = math.degrees(math.atan2(place[1], place[0])) - pose.heading_deg
     assert bearing_deg == pytest.approx((expected_deg + 180.0) % 360.0 - 180.0)
     assert distance_mm == pytest.approx(math.hypot(*place))
@@ -131,15 +133,16 @@ def test_what_is_forgotten_is_not_believed_to_be_there_any_more(world):
     place = (1200.0, 0.0)
     _see(world, place, 0.0)
     seen = world.beliefs["door"].chance_from(0.0, 0.0, world.floor)
-    world.forget("door")
-    world.forget("window")
+    not_there = Failure(Event.RECOVERY_FAILED, Reason.NEVER_SEEN, finding=TargetFinding.NOT_THERE)
+    world.learn("door", not_there, 1.0)
+    world.learn("window", not_there, 1.0)
     assert not world.known
     assert world.beliefs["door"].chance_from(0.0, 0.0, world.floor) < 0.5 * seen
 
 
 def _look_in_vain(world: WorldModel, looked_for: Sequence[str], heading_deg: float) -> None:
     for i in range(10):
-        world.perceive(i * 0.1, Pose(0.0, 0.0, heading_deg), None, looked_for, Glance(i * 0.1, {}))
+        world.perceive(i * 0.1, Pose(0.0, 0.0, heading_deg), None, looked_for, Glimpse(i * 0.1, {}))
     world.settle()
 
 
@@ -159,7 +162,7 @@ def test_a_look_in_vain_while_turning_counts_where_its_frame_was_taken(world):
     for i in range(20):
         now_s, rate_deg_s = i * 0.1, 90.0 if i > 10 else 0.0
         pose = Pose(0.0, 0.0, rate_deg_s * (now_s - 1.0))
-        world.perceive(now_s, pose, None, ["door"] if i > 10 else [], Glance(min(now_s, 1.0), {}))
+        world.perceive(now_s, pose, None, ["door"] if i > 10 else [], Glimpse(min(now_s, 1.0), {}))
     world.settle()
     begin_deg, end_deg = world.beliefs["door"].arc_from(0.0, 0.0, world.floor, 36.0)
     assert (0.0 - begin_deg) % 360.0 > end_deg - begin_deg
@@ -169,7 +172,7 @@ def test_a_look_in_vain_while_turning_counts_where_its_frame_was_taken(world):
 def test_echoes_go_onto_the_floor_map_and_silence_marks_nothing(world):
     for i in range(6):
         world.perceive(i * 0.1, Pose(-40.0 * (i % 2)), 500.0 + 40.0 * (i % 2), [], NOTHING)
-    assert world.floor.evidence.max() > SOLID
+    assert world.floor.evidence.max() > GRID.solid
     silent = WorldModel(
         Mission.model_validate({"mission": {"targets": ["a"]}, "target": {"a": {"detector": "marker", "id": 0}}})
     )
@@ -181,16 +184,16 @@ def test_echoes_go_onto_the_floor_map_and_silence_marks_nothing(world):
 def test_repetitions_are_counted_for_each_place_target_and_recovery(world):
     _stand_at(world, (0.0, 0.0))
     assert world.repeats("door") == {}
-    world.chose("door", Recovery.WAIT)
-    world.chose("door", Recovery.WAIT)
-    world.chose("door", Recovery.RESCAN)
-    world.chose("window", Recovery.DETOUR)
-    assert world.repeats("door") == {Recovery.WAIT: 2, Recovery.RESCAN: 1}
-    assert world.repeats("window") == {Recovery.DETOUR: 1}
-    _stand_at(world, (0.8 * SAME_PLACE_MM, 0.0))
-    assert world.repeats("door") == {Recovery.WAIT: 2, Recovery.RESCAN: 1}
-    _stand_at(world, (1.2 * SAME_PLACE_MM, 0.0))
+    world.chose("door", "wait")
+    world.chose("door", "wait")
+    world.chose("door", "rescan")
+    world.chose("window", "detour")
+    assert world.repeats("door") == {"wait": 2, "rescan": 1}
+    assert world.repeats("window") == {"detour": 1}
+    _stand_at(world, (0.8 * WORLD.same_place_mm, 0.0))
+    assert world.repeats("door") == {"wait": 2, "rescan": 1}
+    _stand_at(world, (1.2 * WORLD.same_place_mm, 0.0))
     assert world.repeats("door") == {}
-    world.chose("door", Recovery.WAIT)
-    _stand_at(world, (0.6 * SAME_PLACE_MM, 0.0))
-    assert world.repeats("door") == {Recovery.WAIT: 3, Recovery.RESCAN: 1}, "both places are near"
+    world.chose("door", "wait")
+    _stand_at(world, (0.6 * WORLD.same_place_mm, 0.0))
+    assert world.repeats("door") == {"wait": 3, "rescan": 1}, "both places are near"

@@ -13,8 +13,9 @@ import pytest
 from rich.console import Console
 
 from behaviors.events import Reason
+from behaviors.evidence import Evidence
 from behaviors.operator import question
-from behaviors.recovery import Evidence, Recovery, ThesisPolicy
+from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, WAIT, ThesisPolicy
 from nxtdrive.cli.confirm import TerminalOperator
 from nxtdrive.cli.main import NOT_ACHIEVED, USAGE, main
 from nxtdrive.recording.status_line import StatusLine
@@ -29,7 +30,7 @@ detector = "picture"
 pictures = ["lena.png"]
 """
 PROMPT = b"stop the mission > "
-DUE = question(ThesisPolicy(), Evidence("lena", Reason.TARGET_LOST, exist=True, researches=0))
+DUE = question(ThesisPolicy(), Evidence("lena", Reason.TARGET_LOST, seen_since_search=True, researches=0))
 
 
 @pytest.fixture
@@ -61,7 +62,7 @@ def test_enter_confirms_what_is_proposed(asked):
         assert candidate in shown
 
 
-@pytest.mark.parametrize(("typed", "kind"), [("1", Recovery.WAIT), (" 3 ", Recovery.CHANGE_TARGET)])
+@pytest.mark.parametrize(("typed", "kind"), [("1", WAIT), (" 3 ", CHANGE_TARGET)])
 def test_a_number_chooses(asked, typed, kind):
     choice, _ = asked(typed)
     assert choice.kind is kind
@@ -70,7 +71,7 @@ def test_a_number_chooses(asked, typed, kind):
 @pytest.mark.parametrize("wrong", ["0", "4", "-1", "yes", "²", "[bold]"])
 def test_what_is_no_answer_is_asked_again(asked, wrong):
     choice, shown = asked(wrong, "2")
-    assert choice.kind is Recovery.MOVE_TO
+    assert choice.kind is MOVE_TO
     assert f"There is no {wrong!r}." in shown
 
 

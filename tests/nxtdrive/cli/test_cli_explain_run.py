@@ -91,7 +91,7 @@ def test_what_a_thesis_journal_does_not_tell_is_not_made_up(runs, explained):
     assert told["decisions"]
     for decision in told["decisions"]:
         assert decision["replay"]["choice"] is None
-        assert "tells neither what was in the way" in decision["replay"]["why_not"]
+        assert "has neither what was in the way" in decision["replay"]["why_not"]
         assert decision["candidates"] == []
     said = explained(runs["thesis"], "--policy", "adaptive")
     assert "cannot be told" in said

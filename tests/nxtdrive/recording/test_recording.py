@@ -38,7 +38,7 @@ def test_the_map_puts_sightings_and_echoes_where_the_robot_saw_them():
     (seen,) = known.sightings["lena"]
     # 90 degrees to the right of a robot that looks along x is along y
     assert seen == pytest.approx((300.0, 1000.0))
-    assert [mark.kind for mark in known.marks] == ["failed", "waited"]
+    assert [mark.text for mark in known.marks] == ["lena: target lost", "lena: wait"]
     assert known.marks[0].where == (300.0, 0.0)
 
 

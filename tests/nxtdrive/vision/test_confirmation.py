@@ -1,13 +1,13 @@
 import pytest
 
-from nxtdrive.vision.confirm import Confirmation, Seen
-from nxtdrive.vision.detection import Detection
+from behaviors.ports import Sighting
+from nxtdrive.vision.confirm import Confirmation
 
 FRAME_S = 0.1
 
 
 def seen(bearing_deg=0.0, distance_mm=1000.0):
-    return Seen(Detection((0, 0, 10, 10), 0.9), bearing_deg, distance_mm)
+    return Sighting("lena", bearing_deg, distance_mm, 0.9, 0.0, (0, 0, 10, 10))
 
 
 def run(confirmation, frames):

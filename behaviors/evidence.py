@@ -1,0 +1,124 @@
+"""What is known when a recovery is chosen: plain values, which the journal has in full."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from behaviors.events import Reason
+from behaviors.failures import Blocker
+from behaviors.ports import Point
+
+
+@dataclass(frozen=True, slots=True)
+class Detour:
+    """A path around what blocks the straight one.
+
+    Attributes:
+        extra_s: How much longer it takes than the straight path would.
+        route: Waypoints, without the present place.
+    """
+
+    extra_s: float
+    route: tuple[Point, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Viewpoint:
+    """A place from which the target may be seen.
+
+    Attributes:
+        travel_s: Time to get there.
+        scan_s: Time to look round there.
+        chance: Probability that this finds the target, 0..1.
+        route: Waypoints; the last one is the place. Empty for the present place.
+    """
+
+    travel_s: float
+    scan_s: float
+    chance: float
+    route: tuple[Point, ...] = ()
+
+    @property
+    def seconds(self) -> float:
+        """Time for both."""
+        return self.travel_s + self.scan_s
+
+
+@dataclass(frozen=True, slots=True)
+class AlternativeTarget:
+    """Another target that was seen, is not reached yet, and may be pursued instead.
+
+    Attributes:
+        target: Its name.
+        travel_s: Time to get to where it was seen, along paths that are known to be passable.
+        age_s: How long ago that was.
+        chance: Probability that it is still there, 0..1.
+    """
+
+    target: str
+    travel_s: float
+    age_s: float
+    chance: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What is known when a recovery is chosen.
+
+    Attributes:
+        target: Name of the target.
+        reason: Why the last attempt failed.
+        seen_since_search: Whether the target was recognised since the last search began (the thesis's `exist`).
+        researches: Searches for this target after the first, in this round.
+        round: How many times the list of targets has been begun, from 1.
+        targets_left: Targets that are not reached and whose turn is now or later, this one included.
+        spent_s: Time spent on this target in this round without getting nearer to it.
+        blocker: What is in the way, if anything.
+        detour: A path around it, if there is one.
+        here: What another look round from here promises, if anything.
+        viewpoints: Other places to look from, the most promising first.
+        others: Other targets that may be pursued instead.
+        repeats: How often each recovery, by name, was chosen at this place for this target.
+    """
+
+    target: str
+    reason: Reason
+    seen_since_search: bool
+    researches: int
+    round: int = 1
+    targets_left: int = 1
+    spent_s: float = 0.0
+    blocker: Blocker | None = None
+    detour: Detour | None = None
+    here: Viewpoint | None = None
+    viewpoints: tuple[Viewpoint, ...] = ()
+    others: tuple[AlternativeTarget, ...] = ()
+    repeats: Mapping[str, int] = field(default_factory=dict)
+
+    def known(self) -> dict[str, Any]:
+        """Return it as plain values for a journal's record, which has the target; what nobody measured is left out."""
+        return {
+            name: value
+            for name, value in asdict(self).items()
+            if name in _ALWAYS or (name != "target" and value != _BLANK[name])
+        }
+
+
+_ALWAYS = ("reason", "seen_since_search", "researches")
+_BLANK = asdict(Evidence("", Reason.MISSION_STARTED, seen_since_search=False, researches=0))
+_FORMER_NAMES = {"exist": "seen_since_search"}
+"""Keys of journals written by earlier versions."""
+
+
+def evidence_from(target: str, known: Mapping[str, Any]) -> Evidence:
+    """Read the evidence of a journal's choice; the inverse of `Evidence.known`.
+
+    Raises:
+        ValueError: It is not the evidence of a choice.
+    """
+    values = {_FORMER_NAMES.get(name, name): value for name, value in known.items()}
+    return TypeAdapter(Evidence).validate_python({**values, "target": target})

@@ -1,0 +1,85 @@
+"""Mistakes in a mission file, in words: where each one is, and what to do about it."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Sequence
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+UNITS = {"_mm": "millimetres", "_s": "seconds", "_deg": "degrees", "_mm_s": "millimetres per second"}
+"""What the endings of keys mean."""
+
+
+def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
+    """Yield one line for each mistake.
+
+    Args:
+        error: What the check of the file found.
+        model: What it was checked against.
+    """
+    for problem in error.errors():
+        path = list(problem["loc"])
+        if len(path) > 2 and path[0] == "target":
+            del path[2]  # the kind of detector, which is in no path of the file
+        where = ".".join(str(part) for part in path) or "mission file"
+        message = problem["msg"].removeprefix("Value error, ")
+        if problem["type"] == "extra_forbidden":
+            message = f"unknown key; {_advice(path, model)}"
+        elif problem["type"] in ("union_tag_not_found", "union_tag_invalid"):
+            message = _detector_advice(problem["input"])
+        elif problem["type"] in ("model_type", "model_attributes_type", "dict_type"):
+            message = f"it must be a table, [{where}], not {problem['input']!r}"
+        elif problem["type"] == "missing" and where == "mission":
+            message = 'there is no [mission] table; it names the targets: targets = ["lena"]'
+        elif problem["type"] == "missing":
+            message = "is missing; `nxtdrive mission new FILE` writes an example with every key"
+        elif problem["type"] == "too_short" and where == "mission.targets":
+            message = "a mission needs at least one target; name one and describe it in a table [target.NAME]"
+        elif "input" in problem and not isinstance(problem["input"], dict):
+            message = f"{message}, not {problem['input']!r}{_unit(str(path[-1]) if path else '')}"
+        yield f"{where}: {message}"
+
+
+def _detector_advice(target: dict[str, Any]) -> str:
+    """Say what is wrong with the key ``detector`` of a target's table, which decides which other keys there are."""
+    known = "picture, haar, marker, color"
+    if "detector" in target:
+        return f"there is no detector {target['detector']!r}; use one of {known}"
+    near = difflib.get_close_matches("detector", target, n=1)
+    hint = f"; {near[0]!r} looks like it, misspelt" if near else ""
+    return f"the key detector is missing; it is one of {known}{hint}"
+
+
+def _unit(key: str) -> str:
+    for ending in sorted(UNITS, key=len, reverse=True):
+        if key.endswith(ending):
+            return f" ({key} is a number in {UNITS[ending]})"
+    return ""
+
+
+def _advice(path: Sequence[int | str], model: type[BaseModel]) -> str:
+    """Name the nearest key that exists, or all of them."""
+    key, known = str(path[-1]), sorted(_known_keys(path[:-1], model))
+    stem = key.rsplit("_", 1)[0]
+    near = [name for name in known if name.rsplit("_", 1)[0] == stem] or difflib.get_close_matches(key, known, n=1)
+    if near:
+        return f"did you mean {near[0]!r}{_unit(near[0])}?"
+    return f"known here: {', '.join(known)}"
+
+
+def _known_keys(path: Sequence[int | str], model: type[BaseModel]) -> set[str]:
+    """Return the keys of the table at a path; of a table that may be of several kinds, those of all kinds."""
+    tables = [model]
+    for part in path:
+        fields = (table.model_fields[str(part)] for table in tables if part in table.model_fields)
+        tables = [nested for field in fields for nested in _tables(field.annotation)] or tables
+    return {key for table in tables for key in table.model_fields}
+
+
+def _tables(annotation: Any) -> Iterator[type[BaseModel]]:  # noqa: ANN401 - annotations have no common type
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _tables(argument)

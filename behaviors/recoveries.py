@@ -1,0 +1,227 @@
+"""The recoveries: what can be done after a failure, and the rules that choose.
+
+`RECOVERIES` has one entry for each. The chart's guard, the console, the map, the status line, explanations and the
+sweep read it; CONTRIBUTING.md says what else a new recovery needs. A policy turns evidence into a choice. It has no
+robot and no clock, so that it can be tested with plain values and given a journal's evidence again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, Self
+
+from behaviors.evidence import Evidence
+from behaviors.mission import ThesisParameters
+from behaviors.ports import Point
+
+
+@dataclass(frozen=True, slots=True)
+class Recovery:
+    """Something that can be done after a failure.
+
+    Attributes:
+        name: Its name in the journal.
+        label: A short imperative, for the status line and the map.
+        said: What the console says.
+        describe: Says what a choice of it does, with the choice's numbers.
+        color: Of its path and its mark on the map: blue, green, red, each 0..255.
+        marker: Shape of its mark on the map: the end of one of OpenCV's names ``MARKER_...``, in lower case.
+        fits: The cause of a failure for which it is the right choice, as `nxtdrive.tools.sweep.causes` names them;
+            empty for none.
+        state: The chart's state that it leads to; its name when empty.
+    """
+
+    name: str
+    label: str
+    said: str
+    describe: Callable[[Choice], str]
+    color: tuple[int, int, int]
+    marker: str
+    fits: str = ""
+    state: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What to do, and why.
+
+    Attributes:
+        kind: The recovery.
+        why: One clause for the journal.
+        wait_s: How long to wait, for `WAIT`.
+        turn_deg: Which way to turn before moving off, positive right, for the thesis's `MOVE_TO`.
+        route: Waypoints, for `DETOUR` and for `MOVE_TO` a place.
+        instead: The target to pursue, for `CHANGE_TARGET`; empty for the next in order.
+        operator: Whether a person confirmed it or chose it.
+        proposed: What the policy would have done, when that person chose something else.
+    """
+
+    kind: Recovery
+    why: str
+    wait_s: float = 0.0
+    turn_deg: float = 0.0
+    route: tuple[Point, ...] = ()
+    instead: str = ""
+    operator: bool = False
+    proposed: Choice | None = None
+
+    def words(self) -> str:
+        """Say what it does: "wait up to 4.0 s"."""
+        return self.kind.describe(self)
+
+    def record(self) -> dict[str, Any]:
+        """Return it as plain values for the journal; numbers that are not used are left out."""
+        values: dict[str, Any] = {"wait_s": self.wait_s, "turn_deg": self.turn_deg, "route": self.route}
+        values |= {"instead": self.instead, "operator": self.operator}
+        values |= {"proposed": self.proposed.record() if self.proposed else None}
+        return {"choice": self.kind.name, "why": self.why} | {name: value for name, value in values.items() if value}
+
+
+def place_words(place: Point) -> str:
+    """Say where a place is, in the frame of the start."""
+    x_m, y_m = round(place[0] / 1000, 1), round(place[1] / 1000, 1)
+    along = f"{abs(x_m):.1f} m {'behind' if x_m < 0 else 'ahead'}"
+    return f"{along}, {abs(y_m):.1f} m {'left' if y_m < 0 else 'right'} of the start"
+
+
+def _describe_move(choice: Choice) -> str:
+    if choice.route:
+        return f"look from {place_words(choice.route[-1])}"
+    return f"turn {choice.turn_deg:+.0f}° and move off"
+
+
+WAIT = Recovery(
+    "wait",
+    label="wait",
+    said="Waiting",
+    describe=lambda choice: f"wait up to {choice.wait_s:.1f} s",
+    color=(40, 160, 230),
+    marker="square",
+    fits="blocked_short",
+)
+DETOUR = Recovery(
+    "detour",
+    label="go round",
+    said="Going round",
+    describe=lambda choice: "go round" + (f", to {place_words(choice.route[-1])}" if choice.route else ""),
+    color=(30, 90, 150),
+    marker="diamond",
+    fits="blocked_long",
+)
+MOVE_TO = Recovery(
+    "move_to",
+    label="look elsewhere",
+    said="Looking from elsewhere",
+    describe=_describe_move,
+    color=(180, 60, 150),
+    marker="triangle_up",
+    fits="elsewhere",
+)
+RESCAN = Recovery(
+    "rescan",
+    label="look again",
+    said="Looking again",
+    describe=lambda _: "look again from here",
+    color=(160, 160, 40),
+    marker="cross",
+    fits="missed",
+)
+CHANGE_TARGET = Recovery(
+    "change_target",
+    label="give up",
+    said="Leaving it for now",
+    describe=lambda choice: "leave this target for now" + (f" and go for {choice.instead}" if choice.instead else ""),
+    color=(40, 40, 200),
+    marker="triangle_down",
+    state="gave_up",
+)
+
+RECOVERIES = {recovery.name: recovery for recovery in (WAIT, DETOUR, MOVE_TO, RESCAN, CHANGE_TARGET)}
+"""All recoveries, by name."""
+
+
+def recovery_in(state: str) -> Recovery | None:
+    """Return the recovery that leads to a state of the chart, if one does."""
+    return next((each for each in RECOVERIES.values() if state == (each.state or each.name)), None)
+
+
+def choice_from(data: Mapping[str, Any]) -> Choice:
+    """Read the choice of a journal's record; the inverse of `Choice.record`.
+
+    Raises:
+        KeyError, TypeError, ValueError: It is not the record of a choice.
+    """
+    return Choice(
+        RECOVERIES[data["choice"]],
+        str(data.get("why", "")),
+        wait_s=float(data.get("wait_s", 0.0)),
+        turn_deg=float(data.get("turn_deg", 0.0)),
+        route=tuple((float(x_mm), float(y_mm)) for x_mm, y_mm in data.get("route", [])),
+        instead=str(data.get("instead", "")),
+        operator=bool(data.get("operator", False)),
+        proposed=choice_from(data["proposed"]) if "proposed" in data else None,
+    )
+
+
+class RecoveryPolicy(Protocol):
+    """A rule that chooses a recovery."""
+
+    def select(self, evidence: Evidence) -> Choice:
+        """Choose for this evidence; must not depend on anything else."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A candidate for a choice.
+
+    Attributes:
+        choice: What would be done.
+        seconds: How long that is expected to take.
+        chance: Probability that it succeeds, 0..1.
+    """
+
+    choice: Choice
+    seconds: float
+    chance: float
+
+    @property
+    def expected_s(self) -> float:
+        """Expected seconds for one success with unlimited attempts; infinity without a chance."""
+        return self.seconds / self.chance if self.chance > 0 else math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class ThesisPolicy:
+    """The rule of the 2017 thesis: seen but not reached: wait; not seen: move to; two re-searches, then change target.
+
+    Attributes:
+        wait_s: The thesis waits 15 s.
+        turn_deg: The thesis turns 90 degrees to the right.
+        max_researches: The thesis searches again twice.
+    """
+
+    wait_s: float = 15.0
+    turn_deg: float = 90.0
+    max_researches: int = 2
+
+    @classmethod
+    def of(cls, parameters: ThesisParameters) -> Self:
+        """Make the rule with a mission's numbers."""
+        return cls(parameters.wait_s, parameters.turn_deg, parameters.max_researches)
+
+    def select(self, evidence: Evidence) -> Choice:
+        """Choose as the thesis's select plan does. Source: docs/thesis.md, plans."""
+        if evidence.researches >= self.max_researches:
+            return Choice(CHANGE_TARGET, f"searched again {evidence.researches} times")
+        wait, move_to = self.recoveries()
+        return wait if evidence.seen_since_search else move_to
+
+    def recoveries(self) -> tuple[Choice, Choice]:
+        """Return what it does for a target that was recognised, and for one that was not."""
+        return (
+            Choice(WAIT, "the target was recognised but not reached", wait_s=self.wait_s),
+            Choice(MOVE_TO, "the target was not recognised", turn_deg=self.turn_deg),
+        )

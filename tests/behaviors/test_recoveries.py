@@ -1,0 +1,42 @@
+"""The thesis's rule."""
+
+import pytest
+
+from behaviors.chart import MISSION_STATES
+from behaviors.diagram import arrows
+from behaviors.events import Reason
+from behaviors.evidence import Evidence, evidence_from
+from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, RECOVERIES, WAIT, ThesisPolicy, recovery_in
+
+
+def _evidence(*, seen_since_search: bool, researches: int) -> Evidence:
+    return Evidence("lena", Reason.TARGET_LOST, seen_since_search, researches)
+
+
+@pytest.mark.parametrize("researches", [0, 1])
+def test_seen_but_not_reached_waits_fifteen_seconds(researches):
+    choice = ThesisPolicy().select(_evidence(seen_since_search=True, researches=researches))
+    assert (choice.kind, choice.wait_s) == (WAIT, 15.0)
+
+
+@pytest.mark.parametrize("researches", [0, 1])
+def test_not_seen_turns_ninety_degrees_right_and_moves_on(researches):
+    choice = ThesisPolicy().select(_evidence(seen_since_search=False, researches=researches))
+    assert (choice.kind, choice.turn_deg) == (MOVE_TO, 90.0)
+
+
+@pytest.mark.parametrize("seen_since_search", [True, False])
+def test_after_two_researches_the_target_is_changed(seen_since_search):
+    assert ThesisPolicy().select(_evidence(seen_since_search=seen_since_search, researches=2)).kind is CHANGE_TARGET
+
+
+def test_journals_of_earlier_versions_are_understood():
+    evidence = evidence_from("lena", {"reason": "target_lost", "exist": True, "researches": 1})
+    assert evidence == Evidence("lena", Reason.TARGET_LOST, seen_since_search=True, researches=1)
+
+
+@pytest.mark.parametrize("recovery", RECOVERIES.values(), ids=RECOVERIES)
+def test_every_recovery_has_one_transition_in_the_chart(recovery):
+    (arrow,) = [arrow for arrow in arrows() if arrow.source == "select" and recovery_in(arrow.target) is recovery]
+    assert arrow.guard == "chosen"
+    assert arrow.target in MISSION_STATES
