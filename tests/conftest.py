@@ -20,7 +20,7 @@ pytest_plugins = ["nxtdrive.pytest_plugin", "pytester"]
 def mission_for() -> Callable[..., Mission]:
     """Makes missions for some of the built-in pictures; numbers go into the profile's table."""
     from behaviors.mission import Mission
-    from nxtdrive.mission_run import load
+    from nxtdrive.mission.setup import load
 
     def make(*targets: str, profile: str = "thesis", **numbers: object) -> Mission:
         described = load(None).target

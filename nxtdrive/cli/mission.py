@@ -61,7 +61,7 @@ def _check(args: argparse.Namespace) -> int:
 
 def _complaint(path: Path) -> str:
     """What is wrong with a mission file, or with the pictures and cascades it names; nothing if all is well."""
-    from nxtdrive.mission_run import build_detectors, load
+    from nxtdrive.mission.setup import build_detectors, load
 
     try:
         mission = load(path)
@@ -82,7 +82,7 @@ def _lines(complaint: str) -> list[str]:
 
 def _show(args: argparse.Namespace) -> int:
     from behaviors.diagram import mermaid, transition_table
-    from nxtdrive.mission_run import load
+    from nxtdrive.mission.setup import load
 
     mission = load(args.file)
     if args.json:
