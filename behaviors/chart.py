@@ -1,8 +1,8 @@
 """The statechart of a mission.
 
 Three regions run side by side. *mission* is the thesis's client: search, arrive, select, then wait or move_to, and so
-on to the next target. *link* and *safety* watch over it: a lost link suspends the mission from any state, a trip ends
-it from any state, without an arrow from each.
+on to the next target. *equipment* and *safety* watch over it: an outage suspends the mission from any state, a trip
+ends it from any state, without an arrow from each.
 
 The rules of this file: every transition stands here and carries guards, not code; events are facts
 (`behaviors.events`); what is done in a state stands in `behaviors.skills`; what is chosen stands in
@@ -91,13 +91,17 @@ class MissionChart(StateChart[Any]):
             resume = suspended.to(active.resume_here, cond="In('up')")
             abort = idle.to(finished) | active.to(finished) | suspended.to(finished)
 
-        class link(State.Compound):  # noqa: N801
-            """Whether the brick answers."""
+        class equipment(State.Compound):  # noqa: N801
+            """Whether everything answers that the mission cannot do without: brick, camera, sensors."""
 
             up = State(initial=True)
             down = State()
             link_lost = up.to(down, on="raise_suspend")
+            camera_lost = up.to(down, on="raise_suspend")
+            sensor_lost = up.to(down, on="raise_suspend")
             link_back = down.to(up, on="raise_resume")
+            camera_back = down.to(up, on="raise_resume")
+            sensor_back = down.to(up, on="raise_resume")
 
         class safety(State.Compound):  # noqa: N801
             """Whether the way ahead is free; the motors have been stopped already when this hears of it."""
@@ -187,11 +191,11 @@ class MissionChart(StateChart[Any]):
         self.queue.next_target(self.choice.instead if self.choice else "")
 
     def raise_suspend(self) -> None:
-        """A lost link suspends the mission."""
+        """An outage suspends the mission."""
         self.raise_(Event.SUSPEND)
 
     def raise_resume(self) -> None:
-        """A link that is back resumes it where it was."""
+        """The end of the outage resumes it where it was."""
         self.raise_(Event.RESUME)
 
     def raise_abort(self) -> None:

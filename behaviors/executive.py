@@ -17,18 +17,13 @@ from behaviors.chart import MISSION_STATES, MissionChart
 from behaviors.events import Event, Fact, Reason
 from behaviors.journal import Kind, Observer, Record, plain
 from behaviors.mission import Mission
-from behaviors.ports import Body, Clock, Eyes
+from behaviors.outages import OutageSupervisor, part_of
+from behaviors.ports import Body, Clock, Eyes, Outage
 from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import PROFILES
 from behaviors.recovery import Choice, Evidence
 from behaviors.skills import Reply, Service, SkillContext, TimeUp
 from behaviors.target_queue import TargetProgress, TargetQueue
-
-LINK_FAILURES = (ConnectionError, TimeoutError)
-"""What a body raises when the brick no longer answers."""
-
-LINK_RETRY_S = 0.5
-"""A silent link is asked again so often."""
 
 REPLIES = {
     Event.TARGET_SEEN: Reply.CONTINUE,
@@ -48,6 +43,8 @@ class Ending(StrEnum):
     INTERRUPTED = "interrupted"
     TIME_UP = "time_up"
     LINK_LOST = "link_lost"
+    CAMERA_LOST = "camera_lost"
+    SENSOR_LOST = "sensor_lost"
     BROKEN = "broken"
 
 
@@ -60,7 +57,7 @@ class Report:
         targets: What became of each target.
         path: The states gone through, in order.
         duration_s: Mission time it took.
-        error: What broke the link, or an empty string.
+        error: What the outage was that ended it, or an empty string.
     """
 
     ending: Ending
@@ -108,6 +105,15 @@ class Executive:
         limit_s = mission.mission.time_limit_s
         deadline_s = math.inf if limit_s is None else self._start_s + limit_s
         self._context = SkillContext(body, eyes, clock, mission.thesis, self.note, self._report, deadline_s)
+        self._outages = OutageSupervisor(
+            body,
+            eyes,
+            clock,
+            timeout_s=mission.mission.reconnect_timeout_s,
+            check_time=self._context.check_time,
+            report=self._report,
+            note=self.note,
+        )
         self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
         self._mind = (make_profile or PROFILES[mission.mission.profile])(self._context, mission, self._queue)
         self._chart = MissionChart(self._queue, self._decide, [self])
@@ -123,11 +129,11 @@ class Executive:
         """Pursue the targets until all are decided.
 
         Returns:
-            What came of it. A mission that fails, a lost link and Ctrl-C are reported, not raised.
+            What came of it. A mission that fails, an outage that lasts and Ctrl-C are reported, not raised.
 
         Raises:
             Livelock: Two decisions at the same moment.
-            Exception: Whatever else a service raised, a lost camera for instance; the motors are off.
+            Exception: Whatever else a service raised; the motors are off.
         """
         ending = Ending.BROKEN
         self.note(Kind.START, mission=self._mission.mission.name, targets=list(self._mission.mission.targets))
@@ -173,8 +179,10 @@ class Executive:
                 self._context.check_time()
                 try:
                     fact = self._serve()
-                except LINK_FAILURES as error:
-                    self._outlast(error)
+                except Outage as outage:
+                    self._outages.outlast(outage)
+                    if self._chart.mission_state == "arrive":
+                        self._service = None  # by the clocks of the old one the target would have been lost long ago
                 else:
                     self._report(fact)
         except KeyboardInterrupt:
@@ -185,33 +193,11 @@ class Executive:
             self._stop_motors()
             self._report(Fact(Event.ABORT, Reason.TIME_UP))
             return Ending.TIME_UP
-        except LINK_FAILURES as error:
-            self._error = str(error)
-            self._report(Fact(Event.ABORT, Reason.LINK_LOST))
-            return Ending.LINK_LOST
+        except Outage as outage:
+            self._error, name = str(outage), f"{part_of(outage)}_lost"
+            self._report(Fact(Event.ABORT, Reason(name)))
+            return Ending(name)
         return Ending.ACHIEVED if self._queue.achieved else Ending.EXHAUSTED
-
-    def _outlast(self, error: Exception) -> None:
-        """Suspend the mission until the brick answers again; the leases have stopped the robot meanwhile.
-
-        Raises:
-            Exception: One of `LINK_FAILURES`: it stayed silent for too long.
-        """
-        lost_s = self._clock.now()
-        self._report(Fact(Event.LINK_LOST, Reason.LINK_LOST, {"error": str(error)}))
-        while True:
-            self._context.check_time()
-            try:
-                self._body.stop()
-                self._body.battery_mv()  # stopping takes no answer, and silence is no failure of it
-                break
-            except LINK_FAILURES:
-                if self._clock.now() - lost_s >= self._mission.mission.link_patience_s:
-                    raise error from None  # the first one says what happened
-                self._clock.sleep(LINK_RETRY_S)
-        self._report(Fact(Event.LINK_BACK, Reason.LINK_BACK, {"silent_s": self._clock.now() - lost_s}))
-        if self._chart.mission_state == "arrive":
-            self._service = None  # an approach begins anew: by its clocks the target would have been lost long ago
 
     def _report(self, fact: Fact) -> None:
         """Keep what the next choice will need, then tell the chart."""
@@ -257,5 +243,5 @@ class Executive:
 
     def _stop_motors(self) -> None:
         # on a dead link the lease stops them; the failure has been reported already
-        with suppress(*LINK_FAILURES):
+        with suppress(Outage):
             self._body.stop()

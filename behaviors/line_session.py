@@ -14,11 +14,11 @@ from contextlib import suppress
 from typing import Any, cast
 
 from behaviors.events import Event, Fact, Reason
-from behaviors.executive import LINK_FAILURES, REPLIES
+from behaviors.executive import REPLIES
 from behaviors.journal import Kind, Observer, Record, plain
 from behaviors.line_protocol import ErrorReply, Request, Status, Verb, Why
 from behaviors.mission import Mission
-from behaviors.ports import Body, Clock, Eyes
+from behaviors.ports import Body, BodyLost, Clock, Eyes, Outage
 from behaviors.skills import MoveTo, SkillContext, ThesisArriveSkill, ThesisSearchSkill
 
 DONE = 1
@@ -39,8 +39,8 @@ class Session:
         body: The robot.
         eyes: Its camera.
         clock: Time.
-        connect: Makes sure that the brick answers; raises an error of `LINK_FAILURES` when it does not.
-        faults: What else body and eyes raise when something is broken; answered by `ErrorReply.FAULT`.
+        connect: Makes sure that the brick answers; raises `BodyLost` when it does not.
+        faults: What body and eyes raise, beside an `Outage`, when something is broken; answered by `ErrorReply.FAULT`.
         observers: Hear a record of each call, reply and look.
 
     Attributes:
@@ -64,7 +64,7 @@ class Session:
         self._body = body
         self._clock = clock
         self._connect = connect
-        self._faults = faults
+        self._faults: tuple[type[Exception], ...] = (Outage, *faults)
         self._observers = observers
         self._start_s = clock.now()
         self._context = SkillContext(body, eyes, clock, mission.thesis, self._note, self._report)
@@ -102,7 +102,7 @@ class Session:
             value = self._verbs[request.verb](request)
         except Preempted:
             value = self._break_off(ErrorReply.STOPPED, Why.OPERATOR_STOP)
-        except LINK_FAILURES as error:
+        except BodyLost as error:
             value = self._break_off(ErrorReply.LINK_DOWN, Why.LINK_LOST, error)
         except self._faults as error:
             value = self._break_off(ErrorReply.FAULT, Why.FAULT, error)
@@ -116,7 +116,7 @@ class Session:
         """The client is gone: motors off, nothing is under way any more."""
         self._forget()
         # what is broken now was reported when it broke, and on a dead link the lease stops the motors
-        with suppress(*LINK_FAILURES, *self._faults):
+        with suppress(*self._faults):
             self._body.stop()
 
     def _break_off(self, value: ErrorReply, why: Why, error: Exception | None = None) -> ErrorReply:

@@ -8,7 +8,7 @@ seconds.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
@@ -111,19 +111,54 @@ class Clock(Protocol):
         ...
 
 
+class Outage(Exception):
+    """Something that the mission cannot do without has failed; the mission goes on when it works again.
+
+    Adapters raise these in place of their own errors. A built-in `ConnectionError` or `TimeoutError` is no outage.
+    """
+
+
+class BodyLost(Outage):
+    """The brick does not answer, or answers nonsense; the motors stop at the end of their lease."""
+
+
+class Blind(Outage):
+    """The camera gives no picture: that a target is not seen says nothing."""
+
+
+class SensorLost(Outage):
+    """Every sensor that could stop the robot in time has failed, and it was told to drive forward."""
+
+
+SensorListener = Callable[[str, str], None]
+"""Called with a sensor's name and its error in words; the error is empty when the sensor answers again."""
+
+
 class Body(Protocol):
-    """The robot that moves. Every method ends in bounded time; link failures raise `OSError` subclasses."""
+    """The robot that moves.
+
+    Every method ends in bounded time and raises `BodyLost` when the brick cannot be reached; the motors stop by
+    themselves then. A sensor that fails is left out: its data count as unknown, and the robot drives slower.
+    """
 
     def turn(self, angle_deg: float) -> MotionResult:
         """Turn on the spot by `angle_deg` (positive right) and stop; returns when at rest."""
         ...
 
     def straight(self, distance_mm: float) -> MotionResult:
-        """Drive `distance_mm` along the heading (negative: back) and stop; the safety stop may end it early."""
+        """Drive `distance_mm` along the heading (negative: back) and stop; the safety stop may end it early.
+
+        Raises:
+            SensorLost: No sensor is left for the safety stop.
+        """
         ...
 
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
-        """Drive on until the next call, for at most one lease; returns what the safety stop objects to, or None."""
+        """Drive on until the next call, for at most one lease; returns what the safety stop objects to, or None.
+
+        Raises:
+            SensorLost: No sensor is left for the safety stop.
+        """
         ...
 
     def stop(self) -> None:
@@ -150,9 +185,9 @@ class Body(Protocol):
         """Battery voltage in millivolts."""
         ...
 
-
-class Blind(Exception):
-    """The camera gives no picture: that a target is not seen says nothing."""
+    def on_sensor_change(self, listener: SensorListener) -> None:
+        """Have `listener` told of sensors that fail and of those that answer again; it must not use the robot."""
+        ...
 
 
 class Eyes(Protocol):

@@ -6,14 +6,9 @@ from dataclasses import dataclass
 
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.mission import AdaptiveParameters
-from behaviors.ports import Blind, Glance, Sighting
+from behaviors.ports import Sighting
 from behaviors.skills import SkillContext, note_look
 from behaviors.target_queue import TargetOutcome, TargetQueue
-
-BLIND_NAP_S = 0.2
-"""A camera without a picture is asked again so often."""
-PATIENCE_S = 20.0
-"""How long to wait for a picture."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,13 +19,11 @@ class Observation:
         time_s: When.
         sighting: Of the present target, or None.
         range_mm: The sonar's echo, or None.
-        blind: Whether the camera gave no picture.
     """
 
     time_s: float
     sighting: Sighting | None
     range_mm: float | None
-    blind: bool = False
 
 
 class Perception:
@@ -65,39 +58,19 @@ class Perception:
 
         Raises:
             TimeUp: The mission's time is over.
+            Outage: The camera gives no picture, or the brick does not answer.
         """
         context = self.context
         context.check_time()
         looked_for = [self.target, *self._others()]
-        glance = self._glance(looked_for)
-        blind = glance is None
+        glance = context.eyes.glance(looked_for)
         range_mm = context.body.range_mm()
         pose = context.body.pose()
         now_s = self.now()
-        looks = [] if blind else looked_for
-        seen = self.world.perceive(now_s, pose, range_mm, looks, glance or Glance(now_s, {}))
+        seen = self.world.perceive(now_s, pose, range_mm, looked_for, glance)
         sighting = seen.get(self.target)
         note_look(context, pose, range_mm, sighting)
-        return Observation(now_s, sighting, range_mm, blind)
-
-    def await_picture(self) -> bool:
-        """Make sure of a picture; without one the robot stands and waits. Whether it came in time."""
-        if not self.step().blind:
-            return True
-        self.context.body.stop()
-        end_s = self.now() + PATIENCE_S
-        while self.now() < end_s:
-            if not self.step().blind:
-                return True
-            self.context.clock.sleep(BLIND_NAP_S)
-        return False
-
-    def _glance(self, looked_for: list[str]) -> Glance | None:
-        """What the next frame shows; None without one."""
-        try:
-            return self.context.eyes.glance(looked_for)
-        except Blind:
-            return None
+        return Observation(now_s, sighting, range_mm)
 
     def _others(self) -> list[str]:
         """Further targets that are not reached yet."""

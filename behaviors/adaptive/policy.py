@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from behaviors.adaptive.dwell_time import best_wait_s, cost_s, hypotheses
-from behaviors.events import Reason
 from behaviors.mission import AdaptiveParameters
 from behaviors.recovery import Candidate, Choice, Evidence, Recovery
 
@@ -15,8 +14,6 @@ DETOUR_CHANCE, WAIT_CHANCE = 0.8, 0.9
 """How often going round leads on; and waiting, when going round is left if it was in vain."""
 SHORTEST_WAIT_S = 0.5
 """A wait shorter than this is none."""
-RESCAN_S = 5.0
-"""What a short look at where it was takes."""
 WORTH_A_LOOK = 0.02
 """With less of a chance it is not looked for again from here, as long as there is anywhere else to look from."""
 
@@ -101,9 +98,6 @@ def _others(evidence: Evidence) -> Iterator[Candidate]:
 def _looking(evidence: Evidence) -> Iterator[Candidate]:
     here = evidence.here
     in_sight = evidence.blocker is not None and not evidence.blocker.hides
-    if evidence.reason is Reason.CAMERA_LOST:
-        yield Candidate(Choice(Recovery.RESCAN, "there was no picture; where it was it may still be"), RESCAN_S, 1.0)
-        return
     if not in_sight and here is not None and (here.chance >= WORTH_A_LOOK or not evidence.viewpoints):
         why = f"it may have been missed here: {here.chance:.0%}"
         yield Candidate(Choice(Recovery.RESCAN, why), here.seconds, here.chance)

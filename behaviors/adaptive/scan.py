@@ -20,7 +20,7 @@ REMEMBERED_SHARE = 0.9
 HELD_S, HELD_DEG = 3.0, 6.0
 """A turn that came no farther in that time is held by something."""
 LONGEST_STEP_S = 0.6
-"""What takes longer is a pause: the robot stood for want of a picture."""
+"""What takes longer is a pause, as on a slow link."""
 AIM_DEG = 8.0
 """Where an arc begins need not be met more exactly."""
 WORTH_A_TURN = 0.015
@@ -45,8 +45,6 @@ class ScanSkill:
         perception = self._perception
         begun_s = perception.now()
         perception.context.body.stop()
-        if not perception.await_picture():
-            return Fact(Event.SEARCH_FAILED, Reason.CAMERA_LOST, {"scan_s": perception.now() - begun_s})
         fact = self._rest() or self._look_where_known() or self._look_round()
         perception.context.body.stop()
         if fact is not None:
@@ -127,11 +125,8 @@ class ScanSkill:
         return None
 
     def _see(self) -> Fact | None:
-        """One frame; when the camera gave none, wait for the next."""
-        observation = self._perception.step()
-        if observation.blind:
-            self._perception.await_picture()
-        sighting = observation.sighting
+        """Whether the next frame shows it."""
+        sighting = self._perception.step().sighting
         if sighting is None:
             return None
         return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(sighting)})

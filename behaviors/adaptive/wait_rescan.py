@@ -46,7 +46,7 @@ class WaitSkill:
             range_mm = range_mm if observation.range_mm is None else observation.range_mm
             self._left_s -= observation.time_s - then_s
             then_s = observation.time_s
-            self._clear = 0 if observation.blind or self._shut(observation) else self._clear + 1
+            self._clear = 0 if self._shut(observation) else self._clear + 1
             if self._clear >= CLEAR:
                 if observation.sighting is not None:
                     return Fact(
@@ -86,8 +86,6 @@ class RescanSkill:
         body = perception.context.body
         body.stop()
         begun_s = perception.now()
-        if not perception.await_picture():
-            return Fact(Event.RECOVERY_FAILED, Reason.CAMERA_LOST, {"rescan_s": perception.now() - begun_s})
         known = perception.world.known.get(perception.target)
         if known is None:
             return Fact(Event.RECOVERY_DONE, Reason.THERE, {})
@@ -103,15 +101,11 @@ class RescanSkill:
         return Fact(Event.RECOVERY_FAILED, Reason.NEVER_SEEN, {"rescan_s": perception.now() - begun_s})
 
     def _look(self) -> Fact | None:
-        """Look for some time; the time begins anew when there was no picture."""
+        """Look for some time."""
         perception = self._perception
         end_s = perception.now() + GLANCES_S
         while perception.now() < end_s:
             observation = perception.step()
             if observation.sighting is not None:
                 return Fact(Event.TARGET_SEEN, Reason.SIGHTED, {"sighting": sighting_values(observation.sighting)})
-            if observation.blind:
-                if not perception.await_picture():
-                    return Fact(Event.RECOVERY_FAILED, Reason.CAMERA_LOST)
-                end_s = perception.now() + GLANCES_S
         return None

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Run a mission: search for its targets, drive to them, recover from failures.
 Without a file, the built-in mission "lena, then rilakkuma". Ctrl-C stops the
-motors and leaves a complete run folder. A lost link suspends the mission until
-the brick is back, for link_patience_s at most. `nxtdrive explain-run` tells
-afterwards why the robot did what it did."""
+motors and leaves a complete run folder. A link or a camera that is lost suspends
+the mission until it is back, for reconnect_timeout_s at most. `nxtdrive
+explain-run` tells afterwards why the robot did what it did."""
 EXAMPLES = """\
   nxtdrive run
   nxtdrive run --nxt "sim://?seed=7" --policy adaptive
@@ -70,6 +70,7 @@ def run(args: argparse.Namespace) -> int:
     from behaviors.executive import Executive
     from nxtdrive.brick import open_brick
     from nxtdrive.mission import setup
+    from nxtdrive.mission.body import MissionClock
     from nxtdrive.recording.recording import Recording
     from nxtdrive.recording.run_folder import new_run_folder
     from nxtdrive.recording.status_line import StatusLine
@@ -93,8 +94,8 @@ def run(args: argparse.Namespace) -> int:
         status = stack.enter_context(StatusLine())
         observers: list[Observer] = [recording, _print_json] if args.json else [recording, console, status]
         make_profile = _supervised(mission, status) if args.confirm_recovery else None
-        rover = setup.build_rover(brick, mission)
-        executive = Executive(mission, rover, eyes, brick, observers, make_profile)
+        body, clock = setup.build_body(brick, mission), MissionClock(brick)
+        executive = Executive(mission, body, eyes, clock, observers, make_profile)
         details: dict[str, object] = {"mission": mission.mission.name, "nxt": args.nxt, "camera": source}
         report = _pursue(executive, recording, details)
     _say_where(report, recording, details, as_json=args.json)
@@ -174,7 +175,7 @@ def _say_where(report: Report, recording: Recording, details: dict[str, object],
 def _exit_code(report: Report) -> int:
     from behaviors.executive import Ending
 
-    if report.ending is Ending.LINK_LOST:
+    if report.ending in (Ending.LINK_LOST, Ending.CAMERA_LOST, Ending.SENSOR_LOST):
         return LINK_LOST
     return DONE if report.achieved else NOT_ACHIEVED
 

@@ -19,11 +19,12 @@ from behaviors.journal import Observer
 from behaviors.line_protocol import MOTIONS, ErrorReply, Request, RequestReader, Verb
 from behaviors.line_session import Preempted, Session
 from behaviors.mission import Mission
-from behaviors.ports import Eyes
-from firmware_protocol.errors import BrickNotFound, ConfigError, LinkError, LinkLost, NXTError
+from behaviors.ports import BodyLost, Eyes
+from firmware_protocol.errors import ConfigError, LinkError, NXTError
 from firmware_protocol.telegram import Reply
 from nxtdrive.brick import Brick
-from nxtdrive.mission.setup import build_rover
+from nxtdrive.mission.body import MissionClock, link_errors_as_outages
+from nxtdrive.mission.setup import build_body
 
 R = TypeVar("R", bound=Reply)
 
@@ -48,18 +49,16 @@ def sessions(mission: Mission, brick: Brick, eyes: Eyes, observers: Sequence[Obs
         eyes: For the mission's targets.
         observers: Hear the records of every conversation.
     """
-    rover = build_rover(brick, mission)
+    body, clock = build_body(brick, mission), MissionClock(brick)
 
     def connect() -> None:
         try:
-            brick.link.keep_alive()
-        except LinkError:
-            try:
+            body.keep_alive()
+        except BodyLost:
+            with link_errors_as_outages():
                 brick.link.reconnect()
-            except (LinkError, BrickNotFound) as error:
-                raise LinkLost(str(error)) from error
 
-    return lambda: Session(mission, rover, eyes, brick, connect=connect, faults=(NXTError,), observers=observers)
+    return lambda: Session(mission, body, eyes, clock, connect=connect, faults=(NXTError,), observers=observers)
 
 
 @dataclass(slots=True)

@@ -1,7 +1,7 @@
 """Puts a mission, a robot and a camera together.
 
-The mind (`behaviors`) knows only ports; here they are filled: a `Rover` as its body, detectors on a camera as its eyes,
-the transport's clock as its clock.
+The behaviour knows only the ports of `behaviors.ports`; here they are filled: a rover as the body, a camera with
+detectors as the eyes, the link's clock as the clock.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from behaviors.mission import BUILT_IN, Mission, MissionError, load_mission
 from firmware_protocol.errors import CameraError, ConfigError
+from nxtdrive.mission.body import MissionBody, MissionClock
 from nxtdrive.motion.obstacle_monitor import SafetyLimits
 from nxtdrive.transports.record import recorded
 from nxtdrive.transports.sim import SimTransport
@@ -60,6 +61,13 @@ def build_rover(brick: Brick, mission: Mission) -> Rover:
     )
 
 
+def build_body(brick: Brick, mission: Mission) -> MissionBody:
+    """The robot a mission describes, as the mission's port."""
+    robot = mission.robot
+    has = {"sonar": robot.ultrasonic, "bumper": robot.touch}
+    return MissionBody(build_rover(brick, mission), [sensor for sensor, port in has.items() if port])
+
+
 def build_detectors(mission: Mission) -> dict[str, TargetDetector]:
     """A detector for each target of a mission.
 
@@ -97,7 +105,7 @@ def open_mission_camera(source: str, brick: Brick) -> Camera:
     if source != SIMULATED:
         from nxtdrive.vision.sources import open_camera
 
-        return open_camera(source, clock=brick)
+        return open_camera(source, clock=MissionClock(brick))
     from nxtdrive.vision.camera import SimulatedCamera
 
     frames = _simulated_webcam(brick)
@@ -106,7 +114,7 @@ def open_mission_camera(source: str, brick: Brick) -> Camera:
             f"{brick.link.transport.address} has no simulated camera.",
             remedy="Name a camera: --camera 0 is the first webcam; `nxtdrive sim serve` prints its camera's URL.",
         )
-    return SimulatedCamera(frames, brick, frames.size)
+    return SimulatedCamera(frames, MissionClock(brick), frames.size)
 
 
 def watch(camera: Camera, brick: Brick, observer: Callable[[Frame], None], fps: float) -> None:
@@ -139,7 +147,7 @@ def geometric_eyes(brick: Brick) -> Eyes:
     frames = _simulated_webcam(brick)
     if frames is None:
         raise CameraError("Geometric eyes need a simulated robot.", remedy="Use --nxt sim://.")
-    return GeometricEyes(frames, brick)
+    return GeometricEyes(frames, MissionClock(brick))
 
 
 def camera_eyes(camera: Camera, mission: Mission) -> CameraEyes:

@@ -12,13 +12,16 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any, cast
 
-from behaviors.events import Event, Reason
-from behaviors.executive import LINK_FAILURES, Ending, Report
+from behaviors.events import Event, Fact, Reason
+from behaviors.executive import Ending, Report
 from behaviors.journal import Kind, Record, plain
+from behaviors.motions import ResumableStraight, ResumableTurn
+from behaviors.outages import OutageSupervisor, part_of
+from behaviors.ports import MotionResult, Outage, Sighting, StopReason
 from behaviors.skills import SkillContext, ThesisArriveSkill, ThesisSearchSkill, TimeUp
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
-from .robot import Robot, SteadyEyes
+from .robot import Robot
 
 
 class Baseline(ABC):
@@ -29,7 +32,7 @@ class Baseline(ABC):
     """
 
     def __init__(self, robot: Robot) -> None:
-        self.body, self.eyes, self.clock = robot.body, SteadyEyes(robot.eyes, robot.clock), robot.clock
+        self.body, self.eyes, self.clock = robot.body, robot.eyes, robot.clock
         self.mission, self._observers = robot.mission, robot.observers
         self._start_s = robot.clock.now()
         limit_s = self.mission.mission.time_limit_s
@@ -37,8 +40,17 @@ class Baseline(ABC):
         self.context = SkillContext(
             self.body, self.eyes, self.clock, self.mission.thesis, self.note, lambda _: None, self.deadline_s
         )
+        self._outages = OutageSupervisor(
+            self.body,
+            self.eyes,
+            self.clock,
+            timeout_s=self.mission.mission.reconnect_timeout_s,
+            check_time=self.context.check_time,
+            report=self._hear_outage,
+            note=self.note,
+        )
         self.queue = TargetQueue(self.mission.mission.targets)
-        self._state = "idle"
+        self._state = self._resumed = "idle"
         self._path: list[str] = []
 
     @abstractmethod
@@ -53,10 +65,10 @@ class Baseline(ABC):
             ending = self._pursue_all()
         except TimeUp:
             ending = Ending.TIME_UP
-        except LINK_FAILURES as lost:
-            ending, error = Ending.LINK_LOST, str(lost)
+        except Outage as outage:
+            ending, error = Ending(f"{part_of(outage)}_lost"), str(outage)
         finally:
-            with suppress(*LINK_FAILURES):
+            with suppress(Outage):
                 self.body.stop()
             outcomes = {progress.target: progress.outcome.value for progress in self.queue.targets}
             self.note(Kind.END, ending=ending, targets=outcomes, error=error)
@@ -88,17 +100,53 @@ class Baseline(ABC):
         """The thesis's search; SIGHTED or why not."""
         self.enter("search")
         self.queue.current.attempts += 1
-        return ThesisSearchSkill(self.context, target).call().reason
+        return self._outages.run(ThesisSearchSkill(self.context, target).call).reason
 
     def arrive(self, target: str) -> Reason:
-        """The thesis's approach to its end; WITHIN_REACH or why not."""
+        """The thesis's approach to its end; WITHIN_REACH or why not. After an outage it begins anew."""
         self.enter("arrive", Event.TARGET_SEEN, Reason.SIGHTED)
+        return self._outages.run(lambda: self._approach(target))
+
+    def turn(self, angle_deg: float) -> MotionResult:
+        """Turn on the spot, whatever outage comes between."""
+        return self._outages.run(ResumableTurn(self.body, angle_deg, self._outages.run(self.body.pose)).call)
+
+    def straight(self, distance_mm: float) -> MotionResult:
+        """Drive along the heading, whatever outage comes between."""
+        return self._outages.run(ResumableStraight(self.body, distance_mm, self._outages.run(self.body.pose)).call)
+
+    def drive(self, speed_mm_s: float) -> StopReason | None:
+        """Drive on straight ahead until the next call, for at most one lease."""
+        return self._outages.run(lambda: self.body.drive(speed_mm_s, 0.0))
+
+    def stop(self) -> None:
+        """Motors off."""
+        self._outages.run(self.body.stop)
+
+    def look(self, target: str) -> Sighting | None:
+        """Look for a target."""
+        return self._outages.run(lambda: self.eyes.look(target))
+
+    def rest(self, duration_s: float) -> None:
+        """Let time pass."""
+        end_s = self.clock.now() + duration_s
+        self._outages.run(lambda: self.clock.sleep(max(0.0, end_s - self.clock.now())))
+
+    def _approach(self, target: str) -> Reason:
         service = ThesisArriveSkill(self.context, target)
         while True:
             self.context.check_time()
             fact = service.call()
             if fact.event is not Event.CONTINUED:
                 return fact.reason
+
+    def _hear_outage(self, fact: Fact) -> None:
+        """Write down that the mission is suspended, and that it goes on."""
+        if fact.event in (Event.LINK_LOST, Event.CAMERA_LOST, Event.SENSOR_LOST):
+            self._resumed = self._state
+            self.enter("suspended", fact.event, fact.reason)
+        else:
+            self.enter(self._resumed, Event.RESUME, fact.reason)
 
     def _pursue_all(self) -> Ending:
         while True:

@@ -50,14 +50,14 @@ class Nav2List(Baseline):
         self.choose(choice, "it is its turn", reason=reason, exist=exist)
         self.enter(choice)
         if choice == "rescan":
-            self.body.turn(SPIN_DEG)
+            self.turn(SPIN_DEG)
         elif choice == "back_up":
-            self.body.straight(-BACK_UP_MM)
+            self.straight(-BACK_UP_MM)
         else:
             end_s = self.clock.now() + WAIT_S
             while self.clock.now() < end_s:
                 self.context.check_time()
-                self.clock.sleep(NAP_S)
+                self.rest(NAP_S)
 
 
 class RandomWalk(Baseline):
@@ -88,14 +88,14 @@ class RandomWalk(Baseline):
             leg_end_s = min(until_s, self.clock.now() + self._random.uniform(*LEG_S))
             while self.clock.now() < leg_end_s:
                 self.context.check_time()
-                stop = self.body.drive(self.mission.thesis.cruise_mm_s, 0.0)
+                stop = self.drive(self.mission.thesis.cruise_mm_s)
                 if stop is not None:
                     break
-                if sighting := self.eyes.look(target):
-                    self.body.stop()
+                if sighting := self.look(target):
+                    self.stop()
                     return sighting
-            self.body.stop()
+            self.stop()
             if stop is StopReason.CONTACT:
-                self.body.straight(-RETREAT_MM)
-            self.body.turn(self._random.choice((-1, 1)) * self._random.uniform(*TURNS_DEG))
+                self.straight(-RETREAT_MM)
+            self.turn(self._random.choice((-1, 1)) * self._random.uniform(*TURNS_DEG))
         return None

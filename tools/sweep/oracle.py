@@ -57,7 +57,7 @@ class Oracle(Baseline):
             way = self._plan(target)
             if way is None:
                 waited_s += LOOK_S
-                self.clock.sleep(LOOK_S)
+                self.rest(LOOK_S)
             elif len(way.points) == 1:
                 self.enter("arrive", Event.TARGET_SEEN, Reason.SIGHTED)
                 return True
@@ -90,7 +90,7 @@ class Oracle(Baseline):
         bearing_deg = math.degrees(math.atan2(there[1] - here.y_mm, there[0] - here.x_mm))
         off_deg = wrapped_deg(bearing_deg - here.heading_deg)
         if abs(off_deg) > AIM_DEG:
-            self.body.turn(off_deg)
-        motion = self.body.straight(min(LEG_MM, math.dist(way.points[0], there)))
+            self.turn(off_deg)
+        motion = self.straight(min(LEG_MM, math.dist(way.points[0], there)))
         if motion.stop is not StopReason.DONE:
-            self.body.straight(-BACK_OFF_MM)
+            self.straight(-BACK_OFF_MM)

@@ -18,7 +18,7 @@ from sim_backend.simulation import Simulation
 
 from .baselines import Nav2List, RandomWalk
 from .oracle import Oracle
-from .robot import Robot, SteadyEyes
+from .robot import Robot
 
 NEVER = 10**9
 """Searches for one target before it is given up."""
@@ -32,8 +32,7 @@ def _executive(make_profile: MakeProfile, **adaptive: object) -> Policy:
     def run(robot: Robot) -> Report:
         profile = robot.mission.adaptive.model_copy(update=adaptive)
         mission = robot.mission.model_copy(update={"adaptive": profile})
-        eyes = robot.eyes if make_profile is AdaptiveProfile else SteadyEyes(robot.eyes, robot.clock)
-        return Executive(mission, robot.body, eyes, robot.clock, robot.observers, make_profile).run()
+        return Executive(mission, robot.body, robot.eyes, robot.clock, robot.observers, make_profile).run()
 
     return run
 

@@ -18,7 +18,7 @@ from behaviors.events import Event, Fact, Reason
 from behaviors.executive import Ending, Executive
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
-from behaviors.ports import Glance, MotionResult, Pose, Sighting, StopReason
+from behaviors.ports import BodyLost, Glance, MotionResult, Pose, Sighting, StopReason
 from behaviors.recovery import Blocker, Choice, Detour, Evidence, Point, Recovery, Viewpoint
 from behaviors.target_queue import TargetQueue
 
@@ -201,6 +201,9 @@ class Ports:
         self._answer()
         return 8000
 
+    def on_sensor_change(self, listener) -> None:
+        """No sensor fails here."""
+
     def look(self, target: str) -> Sighting | None:
         return self.glance([target]).seen.get(target)
 
@@ -232,7 +235,7 @@ class Ports:
             self._silent_until_s = self._now_s + self._random.uniform(0.5, 5.0)
         if self._now_s < self._silent_until_s:
             self._speeds = (0.0, 0.0)
-            raise TimeoutError("the brick does not answer")
+            raise BodyLost("the brick does not answer")
 
 
 @dataclass(frozen=True)
