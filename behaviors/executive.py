@@ -7,9 +7,9 @@ and it refuses to decide twice at the same moment, so that no rule can spin with
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, cast
 
@@ -17,6 +17,7 @@ from behaviors.chart import MISSION_STATES, MissionChart
 from behaviors.events import Event, Fact, Reason
 from behaviors.journal import Kind, Observer, Record, plain
 from behaviors.mission import Mission
+from behaviors.observers import Observers
 from behaviors.outages import OutageSupervisor, part_of
 from behaviors.ports import Body, Clock, Eyes, Outage
 from behaviors.profiles.profile import MakeProfile
@@ -58,6 +59,7 @@ class Report:
         path: The states gone through, in order.
         duration_s: Mission time it took.
         error: What the outage was that ended it, or an empty string.
+        observer_failures: Names of observers that failed and were left out, each with its error in words.
     """
 
     ending: Ending
@@ -65,6 +67,7 @@ class Report:
     path: Sequence[str]
     duration_s: float
     error: str = ""
+    observer_failures: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def achieved(self) -> bool:
@@ -84,8 +87,8 @@ class Executive:
         body: The robot; its motors are off when `run` returns or raises.
         eyes: The camera.
         clock: Mission time.
-        observers: Hear every record, in order.
-        make_mind: What is done in each state and chosen after a failure; the mission's profile when None.
+        observers: Hear every record, in order. One that fails is reported once and left out.
+        make_profile: What is done in each state and chosen after a failure; the mission's profile when None.
     """
 
     def __init__(
@@ -94,13 +97,13 @@ class Executive:
         body: Body,
         eyes: Eyes,
         clock: Clock,
-        observers: Sequence[Observer] = (),
+        observers: Iterable[Observer] | Observers = (),
         make_profile: MakeProfile | None = None,
     ) -> None:
         self._mission = mission
         self._body = body
         self._clock = clock
-        self._observers = observers
+        self._observers = observers if isinstance(observers, Observers) else Observers(observers)
         self._start_s = clock.now()
         limit_s = mission.mission.time_limit_s
         deadline_s = math.inf if limit_s is None else self._start_s + limit_s
@@ -146,7 +149,7 @@ class Executive:
             self._stop_motors()
             outcomes = {progress.target: progress.outcome.value for progress in self._queue.targets}
             self.note(Kind.END, ending=ending, targets=outcomes, error=self._error)
-        return Report(ending, self._queue.targets, self._path, self.now(), self._error)
+        return Report(ending, self._queue.targets, self._path, self.now(), self._error, dict(self._observers.failures))
 
     def now(self) -> float:
         """Mission time in seconds."""
@@ -155,9 +158,7 @@ class Executive:
     def note(self, kind: Kind, **data: object) -> None:
         """Tell every observer."""
         values = cast("Mapping[str, Any]", plain(data))
-        record = Record(round(self.now(), 3), kind, self._chart.mission_state, self._queue.target, values)
-        for observer in self._observers:
-            observer(record)
+        self._observers(Record(round(self.now(), 3), kind, self._chart.mission_state, self._queue.target, values))
 
     def after_transition(self, event: str | None, source: Any, target: Any, fact: Fact | None = None) -> None:  # noqa: ANN401 - the chart library's states
         """Hear of a transition; called by the chart."""

@@ -18,6 +18,7 @@ from behaviors.executive import REPLIES
 from behaviors.journal import Kind, Observer, Record, plain
 from behaviors.line_protocol import ErrorReply, Request, Status, Verb, Why
 from behaviors.mission import Mission
+from behaviors.observers import Observers
 from behaviors.ports import Body, BodyLost, Clock, Eyes, Outage
 from behaviors.skills import MoveTo, SkillContext, ThesisArriveSkill, ThesisSearchSkill
 
@@ -41,7 +42,7 @@ class Session:
         clock: Time.
         connect: Makes sure that the brick answers; raises `BodyLost` when it does not.
         faults: What body and eyes raise, beside an `Outage`, when something is broken; answered by `ErrorReply.FAULT`.
-        observers: Hear a record of each call, reply and look.
+        observers: Hear a record of each call, reply and look; one that fails is left out.
 
     Attributes:
         error: What made the last command fail, in words; mostly empty.
@@ -65,7 +66,7 @@ class Session:
         self._clock = clock
         self._connect = connect
         self._faults: tuple[type[Exception], ...] = (Outage, *faults)
-        self._observers = observers
+        self._observers = Observers(observers)
         self._start_s = clock.now()
         self._context = SkillContext(body, eyes, clock, mission.thesis, self._note, self._report)
         self._state = "idle"
@@ -224,6 +225,4 @@ class Session:
 
     def _note(self, kind: Kind, **data: object) -> None:
         values = cast("Mapping[str, Any]", plain(data))
-        record = Record(round(self._clock.now() - self._start_s, 3), kind, self._state, self._target, values)
-        for observer in self._observers:
-            observer(record)
+        self._observers(Record(round(self._clock.now() - self._start_s, 3), kind, self._state, self._target, values))

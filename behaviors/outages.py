@@ -77,14 +77,14 @@ class OutageSupervisor:
         """Wait until what failed works again; the robot stands, by its leases if it cannot be reached.
 
         Raises:
-            Outage: `outage` itself, which says what happened first: it lasted too long.
+            Outage: `outage` itself, which says what happened first: it lasted too long, or is permanent.
         """
         part, begun_s, lost_sensors = part_of(outage), self._clock.now(), set(self._lost_sensors)
         self._report(Fact(Event(f"{part}_lost"), Reason(f"{part}_lost"), {"error": str(outage)}))
         slept = True
         while not self._works_again(part, lost_sensors):
             self._check_time()
-            if self._clock.now() - begun_s >= self._timeout_s:
+            if outage.permanent or self._clock.now() - begun_s >= self._timeout_s:
                 raise outage from None
             try:
                 self._clock.sleep(RETRY_S)

@@ -115,7 +115,12 @@ class Outage(Exception):
     """Something that the mission cannot do without has failed; the mission goes on when it works again.
 
     Adapters raise these in place of their own errors. A built-in `ConnectionError` or `TimeoutError` is no outage.
+
+    Attributes:
+        permanent: Whether it will never work again, as a video at its end; waiting is of no use then.
     """
+
+    permanent = False
 
 
 class BodyLost(Outage):

@@ -19,7 +19,7 @@ from behaviors.journal import Observer
 from behaviors.line_protocol import MOTIONS, ErrorReply, Request, RequestReader, Verb
 from behaviors.line_session import Preempted, Session
 from behaviors.mission import Mission
-from behaviors.ports import BodyLost, Eyes
+from behaviors.ports import BodyLost, Eyes, SensorListener
 from firmware_protocol.errors import ConfigError, LinkError, NXTError
 from firmware_protocol.telegram import Reply
 from nxtdrive.brick import Brick
@@ -40,7 +40,13 @@ TICK_S = 0.02
 """Steps in which simulated time passes while nothing is asked."""
 
 
-def sessions(mission: Mission, brick: Brick, eyes: Eyes, observers: Sequence[Observer]) -> Callable[[], Session]:
+def sessions(
+    mission: Mission,
+    brick: Brick,
+    eyes: Eyes,
+    observers: Sequence[Observer],
+    on_sensor_change: SensorListener = lambda _sensor, _error: None,
+) -> Callable[[], Session]:
     """Makes conversations about one robot, one after the other.
 
     Args:
@@ -48,8 +54,10 @@ def sessions(mission: Mission, brick: Brick, eyes: Eyes, observers: Sequence[Obs
         brick: The robot's.
         eyes: For the mission's targets.
         observers: Hear the records of every conversation.
+        on_sensor_change: Is told of sensors that fail and of those that answer again.
     """
     body, clock = build_body(brick, mission), MissionClock(brick)
+    body.on_sensor_change(on_sensor_change)
 
     def connect() -> None:
         try:

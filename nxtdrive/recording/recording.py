@@ -11,9 +11,10 @@ import cv2
 
 from behaviors.executive import Report
 from behaviors.journal import Record
+from behaviors.observers import Observers
 from behaviors.ports import Sighting
 from nxtdrive.recording.map_picture import draw_map
-from nxtdrive.recording.run_folder import MAP, VIDEO, RunFolder
+from nxtdrive.recording.run_folder import JOURNAL, MAP, SUMMARY, VIDEO, RunFolder
 from nxtdrive.recording.video import VideoRecorder
 from nxtdrive.vision.annotate import annotate
 
@@ -56,17 +57,26 @@ class Recording:
                 # of the same moment, the frame with the boxes is the one to keep
                 self._video.add(drawn, frame.time_s, instead=looked)
 
-    def finish(self, report: Report | None, error: str, details: dict[str, object]) -> None:
-        """Write summary and map and close the journal and the video.
+    def finish(self, report: Report | None, error: str, details: dict[str, object], observers: Observers) -> None:
+        """Write summary and map and close the journal and the video; what fails does not keep the rest from being done.
 
         Args:
             report: What came of the mission; None when it broke.
             error: Why it broke, or an empty string.
             details: What else the summary tells.
+            observers: Takes note of what fails, under the names of the files.
         """
-        self.folder.close()
-        self.folder.write_summary(report, error, details)
-        cv2.imwrite(str(self.folder.path / MAP), draw_map(self.folder.records))
+        observers.attempt(JOURNAL, self.folder.close)
+        observers.attempt(VIDEO, self._close_video)
+        observers.attempt(MAP, self._write_map)
+        observers.attempt(SUMMARY, self.folder.write_summary, report, error, {**details, **observers.summary()})
+
+    def _write_map(self) -> None:
+        path = self.folder.path / MAP
+        if not cv2.imwrite(str(path), draw_map(self.folder.records)):
+            raise OSError(f"{path} cannot be written")
+
+    def _close_video(self) -> None:
         with self._video_lock:
             if self._video:
                 self._video.close()

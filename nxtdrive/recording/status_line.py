@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
+from behaviors.events import Reason
 from behaviors.journal import Kind, Record
 from behaviors.recovery import Recovery
 
@@ -18,7 +19,12 @@ REDRAWS_PER_S = 8
 STATES = {"move_to": "look elsewhere", "detour": "go round", "rescan": "look again", "gave_up": "give up"}
 """What people call a state whose name says too little."""
 RECOVERIES = frozenset(Recovery)
-LINK_LOST = "the link is lost; waiting for the brick"
+OUTAGES: dict[object, str] = {
+    Reason.LINK_LOST: "the link is lost; waiting for the brick",
+    Reason.CAMERA_LOST: "no picture; waiting for the camera",
+    Reason.SENSOR_LOST: "no sensor for the safety stop; waiting for one",
+}
+"""Why a mission is suspended."""
 
 
 class StatusLine:
@@ -34,7 +40,7 @@ class StatusLine:
         console = console or Console(stderr=True)
         self._battery = ""
         self._sighting = "-"
-        self._why = ""
+        self._why = self._outage = ""
         self._live = Live(console=console, refresh_per_second=REDRAWS_PER_S, transient=True)
         self._shown = console.is_terminal
 
@@ -66,6 +72,8 @@ class StatusLine:
             return
         if record.kind is Kind.CHOICE:
             self._why = str(record.data["why"])
+        if record.kind is Kind.TRANSITION:
+            self._outage = OUTAGES.get(record.data.get("reason"), self._outage)
         if record.kind is Kind.LOOK:
             sighting = record.data.get("sighting")
             self._sighting = _sighting(sighting) if isinstance(sighting, dict) else "-"
@@ -88,7 +96,7 @@ class StatusLine:
     def _note(self, state: str) -> str:
         """Why it is in this state, where that is not plain."""
         if state == "suspended":
-            return f"  {LINK_LOST}"
+            return f"  {self._outage}"
         return f"  {self._why}" if state in RECOVERIES and self._why else ""
 
 

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from behaviors.ports import Blind, Clock, Glance, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
-from nxtdrive.vision.camera import Camera, Frame, frame_number, next_tick
+from nxtdrive.vision.camera import Camera, EndOfFrames, Frame, frame_number, next_tick
 from nxtdrive.vision.confirm import Confirmation, Seen
 from nxtdrive.vision.detection import Box, Detection, TargetDetector
 from nxtdrive.vision.focus import detect_near
@@ -27,6 +27,12 @@ MakeConfirmation = Callable[[], Confirmation]
 
 class NoPicture(CameraError, Blind):
     """No frame came in time."""
+
+
+class NoMorePictures(NoPicture):
+    """A recording is at its end."""
+
+    permanent = True
 
 
 class CameraEyes:
@@ -82,6 +88,8 @@ class CameraEyes:
                 raise ConfigError(f"The eyes know no target {target!r}.", remedy=f"They know: {_list(self._targets)}.")
         try:
             frame = self._camera.read(timeout_s)
+        except EndOfFrames as error:
+            raise NoMorePictures(str(error)) from error
         except CameraError as error:
             raise NoPicture(str(error)) from error
         sightings = {target: self._look_at(frame, target) for target in targets}

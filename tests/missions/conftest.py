@@ -72,6 +72,7 @@ def perform(
     reconnecting: bool = False,
     ask: Ask | None = None,
     arrange: Callable[[Simulation], None] = lambda _: None,
+    observer: Callable[[Record], None] = lambda _: None,
 ) -> Performance:
     """Run a mission in a bundled world.
 
@@ -91,7 +92,7 @@ def perform(
             eyes = setup.camera_eyes(setup.open_mission_camera("sim", brick), mission)
         body, clock = setup.build_body(brick, mission), MissionClock(brick)
         make_profile = supervised(mission, ask) if ask else None
-        executive = Executive(mission, body, eyes, clock, [done.records.append, console], make_profile)
+        executive = Executive(mission, body, eyes, clock, [observer, done.records.append, console], make_profile)
         start_ms = simulation.now_ms
 
         def sample() -> None:

@@ -180,3 +180,14 @@ def test_two_missions_with_one_outage_write_the_same_journal(perform, mission_fo
         )
     ]
     assert journals[0] == journals[1]
+
+
+@PROFILES
+def test_an_observer_that_fails_as_a_lost_link_would_is_none(perform, mission_for, profile):
+    def leave(record):
+        raise BrokenPipeError("nobody reads")
+
+    done = perform("open", mission_for("lena", profile=profile), geometric=True, observer=leave)
+    assert done.report.achieved
+    assert not done.of(Kind.TRANSITION, to="suspended")
+    assert list(done.report.observer_failures.values()) == ["nobody reads"]

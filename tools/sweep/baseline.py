@@ -16,6 +16,7 @@ from behaviors.events import Event, Fact, Reason
 from behaviors.executive import Ending, Report
 from behaviors.journal import Kind, Record, plain
 from behaviors.motions import ResumableStraight, ResumableTurn
+from behaviors.observers import Observers
 from behaviors.outages import OutageSupervisor, part_of
 from behaviors.ports import MotionResult, Outage, Sighting, StopReason
 from behaviors.skills import SkillContext, ThesisArriveSkill, ThesisSearchSkill, TimeUp
@@ -33,7 +34,7 @@ class Baseline(ABC):
 
     def __init__(self, robot: Robot) -> None:
         self.body, self.eyes, self.clock = robot.body, robot.eyes, robot.clock
-        self.mission, self._observers = robot.mission, robot.observers
+        self.mission, self._observers = robot.mission, Observers(robot.observers)
         self._start_s = robot.clock.now()
         limit_s = self.mission.mission.time_limit_s
         self.deadline_s = math.inf if limit_s is None else self._start_s + limit_s
@@ -81,9 +82,7 @@ class Baseline(ABC):
     def note(self, kind: Kind, **data: object) -> None:
         """Tell every observer."""
         values = cast("Mapping[str, Any]", plain(data))
-        record = Record(round(self.now(), 3), kind, self._state, self.queue.target, values)
-        for observer in self._observers:
-            observer(record)
+        self._observers(Record(round(self.now(), 3), kind, self._state, self.queue.target, values))
 
     def enter(self, state: str, event: Event | None = None, reason: Reason | None = None) -> None:
         """Go on to another state, under the names of the thesis's chart."""
