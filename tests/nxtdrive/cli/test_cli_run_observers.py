@@ -8,6 +8,8 @@ import sys
 from functools import partial
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from nxtdrive.cli.main import DONE, INCOMPLETE, LINK_LOST, NOT_ACHIEVED, main
@@ -138,3 +140,16 @@ def test_what_stays_away_ends_the_mission_with_a_sentence(tmp_path, small, capsy
     assert printed.err.startswith("nxtdrive: ")
     assert printed.err.count("\n") == 1
     assert _summary(tmp_path)["ending"] == f"{part}_lost"
+
+
+def test_a_recording_as_camera_that_is_at_its_end_is_not_waited_for(tmp_path, small, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    images = tmp_path / "images"
+    images.mkdir()
+    for i in range(3):
+        cv2.imwrite(str(images / f"{i}.png"), np.zeros((48, 64, 3), np.uint8))
+    arguments = ["run", str(small), "--nxt", "sim://open", "--camera", str(images), "--no-video"]
+    assert main(arguments) == LINK_LOST
+    assert "is at its end" in capsys.readouterr().err
+    assert _summary(tmp_path)["ending"] == "camera_lost"
+    assert _summary(tmp_path)["duration_s"] < 5.0
