@@ -1,7 +1,7 @@
-"""Runs a mission: calls the service of the present state and tells the chart the fact that came of it.
+"""Runs a mission: calls the service of the current state and reports the resulting fact to the chart.
 
-The executive owns the order of things and nothing else. It stops the motors whenever a mission ends, however it ends,
-and it refuses to decide twice at the same moment, so that no rule can spin without time passing.
+The motors are off when a mission ends, however it ends. Two decisions at the same moment are refused, so that no rule
+can spin without time passing.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ REPLIES = {
     Event.SEARCH_FAILED: Reply.FAILED,
     Event.ARRIVE_FAILED: Reply.FAILED,
 }
-"""What ``arrive`` answered the thesis's client."""
+"""The reply of ``arrive`` to the thesis's client, by fact."""
 
 
 class Ending(StrEnum):
@@ -51,14 +51,14 @@ class Ending(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What came of a mission.
+    """The result of a mission.
 
     Attributes:
         ending: How it ended.
-        targets: What became of each target.
-        path: The states gone through, in order.
-        duration_s: Mission time it took.
-        error: What the outage was that ended it, or an empty string.
+        targets: The outcome of each target.
+        path: The states entered, in order.
+        duration_s: How long it took, in mission time.
+        error: The outage that ended it, in words, or an empty string.
         observer_failures: Names of observers that failed and were left out, each with its error in words.
     """
 
@@ -76,7 +76,7 @@ class Report:
 
 
 class Livelock(RuntimeError):
-    """Two decisions without time passing between them: a policy or a service that does nothing."""
+    """Raised for two decisions without time passing in between: a policy or a service does nothing."""
 
 
 class Executive:
@@ -87,8 +87,8 @@ class Executive:
         body: The robot; its motors are off when `run` returns or raises.
         eyes: The camera.
         clock: Mission time.
-        observers: Hear every record, in order. One that fails is reported once and left out.
-        make_profile: What is done in each state and chosen after a failure; the mission's profile when None.
+        observers: Called with every record, in order. One that fails is reported once and left out.
+        make_profile: Makes the profile; None for the one that the mission names.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class Executive:
             note=self.note,
         )
         self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
-        self._mind = (make_profile or PROFILES[mission.mission.profile])(self._context, mission, self._queue)
+        self._profile = (make_profile or PROFILES[mission.mission.profile])(self._context, mission, self._queue)
         self._chart = MissionChart(self._queue, self._decide, [self])
         self._service: Service | None = None
         self._failure = Fact(Event.START, Reason.MISSION_STARTED)
@@ -129,10 +129,10 @@ class Executive:
         self._error = ""
 
     def run(self) -> Report:
-        """Pursue the targets until all are decided.
+        """Pursue the targets until each is reached or given up.
 
         Returns:
-            What came of it. A mission that fails, an outage that lasts and Ctrl-C are reported, not raised.
+            The result. A mission that fails, an outage that lasts and Ctrl-C are reported, not raised.
 
         Raises:
             Livelock: Two decisions at the same moment.
@@ -156,12 +156,12 @@ class Executive:
         return self._clock.now() - self._start_s
 
     def note(self, kind: Kind, **data: object) -> None:
-        """Tell every observer."""
+        """Pass a record with the current time, state and target on to the observers."""
         values = cast("Mapping[str, Any]", plain(data))
         self._observers(Record(round(self.now(), 3), kind, self._chart.mission_state, self._queue.target, values))
 
     def after_transition(self, event: str | None, source: Any, target: Any, fact: Fact | None = None) -> None:  # noqa: ANN401 - the chart library's states
-        """Hear of a transition; called by the chart."""
+        """Journal a transition; called by the chart."""
         entered = "search" if target.id == "active" else target.id
         if entered in MISSION_STATES and event != Event.CONTINUED:
             self._path.append(entered)
@@ -201,7 +201,7 @@ class Executive:
         return Ending.ACHIEVED if self._queue.achieved else Ending.EXHAUSTED
 
     def _report(self, fact: Fact) -> None:
-        """Keep what the next choice will need, then tell the chart."""
+        """Keep what the next choice will need, then report the fact to the chart."""
         if fact.event is Event.TARGET_SEEN:
             self._exist = True
             self._researches += self._chart.mission_state != "search"
@@ -212,7 +212,7 @@ class Executive:
         self._chart.report(fact)
 
     def _serve(self) -> Fact:
-        """One call of the present state's service."""
+        """Call the service of the current state once."""
         if self._service is None:
             self._service = self._new_service()
         if self._chart.mission_state not in ("search", "arrive"):
@@ -227,7 +227,7 @@ class Executive:
         if state == "search":
             self._exist = False
             self._queue.current.attempts += 1
-        return self._mind.service(state, self._chart.choice)
+        return self._profile.service(state, self._chart.choice)
 
     def _decide(self) -> Choice:
         """Ask the policy; called by the chart on entry of `select`."""
@@ -237,8 +237,8 @@ class Executive:
         failure = Evidence(self._queue.target, self._failure.reason, self._exist, self._researches)
         self.note(Kind.CALL, verb="select")
         self.note(Kind.REPLY, verb="select", value=int(self._exist))
-        evidence = self._mind.evidence(failure, self._failure)
-        choice = self._mind.select(evidence)
+        evidence = self._profile.evidence(failure, self._failure)
+        choice = self._profile.select(evidence)
         self.note(Kind.CHOICE, choice=choice.kind, why=choice.why, **choice.numbers(), evidence=evidence.known())
         return choice
 

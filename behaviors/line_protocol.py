@@ -1,4 +1,4 @@
-"""The protocol of the thesis's ``tcp`` node: a line asks, one small integer answers. No I/O here.
+"""The protocol of the thesis's ``tcp`` node: each line is answered by one small integer. No I/O here.
 
 A line is ``verb`` or ``verb argument`` or, as BDI agents write literals, ``verb(argument)``; it ends with LF or CRLF.
 Each line is answered, in order, by one integer in decimal and LF.
@@ -11,14 +11,14 @@ Each line is answered, in order, by one integer in decimal and LF.
     select         moves nothing                         0 not recognised, 1 recognised
     move_to DEG    turns right and advances, or advances 0 moving, 1 done
     bye            ends the conversation                 1
-    stop           stops now, whatever is going on       1
+    stop           stops any motion at once              1
     target NAME    names what a bare ``arrive`` means    1
     status         asks the brick for a sign of life     see `Status`
     why            moves nothing                         see `Why`
     ============== ===================================== =========================================
 
-The first five are the thesis's; the others are ours, so that a client of 2017 meets no reply that it does not know.
-What cannot be done is answered by a negative number, see `ErrorReply`.
+The first five are the thesis's; the others were added, so that a client of 2017 meets no reply that it does not know.
+A request that cannot be carried out is answered by a negative number, see `ErrorReply`.
 
 Source: docs/thesis.md, architecture and services, reading A7; docs/agentspeak.md.
 """
@@ -31,14 +31,14 @@ from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 
 LINE_LIMIT = 256
-"""Bytes of a line without its LF; the longest that is meant is a verb with a target's name."""
+"""Longest line in bytes, without its LF; a verb with a target's name is the longest valid one."""
 
 DIRECTION_LIMIT_DEG = 360.0
-"""A turn beyond this is a mistake in a unit."""
+"""A turn beyond this is taken for a mistake in the unit."""
 
 
 class Verb(StrEnum):
-    """What can be asked."""
+    """The requests a client can make."""
 
     CONNECT = "connect"
     ARRIVE = "arrive"
@@ -52,11 +52,11 @@ class Verb(StrEnum):
 
 
 MOTIONS = frozenset({Verb.ARRIVE, Verb.MOVE_TO})
-"""Verbs that take their time; what moves nothing is never broken off."""
+"""Verbs that move the robot; only they can be interrupted."""
 
 
 class ErrorReply(IntEnum):
-    """Answers to what was not, or not wholly, done."""
+    """Answers to a request that was not carried out, or not completely."""
 
     UNKNOWN_VERB = -1
     BAD_ARGUMENT = -2
@@ -76,7 +76,7 @@ class Status(IntEnum):
 
 
 class Why(IntEnum):
-    """Answers to ``why``: what the last arrive, move_to or stop ended with, and what made a command fail."""
+    """Answers to ``why``: how the last arrive, move_to or stop ended, and why a command failed."""
 
     NOTHING_YET = 0
     SIGHTED = 1
@@ -95,12 +95,12 @@ class Why(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """A line that can be acted on.
+    """A valid line.
 
     Attributes:
-        verb: What is asked.
-        name: The target's name, of ``arrive`` and ``target``; empty where ``arrive`` has none.
-        direction_deg: Of ``move_to``, positive right.
+        verb: The request.
+        name: The target's name, for ``arrive`` and ``target``; empty for an ``arrive`` without one.
+        direction_deg: For ``move_to``, positive right.
     """
 
     verb: Verb
@@ -109,7 +109,7 @@ class Request:
 
     @property
     def argument(self) -> str:
-        """What stands behind the verb."""
+        """The argument as text."""
         return f"{self.direction_deg:g}" if self.verb is Verb.MOVE_TO else self.name
 
 
@@ -118,13 +118,13 @@ _QUOTED = re.compile(r"(['\"])(.*)\1", re.DOTALL)
 
 
 def parse(line: bytes) -> Request | ErrorReply:
-    """Understand one line.
+    """Parse one line.
 
     Args:
         line: Its bytes, without the LF.
 
     Returns:
-        The request, or the answer to a line that is none.
+        The request, or the answer to a line that is not one.
     """
     if len(line) > LINE_LIMIT:
         return ErrorReply.BAD_ARGUMENT
@@ -156,18 +156,18 @@ def _move_to(argument: str) -> Request | ErrorReply:
 
 
 class RequestReader:
-    """Makes requests of bytes as they arrive. Of a line that is too long it keeps only as much as shows that it is."""
+    """Parses requests from bytes as they arrive; of a line that is too long it keeps just enough to tell."""
 
     def __init__(self) -> None:
         self._line = bytearray()
         self._requests: deque[Request | ErrorReply] = deque()
 
     def __len__(self) -> int:
-        """How many lines wait to be answered."""
+        """The number of lines that wait to be answered."""
         return len(self._requests)
 
     def feed(self, data: bytes) -> None:
-        """Take what has arrived."""
+        """Add received bytes."""
         *ended, rest = data.split(b"\n")
         for part in ended:
             self._add(part)
@@ -176,12 +176,12 @@ class RequestReader:
         self._add(rest)
 
     def take(self) -> Request | ErrorReply | None:
-        """The next line as a request or as the answer to what is none; None when there is no whole line."""
+        """Remove the next line: a request, the answer to an invalid line, or None if there is no complete line."""
         return self._requests.popleft() if self._requests else None
 
     @property
     def stop_waits(self) -> bool:
-        """Whether somewhere among the lines that wait there is a ``stop``."""
+        """Whether a ``stop`` is among the waiting lines."""
         return Request(Verb.STOP) in self._requests
 
     def _add(self, part: bytes) -> None:

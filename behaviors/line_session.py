@@ -1,8 +1,8 @@
-"""A conversation with a client that decides for itself: verbs in, the thesis's services called, small integers out.
+"""A session with a client that makes the decisions: it sends verbs, the thesis's services run, small integers return.
 
-Here the client is the agent: which target, when to wait, when to give up is its business. The session keeps what the
-thesis's ``nxt`` node kept: whether the target was recognised (``exist``), how far a ``move_to`` has come (``count``),
-and the approach under way.
+The client decides which target to pursue, when to wait and when to give up. The session keeps what the thesis's
+``nxt`` node kept: whether the target was recognised (``exist``), how far a ``move_to`` has come (``count``), and the
+approach in progress.
 
 Source: docs/thesis.md, services, readings A2-A8 and A19.
 """
@@ -23,29 +23,29 @@ from behaviors.ports import Body, BodyLost, Clock, Eyes, Outage
 from behaviors.skills import MoveTo, SkillContext, ThesisArriveSkill, ThesisSearchSkill
 
 DONE = 1
-"""Answer of a verb that has nothing else to say."""
+"""Answer of a verb that has no other result."""
 
 
 class Preempted(Exception):
-    """Raised by a port inside a command that shall end now; the session then stops the robot."""
+    """Raised by a port to end the running command; the session then stops the robot."""
 
 
 class Session:
-    """One client's conversation.
+    """The session of one client.
 
-    A service under way ends when a port raises `Preempted`, and the command is answered by `ErrorReply.STOPPED`.
+    When a port raises `Preempted`, the running service ends and the command is answered by `ErrorReply.STOPPED`.
 
     Args:
-        mission: Its targets are those that can be asked for, the first one is the present one; its numbers count.
+        mission: Gives the targets, of which the first is selected, and the parameters.
         body: The robot.
         eyes: Its camera.
         clock: Time.
         connect: Makes sure that the brick answers; raises `BodyLost` when it does not.
         faults: What body and eyes raise, beside an `Outage`, when something is broken; answered by `ErrorReply.FAULT`.
-        observers: Hear a record of each call, reply and look; one that fails is left out.
+        observers: Called with a record of each call, reply and look; one that fails is left out.
 
     Attributes:
-        error: What made the last command fail, in words; mostly empty.
+        error: Why the last command failed, in words; empty if it did not.
     """
 
     def __init__(
@@ -87,14 +87,14 @@ class Session:
         }
 
     def answer(self, request: Request) -> int:
-        """Do what is asked.
+        """Carry out a request.
 
         Returns:
             The answer, see `behaviors.line_protocol`. After `ErrorReply.LINK_DOWN` and `ErrorReply.FAULT`, `error` has
             the details.
 
         Raises:
-            Exception: What is not among `faults`; the motors are off.
+            Exception: Anything that is not among `faults`; the motors are off.
         """
         asked = {"verb": request.verb, "argument": request.argument}
         self._note(Kind.CALL, **asked)
@@ -114,9 +114,9 @@ class Session:
         return int(value)
 
     def end(self) -> None:
-        """The client is gone: motors off, nothing is under way any more."""
+        """End the session of a client that has left: stop the motors and drop what was in progress."""
         self._forget()
-        # what is broken now was reported when it broke, and on a dead link the lease stops the motors
+        # the failure was reported when it happened, and on a dead link the lease stops the motors
         with suppress(*self._faults):
             self._body.stop()
 
@@ -153,7 +153,7 @@ class Session:
         return DONE if self._choose(request.name) else ErrorReply.BAD_ARGUMENT
 
     def _do_arrive(self, request: Request) -> int:
-        """The first call searches; once the target is in view, each further call drives for a while."""
+        """Search on the first call; once the target is in view, drive for a while on each further call."""
         self._move = None
         if request.name and not self._choose(request.name):
             return ErrorReply.BAD_ARGUMENT
@@ -181,7 +181,7 @@ class Session:
         return int(self._exist)
 
     def _do_move_to(self, request: Request) -> int:
-        """An advance that the safety stop cut short counts as one of the ten."""
+        """Turn or advance; an advance that the safety stop cut short counts as one of the ten."""
         if self._sighted:
             self._halt()
         self._state = "move_to"
@@ -201,10 +201,10 @@ class Session:
     def _do_why(self, _: Request) -> int:
         return self._why
 
-    # --- what they share ---
+    # --- shared by the verbs ---
 
     def _choose(self, target: str) -> bool:
-        """Make a target the present one; False when nobody described it."""
+        """Select a target; False if the mission does not describe it."""
         if target not in self._targets:
             return False
         if target != self._target:
@@ -213,13 +213,13 @@ class Session:
         return True
 
     def _halt(self) -> None:
-        """End what is under way."""
+        """End what is in progress."""
         if self._sighted or self._move:
             self._body.stop()
         self._forget()
 
     def _report(self, fact: Fact) -> None:
-        """Hear of the safety stop."""
+        """Keep whether the safety stop holds the robot."""
         if fact.event in (Event.OBSTACLE, Event.OBSTACLE_GONE):
             self._held = fact.reason is Reason.OBSTACLE_AHEAD
 

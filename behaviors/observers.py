@@ -22,8 +22,8 @@ class Observers:
     """Passes each record on to several observers.
 
     Args:
-        observers: Without names of their own they are called after their types or functions.
-        on_failure: Told once of each observer that fails: its name and the error. It must not raise.
+        observers: Named after their types or functions; `add` takes a name.
+        on_failure: Called once for each observer that fails, with its name and the error; it must not raise.
 
     Attributes:
         failures: Names of the observers that failed, each with its error in words.
@@ -50,7 +50,7 @@ class Observers:
         return {"observer_failures": dict(self.failures)} if self.failures else {}
 
     def guarded(self, name: str, observer: Callable[P, object]) -> Callable[P, None]:
-        """Make `observer` safe to call: it raises nothing, and does nothing once something of its name has failed."""
+        """Wrap `observer` so that it raises nothing and does nothing once something with its name has failed."""
 
         def call(*args: P.args, **kwargs: P.kwargs) -> None:
             if name not in self.failures:
@@ -59,10 +59,10 @@ class Observers:
         return call
 
     def attempt(self, name: str, step: Callable[P, object], *args: P.args, **kwargs: P.kwargs) -> None:
-        """Call `step` whatever has failed before; its failure counts as that of the observer `name`."""
+        """Call `step`, even if `name` has failed before, and record its failure under `name`."""
         try:
             step(*args, **kwargs)
-        except Exception as error:  # noqa: BLE001 - whatever is wrong with an observer, the robot goes on
+        except Exception as error:  # noqa: BLE001 - no fault of an observer may end a mission
             if name not in self.failures:
                 self.failures[name] = str(error) or type(error).__name__
                 self._on_failure(name, error)

@@ -1,7 +1,7 @@
 """The one way to outlast an outage of brick, camera or sensors, in every profile.
 
-The robot stands, the outage is reported, and what failed is asked again until it answers or the mission's patience,
-``reconnect_timeout_s``, is at its end.
+The robot stands, the outage is reported, and what failed is tried again until it works or the mission's
+``reconnect_timeout_s`` is over.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ class OutageSupervisor:
         clock: Mission time.
         timeout_s: An outage that lasts longer ends the mission.
         check_time: Called before each attempt; may raise to end the mission.
-        report: Hears the facts ``link_lost``, ``link_back`` and their like.
-        note: Writes records.
+        report: Called with the facts ``link_lost``, ``link_back``, ``camera_lost`` and so on.
+        note: Writes a record into the journal.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class OutageSupervisor:
         body.on_sensor_change(self._sensor_changed)
 
     def run(self, work: Callable[[], T]) -> T:
-        """Do a piece of work, again after each outage; `work` goes on where it was, or begins anew.
+        """Call `work`, and call it again after each outage; it must be able to resume or to start over.
 
         Raises:
             Outage: It lasted too long.
@@ -90,7 +90,7 @@ class OutageSupervisor:
                 self._clock.sleep(RETRY_S)
                 slept = True
             except Outage:
-                # once, this may be news of the loss; a clock that goes on failing belongs to a link that stays closed
+                # the first error may be the notice of the loss; a clock that keeps failing has a link that stays closed
                 if not slept:
                     raise outage from None
                 slept = False
@@ -98,7 +98,7 @@ class OutageSupervisor:
         self._report(Fact(Event(f"{part}_back"), Reason(f"{part}_back"), {"silent_s": silent_s}))
 
     def _works_again(self, part: str, lost_sensors: set[str]) -> bool:
-        """Stop the robot and try out what has failed."""
+        """Stop the robot and try what has failed."""
         try:
             self._body.stop()
             self._body.battery_mv()  # stopping takes no answer, and silence is no failure of it

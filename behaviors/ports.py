@@ -1,8 +1,7 @@
-"""What the mind needs of the world: three ports and the values that pass through them.
+"""The ports of a mission: robot, camera and clock, the values that pass through them, and how they fail.
 
-One convention holds everywhere in this project: *positive is right*. A bearing, a turn and a heading grow clockwise
-seen from above; x points forward at the start, y to the right of it. Lengths are millimetres, angles degrees, times
-seconds.
+Throughout the project *positive is right*: bearings, turns and headings grow clockwise seen from above; x points
+forward at the start, y to the right of it. Lengths are millimetres, angles degrees, times seconds.
 """
 
 from __future__ import annotations
@@ -16,12 +15,12 @@ from typing import Protocol
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Where the robot believes it is, in the frame of its start.
+    """The pose of the robot by odometry, in the frame of its start.
 
     Attributes:
         x_mm: Forward of the start.
         y_mm: To the right of the start.
-        heading_deg: Clockwise from the start heading; not wrapped, so full turns can be counted.
+        heading_deg: Clockwise from the start heading; not wrapped, so that full turns can be counted.
     """
 
     x_mm: float = 0.0
@@ -57,11 +56,11 @@ class Sighting:
 
 @dataclass(frozen=True, slots=True)
 class Glance:
-    """What one frame showed of several targets.
+    """The targets that one frame showed.
 
     Attributes:
-        time_s: When the frame was taken, on the mission's clock: not to see a target tells of that moment.
-        seen: The targets that are confirmed in it, by name.
+        time_s: When the frame was taken, on the mission's clock.
+        seen: The targets confirmed in it, by name.
     """
 
     time_s: float
@@ -81,7 +80,7 @@ class StopReason(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class MotionResult:
-    """How a motion ended and how far it came.
+    """The result of a motion: why it ended and how far it came.
 
     Attributes:
         stop: Why it ended.
@@ -100,14 +99,14 @@ class MotionResult:
 
 
 class Clock(Protocol):
-    """The mission's time; in the simulator, sleeping *is* the simulation."""
+    """The mission's time; in the simulator, sleeping runs the simulation."""
 
     def now(self) -> float:
         """Seconds since an arbitrary start; never goes back."""
         ...
 
     def sleep(self, duration_s: float) -> None:
-        """Let `duration_s` pass."""
+        """Wait for `duration_s`."""
         ...
 
 
@@ -132,7 +131,7 @@ class Blind(Outage):
 
 
 class SensorLost(Outage):
-    """Every sensor that could stop the robot in time has failed, and it was told to drive forward."""
+    """No safety sensor is left to drive forward by: sonar and bumper, those that there are, have failed."""
 
 
 SensorListener = Callable[[str, str], None]
@@ -191,7 +190,7 @@ class Body(Protocol):
         ...
 
     def on_sensor_change(self, listener: SensorListener) -> None:
-        """Have `listener` told of sensors that fail and of those that answer again; it must not use the robot."""
+        """Call `listener` when a sensor fails and when it answers again; it must not use the robot."""
         ...
 
 

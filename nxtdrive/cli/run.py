@@ -112,19 +112,19 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _outlast_losses(brick: Brick) -> None:
-    """Have a lost link opened again; the mission is suspended meanwhile, and it is the mission that is patient.
+    """Reopen a lost link in the background; requests fail at once, and the suspended mission does the waiting.
 
-    Nobody pulls the simulated cable of an address, and looking after it would shift the simulation by milliseconds.
+    A simulated link opened by its address is never lost, and probing it would shift the simulation by milliseconds.
     """
     brick.link.reconnect_timeout_s = 0.0
     brick.link.reconnecting = not brick.link.transport.simulated
 
 
 def _mission(args: argparse.Namespace) -> Mission:
-    """The mission as it shall run.
+    """Load the mission and apply the options.
 
     Raises:
-        ConfigError: The file has mistakes, or nobody can be asked.
+        ConfigError: The file has mistakes, or there is no terminal for questions.
     """
     from nxtdrive.mission.setup import load
 
@@ -150,7 +150,7 @@ def _say_failure(name: str, error: Exception) -> None:
 
 
 def _pursue(executive: Executive, recording: Recording, details: dict[str, object], observers: Observers) -> Report:
-    """Run the mission; the folder is complete afterwards, whatever happens."""
+    """Run the mission; the run folder is completed even when it raises."""
     report, error = None, ""
     try:
         report = executive.run()
@@ -167,7 +167,7 @@ def _print_json(record: Record) -> None:
 
 
 def _say_where(report: Report, recording: Recording, details: dict[str, object], *, as_json: bool) -> None:
-    """The end of the output: what became of the targets, and where the files are."""
+    """Print the result of each target and the paths of the run's files."""
     from nxtdrive.recording.run_folder import summary
 
     folder = recording.folder.path
@@ -186,7 +186,7 @@ def _say_where(report: Report, recording: Recording, details: dict[str, object],
 
 
 def _exit_code(report: Report, observers: Observers) -> int:
-    """The mission's result; of a mission that was achieved, also whether its record is complete."""
+    """Return the exit code: the mission's result, or `INCOMPLETE` for an achieved one with a failed observer."""
     from behaviors.executive import Ending
 
     if report.ending in (Ending.LINK_LOST, Ending.CAMERA_LOST, Ending.SENSOR_LOST):

@@ -86,7 +86,7 @@ def _say_where(served: tuple[str, int], brick: str, camera: str, mission: Missio
     from sim_backend.doors.sockets import is_loopback
 
     if not is_loopback(served[0]):
-        print(f"nxtdrive: warning: anybody who reaches {served[0]} can drive this robot.", file=sys.stderr)
+        print(f"nxtdrive: warning: anyone who can reach {served[0]} can drive this robot.", file=sys.stderr)
     _say("serving {}:{}".format(*served))
     _say(f"brick {brick}, camera {camera}, targets {', '.join(mission.mission.targets)}")
     _say("Ctrl-C ends it.")

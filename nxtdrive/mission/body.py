@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from behaviors.ports import BodyLost, MotionResult, Pose, SensorListener, SensorLost, StopReason
@@ -64,7 +63,6 @@ class MissionBody:
     def __init__(self, rover: Rover, safety_sensors: Collection[str]) -> None:
         self._rover = rover
         self._safety_sensors = frozenset(safety_sensors)
-        self._settings = rover.settings
         self._lost: dict[str, str] = {}
         self._listeners: list[SensorListener] = []
         rover.on_sensor_change(self._sensor_changed)
@@ -81,9 +79,8 @@ class MissionBody:
             SensorLost: `distance_mm` is positive, and no safety sensor is left.
         """
         self._check_safety(distance_mm)
-        self._rover.settings = replace(self._settings, speed_mm_s=self._settings.speed_mm_s * self._share)
         with link_errors_as_outages():
-            return self._rover.straight(distance_mm)
+            return self._rover.straight(distance_mm, self._rover.settings.speed_mm_s * self._share)
 
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
         """Drive on until the next call, for at most one lease.
@@ -126,7 +123,7 @@ class MissionBody:
             return self._rover.battery_mv()
 
     def on_sensor_change(self, listener: SensorListener) -> None:
-        """Have `listener` told of sensors that fail and of those that answer again."""
+        """Call `listener` when a sensor fails and when it answers again; it must not use the robot."""
         self._listeners.append(listener)
 
     @property

@@ -1,4 +1,4 @@
-"""Everything a run leaves behind, kept while it runs and finished when it ends, however it ends."""
+"""The recording of a run: journal, video, map and summary, finished however the run ends."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 
 class Recording:
-    """A run's folder, map and video; hears records, looks and frames.
+    """Records a run; an observer of its records, looks and frames.
 
     Args:
-        folder: Where everything goes.
-        video: Whether to make the video.
+        folder: Where the files go.
+        video: Whether to record a video.
     """
 
     def __init__(self, folder: RunFolder, *, video: bool = True) -> None:
@@ -38,33 +38,33 @@ class Recording:
         self._caption = ""
 
     def __call__(self, record: Record) -> None:
-        """Hear of a record."""
+        """Write a record into the journal."""
         self.folder(record)
         self._caption = f"{record.state}  {record.target}  {record.time_s:.1f} s"
 
     def look(self, frame: Frame, _target: str, sighting: Sighting | None, found: Sequence[Detection]) -> None:
-        """Hear of a look: the frame with what was seen in it."""
+        """Add a frame to the video, with what a look found in it."""
         self._show(frame, sighting, found, looked=True)
 
     def frame(self, frame: Frame) -> None:
-        """Hear of a frame that nobody looked at, as while the robot waits; may come from the camera's thread."""
+        """Add a frame that no look used, as while the robot waits; may be called from the camera's thread."""
         self._show(frame, None, (), looked=False)
 
     def _show(self, frame: Frame, sighting: Sighting | None, found: Sequence[Detection], *, looked: bool) -> None:
         with self._video_lock:
             if self._video:
                 drawn = annotate(frame.image, sighting, found, self._caption)
-                # of the same moment, the frame with the boxes is the one to keep
+                # of two frames of the same moment, keep the one with the boxes
                 self._video.add(drawn, frame.time_s, instead=looked)
 
     def finish(self, report: Report | None, error: str, details: dict[str, object], observers: Observers) -> None:
-        """Write summary and map and close the journal and the video; what fails does not keep the rest from being done.
+        """Close journal and video, draw the map and write the summary; each step is tried even if another fails.
 
         Args:
-            report: What came of the mission; None when it broke.
-            error: Why it broke, or an empty string.
-            details: What else the summary tells.
-            observers: Takes note of what fails, under the names of the files.
+            report: The mission's result; None if it raised.
+            error: Why it raised, or an empty string.
+            details: Further entries of the summary.
+            observers: Collects failures, under the names of the files.
         """
         observers.attempt(JOURNAL, self.folder.close)
         observers.attempt(VIDEO, self._close_video)
@@ -83,5 +83,5 @@ class Recording:
                 self._video = None
 
     def files(self) -> list[Path]:
-        """What there is in the folder."""
+        """Return the files of the run folder."""
         return sorted(self.folder.path.iterdir())

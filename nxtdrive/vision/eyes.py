@@ -1,4 +1,4 @@
-"""The mind's `Eyes`: over a camera with detectors, and over a sensor that needs no pictures."""
+"""Implementations of `behaviors.ports.Eyes`: a camera with detectors, and a geometric sensor of the simulation."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from nxtdrive.vision.geometry import Pinhole
 READ_TIMEOUT_S = 3.0
 """Longest wait for a frame; a webcam that starts up in the dark takes a second or two."""
 GLANCE_TIMEOUT_S = 0.5
-"""Who glances goes on without a picture and waits no longer; even in poor light a webcam gives five a second."""
+"""Longest wait of a glance for a frame; even in poor light a webcam gives five a second."""
 
 OnLook = Callable[[Frame, str, Sighting | None, Sequence[Detection]], None]
 """Called after each look: the frame, the target's name, the sighting and all detections in that frame."""
@@ -36,17 +36,17 @@ class NoMorePictures(NoPicture):
 
 
 class CameraEyes:
-    """Looks through a camera; implements `behaviors.ports.Eyes`.
+    """Eyes over a camera; implements `behaviors.ports.Eyes`.
 
-    A confirmed target is first looked for near where it was, which takes a fifth of the time, and only then in the
-    whole frame. It is always *detected*, never just tracked along, so a target that leaves is not hallucinated.
+    A confirmed target is searched near its last place first, which takes a fifth of the time, then in the whole frame.
+    It is always *detected*, never only tracked, so a target that leaves is not hallucinated.
 
     Args:
-        camera: Where the frames come from; closing it stays the caller's duty.
-        targets: For each target's name, how it is detected and how large it is.
+        camera: Where the frames come from; the caller closes it.
+        targets: The detector and size of each target, by name.
         pinhole: The camera's geometry; by default that of a common webcam.
         timeout_s: Longest wait of a look for a frame.
-        confirmation: Makes the rule by which one target is confirmed.
+        confirmation: Makes the rule that confirms one target.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class CameraEyes:
         self._observers: list[OnLook] = []
 
     def on_look(self, observer: OnLook) -> None:
-        """Have `observer` called after each look, in the thread that looks."""
+        """Call `observer` after each look, in the thread that looks."""
         self._observers.append(observer)
 
     def look(self, target: str) -> Sighting | None:
@@ -115,7 +115,7 @@ class CameraEyes:
 
 
 class GeometricSensor(Protocol):
-    """Tells what a detector would see, without a picture; a simulation offers it.
+    """Reports what a detector would see, without a picture; a simulation offers it.
 
     Attributes:
         fps: Frames per second of the camera it stands for.
@@ -134,12 +134,12 @@ class GeometricSensor(Protocol):
 
 
 class GeometricEyes:
-    """Looks by geometry alone, for sweeps over many missions; implements `behaviors.ports.Eyes`.
+    """Eyes by geometry alone, for sweeps over many missions; implements `behaviors.ports.Eyes`.
 
     Args:
-        sensor: What a detector would see.
-        clock: A look waits for a fresh frame on it, as a camera would.
-        confirmation: Makes the rule by which one target is confirmed.
+        sensor: Reports what a detector would see.
+        clock: A look waits on it for a fresh frame, as with a camera.
+        confirmation: Makes the rule that confirms one target.
     """
 
     def __init__(self, sensor: GeometricSensor, clock: Clock, *, confirmation: MakeConfirmation = Confirmation) -> None:
@@ -176,7 +176,7 @@ class GeometricEyes:
         return None if confirmed is None else _sighting(target, confirmed, time_s)
 
     def _await_frame(self) -> None:
-        """As a camera does: the freshest frame, or the next one if that was looked at before."""
+        """Take the freshest frame, or the next one if that was used before, as a camera does."""
         while (number := frame_number(self._clock.now(), self._sensor.fps)) <= self._given:
             now_s = self._clock.now()
             self._clock.sleep(next_tick(now_s, self._sensor.fps) - now_s)

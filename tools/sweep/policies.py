@@ -1,7 +1,7 @@
 """The policies that are compared, by name.
 
-A policy drives one mission on a `Robot`. To compare another mind, add a line to `POLICIES`: an entry is anything that
-takes a robot and returns the mission's report, and whatever journal it writes is what it is judged by.
+A policy drives one mission on a `Robot`. To compare another one, add a line to `POLICIES`: an entry is a function from
+a robot to the mission's report, and it is judged by the journal that it writes.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""The robot of a sweep: the driver's rover and eyes on a simulation, and what a scenario does to them.
+"""The robot of a sweep: the product's body and eyes on a simulation, and what a scenario does to them.
 
-A policy gets a `Robot` and nothing else; the simulation behind it stays out of its sight.
+A policy gets a `Robot` and nothing else; it cannot see the simulation.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ EYES = (GEOMETRIC, CAMERA)
 """Eyes that skip drawing and detecting, and eyes that do both."""
 
 LOOK_MS = 100
-"""How often the triggers of the camera's losses are looked at."""
+"""How often the triggers of the camera's losses are checked."""
 
 Seen = tuple[float, float, Box]
 """Bearing in degrees, distance in millimetres, and where in the frame."""
@@ -34,14 +34,14 @@ Seen = tuple[float, float, Box]
 
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """What a policy works with.
+    """The ports of one mission.
 
     Attributes:
         mission: What to do.
         body: The robot.
         eyes: Its camera.
         clock: Mission time.
-        observers: Hear every record of the journal.
+        observers: Called with every record of the journal.
     """
 
     mission: Mission
@@ -54,14 +54,14 @@ class Robot:
 def build_robot(
     scenario: Scenario, simulation: Simulation, brick: Brick, eyes: str, observers: Sequence[Observer]
 ) -> Robot:
-    """The robot of a scenario.
+    """Build the robot of a scenario.
 
     Args:
-        scenario: What is done to it.
+        scenario: Its mission, and what happens to its camera.
         simulation: Where it drives.
         brick: Its brick, open.
         eyes: ``geometric`` or ``camera``.
-        observers: Hear every record of the journal.
+        observers: Called with every record of the journal.
     """
     body, clock = setup.build_body(brick, scenario.mission), MissionClock(brick)
     sees: Eyes
@@ -75,12 +75,12 @@ def build_robot(
 
 
 class SpoiltSensor:
-    """Geometry's answer to a look, spoilt by dusk and look-alikes; see `nxtdrive.vision.eyes.GeometricSensor`.
+    """A geometric sensor degraded by dusk and look-alikes; see `nxtdrive.vision.eyes.GeometricSensor`.
 
     Args:
         simulation: Its webcam is asked.
-        sight: What spoils the view.
-        seed: Seeds luck.
+        sight: What degrades it.
+        seed: Seeds its misses and mistakes.
     """
 
     def __init__(self, simulation: Simulation, sight: Sight, seed: int) -> None:
@@ -95,12 +95,12 @@ class SpoiltSensor:
         return self._webcam.unplugged
 
     def observe(self, name: str) -> Seen | None:
-        """What is found of a target, or of something taken for it, in the freshest frame."""
+        """Return the target, or something mistaken for it, in the freshest frame."""
         sight = self._sight
         seen = self._webcam.observe(name)
         if seen is not None and seen[1] <= sight.farthest_mm and self._random.random() < sight.hit_rate:
             return seen
-        # one draw a frame: pictures of one texture answer for each other, and several would be mistaken more often
+        # one draw a frame, however many look-alikes there are: more of them are not mistaken more often
         if sight.lookalikes and self._random.random() < sight.mistake_rate:
             found = (self._webcam.observe(lookalike) for lookalike in sight.lookalikes)
             return next((taken for taken in found if taken is not None), None)
