@@ -13,7 +13,7 @@ import select
 import socket
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any
 
 from behaviors.journal import Observer
 from behaviors.line_protocol import MOTIONS, ErrorReply, Request, RequestReader, Verb
@@ -21,12 +21,9 @@ from behaviors.line_session import Preempted, Session
 from behaviors.mission import Mission
 from behaviors.ports import BodyLost, Eyes, SensorListener
 from firmware_protocol.errors import ConfigError, LinkError, NXTError
-from firmware_protocol.telegram import Reply
 from nxtdrive.brick import Brick
 from nxtdrive.mission.body import MissionClock, link_errors_as_outages
 from nxtdrive.mission.setup import build_body
-
-R = TypeVar("R", bound=Reply)
 
 LAST_PORT = 0xFFFF
 CHUNK = 4096

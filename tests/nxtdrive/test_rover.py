@@ -321,7 +321,7 @@ def test_a_sonar_that_falls_out_while_driving_is_an_error_and_a_stop(lab):
 
 def test_a_program_that_listens_goes_on_without_the_sonar_until_it_is_back(lab):
     room = lab(BOX_AHEAD)
-    rover, heard = Rover(room.brick), []
+    rover, heard = Rover(room.brick.link), []
     rover.on_sensor_change(lambda sensor, error: heard.append((sensor, bool(error))))
     assert rover.range_mm() is not None
     room.simulation.at(room.simulation.now_ms + 1500, lambda: room.attach(4, None))
