@@ -89,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
     with ExitStack() as stack:
         stack.enter_context(_terminating_gracefully())
         brick = stack.enter_context(open_brick(args.nxt))
-        _outlast_losses(brick)
+        _reconnect_in_background(brick)
         source = args.camera or setup.default_camera(brick)
         camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
         eyes = setup.camera_eyes(camera, mission)
@@ -111,7 +111,7 @@ def run(args: argparse.Namespace) -> int:
     return _exit_code(report, observers)
 
 
-def _outlast_losses(brick: Brick) -> None:
+def _reconnect_in_background(brick: Brick) -> None:
     """Reopen a lost link in the background; requests fail at once, and the suspended mission does the waiting.
 
     A simulated link opened by its address is never lost, and probing it would shift the simulation by milliseconds.
