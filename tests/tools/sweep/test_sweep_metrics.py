@@ -122,9 +122,9 @@ def test_a_failure_is_noticed_from_when_somebody_is_in_the_way():
 
 
 def test_a_dead_camera_is_noticed_when_the_mission_is_suspended():
-    story = Story().enter("arrive").drive(1000, 1500, 2).happen(target="").drive(1000, 1500, 0.5).enter("suspended")
-    play = story.drive(1000, 1500, 4).enter("arrive").choose("rescan").end()
-    assert recognition_s(play) == [pytest.approx(0.5)]
+    episode = EpisodeBuilder().enter("arrive").drive(1000, 1500, 2).disturb(target="")
+    episode.drive(1000, 1500, 0.5).enter("suspended").drive(1000, 1500, 4).enter("arrive").choose("rescan")
+    assert recognition_s(episode.end()) == [pytest.approx(0.5)]
 
 
 def _blocked(stays_s, choice, waits_s):
