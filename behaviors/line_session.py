@@ -1,8 +1,8 @@
-"""A session with a client that makes the decisions: verbs in, the thesis's services called, small integers out.
+"""A session with a client that makes the decisions: it sends verbs, the thesis's services run, small integers return.
 
-Here the client is the agent: it decides which target to pursue, when to wait and when to give up. The session keeps
-what the thesis's ``nxt`` node kept: whether the target was recognised (``exist``), how far a ``move_to`` has come
-(``count``), and the approach in progress.
+The client decides which target to pursue, when to wait and when to give up. The session keeps what the thesis's
+``nxt`` node kept: whether the target was recognised (``exist``), how far a ``move_to`` has come (``count``), and the
+approach in progress.
 
 Source: docs/thesis.md, services, readings A2-A8 and A19.
 """
@@ -14,37 +14,38 @@ from contextlib import suppress
 from typing import Any, cast
 
 from behaviors.events import Event, Fact, Reason
-from behaviors.executive import LINK_FAILURES, REPLIES
+from behaviors.executive import REPLIES
 from behaviors.journal import Kind, Observer, Record, plain
 from behaviors.line_protocol import ErrorReply, Request, Status, Verb, Why
 from behaviors.mission import Mission
-from behaviors.ports import Body, Clock, Eyes
+from behaviors.observers import Observers
+from behaviors.ports import Body, BodyLost, Clock, Eyes, Outage
 from behaviors.skills import MoveTo, SkillContext, ThesisArriveSkill, ThesisSearchSkill
 
 DONE = 1
-"""Answer of a verb without a result."""
+"""Answer of a verb that has no other result."""
 
 
 class Preempted(Exception):
-    """Raised by a port to interrupt a command; the session then stops the robot."""
+    """Raised by a port to end the running command; the session then stops the robot."""
 
 
 class Session:
-    """One client's session.
+    """The session of one client.
 
-    A skill in progress ends when a port raises `Preempted`, and the command is answered by `ErrorReply.STOPPED`.
+    When a port raises `Preempted`, the running service ends and the command is answered by `ErrorReply.STOPPED`.
 
     Args:
-        mission: Its targets can be named, the first one is the present one; its parameters apply.
+        mission: Gives the targets, of which the first is selected, and the parameters.
         body: The robot.
         eyes: Its camera.
         clock: Time.
-        connect: Makes sure that the brick answers; raises an error of `LINK_FAILURES` when it does not.
-        faults: Other errors that body and eyes raise on a fault; answered by `ErrorReply.FAULT`.
-        observers: Receive a record of each call, reply and look.
+        connect: Makes sure that the brick answers; raises `BodyLost` when it does not.
+        faults: What body and eyes raise, beside an `Outage`, when something is broken; answered by `ErrorReply.FAULT`.
+        observers: Called with a record of each call, reply and look; one that fails is left out.
 
     Attributes:
-        error: Why the last command failed, in words; empty when it did not.
+        error: Why the last command failed, in words; empty if it did not.
     """
 
     def __init__(
@@ -64,8 +65,8 @@ class Session:
         self._body = body
         self._clock = clock
         self._connect = connect
-        self._faults = faults
-        self._observers = observers
+        self._faults: tuple[type[Exception], ...] = (Outage, *faults)
+        self._observers = Observers(observers)
         self._start_s = clock.now()
         self._context = SkillContext(body, eyes, clock, mission.thesis, self._note, self._report)
         self._state = "idle"
@@ -86,14 +87,14 @@ class Session:
         }
 
     def answer(self, request: Request) -> int:
-        """Execute a request.
+        """Carry out a request.
 
         Returns:
             The answer, see `behaviors.line_protocol`. After `ErrorReply.LINK_DOWN` and `ErrorReply.FAULT`, `error` has
             the details.
 
         Raises:
-            Exception: What is not among `faults`; the motors are off.
+            Exception: Anything that is not among `faults`; the motors are off.
         """
         asked = {"verb": request.verb, "argument": request.argument}
         self._note(Kind.CALL, **asked)
@@ -102,7 +103,7 @@ class Session:
             value = self._verbs[request.verb](request)
         except Preempted:
             value = self._break_off(ErrorReply.STOPPED, Why.OPERATOR_STOP)
-        except LINK_FAILURES as error:
+        except BodyLost as error:
             value = self._break_off(ErrorReply.LINK_DOWN, Why.LINK_LOST, error)
         except self._faults as error:
             value = self._break_off(ErrorReply.FAULT, Why.FAULT, error)
@@ -113,10 +114,10 @@ class Session:
         return int(value)
 
     def end(self) -> None:
-        """End the session: motors off, nothing in progress."""
+        """End the session of a client that has left: stop the motors and drop what was in progress."""
         self._forget()
-        # a fault was reported when it occurred, and on a dead link the lease stops the motors
-        with suppress(*LINK_FAILURES, *self._faults):
+        # the failure was reported when it happened, and on a dead link the lease stops the motors
+        with suppress(*self._faults):
             self._body.stop()
 
     def _break_off(self, value: ErrorReply, why: Why, error: Exception | None = None) -> ErrorReply:
@@ -152,7 +153,7 @@ class Session:
         return DONE if self._choose(request.name) else ErrorReply.BAD_ARGUMENT
 
     def _do_arrive(self, request: Request) -> int:
-        """The first call searches; once the target is in view, each further call drives for a while."""
+        """Search on the first call; once the target is in view, drive for a while on each further call."""
         self._move = None
         if request.name and not self._choose(request.name):
             return ErrorReply.BAD_ARGUMENT
@@ -180,7 +181,7 @@ class Session:
         return int(self._exist)
 
     def _do_move_to(self, request: Request) -> int:
-        """An advance that the safety stop cut short counts as one of the ten."""
+        """Turn or advance; an advance that the safety stop cut short counts as one of the ten."""
         if self._sighted:
             self._halt()
         self._state = "move_to"
@@ -203,7 +204,7 @@ class Session:
     # --- shared by the verbs ---
 
     def _choose(self, target: str) -> bool:
-        """Make a target the present one; False when the mission does not describe it."""
+        """Select a target; False if the mission does not describe it."""
         if target not in self._targets:
             return False
         if target != self._target:
@@ -212,18 +213,16 @@ class Session:
         return True
 
     def _halt(self) -> None:
-        """Stop what is in progress."""
+        """End what is in progress."""
         if self._sighted or self._move:
             self._body.stop()
         self._forget()
 
     def _report(self, fact: Fact) -> None:
-        """Update with a report of the safety stop."""
+        """Keep whether the safety stop holds the robot."""
         if fact.event in (Event.OBSTACLE, Event.OBSTACLE_GONE):
             self._held = fact.reason is Reason.OBSTACLE_AHEAD
 
     def _note(self, kind: Kind, **data: object) -> None:
         values = cast("Mapping[str, Any]", plain(data))
-        record = Record(round(self._clock.now() - self._start_s, 3), kind, self._state, self._target, values)
-        for observer in self._observers:
-            observer(record)
+        self._observers(Record(round(self._clock.now() - self._start_s, 3), kind, self._state, self._target, values))

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal, TypeVar, overload
 
-from behaviors.ports import MotionResult, Pose, StopReason
+from behaviors.ports import MotionResult, Pose, SensorListener, StopReason
 from firmware_protocol.direct import GetBatteryLevel
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LocalProtocolError
@@ -16,10 +15,11 @@ from nxtdrive.link.protocol import RoverLink
 from nxtdrive.link.scheduler import Motion, Steps
 from nxtdrive.motion.brake_predictor import SEEN_DEG_S
 from nxtdrive.motion.compass_correction import CompassCorrection
-from nxtdrive.motion.lease import LEASE_RANGE_S, LEASE_S, Lease
+from nxtdrive.motion.drive_settings import FASTEST_DEG_S, DriveSettings, check_sizes
+from nxtdrive.motion.lease import Lease
 from nxtdrive.motion.obstacle_monitor import ObstacleMonitor, SafetyLimits
 from nxtdrive.motion.odometry import Odometry
-from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, Sample, sample
+from nxtdrive.motion.outputs import Sample, sample
 from nxtdrive.motion.position_move import Pace, PositionMove, Wheel, unguarded
 from nxtdrive.motion.stall import WATCH_S, StallDetector
 from nxtdrive.ports import MotorPort, SensorPort, in_range, of_type, output_port
@@ -27,8 +27,6 @@ from nxtdrive.sensors import Compass, Sensor, Touch, Ultrasonic
 
 __all__ = ["DriveSettings", "Rover", "SafetyLimits"]
 
-FASTEST_DEG_S = 0.75 * FULL_SPEED_DEG_S
-"""A wheel's highest speed: regulation needs a reserve, and a battery of 7.2 V turns the motor at no more than 770."""
 REST_S = 0.03
 """Wheels whose counts are the same for so long stand."""
 TRIPS = 9
@@ -40,26 +38,6 @@ STANDING_SHARE = 0.02
 TURN_RANGE_DEG = 3600.0
 STRAIGHT_RANGE_MM = 10_000.0
 """Longer motions than these are mistakes in a unit."""
-
-
-@dataclass(frozen=True, slots=True)
-class DriveSettings:
-    """How fast the rover moves.
-
-    Attributes:
-        speed_mm_s: Of `straight`.
-        acceleration_mm_s2: Of `straight`, speeding up and slowing down.
-        turn_deg_s: Of `turn`.
-        turn_acceleration_deg_s2: Of `turn`, speeding up and slowing down.
-        lease_s: About how long the robot drives on when program or link have died, or nobody calls `drive` again (on a
-            slow link see there): 0.3..10. A wheel's limit is what it turns in this time, and at least 20 degrees.
-    """
-
-    speed_mm_s: float = 200.0
-    acceleration_mm_s2: float = 400.0
-    turn_deg_s: float = 120.0
-    turn_acceleration_deg_s2: float = 300.0
-    lease_s: float = LEASE_S
 
 
 S = TypeVar("S", bound=Sensor)
@@ -112,7 +90,7 @@ class Rover:
         sonar, bumper = _sensor(link, Ultrasonic, ultrasonic), _sensor(link, Touch, touch)
         needle = _sensor(link, Compass, compass)
         _check_ports(self._ports, {"sonar": sonar, "bumper": bumper, "compass": needle})
-        _check_sizes(wheel_diameter_mm, axle_track_mm, of_type("settings", settings, DriveSettings))
+        check_sizes(wheel_diameter_mm, axle_track_mm, of_type("settings", settings, DriveSettings))
         self.settings = settings
         self._link = link
         self._forward = -1 if reversed else 1
@@ -127,7 +105,7 @@ class Rover:
         self._odometry = Odometry(self._forward * self._mm_per_deg, axle_track_mm)
         self._correction: CompassCorrection | None = None
         if needle is not None:
-            self._correction = CompassCorrection(needle, self._odometry, self._read_wheels)
+            self._correction = CompassCorrection(needle, self._odometry, self._read_wheels, link)
 
     # --- motion ---
 
@@ -274,6 +252,21 @@ class Rover:
         """Battery voltage in millivolts."""
         return self._link.request(GetBatteryLevel()).voltage_mv
 
+    def on_sensor_change(self, listener: SensorListener) -> None:
+        """Leave sensors that fail out instead of raising their errors, and ask them again every 10 s.
+
+        Meanwhile their data count as unknown: no range, no touch, a heading by the wheels alone.
+
+        Args:
+            listener: Called with ``sonar``, ``bumper`` or ``compass`` and the error in words; with an empty string when
+                the sensor answers again. It may be called in the midst of a motion and must not use the rover.
+        """
+        healths = [self._monitor.sonar_health, self._monitor.bumper_health]
+        if self._correction is not None:
+            healths.append(self._correction.health)
+        for health in healths:
+            health.listener = listener
+
     # --- how ---
 
     def _arc(
@@ -375,20 +368,3 @@ def _check_ports(wheels: tuple[OutputPort, OutputPort], sensors: Mapping[str, Se
             raise LocalProtocolError(
                 f"{one} and {other} are both said to be on port {sensor.port}.", remedy="Each sensor has its own port."
             )
-
-
-def _check_sizes(wheel_diameter_mm: float, axle_track_mm: float, settings: DriveSettings) -> None:
-    for name, value in (("wheel_diameter_mm", wheel_diameter_mm), ("axle_track_mm", axle_track_mm)):
-        if in_range(name, value, -math.inf, math.inf) <= 0:
-            raise LocalProtocolError(f"{name} must be positive, not {value!r}.")
-    fastest_mm_s = FASTEST_DEG_S * math.pi * wheel_diameter_mm / 360
-    _check_setting("speed_mm_s", settings.speed_mm_s, fastest_mm_s)
-    _check_setting("turn_deg_s", settings.turn_deg_s, math.degrees(2 * fastest_mm_s / axle_track_mm))
-    in_range("lease_s", settings.lease_s, *LEASE_RANGE_S)
-    _check_setting("acceleration_mm_s2", settings.acceleration_mm_s2, math.inf)
-    _check_setting("turn_acceleration_deg_s2", settings.turn_acceleration_deg_s2, math.inf)
-
-
-def _check_setting(name: str, value: float, limit: float) -> None:
-    if in_range(name, value, -math.inf, math.inf) <= 0 or value > limit:
-        raise LocalProtocolError(f"{name} must be above 0 and at most {limit:.0f} with these wheels, not {value!r}.")

@@ -1,0 +1,56 @@
+"""How fast a rover moves, and what its wheels allow."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from firmware_protocol.errors import LocalProtocolError
+from nxtdrive.motion.lease import LEASE_RANGE_S, LEASE_S
+from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
+from nxtdrive.ports import in_range
+
+FASTEST_DEG_S = 0.75 * FULL_SPEED_DEG_S
+"""A wheel's highest speed: regulation needs a reserve, and a battery of 7.2 V turns the motor at no more than 770."""
+
+
+@dataclass(frozen=True, slots=True)
+class DriveSettings:
+    """How fast the rover moves.
+
+    Attributes:
+        speed_mm_s: Of `straight`.
+        acceleration_mm_s2: Of `straight`, speeding up and slowing down.
+        turn_deg_s: Of `turn`.
+        turn_acceleration_deg_s2: Of `turn`, speeding up and slowing down.
+        lease_s: About how long the robot drives on when program or link have died, or nobody calls `drive` again (on a
+            slow link see there): 0.3..10. A wheel's limit is what it turns in this time, and at least 20 degrees.
+    """
+
+    speed_mm_s: float = 200.0
+    acceleration_mm_s2: float = 400.0
+    turn_deg_s: float = 120.0
+    turn_acceleration_deg_s2: float = 300.0
+    lease_s: float = LEASE_S
+
+
+def check_sizes(wheel_diameter_mm: float, axle_track_mm: float, settings: DriveSettings) -> None:
+    """Check sizes and settings of a rover.
+
+    Raises:
+        LocalProtocolError: One is no number, not positive, or faster than the wheels can turn.
+    """
+    for name, value in (("wheel_diameter_mm", wheel_diameter_mm), ("axle_track_mm", axle_track_mm)):
+        if in_range(name, value, -math.inf, math.inf) <= 0:
+            raise LocalProtocolError(f"{name} must be positive, not {value!r}.")
+    fastest_mm_s = FASTEST_DEG_S * math.pi * wheel_diameter_mm / 360
+    _check_setting("speed_mm_s", settings.speed_mm_s, fastest_mm_s)
+    _check_setting("turn_deg_s", settings.turn_deg_s, math.degrees(2 * fastest_mm_s / axle_track_mm))
+    in_range("lease_s", settings.lease_s, *LEASE_RANGE_S)
+    _check_setting("acceleration_mm_s2", settings.acceleration_mm_s2, math.inf)
+    _check_setting("turn_acceleration_deg_s2", settings.turn_acceleration_deg_s2, math.inf)
+
+
+def _check_setting(name: str, value: float, limit: float) -> None:
+    if in_range(name, value, -math.inf, math.inf) <= 0 or value > limit:
+        raise LocalProtocolError(f"{name} must be above 0 and at most {limit:.0f} with these wheels, not {value!r}.")
