@@ -32,7 +32,7 @@ def test_every_figure_is_there_and_has_its_goal():
         assert goals[found] == goal
     assert len(goals) == 6
     assert any(name.startswith("fact to a bare dict") for name in figures)
-    assert any(name.startswith("adaptive: frame to memory, median") for name in figures)
+    assert any(name.startswith("adaptive: frame to world model, median") for name in figures)
 
 
 @pytest.mark.parametrize(("name", "regions"), list(zip(WAYS, [{"mission"}, {"safety"}, set()], strict=True)))

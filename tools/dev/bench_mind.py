@@ -1,8 +1,8 @@
-"""Measures what thinking costs: a fact to the chart, a frame and a decision of the adaptive mind, whole missions.
+"""Measures the CPU time of the mission's behaviour: a fact to the chart, a frame, a decision, whole missions.
 
-All of it is CPU time, so that others on the machine count for little. Frames are timed while the robot looks round at
-the start of missions of the sweep, decisions throughout them, where maps and beliefs are as full as they get. What came
-of it is in docs/adaptive.md, "What it costs".
+CPU time depends little on what else the machine does. Frames are timed while the robot looks round at the start of the
+sweep's missions, decisions throughout them, where maps and beliefs are at their fullest. docs/adaptive.md, "What it
+costs", has the results.
 """
 
 from __future__ import annotations
@@ -217,8 +217,8 @@ def _thinking_figures(missions: Sequence[tuple[str, int]]) -> Iterable[Figure]:
     """What frames and decisions cost in these missions, (class, seed)."""
     frames_s = [time_s for kind, seed in missions for time_s in frame_times_s(kind, seed)]
     middle_ms, high_ms = spread_ms(frames_s)
-    yield Figure(f"adaptive: frame to memory, median of {len(frames_s)}, CPU", middle_ms, "ms")
-    yield Figure("adaptive: frame to memory, 99 %, CPU", high_ms, "ms")
+    yield Figure(f"adaptive: frame to world model, median of {len(frames_s)}, CPU", middle_ms, "ms")
+    yield Figure("adaptive: frame to world model, 99 %, CPU", high_ms, "ms")
     decisions_s = [time_s for kind, seed in missions for time_s in decision_times_s(kind, seed)]
     middle_ms, high_ms = spread_ms(decisions_s)
     yield Figure(f"adaptive: decision, median of {len(decisions_s)}, CPU", middle_ms, "ms")
