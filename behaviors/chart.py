@@ -171,11 +171,11 @@ class MissionChart(StateChart[Any]):
         self.queue.next_target(self.choice.instead if self.choice else "")
 
     def raise_suspend(self) -> None:
-        """An outage suspends the mission."""
+        """Suspend the mission in an outage."""
         self.raise_(Event.SUSPEND)
 
     def raise_resume(self) -> None:
-        """The end of the outage resumes it where it was."""
+        """Resume it where it was when the outage is over."""
         self.raise_(Event.RESUME)
 
     def raise_abort(self) -> None:

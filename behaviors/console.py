@@ -18,7 +18,6 @@ PREFIX = "[client2] "
 
 _ANSWERS: dict[object, str] = {Reply.CONTINUE.value: "Continue...", Reply.FAILED.value: "Failed"}
 
-
 _OUTAGES: dict[object, str] = {
     Reason.LINK_LOST: "The brick does not answer; waiting for it",
     Reason.CAMERA_LOST: "The camera gives no picture; waiting for it",

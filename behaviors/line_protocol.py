@@ -1,4 +1,4 @@
-"""The protocol of the thesis's ``tcp`` node: each line is answered by one small integer. No I/O here.
+"""The protocol of the thesis's ``tcp`` node: one line per request, one small integer per answer. No I/O here.
 
 A line is ``verb`` or ``verb argument`` or, as BDI agents write literals, ``verb(argument)``; it ends with LF or CRLF.
 Each line is answered, in order, by one integer in decimal and LF.
@@ -10,15 +10,15 @@ Each line is answered, in order, by one integer in decimal and LF.
     arrive [NAME]  searches, then drives, for a while    0 continue, 1 arrived, 2 failed
     select         moves nothing                         0 not recognised, 1 recognised
     move_to DEG    turns right and advances, or advances 0 moving, 1 done
-    bye            ends the conversation                 1
-    stop           stops any motion at once              1
+    bye            ends the session                      1
+    stop           stops now, whatever is in progress    1
     target NAME    names what a bare ``arrive`` means    1
     status         checks that the brick answers         see `Status`
     why            moves nothing                         see `Why`
     ============== ===================================== =========================================
 
-The first five are the thesis's; the others were added, so that a client of 2017 meets no reply that it does not know.
-A request that cannot be carried out is answered by a negative number, see `ErrorReply`.
+The first five are the thesis's; a client of 2017 gets no reply to them that it does not know. The others are ours.
+What cannot be done is answered by a negative number, see `ErrorReply`.
 
 Source: docs/thesis.md, architecture and services, reading A7; docs/agentspeak.md.
 """
@@ -31,14 +31,14 @@ from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 
 LINE_LIMIT = 256
-"""Longest line in bytes, without its LF; a verb with a target's name is the longest valid one."""
+"""Longest line in bytes, without its LF; a verb with a target's name is far shorter."""
 
 DIRECTION_LIMIT_DEG = 360.0
-"""A turn beyond this is taken for a mistake in the unit."""
+"""A larger turn is taken for a mistake in the unit."""
 
 
 class Verb(StrEnum):
-    """The requests a client can make."""
+    """The requests."""
 
     CONNECT = "connect"
     ARRIVE = "arrive"
@@ -52,11 +52,11 @@ class Verb(StrEnum):
 
 
 MOTIONS = frozenset({Verb.ARRIVE, Verb.MOVE_TO})
-"""Verbs that move the robot; only they can be interrupted."""
+"""Verbs that move the robot; only these can be interrupted."""
 
 
 class ErrorReply(IntEnum):
-    """Answers to a request that was not carried out, or not completely."""
+    """Answers to requests that were not completed."""
 
     UNKNOWN_VERB = -1
     BAD_ARGUMENT = -2
@@ -76,7 +76,7 @@ class Status(IntEnum):
 
 
 class Why(IntEnum):
-    """Answers to ``why``: how the last arrive, move_to or stop ended, and why a command failed."""
+    """Answers to ``why``: how the last arrive, move_to or stop ended, or why a command failed."""
 
     NOTHING_YET = 0
     SIGHTED = 1
@@ -98,9 +98,9 @@ class Request:
     """A valid line.
 
     Attributes:
-        verb: The request.
-        name: The target's name, for ``arrive`` and ``target``; empty for an ``arrive`` without one.
-        direction_deg: For ``move_to``, positive right.
+        verb: Its verb.
+        name: The target's name, of ``arrive`` and ``target``; empty where ``arrive`` has none.
+        direction_deg: Of ``move_to``, positive right.
     """
 
     verb: Verb
@@ -109,7 +109,7 @@ class Request:
 
     @property
     def argument(self) -> str:
-        """The argument as text."""
+        """The verb's argument, as text."""
         return f"{self.direction_deg:g}" if self.verb is Verb.MOVE_TO else self.name
 
 
@@ -124,7 +124,7 @@ def parse(line: bytes) -> Request | ErrorReply:
         line: Its bytes, without the LF.
 
     Returns:
-        The request, or the answer to a line that is not one.
+        The request, or the answer to an invalid line.
     """
     if len(line) > LINE_LIMIT:
         return ErrorReply.BAD_ARGUMENT
@@ -156,14 +156,14 @@ def _move_to(argument: str) -> Request | ErrorReply:
 
 
 class RequestReader:
-    """Parses requests from bytes as they arrive; of a line that is too long it keeps just enough to tell."""
+    """Turns received bytes into requests. Of a line that is too long it keeps only enough to know that it is."""
 
     def __init__(self) -> None:
         self._line = bytearray()
         self._requests: deque[Request | ErrorReply] = deque()
 
     def __len__(self) -> int:
-        """The number of lines that wait to be answered."""
+        """The number of lines that wait for an answer."""
         return len(self._requests)
 
     def feed(self, data: bytes) -> None:
@@ -176,12 +176,12 @@ class RequestReader:
         self._add(rest)
 
     def take(self) -> Request | ErrorReply | None:
-        """Remove the next line: a request, the answer to an invalid line, or None if there is no complete line."""
+        """Return the next request, or the answer to an invalid line; None without a complete line."""
         return self._requests.popleft() if self._requests else None
 
     @property
     def stop_waits(self) -> bool:
-        """Whether a ``stop`` is among the waiting lines."""
+        """Whether a ``stop`` is among the lines that wait."""
         return Request(Verb.STOP) in self._requests
 
     def _add(self, part: bytes) -> None:

@@ -1,8 +1,8 @@
-"""A session with a client that makes the decisions: it sends verbs, the thesis's services run, small integers return.
+"""A session with a client that makes the decisions: verbs in, the thesis's services called, small integers out.
 
-The client decides which target to pursue, when to wait and when to give up. The session keeps what the thesis's
-``nxt`` node kept: whether the target was recognised (``exist``), how far a ``move_to`` has come (``count``), and the
-approach in progress.
+Here the client is the agent: it decides which target to pursue, when to wait and when to give up. The session keeps
+what the thesis's ``nxt`` node kept: whether the target was recognised (``exist``), how far a ``move_to`` has come
+(``count``), and the approach in progress.
 
 Source: docs/thesis.md, services, readings A2-A8 and A19.
 """
@@ -23,29 +23,29 @@ from behaviors.ports import Body, BodyLost, Clock, Eyes, Outage
 from behaviors.skills import MoveTo, SkillContext, ThesisArriveSkill, ThesisSearchSkill
 
 DONE = 1
-"""Answer of a verb that has no other result."""
+"""Answer of a verb without a result."""
 
 
 class Preempted(Exception):
-    """Raised by a port to end the running command; the session then stops the robot."""
+    """Raised by a port to interrupt a command; the session then stops the robot."""
 
 
 class Session:
-    """The session of one client.
+    """One client's session.
 
-    When a port raises `Preempted`, the running service ends and the command is answered by `ErrorReply.STOPPED`.
+    A skill in progress ends when a port raises `Preempted`, and the command is answered by `ErrorReply.STOPPED`.
 
     Args:
-        mission: Gives the targets, of which the first is selected, and the parameters.
+        mission: Its targets can be named, the first one is the present one; its parameters apply.
         body: The robot.
         eyes: Its camera.
         clock: Time.
         connect: Makes sure that the brick answers; raises `BodyLost` when it does not.
-        faults: What body and eyes raise, beside an `Outage`, when something is broken; answered by `ErrorReply.FAULT`.
-        observers: Called with a record of each call, reply and look; one that fails is left out.
+        faults: Errors other than an `Outage` that body and eyes raise on a fault; answered by `ErrorReply.FAULT`.
+        observers: Receive a record of each call, reply and look; one that fails is left out.
 
     Attributes:
-        error: Why the last command failed, in words; empty if it did not.
+        error: Why the last command failed, in words; empty when it did not.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class Session:
         }
 
     def answer(self, request: Request) -> int:
-        """Carry out a request.
+        """Execute a request.
 
         Returns:
             The answer, see `behaviors.line_protocol`. After `ErrorReply.LINK_DOWN` and `ErrorReply.FAULT`, `error` has
@@ -114,9 +114,9 @@ class Session:
         return int(value)
 
     def end(self) -> None:
-        """End the session of a client that has left: stop the motors and drop what was in progress."""
+        """End the session: motors off, nothing in progress."""
         self._forget()
-        # the failure was reported when it happened, and on a dead link the lease stops the motors
+        # a fault was reported when it occurred, and on a dead link the lease stops the motors
         with suppress(*self._faults):
             self._body.stop()
 
@@ -204,7 +204,7 @@ class Session:
     # --- shared by the verbs ---
 
     def _choose(self, target: str) -> bool:
-        """Select a target; False if the mission does not describe it."""
+        """Make a target the present one; False when the mission does not describe it."""
         if target not in self._targets:
             return False
         if target != self._target:
@@ -213,13 +213,13 @@ class Session:
         return True
 
     def _halt(self) -> None:
-        """End what is in progress."""
+        """Stop what is in progress."""
         if self._sighted or self._move:
             self._body.stop()
         self._forget()
 
     def _report(self, fact: Fact) -> None:
-        """Keep whether the safety stop holds the robot."""
+        """Update with a report of the safety stop."""
         if fact.event in (Event.OBSTACLE, Event.OBSTACLE_GONE):
             self._held = fact.reason is Reason.OBSTACLE_AHEAD
 

@@ -205,8 +205,8 @@ class MissionTable(_Table):
         name: A title, for displays and run folders.
         targets: Names of targets, in order.
         profile: How to behave: adaptive, or exactly as the thesis does.
-        rounds: How often the list is gone through at most; later rounds try what was given up again.
-        time_limit_s: When the mission ends, whatever has been reached; without it, it takes as long as it takes.
+        rounds: Rounds of the list at most; later rounds try again what was given up.
+        time_limit_s: When the mission ends, whatever has been reached; without it there is no limit.
         reconnect_timeout_s: A mission is suspended while brick or camera do not answer, and ends when that lasts
             longer. Files may still call it ``link_patience_s``.
     """

@@ -83,11 +83,11 @@ class Perception:
         context = self.context
         context.check_time()
         looked_for = [self.target, *self._others()]
-        glance = context.eyes.glance(looked_for)
+        glimpse = context.eyes.glance(looked_for)
         range_mm = context.body.range_mm()
         pose = context.body.pose()
         now_s = self.now()
-        seen = self.world.perceive(now_s, pose, range_mm, looked_for, glance)
+        seen = self.world.perceive(now_s, pose, range_mm, looked_for, glimpse)
         sighting = seen.get(self.target)
         note_look(context, pose, range_mm, sighting)
         return Observation(now_s, sighting, range_mm)

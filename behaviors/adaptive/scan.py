@@ -144,5 +144,5 @@ class ScanSkill:
 
     def _see(self) -> Fact | None:
         """Look at one frame."""
-        sighting = self._perception.step().sighting
-        return sighted(sighting) if sighting else None
+        observation = self._perception.step()
+        return sighted(observation.sighting) if observation.sighting else None

@@ -1,7 +1,7 @@
 """Entry point of the command line: finds the command, runs it, turns errors into a message and an exit code.
 
-Exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick, 4 link lost or not to be had, 5 the brick
-refused, 6 mission achieved, but its record is incomplete.
+Exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick, 4 link lost or not available, 5 the
+brick refused, 6 mission achieved, but its record is incomplete.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ examples:
   nxtdrive run --help     # every command has examples
 
 exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick,
-4 link, camera or sensors lost or not to be had, 5 the brick refused,
+4 link, camera or sensors lost or not available, 5 the brick refused,
 6 mission achieved, but its record is incomplete"""
 
 
@@ -110,7 +110,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
-        # the reader of our output went away, as `head` does; nothing is left to say
+        # the reader of our output has closed it, as `head` does
         drop_output()
         return DONE
     except Exception as error:

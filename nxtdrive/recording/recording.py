@@ -1,4 +1,4 @@
-"""The recording of a run: journal, video, map and summary, finished however the run ends."""
+"""The record of a run, kept while it runs and completed when it ends, however it ends."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 
 class Recording:
-    """Records a run; an observer of its records, looks and frames.
+    """A run's folder, map and video; receives records, looks and frames.
 
     Args:
-        folder: Where the files go.
-        video: Whether to record a video.
+        folder: The folder to write to.
+        video: Whether to make the video.
     """
 
     def __init__(self, folder: RunFolder, *, video: bool = True) -> None:
@@ -61,8 +61,8 @@ class Recording:
         """Close journal and video, draw the map and write the summary; each step is tried even if another fails.
 
         Args:
-            report: The mission's result; None if it raised.
-            error: Why it raised, or an empty string.
+            report: The mission's result; None when it broke.
+            error: Why it broke, or an empty string.
             details: Further entries of the summary.
             observers: Collects failures, under the names of the files.
         """
@@ -83,5 +83,5 @@ class Recording:
                 self._video = None
 
     def files(self) -> list[Path]:
-        """Return the files of the run folder."""
+        """Return the files in the folder."""
         return sorted(self.folder.path.iterdir())
