@@ -223,16 +223,16 @@ class SimWorld:
             ConfigError: The file has mistakes, or a picture cannot be used.
         """
         from behaviors.executive import Executive
-        from nxtdrive import mission_run
+        from nxtdrive.mission import setup
 
         if isinstance(mission, str | Path):
-            mission = mission_run.load(Path(mission))
+            mission = setup.load(Path(mission))
         if rendered:
-            camera = mission_run.open_mission_camera(mission_run.SIMULATED, brick)
-            eyes: Eyes = mission_run.camera_eyes(camera, mission)
+            camera = setup.open_mission_camera(setup.SIMULATED, brick)
+            eyes: Eyes = setup.camera_eyes(camera, mission)
         else:
-            eyes = mission_run.geometric_eyes(brick)
-        return Executive(mission, mission_run.build_rover(brick, mission), eyes, brick, []).run()
+            eyes = setup.geometric_eyes(brick)
+        return Executive(mission, setup.build_rover(brick, mission), eyes, brick, []).run()
 
     def _place(self, name: str, x_mm: float, y_mm: float | None, facing_deg: float | None) -> None:
         world = self.simulation.world

@@ -31,7 +31,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def mission_for() -> Callable[..., Mission]:
     """Makes missions for some of the built-in pictures; numbers go into the profile's table."""
     from behaviors.mission import Mission
-    from nxtdrive.mission_run import load
+    from nxtdrive.mission.setup import load
 
     def make(*targets: str, profile: str = "thesis", **numbers: object) -> Mission:
         described = load(None).target

@@ -124,7 +124,7 @@ def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None
     hfov_deg = None
     spec: dict[str, object]
     if args.target is not None:
-        from nxtdrive.mission_run import load
+        from nxtdrive.mission.setup import load
 
         mission = load(args.mission)
         if args.target not in mission.target:

@@ -121,7 +121,7 @@ class _Examination:
             yield _simulated_camera(brick)
         yield from patient.examine(brick)
         if self._args.wiggle:
-            from nxtdrive.mission_run import load
+            from nxtdrive.mission.setup import load
 
             yield from _wiggle(brick, load(self._args.mission), asked=self._args.yes)
 
@@ -129,7 +129,7 @@ class _Examination:
 def _simulated_camera(brick: Brick) -> Finding:
     from contextlib import closing
 
-    from nxtdrive.mission_run import SIMULATED, open_mission_camera
+    from nxtdrive.mission.setup import SIMULATED, open_mission_camera
     from nxtdrive.tools.doctor.finding import ok
 
     with closing(open_mission_camera(SIMULATED, brick)) as camera:

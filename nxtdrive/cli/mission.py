@@ -53,7 +53,7 @@ def _check(args: argparse.Namespace) -> int:
 
 def _complaint(path: Path) -> str:
     """Return what is wrong with a mission file or the pictures and cascades it names; empty if nothing is."""
-    from nxtdrive.mission_run import build_detectors, load
+    from nxtdrive.mission.setup import build_detectors, load
 
     try:
         mission = load(path)
@@ -74,7 +74,7 @@ def _lines(complaint: str) -> list[str]:
 
 def _show(args: argparse.Namespace) -> int:
     from behaviors.diagram import mermaid, recovery_table, transition_table
-    from nxtdrive.mission_run import load
+    from nxtdrive.mission.setup import load
 
     mission = load(args.file)
     if args.json:

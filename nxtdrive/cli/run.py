@@ -65,8 +65,8 @@ def run(args: argparse.Namespace) -> int:
     """Run the mission; returns the exit code."""
     from behaviors.console import Console
     from behaviors.executive import Executive
-    from nxtdrive import mission_run
     from nxtdrive.brick import open_brick
+    from nxtdrive.mission import setup
     from nxtdrive.recording.recording import Recording
     from nxtdrive.recording.run_folder import new_run_folder
     from nxtdrive.recording.status_line import StatusLine
@@ -80,17 +80,17 @@ def run(args: argparse.Namespace) -> int:
         stack.enter_context(termination_as_interrupt())
         brick = stack.enter_context(open_brick(args.nxt))
         _outlast_losses(brick)
-        source = args.camera or mission_run.default_camera(brick)
-        camera = stack.enter_context(closing(mission_run.open_mission_camera(source, brick)))
-        eyes = mission_run.camera_eyes(camera, mission)
+        source = args.camera or setup.default_camera(brick)
+        camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
+        eyes = setup.camera_eyes(camera, mission)
         recording = Recording(new_run_folder(args.out, mission.mission.name), video=not args.no_video)
         recording.folder.write_mission(mission)
         eyes.on_look(recording.look)
-        mission_run.watch(camera, brick, recording.frame, VIDEO_FPS)
+        setup.watch(camera, brick, recording.frame, VIDEO_FPS)
         status = stack.enter_context(StatusLine())
         observers: list[Observer] = [recording, _print_json] if args.json else [recording, console, status]
         make_profile = _supervised(mission, status) if args.confirm_recovery else None
-        rover = mission_run.build_rover(brick, mission)
+        rover = setup.build_rover(brick, mission)
         executive = Executive(mission, rover, eyes, brick, observers, make_profile)
         details: dict[str, object] = {"mission": mission.mission.name, "nxt": args.nxt, "camera": source}
         report = _pursue(executive, recording, details)
@@ -113,7 +113,7 @@ def _mission(args: argparse.Namespace) -> Mission:
     Raises:
         ConfigError: The file has mistakes, or nobody can be asked.
     """
-    from nxtdrive.mission_run import load
+    from nxtdrive.mission.setup import load
 
     if args.confirm_recovery and not (sys.stdin.isatty() and sys.stderr.isatty()):
         raise ConfigError("--confirm-recovery needs a terminal to ask you in.", remedy="Run it in one, or without it.")

@@ -48,21 +48,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serve until a signal comes; returns the exit code."""
-    from nxtdrive import mission_run
     from nxtdrive.brick import Brick
-    from nxtdrive.line_server import LineServer, sessions
+    from nxtdrive.mission import setup
+    from nxtdrive.mission.line_server import LineServer, sessions
     from nxtdrive.recording.status_line import StatusLine
     from nxtdrive.transports import open_transport
     from nxtdrive.transports.address import Address
 
-    mission = mission_run.load(args.mission)
+    mission = setup.load(args.mission)
     with ExitStack() as stack:
         stopped = stack.enter_context(until_signal())
         brick = stack.enter_context(Brick(open_transport(in_real_time(args.nxt))))
         brick.link.keep_alive()
-        source = args.camera or mission_run.default_camera(brick)
-        camera = stack.enter_context(closing(mission_run.open_mission_camera(source, brick)))
-        eyes = mission_run.camera_eyes(camera, mission)
+        source = args.camera or setup.default_camera(brick)
+        camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
+        eyes = setup.camera_eyes(camera, mission)
         in_step = Address.parse(brick.link.transport.address).options.get("pace") == "realtime"
         status = stack.enter_context(StatusLine())
         server = LineServer(

@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
     """Drive until the user quits."""
     _check(args)
     from nxtdrive.brick import open_brick
-    from nxtdrive.mission_run import build_rover, load
+    from nxtdrive.mission.setup import build_rover, load
     from nxtdrive.tools.teleop.app import Teleop
     from nxtdrive.tools.teleop.controls import Controls
     from nxtdrive.tools.teleop.pilot import Pilot
@@ -117,11 +117,11 @@ def _target(args: argparse.Namespace, mission: Mission) -> str | None:
 
 
 def _spotter(args: argparse.Namespace, brick: Brick, mission: Mission, target: str, stack: ExitStack) -> Spotter:
-    from nxtdrive import mission_run
+    from nxtdrive.mission import setup
     from nxtdrive.tools.teleop.spotter import ThreadSpotter, TurnSpotter
 
-    source = args.camera or mission_run.default_camera(brick)
-    camera = stack.enter_context(closing(mission_run.open_mission_camera(source, brick)))
-    eyes = mission_run.camera_eyes(camera, mission)
+    source = args.camera or setup.default_camera(brick)
+    camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
+    eyes = setup.camera_eyes(camera, mission)
     spotter = TurnSpotter if brick.link.transport.simulated else ThreadSpotter
     return spotter(eyes, target)

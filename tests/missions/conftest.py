@@ -13,8 +13,8 @@ from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.operator import Ask
 from behaviors.profiles.registry import supervised
-from nxtdrive import mission_run
 from nxtdrive.brick import Brick
+from nxtdrive.mission import setup
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
@@ -80,10 +80,10 @@ def perform(
     with Brick(transport, reconnecting=reconnecting) as brick:
         brick.link.reconnect_timeout_s = 0.0
         if geometric:
-            eyes = mission_run.geometric_eyes(brick)
+            eyes = setup.geometric_eyes(brick)
         else:
-            eyes = mission_run.camera_eyes(mission_run.open_mission_camera("sim", brick), mission)
-        rover = mission_run.build_rover(brick, mission)
+            eyes = setup.camera_eyes(setup.open_mission_camera("sim", brick), mission)
+        rover = setup.build_rover(brick, mission)
         make_profile = supervised(mission, ask) if ask else None
         executive = Executive(mission, rover, eyes, brick, [done.records.append, console], make_profile)
         start_ms = simulation.now_ms

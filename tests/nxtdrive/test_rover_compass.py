@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from behaviors.ports import Pose
 from firmware_protocol.errors import BrickError, LocalProtocolError
-from nxtdrive import mission_run
+from nxtdrive.mission import setup
 from nxtdrive.motion.compass_correction import NEEDLE_DEG, VEER_DEG_PER_M, CompassFilter
 from nxtdrive.motion.odometry import Trip
 from nxtdrive.motion.rover import Rover, SafetyLimits
@@ -262,10 +262,10 @@ def test_each_sensor_has_a_port_of_its_own(lab):
 @pytest.mark.parametrize(("port", "wrong_deg"), [(2, 0), (0, 29)])
 def test_a_mission_says_whether_there_is_a_compass(lab, port, wrong_deg):
     room = lab(slip(turn_percent=8) + COMPASS)
-    mission = mission_run.load(None)
+    mission = setup.load(None)
     assert mission.robot.compass == 0
     robot = mission.robot.model_copy(update={"compass": port})
-    rover = mission_run.build_rover(room.brick, mission.model_copy(update={"robot": robot}))
+    rover = setup.build_rover(room.brick, mission.model_copy(update={"robot": robot}))
     rover.turn(360)
     assert heading_error(room, rover) == pytest.approx(wrong_deg, abs=STILL_DEG)
 

@@ -17,9 +17,9 @@ import pytest
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.ports import Eyes
-from nxtdrive import mission_run
 from nxtdrive.brick import Brick
-from nxtdrive.line_server import LineServer, sessions
+from nxtdrive.mission import setup
+from nxtdrive.mission.line_server import LineServer, sessions
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
@@ -137,9 +137,9 @@ def serve(mission_for: Callable[..., Mission]) -> Iterator[Callable[..., Served]
             simulation = Simulation(world, seed=1)
             mission = mission_for(*(targets or ("lena", "rilakkuma")), **thesis)
             brick = stack.enter_context(Brick(SimTransport(simulation, faults=faults)))
-            eyes: Eyes = mission_run.geometric_eyes(brick)
+            eyes: Eyes = setup.geometric_eyes(brick)
             if camera:
-                eyes = mission_run.camera_eyes(mission_run.open_mission_camera("sim", brick), mission)
+                eyes = setup.camera_eyes(setup.open_mission_camera("sim", brick), mission)
             return stack.enter_context(serving(brick, simulation, mission, eyes))
 
         yield _serve

@@ -28,7 +28,7 @@ from behaviors.ports import Eyes
 from firmware_protocol.direct import GetOutputState, OutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from nxtdrive.brick import Brick, open_brick
-from nxtdrive.mission_run import (
+from nxtdrive.mission.setup import (
     GEOMETRIC,
     PICTURES,
     SIMULATED,

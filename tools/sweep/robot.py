@@ -13,8 +13,8 @@ from typing import TypeVar
 from behaviors.journal import Observer
 from behaviors.mission import Mission
 from behaviors.ports import Blind, Body, Clock, Eyes, Glimpse, MotionResult, Pose, Sighting, StopReason
-from nxtdrive import mission_run
 from nxtdrive.brick import Brick
+from nxtdrive.mission import setup
 from nxtdrive.vision.eyes import GeometricEyes
 from sim_backend.camera.geometric import Box
 from sim_backend.simulation import Simulation
@@ -70,12 +70,12 @@ def build_robot(
         eyes: ``geometric`` or ``camera``.
         observers: Hear every record of the journal.
     """
-    body = SteadyBody(mission_run.build_rover(brick, scenario.mission), brick)
+    body = SteadyBody(setup.build_rover(brick, scenario.mission), brick)
     sees: Eyes
     if eyes == GEOMETRIC:
         sees = GeometricEyes(SpoiltSensor(simulation, scenario.sight, scenario.seed), brick)
     else:
-        sees = mission_run.camera_eyes(mission_run.open_mission_camera("sim", brick), scenario.mission)
+        sees = setup.camera_eyes(setup.open_mission_camera("sim", brick), scenario.mission)
     for loss in scenario.sight.losses:
         _lose_camera(simulation, loss)
     return Robot(scenario.mission, body, sees, brick, observers)

@@ -17,7 +17,7 @@ from random import Random
 from typing import Any, Final
 
 from behaviors.mission import Mission
-from nxtdrive.mission_run import PICTURES
+from nxtdrive.mission.setup import PICTURES
 from sim_backend.link import NO_FAULTS, LinkFaults
 from sim_backend.world.world_file import WorldFile
 

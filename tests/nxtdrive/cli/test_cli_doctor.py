@@ -8,7 +8,7 @@ import usb.backend.libusb1
 import usb.core
 
 from nxtdrive.cli.main import DONE, NO_BRICK, USAGE, main
-from nxtdrive.mission_run import load
+from nxtdrive.mission.setup import load
 from nxtdrive.tools.doctor import brick as patient
 from nxtdrive.tools.doctor import computer
 from nxtdrive.transports.usb_port import UDEV_RULE

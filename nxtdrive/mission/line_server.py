@@ -23,7 +23,7 @@ from behaviors.ports import Eyes
 from firmware_protocol.errors import BrickNotFound, ConfigError, LinkError, LinkLost, NXTError
 from firmware_protocol.telegram import Reply
 from nxtdrive.brick import Brick
-from nxtdrive.mission_run import build_rover
+from nxtdrive.mission.setup import build_rover
 
 R = TypeVar("R", bound=Reply)
 
