@@ -1,8 +1,8 @@
 """The statechart of a mission.
 
 Three regions run side by side. *mission* is the thesis's client: search, arrive, select, then a recovery, and so on to
-the next target. *link* and *safety* supervise it: a lost link suspends the mission from any state, a trip ends it from
-any state, without an arrow from each.
+the next target. *equipment* and *safety* supervise it: an outage suspends the mission from any state, a trip ends it
+from any state, without an arrow from each.
 
 The rules of this file: every transition stands here and carries guards, not code; events are facts
 (`behaviors.events`); skills (`behaviors.skills`) act in a state; policies (`behaviors.recoveries`) choose; nothing here
@@ -90,13 +90,17 @@ class MissionChart(StateChart[Any]):
             resume = suspended.to(active.resume_here, cond="In('up')")
             abort = idle.to(finished) | active.to(finished) | suspended.to(finished)
 
-        class link(State.Compound):  # noqa: N801
-            """Whether the brick answers."""
+        class equipment(State.Compound):  # noqa: N801
+            """Whether everything answers that the mission cannot do without: brick, camera, sensors."""
 
             up = State(initial=True)
             down = State()
             link_lost = up.to(down, on="raise_suspend")
+            camera_lost = up.to(down, on="raise_suspend")
+            sensor_lost = up.to(down, on="raise_suspend")
             link_back = down.to(up, on="raise_resume")
+            camera_back = down.to(up, on="raise_resume")
+            sensor_back = down.to(up, on="raise_resume")
 
         class safety(State.Compound):  # noqa: N801
             """Whether the path ahead is free; the motors have already stopped when this is reported."""
@@ -167,11 +171,11 @@ class MissionChart(StateChart[Any]):
         self.queue.next_target(self.choice.instead if self.choice else "")
 
     def raise_suspend(self) -> None:
-        """Suspend the mission when the link is lost."""
+        """Suspend the mission in an outage."""
         self.raise_(Event.SUSPEND)
 
     def raise_resume(self) -> None:
-        """Resume it where it was when the link is back."""
+        """Resume it where it was when the outage is over."""
         self.raise_(Event.RESUME)
 
     def raise_abort(self) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from behaviors.events import Reason
 from behaviors.journal import Kind, Record
 from behaviors.recoveries import RECOVERIES
 from behaviors.skills import Reply
@@ -17,13 +18,19 @@ PREFIX = "[client2] "
 
 _ANSWERS: dict[object, str] = {Reply.CONTINUE.value: "Continue...", Reply.FAILED.value: "Failed"}
 
+_OUTAGES: dict[object, str] = {
+    Reason.LINK_LOST: "The brick does not answer; waiting for it",
+    Reason.CAMERA_LOST: "The camera gives no picture; waiting for it",
+    Reason.SENSOR_LOST: "No sensor is left that could stop the robot; waiting for one",
+}
+
 
 class Console:
     """Turns records into the agent's lines.
 
     Args:
         write: Takes one line, without its end.
-        choices: Whether it prints what is chosen after a failure, and why.
+        choices: Whether it prints what is chosen after a failure, and why, and what does not answer.
     """
 
     def __init__(self, write: Callable[[str], None], *, choices: bool = False) -> None:
@@ -39,8 +46,19 @@ class Console:
         line = _line(record)
         if line:
             self.say(line)
-        if self._choices and record.kind is Kind.CHOICE:
-            self.say(_choice(record.data))
+        if self._choices and (line := _comment(record)):
+            self.say(line)
+
+
+def _comment(record: Record) -> str | None:
+    data = record.data
+    if record.kind is Kind.CHOICE:
+        return _choice(data)
+    if record.kind is Kind.SENSOR:
+        return f"The {data['sensor']} answers again" if data["answers"] else f"Going on without {data['sensor']}"
+    if record.kind is Kind.TRANSITION and data["to"] == "down":
+        return _OUTAGES.get(data.get("reason"))
+    return None
 
 
 def _choice(data: Mapping[str, object]) -> str:

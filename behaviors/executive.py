@@ -1,15 +1,15 @@
-"""Runs a mission: calls the service of the present state and tells the chart the fact that came of it.
+"""Runs a mission: calls the service of the current state and reports the resulting fact to the chart.
 
-The executive owns the order of things and nothing else. It stops the motors whenever a mission ends, however it ends,
-and it refuses to decide twice at the same moment, so that no rule can spin without time passing.
+The motors are off when a mission ends, however it ends. Two decisions at the same moment are refused, so that no rule
+can spin without time passing.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, cast
 
@@ -19,18 +19,14 @@ from behaviors.evidence import Evidence
 from behaviors.failures import Failure
 from behaviors.journal import Kind, Observer, Record, plain
 from behaviors.mission import Mission
-from behaviors.ports import Body, Clock, Eyes
+from behaviors.observers import Observers
+from behaviors.outages import OutageSupervisor, part_of
+from behaviors.ports import Body, Clock, Eyes, Outage
 from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import PROFILES
 from behaviors.recoveries import Choice
 from behaviors.skills import Reply, Skill, SkillContext, TimeUp
 from behaviors.target_queue import TargetProgress, TargetQueue
-
-LINK_FAILURES = (ConnectionError, TimeoutError)
-"""What a body raises when the brick no longer answers."""
-
-LINK_RETRY_S = 0.5
-"""A silent link is asked again so often."""
 
 REPLIES = {
     Event.TARGET_SEEN: Reply.CONTINUE,
@@ -39,7 +35,7 @@ REPLIES = {
     Event.SEARCH_FAILED: Reply.FAILED,
     Event.ARRIVE_FAILED: Reply.FAILED,
 }
-"""What ``arrive`` answered the thesis's client."""
+"""The reply of ``arrive`` to the thesis's client, by fact."""
 
 
 class Ending(StrEnum):
@@ -50,19 +46,22 @@ class Ending(StrEnum):
     INTERRUPTED = "interrupted"
     TIME_UP = "time_up"
     LINK_LOST = "link_lost"
+    CAMERA_LOST = "camera_lost"
+    SENSOR_LOST = "sensor_lost"
     BROKEN = "broken"
 
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What came of a mission.
+    """The result of a mission.
 
     Attributes:
         ending: How it ended.
-        targets: What became of each target.
-        path: The states gone through, in order.
-        duration_s: Mission time it took.
-        error: What broke the link, or an empty string.
+        targets: The outcome of each target.
+        path: The states entered, in order.
+        duration_s: How long it took, in mission time.
+        error: The outage that ended it, in words, or an empty string.
+        observer_failures: Names of observers that failed and were left out, each with its error in words.
     """
 
     ending: Ending
@@ -70,6 +69,7 @@ class Report:
     path: Sequence[str]
     duration_s: float
     error: str = ""
+    observer_failures: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def achieved(self) -> bool:
@@ -78,7 +78,7 @@ class Report:
 
 
 class Livelock(RuntimeError):
-    """Two decisions without time passing between them: a policy or a service that does nothing."""
+    """Raised for two decisions without time passing in between: a policy or a service does nothing."""
 
 
 class Executive:
@@ -89,8 +89,8 @@ class Executive:
         body: The robot; its motors are off when `run` returns or raises.
         eyes: The camera.
         clock: Mission time.
-        observers: Hear every record, in order.
-        make_mind: What is done in each state and chosen after a failure; the mission's profile when None.
+        observers: Called with every record, in order. One that fails is reported once and left out.
+        make_profile: Makes the profile; None for the one that the mission names.
     """
 
     def __init__(
@@ -99,19 +99,28 @@ class Executive:
         body: Body,
         eyes: Eyes,
         clock: Clock,
-        observers: Sequence[Observer] = (),
+        observers: Iterable[Observer] | Observers = (),
         make_profile: MakeProfile | None = None,
     ) -> None:
         self._mission = mission
         self._body = body
         self._clock = clock
-        self._observers = observers
+        self._observers = observers if isinstance(observers, Observers) else Observers(observers)
         self._start_s = clock.now()
         limit_s = mission.mission.time_limit_s
         deadline_s = math.inf if limit_s is None else self._start_s + limit_s
         self._context = SkillContext(body, eyes, clock, mission.thesis, self.note, self._report, deadline_s)
+        self._outages = OutageSupervisor(
+            body,
+            eyes,
+            clock,
+            timeout_s=mission.mission.reconnect_timeout_s,
+            check_time=self._context.check_time,
+            report=self._report,
+            note=self.note,
+        )
         self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
-        self._mind = (make_profile or PROFILES[mission.mission.profile])(self._context, mission, self._queue)
+        self._profile = (make_profile or PROFILES[mission.mission.profile])(self._context, mission, self._queue)
         self._chart = MissionChart(self._queue, self._decide, [self])
         self._service: Skill | None = None
         self._failure = Failure(Event.START, Reason.MISSION_STARTED)
@@ -122,14 +131,14 @@ class Executive:
         self._error = ""
 
     def run(self) -> Report:
-        """Pursue the targets until all are decided.
+        """Pursue the targets until each is reached or given up.
 
         Returns:
-            What came of it. A mission that fails, a lost link and Ctrl-C are reported, not raised.
+            The result. A mission that fails, an outage that lasts and Ctrl-C are reported, not raised.
 
         Raises:
             Livelock: Two decisions at the same moment.
-            Exception: Whatever else a service raised, a lost camera for instance; the motors are off.
+            Exception: Whatever else a service raised; the motors are off.
         """
         ending = Ending.BROKEN
         self.note(Kind.START, mission=self._mission.mission.name, targets=list(self._mission.mission.targets))
@@ -142,21 +151,19 @@ class Executive:
             self._stop_motors()
             outcomes = {progress.target: progress.outcome.value for progress in self._queue.targets}
             self.note(Kind.END, ending=ending, targets=outcomes, error=self._error)
-        return Report(ending, self._queue.targets, self._path, self.now(), self._error)
+        return Report(ending, self._queue.targets, self._path, self.now(), self._error, dict(self._observers.failures))
 
     def now(self) -> float:
         """Mission time in seconds."""
         return self._clock.now() - self._start_s
 
     def note(self, kind: Kind, **data: object) -> None:
-        """Tell every observer."""
+        """Pass a record with the current time, state and target on to the observers."""
         values = cast("Mapping[str, Any]", plain(data))
-        record = Record(round(self.now(), 3), kind, self._chart.mission_state, self._queue.target, values)
-        for observer in self._observers:
-            observer(record)
+        self._observers(Record(round(self.now(), 3), kind, self._chart.mission_state, self._queue.target, values))
 
     def after_transition(self, event: str | None, source: Any, target: Any, fact: Fact | None = None) -> None:  # noqa: ANN401 - the chart library's states
-        """Hear of a transition; called by the chart."""
+        """Journal a transition; called by the chart."""
         entered = "search" if target.id == "active" else target.id
         if entered in MISSION_STATES and event != Event.CONTINUED:
             self._path.append(entered)
@@ -175,8 +182,10 @@ class Executive:
                 self._context.check_time()
                 try:
                     fact = self._serve()
-                except LINK_FAILURES as error:
-                    self._outlast(error)
+                except Outage as outage:
+                    self._outages.outlast(outage)
+                    if self._chart.mission_state == "arrive":
+                        self._service = None  # by the clocks of the old one the target would have been lost long ago
                 else:
                     self._report(fact)
         except KeyboardInterrupt:
@@ -187,36 +196,14 @@ class Executive:
             self._stop_motors()
             self._report(Fact(Event.ABORT, Reason.TIME_UP))
             return Ending.TIME_UP
-        except LINK_FAILURES as error:
-            self._error = str(error)
-            self._report(Fact(Event.ABORT, Reason.LINK_LOST))
-            return Ending.LINK_LOST
+        except Outage as outage:
+            self._error, name = str(outage), f"{part_of(outage)}_lost"
+            self._report(Fact(Event.ABORT, Reason(name)))
+            return Ending(name)
         return Ending.ACHIEVED if self._queue.achieved else Ending.EXHAUSTED
 
-    def _outlast(self, error: Exception) -> None:
-        """Suspend the mission until the brick answers again; the leases have stopped the robot meanwhile.
-
-        Raises:
-            Exception: One of `LINK_FAILURES`: it stayed silent for too long.
-        """
-        lost_s = self._clock.now()
-        self._report(Fact(Event.LINK_LOST, Reason.LINK_LOST, {"error": str(error)}))
-        while True:
-            self._context.check_time()
-            try:
-                self._body.stop()
-                self._body.battery_mv()  # stopping takes no answer, and silence is no failure of it
-                break
-            except LINK_FAILURES:
-                if self._clock.now() - lost_s >= self._mission.mission.link_patience_s:
-                    raise error from None  # the first one says what happened
-                self._clock.sleep(LINK_RETRY_S)
-        self._report(Fact(Event.LINK_BACK, Reason.LINK_BACK, {"silent_s": self._clock.now() - lost_s}))
-        if self._chart.mission_state == "arrive":
-            self._service = None  # an approach begins anew: by its clocks the target would have been lost long ago
-
     def _report(self, fact: Fact) -> None:
-        """Keep what the next choice will need, then tell the chart."""
+        """Keep what the next choice will need, then report the fact to the chart."""
         if fact.event is Event.TARGET_SEEN:
             self._exist = True
             self._researches += self._chart.mission_state != "search"
@@ -227,7 +214,7 @@ class Executive:
         self._chart.report(fact)
 
     def _serve(self) -> Fact:
-        """One call of the present state's service."""
+        """Call the service of the current state once."""
         if self._service is None:
             self._service = self._new_service()
         if self._chart.mission_state not in ("search", "arrive"):
@@ -242,7 +229,7 @@ class Executive:
         if state == "search":
             self._exist = False
             self._queue.current.attempts += 1
-        return self._mind.skill(state, self._chart.choice)
+        return self._profile.skill(state, self._chart.choice)
 
     def _decide(self) -> Choice:
         """Ask the policy; called by the chart on entry of `select`."""
@@ -251,15 +238,15 @@ class Executive:
         self._decided_s = self._clock.now()
         self.note(Kind.CALL, verb="select")
         self.note(Kind.REPLY, verb="select", value=int(self._exist))
-        self._mind.learn(self._failure)
-        evidence = self._mind.evidence(
+        self._profile.learn(self._failure)
+        evidence = self._profile.evidence(
             Evidence(self._queue.target, self._failure.reason, self._exist, self._researches)
         )
-        choice = self._mind.select(evidence)
+        choice = self._profile.select(evidence)
         self.note(Kind.CHOICE, **choice.record(), evidence=evidence.known())
         return choice
 
     def _stop_motors(self) -> None:
         # on a dead link the lease stops them; the failure has been reported already
-        with suppress(*LINK_FAILURES):
+        with suppress(Outage):
             self._body.stop()

@@ -25,6 +25,7 @@ class Kind(StrEnum):
     LOOK = "look"
     STEP = "step"
     CHOICE = "choice"
+    SENSOR = "sensor"
     END = "end"
 
 

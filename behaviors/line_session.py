@@ -14,11 +14,12 @@ from contextlib import suppress
 from typing import Any, cast
 
 from behaviors.events import Event, Fact, Reason
-from behaviors.executive import LINK_FAILURES, REPLIES
+from behaviors.executive import REPLIES
 from behaviors.journal import Kind, Observer, Record, plain
 from behaviors.line_protocol import ErrorReply, Request, Status, Verb, Why
 from behaviors.mission import Mission
-from behaviors.ports import Body, Clock, Eyes
+from behaviors.observers import Observers
+from behaviors.ports import Body, BodyLost, Clock, Eyes, Outage
 from behaviors.skills import MoveTo, SkillContext, ThesisArriveSkill, ThesisSearchSkill
 
 DONE = 1
@@ -39,9 +40,9 @@ class Session:
         body: The robot.
         eyes: Its camera.
         clock: Time.
-        connect: Makes sure that the brick answers; raises an error of `LINK_FAILURES` when it does not.
-        faults: Other errors that body and eyes raise on a fault; answered by `ErrorReply.FAULT`.
-        observers: Receive a record of each call, reply and look.
+        connect: Makes sure that the brick answers; raises `BodyLost` when it does not.
+        faults: Errors other than an `Outage` that body and eyes raise on a fault; answered by `ErrorReply.FAULT`.
+        observers: Receive a record of each call, reply and look; one that fails is left out.
 
     Attributes:
         error: Why the last command failed, in words; empty when it did not.
@@ -64,8 +65,8 @@ class Session:
         self._body = body
         self._clock = clock
         self._connect = connect
-        self._faults = faults
-        self._observers = observers
+        self._faults: tuple[type[Exception], ...] = (Outage, *faults)
+        self._observers = Observers(observers)
         self._start_s = clock.now()
         self._context = SkillContext(body, eyes, clock, mission.thesis, self._note, self._report)
         self._state = "idle"
@@ -93,7 +94,7 @@ class Session:
             the details.
 
         Raises:
-            Exception: What is not among `faults`; the motors are off.
+            Exception: Anything that is not among `faults`; the motors are off.
         """
         asked = {"verb": request.verb, "argument": request.argument}
         self._note(Kind.CALL, **asked)
@@ -102,7 +103,7 @@ class Session:
             value = self._verbs[request.verb](request)
         except Preempted:
             value = self._break_off(ErrorReply.STOPPED, Why.OPERATOR_STOP)
-        except LINK_FAILURES as error:
+        except BodyLost as error:
             value = self._break_off(ErrorReply.LINK_DOWN, Why.LINK_LOST, error)
         except self._faults as error:
             value = self._break_off(ErrorReply.FAULT, Why.FAULT, error)
@@ -116,7 +117,7 @@ class Session:
         """End the session: motors off, nothing in progress."""
         self._forget()
         # a fault was reported when it occurred, and on a dead link the lease stops the motors
-        with suppress(*LINK_FAILURES, *self._faults):
+        with suppress(*self._faults):
             self._body.stop()
 
     def _break_off(self, value: ErrorReply, why: Why, error: Exception | None = None) -> ErrorReply:
@@ -152,7 +153,7 @@ class Session:
         return DONE if self._choose(request.name) else ErrorReply.BAD_ARGUMENT
 
     def _do_arrive(self, request: Request) -> int:
-        """The first call searches; once the target is in view, each further call drives for a while."""
+        """Search on the first call; once the target is in view, drive for a while on each further call."""
         self._move = None
         if request.name and not self._choose(request.name):
             return ErrorReply.BAD_ARGUMENT
@@ -180,7 +181,7 @@ class Session:
         return int(self._exist)
 
     def _do_move_to(self, request: Request) -> int:
-        """An advance that the safety stop cut short counts as one of the ten."""
+        """Turn or advance; an advance that the safety stop cut short counts as one of the ten."""
         if self._sighted:
             self._halt()
         self._state = "move_to"
@@ -224,6 +225,4 @@ class Session:
 
     def _note(self, kind: Kind, **data: object) -> None:
         values = cast("Mapping[str, Any]", plain(data))
-        record = Record(round(self._clock.now() - self._start_s, 3), kind, self._state, self._target, values)
-        for observer in self._observers:
-            observer(record)
+        self._observers(Record(round(self._clock.now() - self._start_s, 3), kind, self._state, self._target, values))

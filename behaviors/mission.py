@@ -11,7 +11,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AliasChoices, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from behaviors.mission_mistakes import mistakes
 
@@ -207,7 +207,8 @@ class MissionTable(_Table):
         profile: How to behave: adaptive, or exactly as the thesis does.
         rounds: Rounds of the list at most; later rounds try again what was given up.
         time_limit_s: When the mission ends, whatever has been reached; without it there is no limit.
-        link_patience_s: A mission is suspended while the brick does not answer, and ends when that lasts longer.
+        reconnect_timeout_s: A mission is suspended while brick or camera do not answer, and ends when that lasts
+            longer. Files may still call it ``link_patience_s``.
     """
 
     name: str = "mission"
@@ -215,7 +216,9 @@ class MissionTable(_Table):
     profile: Literal["thesis", "adaptive"] = "adaptive"
     rounds: int = Field(default=1, ge=1, le=20)
     time_limit_s: float | None = Field(default=None, gt=0, le=86400)
-    link_patience_s: float = Field(default=30.0, ge=0, le=3600)
+    reconnect_timeout_s: float = Field(
+        default=30.0, ge=0, le=3600, validation_alias=AliasChoices("reconnect_timeout_s", "link_patience_s")
+    )
 
 
 class Mission(_Table):

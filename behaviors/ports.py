@@ -1,14 +1,13 @@
-"""What behaviors need of the world: three ports and the values that pass through them.
+"""The ports of a mission: robot, camera and clock, the values that pass through them, and how they fail.
 
-One convention holds everywhere in this project: *positive is right*. A bearing, a turn and a heading grow clockwise
-seen from above; x points forward at the start, y to the right of it. Lengths are millimetres, angles degrees, times
-seconds.
+Throughout the project *positive is right*: bearings, turns and headings grow clockwise seen from above; x points
+forward at the start, y to the right of it. Lengths are millimetres, angles degrees, times seconds.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
@@ -19,12 +18,12 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Where the robot believes it is, in the frame of its start.
+    """The pose of the robot by odometry, in the frame of its start.
 
     Attributes:
         x_mm: Forward of the start.
         y_mm: To the right of the start.
-        heading_deg: Clockwise from the start heading; not wrapped, so full turns can be counted.
+        heading_deg: Clockwise from the start heading; not wrapped, so that full turns can be counted.
     """
 
     x_mm: float = 0.0
@@ -60,11 +59,11 @@ class Sighting:
 
 @dataclass(frozen=True, slots=True)
 class Glimpse:
-    """What one frame showed of several targets.
+    """The targets that one frame showed.
 
     Attributes:
-        time_s: When the frame was taken, on the mission's clock: not to see a target tells of that moment.
-        seen: The targets that are confirmed in it, by name.
+        time_s: When the frame was taken, on the mission's clock.
+        seen: The targets confirmed in it, by name.
     """
 
     time_s: float
@@ -84,7 +83,7 @@ class StopReason(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class MotionResult:
-    """How a motion ended and how far it came.
+    """The result of a motion: why it ended and how far it came.
 
     Attributes:
         stop: Why it ended.
@@ -103,30 +102,70 @@ class MotionResult:
 
 
 class Clock(Protocol):
-    """The mission's time; in the simulator, sleeping *is* the simulation."""
+    """The mission's time; in the simulator, sleeping runs the simulation."""
 
     def now(self) -> float:
         """Seconds since an arbitrary start; never goes back."""
         ...
 
     def sleep(self, duration_s: float) -> None:
-        """Let `duration_s` pass."""
+        """Wait for `duration_s`."""
         ...
 
 
+class Outage(Exception):
+    """Something that the mission cannot do without has failed; the mission goes on when it works again.
+
+    Adapters raise these in place of their own errors. A built-in `ConnectionError` or `TimeoutError` is no outage.
+
+    Attributes:
+        permanent: Whether it will never work again, as a video at its end; waiting is of no use then.
+    """
+
+    permanent = False
+
+
+class BodyLost(Outage):
+    """The brick does not answer, or answers nonsense; the motors stop at the end of their lease."""
+
+
+class Blind(Outage):
+    """The camera gives no picture: that a target is not seen says nothing."""
+
+
+class SensorLost(Outage):
+    """No safety sensor is left to drive forward by: sonar and bumper, those that there are, have failed."""
+
+
+SensorListener = Callable[[str, str], None]
+"""Called with a sensor's name and its error in words; the error is empty when the sensor answers again."""
+
+
 class Body(Protocol):
-    """The robot that moves. Every method ends in bounded time; link failures raise `OSError` subclasses."""
+    """The robot that moves.
+
+    Every method ends in bounded time and raises `BodyLost` when the brick cannot be reached; the motors stop by
+    themselves then. A sensor that fails is left out: its data count as unknown, and the robot drives slower.
+    """
 
     def turn(self, angle_deg: float) -> MotionResult:
         """Turn on the spot by `angle_deg` (positive right) and stop; returns when at rest."""
         ...
 
     def straight(self, distance_mm: float) -> MotionResult:
-        """Drive `distance_mm` along the heading (negative: back) and stop; the safety stop may end it early."""
+        """Drive `distance_mm` along the heading (negative: back) and stop; the safety stop may end it early.
+
+        Raises:
+            SensorLost: No sensor is left for the safety stop.
+        """
         ...
 
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
-        """Drive on until the next call, for at most one lease; returns what the safety stop objects to, or None."""
+        """Drive on until the next call, for at most one lease; returns what the safety stop objects to, or None.
+
+        Raises:
+            SensorLost: No sensor is left for the safety stop.
+        """
         ...
 
     def stop(self) -> None:
@@ -153,9 +192,9 @@ class Body(Protocol):
         """Battery voltage in millivolts."""
         ...
 
-
-class Blind(Exception):
-    """The camera gives no picture: that a target is not seen says nothing."""
+    def on_sensor_change(self, listener: SensorListener) -> None:
+        """Call `listener` when a sensor fails and when it answers again; it must not use the robot."""
+        ...
 
 
 class Eyes(Protocol):

@@ -28,7 +28,8 @@ from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Failure
 from behaviors.journal import Kind, Note
 from behaviors.mission import ThesisParameters
-from behaviors.ports import Body, Clock, Eyes, Pose, Sighting, StopReason
+from behaviors.motions import ResumableStraight, ResumableTurn
+from behaviors.ports import Body, Clock, Eyes, MotionResult, Pose, Sighting, StopReason
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,23 +143,29 @@ class ThesisSearchSkill:
     def __init__(self, context: SkillContext, target: str) -> None:
         self._context = context
         self._target = target
+        self._start_deg: float | None = None
+        self._stop = 0
 
     def call(self) -> Fact:
-        """Search until the target is confirmed or the turn is complete; the robot is at rest afterwards."""
+        """Search until the target is confirmed or the turn is complete; the robot is at rest afterwards.
+
+        Called again after an outage, it goes on at the stop where it was.
+        """
         profile, body = self._context.profile, self._context.body
-        start_deg = body.pose().heading_deg
+        if self._start_deg is None:
+            self._start_deg = body.pose().heading_deg
         stops = max(1, round(360.0 / profile.look_every_deg))
-        for i in range(stops + 1):
+        while True:
             self._context.check_time()
-            if i:
+            if self._stop:
                 # aimed at an absolute heading, so that the errors of single turns do not add up
-                body.turn(start_deg + i * 360.0 / stops - body.pose().heading_deg)
-            if i == stops:
-                break
+                body.turn(self._start_deg + self._stop * 360.0 / stops - body.pose().heading_deg)
+            if self._stop == stops:
+                return Failure(Event.SEARCH_FAILED, Reason.FULL_TURN_WITHOUT_SIGHTING, {"looks": stops})
             sighting = self._look()
+            self._stop += 1
             if sighting:
-                return sighted(sighting, looks=i + 1)
-        return Failure(Event.SEARCH_FAILED, Reason.FULL_TURN_WITHOUT_SIGHTING, {"looks": stops})
+                return sighted(sighting, looks=self._stop)
 
     def _look(self) -> Sighting | None:
         context = self._context
@@ -232,6 +239,8 @@ class ThesisArriveSkill:
 class MoveTo:
     """Turns right by an angle, then advances step by step: eleven calls for ten advances.
 
+    Called again after an outage, it completes the motion that was interrupted.
+
     Args:
         context: What to work with.
     """
@@ -240,6 +249,8 @@ class MoveTo:
         self._context = context
         self._watch = ObstacleWatch(context)
         self._count = 0
+        self._turn: ResumableTurn | None = None
+        self._advance: ResumableStraight | None = None
 
     def call(self, direction_deg: float) -> int:
         """One call of the service.
@@ -252,25 +263,25 @@ class MoveTo:
         """
         body, profile = self._context.body, self._context.profile
         if self._count >= profile.advances:
-            self._count = 0
+            self._count, self._turn = 0, None
             self._watch.update(None)
             return 1
-        if self._count == 0:
-            turned = body.turn(direction_deg)
-            self._context.note(
-                Kind.STEP, what="turn", stop=turned.stop, turned_deg=turned.turned_deg, pose=pose_values(body.pose())
-            )
-        advanced = body.straight(profile.advance_mm)
-        self._watch.update(advanced.stop)
+        if self._turn is None:
+            self._turn = ResumableTurn(body, direction_deg, body.pose())
+        if not self._turn.done:
+            turned = self._turn.call()
+            self._note("turn", turned, turned_deg=turned.turned_deg)
+        if self._advance is None:
+            self._advance = ResumableStraight(body, profile.advance_mm, body.pose())
+        advanced = self._advance.call()
+        self._advance = None
         self._count += 1
-        self._context.note(
-            Kind.STEP,
-            what="advance",
-            stop=advanced.stop,
-            distance_mm=advanced.distance_mm,
-            pose=pose_values(body.pose()),
-        )
+        self._watch.update(advanced.stop)
+        self._note("advance", advanced, distance_mm=advanced.distance_mm)
         return 0
+
+    def _note(self, what: str, result: MotionResult, **came: float) -> None:
+        self._context.note(Kind.STEP, what=what, stop=result.stop, **came, pose=pose_values(self._context.body.pose()))
 
 
 class ThesisMoveSkill:

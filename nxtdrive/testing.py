@@ -224,6 +224,7 @@ class SimWorld:
         """
         from behaviors.executive import Executive
         from nxtdrive.mission import setup
+        from nxtdrive.mission.body import MissionClock
 
         if isinstance(mission, str | Path):
             mission = setup.load(Path(mission))
@@ -232,7 +233,7 @@ class SimWorld:
             eyes: Eyes = setup.camera_eyes(camera, mission)
         else:
             eyes = setup.geometric_eyes(brick)
-        return Executive(mission, setup.build_rover(brick, mission), eyes, brick, []).run()
+        return Executive(mission, setup.build_body(brick, mission), eyes, MissionClock(brick)).run()
 
     def _place(self, name: str, x_mm: float, y_mm: float | None, facing_deg: float | None) -> None:
         world = self.simulation.world

@@ -73,7 +73,7 @@ class ApproachSkill:
     def __init__(self, perception: Perception, *, trusts_map: bool) -> None:
         self._perception = perception
         self._trusts_map = trusts_map
-        self._begun_s = self._stepped_s = self._pictured_s = self._seen_s = perception.now()
+        self._begun_s = self._seen_s = perception.now()
         self._verifier = TargetVerifier()
         self._oblique = False
         self._blocked_echoes = 0
@@ -99,27 +99,15 @@ class ApproachSkill:
     def _step(self) -> Fact | None:
         perception = self._perception
         observation = perception.step()
-        if self._blinded(observation):
-            return _failed(Reason.CAMERA_LOST, observation, blind_s=observation.time_s - self._pictured_s)
         known = perception.world.known.get(perception.target)
         if known is None:
             return _failed(Reason.TARGET_LOST, observation, finding=TargetFinding.MOVED)
         bearing_deg, distance_mm = perception.world.polar_to(known.place)
-        if not observation.blind:
-            self._weigh(observation, bearing_deg, distance_mm)
+        self._weigh(observation, bearing_deg, distance_mm)
         fact = self._arrived(observation) or self._hindered(observation, known, bearing_deg, distance_mm)
         if fact is not None:
             return fact
         return self._drive(observation, bearing_deg, distance_mm)
-
-    def _blinded(self, observation: Observation) -> bool:
-        """Whether the camera has given no picture for too long; meanwhile the target does not count as missed."""
-        since_s, self._stepped_s = self._stepped_s, observation.time_s
-        if observation.blind:
-            self._seen_s += observation.time_s - since_s
-        else:
-            self._pictured_s = observation.time_s
-        return observation.time_s - self._pictured_s >= self._perception.profile.lost_after_s / 2
 
     def _weigh(self, observation: Observation, bearing_deg: float, distance_mm: float) -> None:
         """Update the odds that it is the target."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.failures import Blocker
 from behaviors.mission import AdaptiveParameters
-from behaviors.ports import Blind, Glimpse, Sighting
+from behaviors.ports import Sighting
 from behaviors.skills import SkillContext, note_look
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
@@ -17,13 +17,9 @@ class PerceptionNumbers:
     """The numbers of perception.
 
     Attributes:
-        retry_s: Pause between two attempts to get a picture from a camera that gives none.
-        picture_timeout_s: Longest wait for a picture.
         unheard_mm: Something that holds or touches the robot and gives no echo is about this far ahead of the sonar.
     """
 
-    retry_s: float = 0.2
-    picture_timeout_s: float = 20.0
     unheard_mm: float = 150.0
 
 
@@ -38,13 +34,11 @@ class Observation:
         time_s: When.
         sighting: Of the present target, or None.
         range_mm: The sonar's echo, or None.
-        blind: Whether the camera gave no picture.
     """
 
     time_s: float
     sighting: Sighting | None
     range_mm: float | None
-    blind: bool = False
 
 
 def unheard_blocker(range_mm: float | None = None, *, hides: bool = False) -> Blocker:
@@ -84,39 +78,19 @@ class Perception:
 
         Raises:
             TimeUp: The mission's time is over.
+            Outage: The camera gives no picture, or the brick does not answer.
         """
         context = self.context
         context.check_time()
         looked_for = [self.target, *self._others()]
-        glance = self._glance(looked_for)
-        blind = glance is None
+        glimpse = context.eyes.glance(looked_for)
         range_mm = context.body.range_mm()
         pose = context.body.pose()
         now_s = self.now()
-        looks = [] if blind else looked_for
-        seen = self.world.perceive(now_s, pose, range_mm, looks, glance or Glimpse(now_s, {}))
+        seen = self.world.perceive(now_s, pose, range_mm, looked_for, glimpse)
         sighting = seen.get(self.target)
         note_look(context, pose, range_mm, sighting)
-        return Observation(now_s, sighting, range_mm, blind)
-
-    def await_picture(self) -> bool:
-        """Wait for a picture, at rest; whether one came in time."""
-        if not self.step().blind:
-            return True
-        self.context.body.stop()
-        end_s = self.now() + N.picture_timeout_s
-        while self.now() < end_s:
-            if not self.step().blind:
-                return True
-            self.context.clock.sleep(N.retry_s)
-        return False
-
-    def _glance(self, looked_for: list[str]) -> Glimpse | None:
-        """Look at the next frame; None without one."""
-        try:
-            return self.context.eyes.glance(looked_for)
-        except Blind:
-            return None
+        return Observation(now_s, sighting, range_mm)
 
     def _others(self) -> list[str]:
         """Return the other targets that are not reached yet."""

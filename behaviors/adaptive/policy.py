@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from behaviors.adaptive.dwell_time import best_wait_s, cost_s, hypotheses
-from behaviors.events import Reason
 from behaviors.evidence import Evidence
 from behaviors.mission import AdaptiveParameters
 from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RESCAN, WAIT, Candidate, Choice
@@ -21,7 +20,6 @@ class PolicyNumbers:
         detour_chance: How often going round succeeds.
         wait_chance: How often waiting succeeds when a detour remains as a second attempt.
         shortest_wait_s: A shorter wait is none.
-        rescan_s: What a short look at where the target was takes.
         worth_a_look: With less of a chance it is not looked for again from here while there is anywhere else to look
             from.
     """
@@ -29,7 +27,6 @@ class PolicyNumbers:
     detour_chance: float = 0.8
     wait_chance: float = 0.9
     shortest_wait_s: float = 0.5
-    rescan_s: float = 5.0
     worth_a_look: float = 0.02
 
 
@@ -118,9 +115,6 @@ def _others(evidence: Evidence) -> Iterator[Candidate]:
 def _looking(evidence: Evidence) -> Iterator[Candidate]:
     here = evidence.here
     in_sight = evidence.blocker is not None and not evidence.blocker.hides
-    if evidence.reason is Reason.CAMERA_LOST:
-        yield Candidate(Choice(RESCAN, "there was no picture; where it was it may still be"), N.rescan_s, 1.0)
-        return
     if not in_sight and here is not None and (here.chance >= N.worth_a_look or not evidence.viewpoints):
         why = f"it may have been missed here: {here.chance:.0%}"
         yield Candidate(Choice(RESCAN, why), here.seconds, here.chance)

@@ -23,7 +23,7 @@ class ScanNumbers:
         remembered_share: This is done when it is nearer than this share of its detector's range.
         held_s: A turn that comes no farther than `held_deg` in this time is held by something.
         held_deg: See `held_s`.
-        longest_step_s: What takes longer is a pause: the robot stood for want of a picture.
+        longest_step_s: What takes longer is a pause, as on a slow link.
         aim_deg: Where an arc begins need not be met more exactly.
         worth_a_turn: With less of a chance a look round is not worth its time.
         frames_at_rest: Frames that are looked at before a turn begins; a detection is believed when a second frame
@@ -62,8 +62,6 @@ class ScanSkill:
         perception = self._perception
         begun_s = perception.now()
         perception.context.body.stop()
-        if not perception.await_picture():
-            return Failure(Event.SEARCH_FAILED, Reason.CAMERA_LOST, {"scan_s": perception.now() - begun_s})
         fact = self._rest() or self._look_where_known() or self._look_round()
         perception.context.body.stop()
         if fact is not None:
@@ -145,8 +143,6 @@ class ScanSkill:
         return None
 
     def _see(self) -> Fact | None:
-        """Look at one frame; when the camera gave none, wait for the next."""
+        """Look at one frame."""
         observation = self._perception.step()
-        if observation.blind:
-            self._perception.await_picture()
         return sighted(observation.sighting) if observation.sighting else None

@@ -66,7 +66,7 @@ class WaitSkill:
             range_mm = range_mm if observation.range_mm is None else observation.range_mm
             self._left_s -= observation.time_s - then_s
             then_s = observation.time_s
-            self._clear = 0 if observation.blind or self._blocked(observation) else self._clear + 1
+            self._clear = 0 if self._blocked(observation) else self._clear + 1
             if self._clear >= N.clear:
                 if observation.sighting is not None:
                     return sighted(observation.sighting, reason=Reason.WAY_CLEAR)
@@ -106,8 +106,6 @@ class RescanSkill:
         body = perception.context.body
         body.stop()
         begun_s = perception.now()
-        if not perception.await_picture():
-            return Failure(Event.RECOVERY_FAILED, Reason.CAMERA_LOST, {"rescan_s": perception.now() - begun_s})
         known = perception.world.known.get(perception.target)
         if known is None:
             return Fact(Event.RECOVERY_DONE, Reason.THERE, {})
@@ -125,15 +123,11 @@ class RescanSkill:
         )
 
     def _look(self) -> Fact | None:
-        """Look for some time, which starts again when there was no picture."""
+        """Look for some time."""
         perception = self._perception
         end_s = perception.now() + N.look_s
         while perception.now() < end_s:
             observation = perception.step()
             if observation.sighting is not None:
                 return sighted(observation.sighting)
-            if observation.blind:
-                if not perception.await_picture():
-                    return Failure(Event.RECOVERY_FAILED, Reason.CAMERA_LOST)
-                end_s = perception.now() + N.look_s
         return None

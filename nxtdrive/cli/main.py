@@ -1,7 +1,7 @@
 """Entry point of the command line: finds the command, runs it, turns errors into a message and an exit code.
 
 Exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick, 4 link lost or not available, 5 the
-brick refused.
+brick refused, 6 mission achieved, but its record is incomplete.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ from firmware_protocol.errors import (
     NXTError,
     PermissionDenied,
 )
+from nxtdrive.cli.output import drop_output
 
-DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED = range(6)
+DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED, INCOMPLETE = range(7)
 """Exit codes."""
 
 INTERRUPTED = 130
@@ -66,7 +67,8 @@ examples:
   nxtdrive run --help     # every command has examples
 
 exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick,
-4 link lost or not available, 5 the brick refused"""
+4 link, camera or sensors lost or not available, 5 the brick refused,
+6 mission achieved, but its record is incomplete"""
 
 
 class CommandModule(Protocol):
@@ -109,7 +111,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return INTERRUPTED
     except BrokenPipeError:
         # the reader of our output has closed it, as `head` does
-        sys.stderr.close()
+        drop_output()
         return DONE
     except Exception as error:
         code = _exit_code(error)

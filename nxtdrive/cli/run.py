@@ -5,19 +5,21 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.main import DONE, LINK_LOST, NOT_ACHIEVED
+from nxtdrive.cli.main import DONE, INCOMPLETE, LINK_LOST, NOT_ACHIEVED
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_profile_argument
+from nxtdrive.cli.output import print_line
 from nxtdrive.signals import termination_as_interrupt
 
 if TYPE_CHECKING:
     from behaviors.executive import Executive, Report
-    from behaviors.journal import Observer, Record
+    from behaviors.journal import Record
     from behaviors.mission import Mission
+    from behaviors.observers import Observers
     from behaviors.profiles.profile import MakeProfile
     from nxtdrive.brick import Brick
     from nxtdrive.recording.recording import Recording
@@ -26,9 +28,9 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Run a mission: search for its targets, drive to them, recover from failures.
 Without a file, the built-in mission "lena, then rilakkuma". Ctrl-C stops the
-motors and leaves a complete run folder. A lost link suspends the mission until
-the brick is back, for link_patience_s at most. `nxtdrive explain-run` tells
-afterwards why the robot did what it did."""
+motors and leaves a complete run folder. A link or a camera that is lost suspends
+the mission until it is back, for reconnect_timeout_s at most. `nxtdrive
+explain-run` tells afterwards why the robot did what it did."""
 EXAMPLES = """\
   nxtdrive run
   nxtdrive run --nxt "sim://?seed=7" --profile adaptive
@@ -36,6 +38,8 @@ EXAMPLES = """\
   nxtdrive run my-mission.toml --nxt usb:// --camera 0
   nxtdrive run --nxt serial:///tmp/nxt --camera http://127.0.0.1:8081/camera.mjpg
   nxtdrive run --json --no-video"""
+
+OUTPUT = "standard output"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -65,53 +69,59 @@ def run(args: argparse.Namespace) -> int:
     """Run the mission; returns the exit code."""
     from behaviors.console import Console
     from behaviors.executive import Executive
+    from behaviors.observers import Observers
     from nxtdrive.brick import open_brick
     from nxtdrive.mission import setup
+    from nxtdrive.mission.body import MissionClock
     from nxtdrive.recording.recording import Recording
-    from nxtdrive.recording.run_folder import new_run_folder
+    from nxtdrive.recording.run_folder import JOURNAL, MISSION, VIDEO, new_run_folder
     from nxtdrive.recording.status_line import StatusLine
     from nxtdrive.recording.video import VIDEO_FPS
 
     mission = _mission(args)
-    console = Console(lambda line: print(line, flush=True), choices=mission.mission.profile != "thesis")
+    console = Console(print_line, choices=mission.mission.profile != "thesis")
+    observers = Observers(on_failure=_say_failure)
     if not args.json:
-        console.say("Connecting to NXT")
+        observers.attempt(OUTPUT, console.say, "Connecting to NXT")
     with ExitStack() as stack:
         stack.enter_context(termination_as_interrupt())
         brick = stack.enter_context(open_brick(args.nxt))
-        _outlast_losses(brick)
+        _reconnect_in_background(brick)
         source = args.camera or setup.default_camera(brick)
         camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
         eyes = setup.camera_eyes(camera, mission)
         recording = Recording(new_run_folder(args.out, mission.mission.name), video=not args.no_video)
-        recording.folder.write_mission(mission)
-        eyes.on_look(recording.look)
-        setup.watch(camera, brick, recording.frame, VIDEO_FPS)
+        observers.attempt(MISSION, recording.folder.write_mission, mission)
+        eyes.on_look(observers.guarded(VIDEO, recording.look))
+        setup.watch(camera, brick, observers.guarded(VIDEO, recording.frame), VIDEO_FPS)
         status = stack.enter_context(StatusLine())
-        observers: list[Observer] = [recording, _print_json] if args.json else [recording, console, status]
+        observers.add(JOURNAL, recording)
+        observers.add(OUTPUT, _print_json if args.json else console)
+        if not args.json:
+            observers.add("status line", status)
         make_profile = _supervised(mission, status) if args.confirm_recovery else None
-        rover = setup.build_rover(brick, mission)
-        executive = Executive(mission, rover, eyes, brick, observers, make_profile)
+        body, clock = setup.build_body(brick, mission), MissionClock(brick)
+        executive = Executive(mission, body, eyes, clock, observers, make_profile)
         details: dict[str, object] = {"mission": mission.mission.name, "nxt": args.nxt, "camera": source}
-        report = _pursue(executive, recording, details)
-    _say_where(report, recording, details, as_json=args.json)
-    return _exit_code(report)
+        report = _pursue(executive, recording, details, observers)
+    observers.attempt(OUTPUT, _say_where, report, recording, {**details, **observers.summary()}, as_json=args.json)
+    return _exit_code(report, observers)
 
 
-def _outlast_losses(brick: Brick) -> None:
-    """Have a lost link opened again; the mission is suspended meanwhile, and it is the mission that is patient.
+def _reconnect_in_background(brick: Brick) -> None:
+    """Reopen a lost link in the background; requests fail at once, and the suspended mission does the waiting.
 
-    Nobody pulls the simulated cable of an address, and looking after it would shift the simulation by milliseconds.
+    A simulated link opened by its address is never lost, and probing it would shift the simulation by milliseconds.
     """
     brick.link.reconnect_timeout_s = 0.0
     brick.link.reconnecting = not brick.link.transport.simulated
 
 
 def _mission(args: argparse.Namespace) -> Mission:
-    """The mission as it shall run.
+    """Load the mission and apply the options.
 
     Raises:
-        ConfigError: The file has mistakes, or nobody can be asked.
+        ConfigError: The file has mistakes, or there is no terminal for questions.
     """
     from nxtdrive.mission.setup import load
 
@@ -131,8 +141,13 @@ def _supervised(mission: Mission, status: StatusLine) -> MakeProfile:
     return supervised(mission, TerminalOperator(status))
 
 
-def _pursue(executive: Executive, recording: Recording, details: dict[str, object]) -> Report:
-    """Run the mission; the folder is complete afterwards, whatever happens."""
+def _say_failure(name: str, error: Exception) -> None:
+    with suppress(OSError):
+        print(f"nxtdrive: {name} failed and is left out; the mission goes on: {error}", file=sys.stderr)
+
+
+def _pursue(executive: Executive, recording: Recording, details: dict[str, object], observers: Observers) -> Report:
+    """Run the mission; the run folder is completed even when it raises."""
     report, error = None, ""
     try:
         report = executive.run()
@@ -141,36 +156,38 @@ def _pursue(executive: Executive, recording: Recording, details: dict[str, objec
         error = str(reason) or type(reason).__name__
         raise
     finally:
-        recording.finish(report, error, details)
+        recording.finish(report, error, details, observers)
 
 
 def _print_json(record: Record) -> None:
-    print(record.to_json(), flush=True)
+    print_line(record.to_json())
 
 
 def _say_where(report: Report, recording: Recording, details: dict[str, object], *, as_json: bool) -> None:
-    """The end of the output: what became of the targets, and where the files are."""
+    """Print the result of each target and the paths of the run's files."""
     from nxtdrive.recording.run_folder import summary
 
     folder = recording.folder.path
     if as_json:
-        print(
-            json.dumps({"kind": "summary", **summary(report, "", details), "folder": str(folder)}, ensure_ascii=False)
-        )
+        values = {"kind": "summary", **summary(report, "", details), "folder": str(folder)}
+        print_line(json.dumps(values, ensure_ascii=False))
         return
-    print(f"{report.ending.replace('_', ' ')} after {report.duration_s:.1f} s")
+    print_line(f"{report.ending.replace('_', ' ')} after {report.duration_s:.1f} s")
     for progress in report.targets:
         when = "" if progress.time_s is None else f" at {progress.time_s:.1f} s"
-        print(f"  {progress.target}: {progress.outcome.replace('_', ' ')}{when}, searches: {progress.attempts}")
+        print_line(f"  {progress.target}: {progress.outcome.replace('_', ' ')}{when}, searches: {progress.attempts}")
     if report.error:
         print(f"nxtdrive: {report.error}", file=sys.stderr)
     for path in recording.files():
-        print(path)
+        print_line(str(path))
 
 
-def _exit_code(report: Report) -> int:
+def _exit_code(report: Report, observers: Observers) -> int:
+    """Return the exit code: the mission's result, or `INCOMPLETE` for an achieved one with a failed observer."""
     from behaviors.executive import Ending
 
-    if report.ending is Ending.LINK_LOST:
+    if report.ending in (Ending.LINK_LOST, Ending.CAMERA_LOST, Ending.SENSOR_LOST):
         return LINK_LOST
-    return DONE if report.achieved else NOT_ACHIEVED
+    if not report.achieved:
+        return NOT_ACHIEVED
+    return INCOMPLETE if observers.failures else DONE

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments
+from nxtdrive.cli.output import print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.signals import until_signal
 
@@ -67,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
         status = stack.enter_context(StatusLine())
         server = LineServer(
             brick,
-            sessions(mission, brick, eyes, [_say_reply, status]),
+            sessions(mission, brick, eyes, [_say_reply, status], _say_sensor),
             port=args.port,
             host=args.host,
             stopped=stopped,
@@ -85,7 +86,7 @@ def _say_where(served: tuple[str, int], brick: str, camera: str, mission: Missio
     from sim_backend.doors.sockets import is_loopback
 
     if not is_loopback(served[0]):
-        print(f"nxtdrive: warning: anybody who reaches {served[0]} can drive this robot.", file=sys.stderr)
+        print(f"nxtdrive: warning: anyone who can reach {served[0]} can drive this robot.", file=sys.stderr)
     _say("serving {}:{}".format(*served))
     _say(f"brick {brick}, camera {camera}, targets {', '.join(mission.mission.targets)}")
     _say("Ctrl-C ends it.")
@@ -102,5 +103,10 @@ def _say_reply(record: Record) -> None:
             print(f"nxtdrive: {data['error']}", file=sys.stderr)
 
 
+def _say_sensor(sensor: str, error: str) -> None:
+    said = f"going on without {sensor}: {error}" if error else f"the {sensor} answers again"
+    print(f"nxtdrive: {said}", file=sys.stderr)
+
+
 def _say(line: str) -> None:
-    print(line, flush=True)
+    print_line(line)

@@ -1,9 +1,9 @@
-"""Serves the thesis's line protocol on a TCP port: somebody else's agent decides, the robot obeys.
+"""Serves the thesis's line protocol on a TCP port, so that another program's agent drives the robot.
 
-Nothing watches the client beside the command that runs: the link calls the server back before each request
-and each rest, some fifty times a second, and the server looks whether something has arrived. So ``stop``, a client that
-is gone and the end of the server break a motion off at a moment when no answer is due from the brick. On real links the
-driver steers a motion in a thread of its own; what is raised there reaches the command, which waits for that thread.
+There is no thread for the client: the link calls the server back before each request and each sleep, some fifty times a
+second, and the server checks whether something has arrived. So ``stop``, a client that has left and the end of the
+server interrupt a motion at a moment when no reply of the brick is pending. On real links the driver steers a motion in
+a thread of its own; what is raised there reaches the command, which waits for that thread.
 """
 
 from __future__ import annotations
@@ -13,58 +13,62 @@ import select
 import socket
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any
 
 from behaviors.journal import Observer
 from behaviors.line_protocol import MOTIONS, ErrorReply, Request, RequestReader, Verb
 from behaviors.line_session import Preempted, Session
 from behaviors.mission import Mission
-from behaviors.ports import Eyes
-from firmware_protocol.errors import BrickNotFound, ConfigError, LinkError, LinkLost, NXTError
-from firmware_protocol.telegram import Reply
+from behaviors.ports import BodyLost, Eyes, SensorListener
+from firmware_protocol.errors import ConfigError, LinkError, NXTError
 from nxtdrive.brick import Brick
-from nxtdrive.mission.setup import build_rover
-
-R = TypeVar("R", bound=Reply)
+from nxtdrive.mission.body import MissionClock, link_errors_as_outages
+from nxtdrive.mission.setup import build_body
 
 LAST_PORT = 0xFFFF
 CHUNK = 4096
 WAITING_LINES = 256
-"""A client that has sent so many lines without waiting for an answer is sent away: it does not speak this protocol."""
+"""A client that sends more lines than this without waiting for answers does not speak this protocol; it is closed."""
 ANSWER_S = 1.0
-"""Longest wait for a client to take an answer of a few bytes; one that reads nothing is as good as gone."""
+"""Longest wait for a client to take an answer of a few bytes; one that reads nothing counts as gone."""
 LOOK_S = 0.1
-"""How often an idle server looks whether it shall end."""
+"""How often an idle server checks whether to end."""
 TICK_S = 0.02
-"""Steps in which simulated time passes while nothing is asked."""
+"""Step of simulated time while no command runs."""
 
 
-def sessions(mission: Mission, brick: Brick, eyes: Eyes, observers: Sequence[Observer]) -> Callable[[], Session]:
-    """Makes conversations about one robot, one after the other.
+def sessions(
+    mission: Mission,
+    brick: Brick,
+    eyes: Eyes,
+    observers: Sequence[Observer],
+    on_sensor_change: SensorListener = lambda _sensor, _error: None,
+) -> Callable[[], Session]:
+    """Return a function that begins a session with one robot.
 
     Args:
-        mission: Its targets, its robot's measures, its numbers.
-        brick: The robot's.
-        eyes: For the mission's targets.
-        observers: Hear the records of every conversation.
+        mission: Gives the targets, the robot's measures and the parameters.
+        brick: The robot's brick.
+        eyes: The robot's camera.
+        observers: Called with the records of every session.
+        on_sensor_change: Called when a sensor fails and when it answers again.
     """
-    rover = build_rover(brick, mission)
+    body, clock = build_body(brick, mission), MissionClock(brick)
+    body.on_sensor_change(on_sensor_change)
 
     def connect() -> None:
         try:
-            brick.link.keep_alive()
-        except LinkError:
-            try:
+            body.keep_alive()
+        except BodyLost:
+            with link_errors_as_outages():
                 brick.link.reconnect()
-            except (LinkError, BrickNotFound) as error:
-                raise LinkLost(str(error)) from error
 
-    return lambda: Session(mission, rover, eyes, brick, connect=connect, faults=(NXTError,), observers=observers)
+    return lambda: Session(mission, body, eyes, clock, connect=connect, faults=(NXTError,), observers=observers)
 
 
 @dataclass(slots=True)
 class _Client:
-    """The program that is being served."""
+    """The client that is being served."""
 
     connection: socket.socket
     name: str
@@ -72,8 +76,8 @@ class _Client:
     requests: RequestReader = field(default_factory=RequestReader)
     gone: bool = False
 
-    def hear(self) -> None:
-        """Read what has arrived."""
+    def read(self) -> None:
+        """Read what the client has sent."""
         try:
             data = self.connection.recv(CHUNK)
         except OSError:
@@ -81,8 +85,8 @@ class _Client:
         self.requests.feed(data)
         self.gone = not data or len(self.requests) > WAITING_LINES
 
-    def tell(self, value: int) -> None:
-        """Write an answer."""
+    def send(self, value: int) -> None:
+        """Send an answer."""
         try:
             self.connection.sendall(b"%d\n" % value)
         except OSError:
@@ -92,19 +96,19 @@ class _Client:
 class LineServer:
     """One client at a time; a second is answered `ErrorReply.BUSY` and closed.
 
-    A client may be silent for as long as it likes. When it is gone, the motors are off.
+    A client may stay silent for any time. When it leaves, the motors stop.
 
     Args:
-        brick: Where commands may be broken off.
-        new_session: Begins a conversation, one for each client.
+        brick: Calls back where a command may be interrupted.
+        new_session: Begins the session of a client.
         port: Where to listen; 0 takes a free one.
-        host: On which of this computer's addresses.
-        stopped: Whether the server shall end.
-        say: Takes a sentence about clients that come and go.
-        passing: Lets time pass while nothing is asked, for a simulation in real time; elsewhere time needs no help.
+        host: Which of this computer's addresses to listen at.
+        stopped: Whether the server should end.
+        say: Called with a sentence when a client comes or leaves.
+        passing: Lets simulated time pass while no command runs; None where time passes by itself.
 
     Raises:
-        ConfigError: The port cannot be had.
+        ConfigError: The port is not available.
     """
 
     def __init__(
@@ -134,27 +138,27 @@ class LineServer:
         return host, port
 
     def run(self) -> None:
-        """Serve until `stopped` says so."""
+        """Serve until `stopped` returns true."""
         while not self._stopped():
             if self._passing is None:
-                self._hear(LOOK_S)
-            elif not self._hear(0.0):
-                # on a broken link, time passes all the same; the next command will tell the client
+                self._receive(LOOK_S)
+            elif not self._receive(0.0):
+                # time passes on a broken link, too; the client learns of it from the next command
                 with contextlib.suppress(LinkError):
                     self._passing(TICK_S)
             if self._client is not None:
                 self._serve(self._client)
 
     def close(self) -> None:
-        """Send the client away, motors off, and give the port back."""
+        """Stop the motors, close the client and free the port."""
         if self._client is not None:
             self._dismiss(self._client)
         self._listener.close()
 
     def _serve(self, client: _Client) -> None:
-        """Answer what has been asked, also by a client that asked and left; its motions end before they begin."""
+        """Answer the waiting requests, also those of a client that has left; its motions end before they begin."""
         while not self._stopped() and (request := client.requests.take()) is not None:
-            client.tell(self._answer(client.session, request))
+            client.send(self._answer(client.session, request))
             client.gone = client.gone or request == Request(Verb.BYE)
         if client.gone:
             self._dismiss(client)
@@ -169,25 +173,25 @@ class LineServer:
             self._moving = False
 
     def _look_up(self) -> None:
-        """Called by the brick all the while; breaks a command off, once."""
+        """Interrupt the running command, once; called by the brick before each request and sleep."""
         if not self._moving:
             return
-        self._hear(0.0)
+        self._receive(0.0)
         client = self._client
         if self._stopped() or client is None or client.gone or client.requests.stop_waits:
             self._moving = False
             raise Preempted
 
-    def _hear(self, wait_s: float) -> bool:
-        """Take what has arrived from the client and from those who would be; returns whether there was anything."""
+    def _receive(self, wait_s: float) -> bool:
+        """Read from the client and accept new ones; returns whether there was anything."""
         client = self._client
         listened: list[Any] = [self._listener]
         if client is not None and not client.gone:
             listened.append(client.connection)
         ready, _, _ = select.select(listened, [], [], wait_s)
         if client is not None and client.connection in ready:
-            client.hear()
-        # whoever comes just as another leaves is not sent away
+            client.read()
+        # a client that connects just as another leaves is not refused
         if self._listener in ready and not (client is not None and client.gone):
             self._welcome()
         return bool(ready)
@@ -196,16 +200,16 @@ class LineServer:
         try:
             connection, address = self._listener.accept()
         except OSError:
-            return  # it has left already
+            return  # the client has left already
         connection.settimeout(ANSWER_S)
-        # a computer that was switched off says no goodbye
+        # detects a client's computer that was switched off
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
         client = _Client(connection, "{}:{}".format(*address[:2]), self._new_session())
         if self._client is None:
             self._client = client
             self._say(f"client {client.name} is here")
             return
-        client.tell(ErrorReply.BUSY)
+        client.send(ErrorReply.BUSY)
         connection.close()
         self._say(f"client {client.name} was sent away: {self._client.name} is being served")
 

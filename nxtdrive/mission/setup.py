@@ -1,7 +1,7 @@
-"""Puts a mission, a robot and a camera together.
+"""Fills the ports of a mission: opens its robot and camera.
 
-The mind (`behaviors`) knows only ports; here they are filled: a `Rover` as its body, detectors on a camera as its eyes,
-the transport's clock as its clock.
+The behaviour knows only the ports of `behaviors.ports`; here they are filled: a rover as the body, a camera with
+detectors as the eyes, the link's clock as the clock.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from behaviors.mission import BUILT_IN, Mission, MissionError, load_mission
 from firmware_protocol.errors import CameraError, ConfigError
+from nxtdrive.mission.body import MissionBody, MissionClock
 from nxtdrive.motion.obstacle_monitor import SafetyLimits
 from nxtdrive.transports.record import recorded
 from nxtdrive.transports.sim import SimTransport
@@ -27,14 +28,14 @@ if TYPE_CHECKING:
     from nxtdrive.vision.eyes import CameraEyes
 
 SIMULATED, GEOMETRIC, FIRST_WEBCAM = "sim", "geometric", "0"
-"""Cameras by name: the simulated robot's, the same robot's eyes without pictures, the first webcam."""
+"""Cameras by name: the simulated robot's, the same without pictures, and the first webcam."""
 
 PICTURES = Path(str(resources.files("sim_backend"))) / "pictures"
-"""The built-in pictures; a mission may name them without having them."""
+"""The built-in pictures; a mission may name them without having copies."""
 
 
 def load(path: Path | None) -> Mission:
-    """Read a mission; the built-in one without a path.
+    """Read a mission file; without a path, the built-in one.
 
     Raises:
         ConfigError: The file has mistakes; the message lists all of them.
@@ -46,7 +47,7 @@ def load(path: Path | None) -> Mission:
 
 
 def build_rover(brick: Brick, mission: Mission) -> Rover:
-    """The robot a mission describes."""
+    """Return the robot that a mission describes, for an ordinary program."""
     robot = mission.robot
     return brick.rover(
         left=robot.left,
@@ -60,11 +61,18 @@ def build_rover(brick: Brick, mission: Mission) -> Rover:
     )
 
 
+def build_body(brick: Brick, mission: Mission) -> MissionBody:
+    """Return the robot that a mission describes, as the mission's port."""
+    robot = mission.robot
+    has = {"sonar": robot.ultrasonic, "bumper": robot.touch}
+    return MissionBody(build_rover(brick, mission), [sensor for sensor, port in has.items() if port])
+
+
 def build_detectors(mission: Mission) -> dict[str, TargetDetector]:
-    """A detector for each target of a mission.
+    """Return a detector for each target of a mission.
 
     Raises:
-        ConfigError: A picture or a cascade cannot be used; a line for each target that is concerned.
+        ConfigError: A picture or a cascade cannot be used; one line for each such target.
     """
     from nxtdrive.vision.detectors import make_detector
 
@@ -80,7 +88,7 @@ def build_detectors(mission: Mission) -> dict[str, TargetDetector]:
 
 
 def default_camera(brick: Brick) -> str:
-    """Which camera a brick's robot carries when nobody says: the simulated one's own, else the first webcam."""
+    """Return the camera of a robot for which none was named: the simulated one's own, else the first webcam."""
     return SIMULATED if _simulated_webcam(brick) is not None else FIRST_WEBCAM
 
 
@@ -97,7 +105,7 @@ def open_mission_camera(source: str, brick: Brick) -> Camera:
     if source != SIMULATED:
         from nxtdrive.vision.sources import open_camera
 
-        return open_camera(source, clock=brick)
+        return open_camera(source, clock=MissionClock(brick))
     from nxtdrive.vision.camera import SimulatedCamera
 
     frames = _simulated_webcam(brick)
@@ -106,17 +114,17 @@ def open_mission_camera(source: str, brick: Brick) -> Camera:
             f"{brick.link.transport.address} has no simulated camera.",
             remedy="Name a camera: --camera 0 is the first webcam; `nxtdrive sim serve` prints its camera's URL.",
         )
-    return SimulatedCamera(frames, brick, frames.size)
+    return SimulatedCamera(frames, MissionClock(brick), frames.size)
 
 
 def watch(camera: Camera, brick: Brick, observer: Callable[[Frame], None], fps: float) -> None:
-    """Have `observer` see what the camera sees also while nobody looks; recordings have nothing to show then.
+    """Call `observer` with the camera's frames, also between looks; a recording as camera has none then.
 
     Args:
         camera: As `open_mission_camera` gave it.
         brick: As given to it.
-        observer: Called with frames in the order of time, for a webcam in a thread of its own.
-        fps: How often, where that can be chosen.
+        observer: Called with frames in order of time; for a webcam, in a thread of its own.
+        fps: Frames per second, for a simulated camera.
     """
     from nxtdrive.vision.camera import Frame, SimulatedCamera
     from nxtdrive.vision.live import LiveCamera
@@ -129,7 +137,7 @@ def watch(camera: Camera, brick: Brick, observer: Callable[[Frame], None], fps: 
 
 
 def geometric_eyes(brick: Brick) -> Eyes:
-    """Eyes of a simulated robot that skip rendering and detecting; for sweeps.
+    """Return eyes of a simulated robot that skip rendering and detecting; for sweeps.
 
     Raises:
         CameraError: The brick is not simulated.
@@ -139,11 +147,11 @@ def geometric_eyes(brick: Brick) -> Eyes:
     frames = _simulated_webcam(brick)
     if frames is None:
         raise CameraError("Geometric eyes need a simulated robot.", remedy="Use --nxt sim://.")
-    return GeometricEyes(frames, brick)
+    return GeometricEyes(frames, MissionClock(brick))
 
 
 def camera_eyes(camera: Camera, mission: Mission) -> CameraEyes:
-    """Eyes over a camera for the targets of a mission."""
+    """Return eyes for the targets of a mission."""
     from nxtdrive.vision.eyes import CameraEyes
     from nxtdrive.vision.geometry import Pinhole
 

@@ -17,7 +17,9 @@ from collections.abc import Callable
 
 from behaviors.angles import wrapped_deg
 from firmware_protocol.errors import BrickError
+from nxtdrive.link.protocol import RequestLink
 from nxtdrive.motion.odometry import NOWHERE, Odometry, Trip
+from nxtdrive.motion.sensor_health import FAILURES, SensorHealth
 from nxtdrive.sensors import Compass
 
 TURN_LOSS = 0.25
@@ -31,8 +33,6 @@ REST_DEG = 0.5
 readings do not shake the heading, and what is left of an error is gone after some twenty."""
 SPOT_MM = 30.0
 """Nearer than this it is the same place; the field of a room changes little on so short a way."""
-FAILURES = 3
-"""A compass that fails so often in a row is not asked any more."""
 
 log = logging.getLogger(__name__)
 
@@ -94,9 +94,16 @@ class CompassCorrection:
         compass: The compass.
         odometry: What it corrects.
         read_wheels: Gives odometry a new reading.
+        link: Its clock counts.
+
+    Attributes:
+        health: Whether the compass answers.
     """
 
-    def __init__(self, compass: Compass, odometry: Odometry, read_wheels: Callable[[], None]) -> None:
+    def __init__(
+        self, compass: Compass, odometry: Odometry, read_wheels: Callable[[], None], link: RequestLink
+    ) -> None:
+        self.health = SensorHealth("compass", link)
         self._compass = compass
         self._odometry = odometry
         self._read_wheels = read_wheels
@@ -108,13 +115,14 @@ class CompassCorrection:
         """Correct the heading, unless it was since the wheels turned; a reading during which they turn is dropped.
 
         Raises:
-            BrickError: The compass does not answer, and never has. One that falls silent later is left alone.
+            BrickError: The compass does not answer, and never has. One that falls silent later is left alone; see also
+                `SensorHealth.listener`.
         """
         rests = self._filter.aligned and self._odometry.trip == NOWHERE
         if rests or self._failures >= FAILURES or not self._asking.acquire(blocking=False):
             return
         try:
-            self._ask()
+            self.health.ask(self._ask, None)
             self._failures = 0
         except BrickError as error:
             if not self._filter.aligned:

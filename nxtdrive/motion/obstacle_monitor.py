@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from behaviors.ports import Pose, StopReason
 from firmware_protocol.errors import BrickError
 from nxtdrive.link.protocol import RequestLink
+from nxtdrive.motion.sensor_health import FAILURES, SensorHealth
 from nxtdrive.sensors import Touch, Ultrasonic
 
 FRESH_S = 0.3
 """An echo no older than this may decide whether a motion begins."""
-FAILURES = 3
-"""So often in a row the sonar may fail before driving on would be driving blind."""
 FORGOTTEN_S = 1.0
 """An echo older than this says nothing any more; a question older than this was lost. On a link without latency."""
 TRIPS = 8
@@ -64,6 +63,10 @@ class ObstacleMonitor:
         bumper: Or None.
         settings: When to object.
         link: The way to them.
+
+    Attributes:
+        sonar_health: Whether the sonar answers.
+        bumper_health: Whether the bumper answers.
     """
 
     def __init__(
@@ -77,20 +80,25 @@ class ObstacleMonitor:
         self._asked: Echo | None = None
         self._bumper_turn = False
         self._failures = 0
+        self.sonar_health = SensorHealth("sonar", link)
+        self.bumper_health = SensorHealth("bumper", link)
 
     def range_mm(self, pose: Pose) -> float | None:
         """Measure the distance ahead; None without an echo or without a sonar."""
-        if self._sonar is None:
-            return None
-        if not self._sonar.ready:
-            self._sonar.set_up()
+        sonar = self._sonar
+        return None if sonar is None else self.sonar_health.ask(lambda: self._measure(sonar, pose), None)
+
+    def _measure(self, sonar: Ultrasonic, pose: Pose) -> float | None:
+        if not sonar.ready:
+            sonar.set_up()
         asked_s = self._link.now()
-        self._echo, self._asked = Echo(self._sonar.distance_mm, asked_s, pose), None
+        self._echo, self._asked = Echo(sonar.distance_mm, asked_s, pose), None
         return self._echo.distance_mm
 
     def touching(self) -> bool:
         """Whether the bumper is pressed; False without one."""
-        return self._bumper is not None and self._bumper.pressed
+        bumper = self._bumper
+        return bumper is not None and self.bumper_health.ask(lambda: bumper.pressed, False)
 
     def clear_to_go(self, pose: Pose) -> StopReason | None:
         """Before a motion: what objects to it, by both sensors."""
@@ -113,12 +121,13 @@ class ObstacleMonitor:
             ask: Whether there is time for a question.
 
         Raises:
-            BrickError: The sonar does not answer any more.
+            BrickError: The sonar does not answer any more; see `SensorHealth.listener`.
         """
         if not self._settings.enabled:
             return None
         if ask:
-            self._bumper_turn = self._sonar is None or (self._bumper is not None and not self._bumper_turn)
+            sonar = self._sonar is not None and not self.sonar_health.lost
+            self._bumper_turn = not sonar or (self._bumper is not None and not self._bumper_turn)
             if not self._bumper_turn:
                 self._listen(pose)
             elif self.touching():
@@ -143,9 +152,9 @@ class ObstacleMonitor:
                     return
             self._sonar.start()
             self._asked = Echo(None, self._link.now(), pose)
-        except BrickError:
+        except BrickError as error:
             self._asked, self._failures = None, self._failures + 1
-            if self._failures >= FAILURES:
+            if self._failures >= FAILURES and not self.sonar_health.lose(error):
                 raise
 
     @property

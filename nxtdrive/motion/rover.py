@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal, TypeVar, overload
 
-from behaviors.ports import MotionResult, Pose, StopReason
+from behaviors.ports import MotionResult, Pose, SensorListener, StopReason
 from firmware_protocol.direct import GetBatteryLevel
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LocalProtocolError
@@ -127,7 +127,7 @@ class Rover:
         self._odometry = Odometry(self._forward * self._mm_per_deg, axle_track_mm)
         self._correction: CompassCorrection | None = None
         if needle is not None:
-            self._correction = CompassCorrection(needle, self._odometry, self._read_wheels)
+            self._correction = CompassCorrection(needle, self._odometry, self._read_wheels, link)
 
     # --- motion ---
 
@@ -273,6 +273,21 @@ class Rover:
     def battery_mv(self) -> int:
         """Battery voltage in millivolts."""
         return self._link.request(GetBatteryLevel()).voltage_mv
+
+    def on_sensor_change(self, listener: SensorListener) -> None:
+        """Leave sensors that fail out instead of raising their errors, and ask them again every 10 s.
+
+        Meanwhile their data count as unknown: no range, no touch, a heading by the wheels alone.
+
+        Args:
+            listener: Called with ``sonar``, ``bumper`` or ``compass`` and the error in words; with an empty string when
+                the sensor answers again. It may be called in the midst of a motion and must not use the rover.
+        """
+        healths = [self._monitor.sonar_health, self._monitor.bumper_health]
+        if self._correction is not None:
+            healths.append(self._correction.health)
+        for health in healths:
+            health.listener = listener
 
     # --- how ---
 

@@ -11,9 +11,10 @@ import cv2
 
 from behaviors.executive import Report
 from behaviors.journal import Record
+from behaviors.observers import Observers
 from behaviors.ports import Sighting
 from nxtdrive.recording.map_picture import draw_map
-from nxtdrive.recording.run_folder import MAP, VIDEO, RunFolder
+from nxtdrive.recording.run_folder import JOURNAL, MAP, SUMMARY, VIDEO, RunFolder
 from nxtdrive.recording.video import VideoRecorder
 from nxtdrive.vision.annotate import annotate
 
@@ -37,36 +38,45 @@ class Recording:
         self._caption = ""
 
     def __call__(self, record: Record) -> None:
-        """Receive a record."""
+        """Write a record into the journal."""
         self.folder(record)
         self._caption = f"{record.state}  {record.target}  {record.time_s:.1f} s"
 
     def look(self, frame: Frame, _target: str, sighting: Sighting | None, found: Sequence[Detection]) -> None:
-        """Receive a look: the frame with what was seen in it."""
+        """Add a frame to the video, with what a look found in it."""
         self._show(frame, sighting, found, looked=True)
 
     def frame(self, frame: Frame) -> None:
-        """Receive a frame that no skill looked at, as while the robot waits; may come from the camera's thread."""
+        """Add a frame that no look used, as while the robot waits; may be called from the camera's thread."""
         self._show(frame, None, (), looked=False)
 
     def _show(self, frame: Frame, sighting: Sighting | None, found: Sequence[Detection], *, looked: bool) -> None:
         with self._video_lock:
             if self._video:
                 drawn = annotate(frame.image, sighting, found, self._caption)
-                # of the same moment, the frame with the boxes is the one to keep
+                # of two frames of the same moment, keep the one with the boxes
                 self._video.add(drawn, frame.time_s, instead=looked)
 
-    def finish(self, report: Report | None, error: str, details: dict[str, object]) -> None:
-        """Write summary and map and close the journal and the video.
+    def finish(self, report: Report | None, error: str, details: dict[str, object], observers: Observers) -> None:
+        """Close journal and video, draw the map and write the summary; each step is tried even if another fails.
 
         Args:
             report: The mission's result; None when it broke.
             error: Why it broke, or an empty string.
             details: Further entries of the summary.
+            observers: Collects failures, under the names of the files.
         """
-        self.folder.close()
-        self.folder.write_summary(report, error, details)
-        cv2.imwrite(str(self.folder.path / MAP), draw_map(self.folder.records))
+        observers.attempt(JOURNAL, self.folder.close)
+        observers.attempt(VIDEO, self._close_video)
+        observers.attempt(MAP, self._write_map)
+        observers.attempt(SUMMARY, self.folder.write_summary, report, error, {**details, **observers.summary()})
+
+    def _write_map(self) -> None:
+        path = self.folder.path / MAP
+        if not cv2.imwrite(str(path), draw_map(self.folder.records)):
+            raise OSError(f"{path} cannot be written")
+
+    def _close_video(self) -> None:
         with self._video_lock:
             if self._video:
                 self._video.close()

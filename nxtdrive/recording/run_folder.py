@@ -94,11 +94,11 @@ def new_run_folder(parent: Path, mission_name: str) -> RunFolder:
         number = _highest([folder.name for folder in parent.iterdir()], stem) + 1
         path = parent / f"{stem}-{number:03d}"
         path.mkdir()
+        return RunFolder(path)
     except OSError as error:
         raise ConfigError(
             f"{parent}: cannot keep the run there ({error.strerror}).", remedy="Choose another folder with --out."
         ) from None
-    return RunFolder(path)
 
 
 def _highest(names: Sequence[str], stem: str) -> int:

@@ -11,11 +11,17 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
+from behaviors.events import Reason
 from behaviors.journal import Kind, Record
 from behaviors.recoveries import Recovery, recovery_in
 
 REDRAWS_PER_S = 8
-LINK_LOST = "the link is lost; waiting for the brick"
+OUTAGES: dict[object, str] = {
+    Reason.LINK_LOST: "the link is lost; waiting for the brick",
+    Reason.CAMERA_LOST: "no picture; waiting for the camera",
+    Reason.SENSOR_LOST: "no sensor for the safety stop; waiting for one",
+}
+"""Why a mission is suspended."""
 
 
 class StatusLine:
@@ -31,7 +37,7 @@ class StatusLine:
         console = console or Console(stderr=True)
         self._battery = ""
         self._sighting = "-"
-        self._why = ""
+        self._why = self._outage = ""
         self._live = Live(console=console, refresh_per_second=REDRAWS_PER_S, transient=True)
         self._shown = console.is_terminal
 
@@ -63,6 +69,8 @@ class StatusLine:
             return
         if record.kind is Kind.CHOICE:
             self._why = str(record.data["why"])
+        if record.kind is Kind.TRANSITION:
+            self._outage = OUTAGES.get(record.data.get("reason"), self._outage)
         if record.kind is Kind.LOOK:
             sighting = record.data.get("sighting")
             self._sighting = _sighting(sighting) if isinstance(sighting, dict) else "-"
@@ -86,7 +94,7 @@ class StatusLine:
     def _note(self, state: str, recovery: Recovery | None) -> str:
         """Return why it is in this state, where that is not obvious."""
         if state == "suspended":
-            return f"  {LINK_LOST}"
+            return f"  {self._outage}"
         return f"  {self._why}" if recovery and self._why else ""
 
 

@@ -55,11 +55,17 @@ class VideoRecorder:
             self._shown = image
 
     def close(self) -> None:
-        """Finish the file; may be called again."""
+        """Finish the file; may be called again.
+
+        Raises:
+            OSError: It is damaged, as on a full disk; OpenCV does not say so earlier.
+        """
         if self._writer is not None:
             self._write(1)
             self._writer.release()
             self._writer = None
+            if not cv2.VideoCapture(str(self._path)).isOpened():
+                raise OSError(f"{self._path} cannot be written")
 
     def _open(self, image: Image) -> None:
         height, width = image.shape[:2]

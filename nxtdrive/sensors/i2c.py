@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from firmware_protocol.direct import LSGetStatus, LSRead, LSWrite
 from firmware_protocol.enums import SensorType
-from firmware_protocol.errors import BrickError, CommunicationPending, LinkTimeout
+from firmware_protocol.errors import BrickError, CommunicationPending
 from firmware_protocol.status import Status
 from nxtdrive.link.protocol import SensorLink
 from nxtdrive.ports import SensorPort, in_range
-from nxtdrive.sensors.port import STEP_S, Sensor
+from nxtdrive.sensors.port import STEP_S, Sensor, SensorTimeout
 
 ADDRESS = 0x02
 """8-bit write address of LEGO's own sensors and most others."""
@@ -56,7 +56,7 @@ class I2CSensor(Sensor):
 
         Raises:
             BrickError: The sensor does not answer, also when asked again.
-            LinkTimeout: The bus hangs.
+            SensorTimeout: The bus hangs.
             LocalProtocolError: `size` is out of range; nothing was sent.
         """
         in_range("size", size, 1, I2C_RECEIVE_LIMIT)
@@ -151,7 +151,7 @@ class I2CSensor(Sensor):
                 return link.request(LSGetStatus(self._input)).bytes_ready
             except CommunicationPending:
                 if asked >= deadline:
-                    raise LinkTimeout(
+                    raise SensorTimeout(
                         f"the I2C bus of port {self.port} hangs.", remedy="Plug the sensor in again."
                     ) from None
                 link.sleep(asked + STEP_S - link.now())
@@ -166,5 +166,5 @@ class I2CSensor(Sensor):
                 raise
 
 
-class _Unanswered(LinkTimeout):
+class _Unanswered(SensorTimeout):
     """A question to a sensor got lost; it may be asked again."""

@@ -14,6 +14,10 @@ STEP_S = 0.005
 """Shortest time between two looks at a value that is not there yet; a slow link takes longer by itself."""
 
 
+class SensorTimeout(LinkTimeout):
+    """The brick answers, but the sensor does not."""
+
+
 class Sensor:
     """An input port set to one type of sensor when it is first used.
 
@@ -42,7 +46,7 @@ class Sensor:
         """Set the port's type and wait until its values are valid.
 
         Raises:
-            LinkTimeout: They do not become valid.
+            SensorTimeout: They do not become valid.
         """
         link = self.link
         mode = SetInputMode(self._input, self.type, self.mode)
@@ -52,7 +56,9 @@ class Sensor:
         deadline = asked + SETTLING_S
         while not link.request(GetInputValues(self._input)).valid:
             if asked >= deadline:
-                raise LinkTimeout(f"the sensor on port {self.port} gives no valid values.", remedy="Is it plugged in?")
+                raise SensorTimeout(
+                    f"the sensor on port {self.port} gives no valid values.", remedy="Is it plugged in?"
+                )
             link.sleep(asked + STEP_S - link.now())
             asked = link.now()
         self._ready = True

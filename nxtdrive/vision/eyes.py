@@ -8,7 +8,7 @@ from typing import Protocol
 
 from behaviors.ports import Blind, Clock, Glimpse, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
-from nxtdrive.vision.camera import Camera, Frame, frame_number, next_tick
+from nxtdrive.vision.camera import Camera, EndOfFrames, Frame, frame_number, next_tick
 from nxtdrive.vision.confirm import Confirmation
 from nxtdrive.vision.detection import Box, Detection, TargetDetector
 from nxtdrive.vision.focus import detect_near
@@ -17,7 +17,7 @@ from nxtdrive.vision.geometry import Pinhole
 READ_TIMEOUT_S = 3.0
 """Longest wait for a frame; a webcam that starts in the dark takes a second or two."""
 GLANCE_TIMEOUT_S = 0.5
-"""Longest wait of a glance, which does without a picture then; even in poor light a webcam gives five a second."""
+"""Longest wait of a glance for a frame; even in poor light a webcam gives five a second."""
 
 OnLook = Callable[[Frame, str, Sighting | None, Sequence[Detection]], None]
 """Called after each look: the frame, the target's name, the sighting and all detections in that frame."""
@@ -29,11 +29,17 @@ class NoPicture(CameraError, Blind):
     """No frame came in time."""
 
 
-class CameraEyes:
-    """Looks through a camera; implements `behaviors.ports.Eyes`.
+class NoMorePictures(NoPicture):
+    """A recording is at its end."""
 
-    A confirmed target is first looked for near where it was, which takes a fifth of the time, and only then in the
-    whole frame. It is always *detected*, never just tracked along, so a target that leaves is not hallucinated.
+    permanent = True
+
+
+class CameraEyes:
+    """Eyes over a camera; implements `behaviors.ports.Eyes`.
+
+    A confirmed target is searched near its last place first, which takes a fifth of the time, then in the whole frame.
+    It is always *detected*, never only tracked, so a target that leaves is not hallucinated.
 
     Args:
         camera: Source of the frames; the caller closes it.
@@ -82,6 +88,8 @@ class CameraEyes:
                 raise ConfigError(f"The eyes know no target {target!r}.", remedy=f"They know: {_list(self._targets)}.")
         try:
             frame = self._camera.read(timeout_s)
+        except EndOfFrames as error:
+            raise NoMorePictures(str(error)) from error
         except CameraError as error:
             raise NoPicture(str(error)) from error
         sightings = {target: self._look_at(frame, target) for target in targets}
@@ -123,7 +131,7 @@ class GeometricSensor(Protocol):
 
 
 class GeometricEyes:
-    """Looks by geometry alone, for sweeps over many missions; implements `behaviors.ports.Eyes`.
+    """Eyes by geometry alone, for sweeps over many missions; implements `behaviors.ports.Eyes`.
 
     Args:
         sensor: Computes what a detector would find.

@@ -23,6 +23,7 @@ WAYS = {
 """How to come into each state in which a mission can rest, and what the policy chooses from then on."""
 
 RECOVERIES = ("wait", "move_to", "detour", "rescan")
+LOST = (Event.LINK_LOST, Event.CAMERA_LOST, Event.SENSOR_LOST)
 ACTIVE = ("search", "arrive", *RECOVERIES)
 
 LEADS_TO = {
@@ -36,8 +37,8 @@ LEADS_TO = {
     **{(state, Event.RECOVERY_DONE): "search" for state in RECOVERIES},
     **{(state, Event.RECOVERY_FAILED): state for state in RECOVERIES},  # through select, which chooses the same again
     **{(state, Event.SUSPEND): "suspended" for state in ACTIVE},
-    **{(state, Event.LINK_LOST): "suspended" for state in ACTIVE},
-    ("suspended", Event.LINK_BACK): "search",
+    **{(state, lost): "suspended" for state in ACTIVE for lost in LOST},
+    **{("suspended", back): "search" for back in (Event.LINK_BACK, Event.CAMERA_BACK, Event.SENSOR_BACK)},
     **{(state, Event.ABORT): "finished" for state in WAYS},
     **{(state, Event.TRIP): "finished" for state in WAYS},
 }

@@ -25,5 +25,21 @@ def test_a_wait_says_how_long_it_may_take():
     assert _said(data, choices=True) == ["[client2] Waiting up to 2.0 s: it may leave"]
 
 
+@pytest.mark.parametrize(
+    ("kind", "data", "says"),
+    [
+        (Kind.SENSOR, {"sensor": "sonar", "answers": False, "error": "no cable"}, "without sonar"),
+        (Kind.SENSOR, {"sensor": "sonar", "answers": True, "error": ""}, "sonar answers again"),
+        (Kind.TRANSITION, {"source": "up", "to": "down", "reason": "camera_lost"}, "camera gives no picture"),
+    ],
+)
+def test_only_a_profile_that_speaks_tells_what_does_not_answer(kind, data, says):
+    for choices in (True, False):
+        lines = []
+        Console(lines.append, choices=choices)(Record(1.0, kind, "search", "lena", data))
+        assert len(lines) == choices
+        assert all(says in line for line in lines)
+
+
 def test_the_thesiss_agent_says_nothing_of_its_choices():
     assert _said({"choice": "wait", "why": "x", "wait_s": 15.0}, choices=False) == []

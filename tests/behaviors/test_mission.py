@@ -104,6 +104,15 @@ def test_one_mistake_one_sentence(tmp_path, text, expected):
     assert expected in _complaint(tmp_path, text)
 
 
+@pytest.mark.parametrize("key", ["reconnect_timeout_s", "link_patience_s"])
+def test_the_timeout_of_outages_may_have_its_old_name(tmp_path, key):
+    text = f'[mission]\ntargets = ["m"]\n{key} = 7.5\n[target.m]\ndetector = "marker"\nid = 1\n'
+    mission = load_mission(_write(tmp_path, text))
+    assert mission.mission.reconnect_timeout_s == 7.5
+    assert '"reconnect_timeout_s":7.5' in mission.model_dump_json()
+    assert f"mission.{key}" in _complaint(tmp_path, text.replace("7.5", "-1"))
+
+
 def test_a_missing_file_is_named():
     with pytest.raises(MissionError, match=r"nowhere\.toml: cannot be read"):
         load_mission(Path("nowhere.toml"))

@@ -15,6 +15,7 @@ from behaviors.operator import Ask
 from behaviors.profiles.registry import supervised
 from nxtdrive.brick import Brick
 from nxtdrive.mission import setup
+from nxtdrive.mission.body import MissionClock
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
@@ -70,9 +71,15 @@ def perform(
     interrupt_at_s: float = 0.0,
     reconnecting: bool = False,
     ask: Ask | None = None,
+    arrange: Callable[[Simulation], None] = lambda _: None,
+    observer: Callable[[Record], None] = lambda _: None,
 ) -> Performance:
-    """Run a mission in a bundled world; `reconnecting` as `nxtdrive run` has it on real links."""
+    """Run a mission in a bundled world.
+
+    `reconnecting` is as `nxtdrive run` has it on real links; `arrange` may change the world first.
+    """
     simulation = Simulation(world, seed=1)
+    arrange(simulation)
     done = Performance(simulation)
     transport = SimTransport(simulation, faults=faults)
     console = Console(done.lines.append)
@@ -83,9 +90,9 @@ def perform(
             eyes = setup.geometric_eyes(brick)
         else:
             eyes = setup.camera_eyes(setup.open_mission_camera("sim", brick), mission)
-        rover = setup.build_rover(brick, mission)
+        body, clock = setup.build_body(brick, mission), MissionClock(brick)
         make_profile = supervised(mission, ask) if ask else None
-        executive = Executive(mission, rover, eyes, brick, [done.records.append, console], make_profile)
+        executive = Executive(mission, body, eyes, clock, [observer, done.records.append, console], make_profile)
         start_ms = simulation.now_ms
 
         def sample() -> None:

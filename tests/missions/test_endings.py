@@ -57,7 +57,7 @@ def test_a_link_that_comes_back_resumes_the_mission_where_it_was(perform, missio
 
 def test_a_link_that_stays_away_ends_the_mission_after_its_patience(perform, mission_for):
     mission = mission_for("lena")
-    table = mission.mission.model_copy(update={"link_patience_s": 20.0})
+    table = mission.mission.model_copy(update={"reconnect_timeout_s": 20.0})
     done = perform(
         "open",
         mission.model_copy(update={"mission": table}),

@@ -320,6 +320,22 @@ def test_a_sonar_that_falls_out_while_driving_is_an_error_and_a_stop(lab):
     assert room.simulation.truth.speed_mm_s == 0
 
 
+def test_a_program_that_listens_goes_on_without_the_sonar_until_it_is_back(lab):
+    room = lab(BOX_AHEAD)
+    rover, heard = Rover(room.brick.link), []
+    rover.on_sensor_change(lambda sensor, error: heard.append((sensor, bool(error))))
+    assert rover.range_mm() is not None
+    room.simulation.at(room.simulation.now_ms + 1500, lambda: room.attach(4, None))
+    assert rover.straight(1000).done
+    assert heard == [("sonar", True)]
+    assert rover.range_mm() is None
+    room.attach(4, UltrasonicSensor(lambda: 15))
+    room.brick.sleep(11.0)
+    assert rover.range_mm() == 150.0
+    assert heard == [("sonar", True), ("sonar", False)]
+    assert rover.straight(1000).stop is StopReason.OBSTACLE
+
+
 def test_sensors_reset_by_a_program_are_set_up_again(lab):
     room = lab(BOX_AHEAD)
     rover = Rover(room.brick.link)

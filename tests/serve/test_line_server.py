@@ -294,6 +294,34 @@ def test_a_client_that_floods_is_sent_away(serve):
     assert served.at_rest
 
 
+def test_a_brick_that_answers_nonsense_is_a_link_that_breaks(serve):
+    served = serve(advance_mm=LONG_MM, faults=LinkFaults(corrupt_replies=range(60, 70)))
+    client = served.client()
+    assert client.ask("move_to 0") == ErrorReply.LINK_DOWN
+    assert client.ask("why") == Why.LINK_LOST
+    assert client.ask("connect") == 1
+
+
+def test_a_sonar_that_is_pulled_out_slows_the_robot_and_no_more(serve):
+    served = serve(advance_mm=300.0)
+    client = served.client()
+    client.ask("move_to 0")
+    quick_s = served.simulation.time_s
+    served.simulation.brick.attach_sensor(4, None)
+    assert client.ask("move_to 0") == 0  # the sensor fails during this one
+    begun_s = served.simulation.time_s
+    assert client.ask("move_to 0") == 0
+    assert served.simulation.time_s - begun_s > 1.3 * quick_s
+
+
+def test_a_camera_that_is_away_is_told_as_a_fault(serve):
+    served = serve()
+    served.simulation.webcam.unplugged_ms = ((0, 10**9),)
+    client = served.client()
+    assert client.ask("arrive lena") == ErrorReply.FAULT
+    assert client.ask("why") == Why.FAULT
+
+
 def test_a_link_that_breaks_is_told_and_connect_mends_it(serve):
     served = serve(advance_mm=LONG_MM, faults=LinkFaults(unplugged_ms=((1000, 5000),)))
     client = served.client()

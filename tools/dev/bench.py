@@ -28,11 +28,12 @@ from behaviors.ports import Eyes
 from firmware_protocol.direct import GetOutputState, OutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from nxtdrive.brick import Brick, open_brick
+from nxtdrive.mission.body import MissionClock
 from nxtdrive.mission.setup import (
     GEOMETRIC,
     PICTURES,
     SIMULATED,
-    build_rover,
+    build_body,
     camera_eyes,
     geometric_eyes,
     load,
@@ -228,7 +229,7 @@ def perform_built_in_mission(camera: str) -> Report:
             eyes = geometric_eyes(brick)
         else:
             eyes = camera_eyes(open_mission_camera(camera, brick), mission)
-        return Executive(mission, build_rover(brick, mission), eyes, brick).run()
+        return Executive(mission, build_body(brick, mission), eyes, MissionClock(brick)).run()
 
 
 DETECTORS: dict[str, dict[str, object]] = {

@@ -1,7 +1,7 @@
-"""What the baselines share: targets in order, the journal, the time limit, and an end with the motors off.
+"""The common part of the baselines: targets in order, journal, time limit, outages, and motors off at the end.
 
-The thesis's mind runs on `behaviors.executive.Executive`. A baseline whose doings are not a choice among the thesis's
-recoveries is a small executive of its own, over the same ports and with the same services, and writes the same journal.
+A profile runs on `behaviors.executive.Executive`. A baseline that does not choose among its recoveries is a small
+executive of its own over the same ports, with the same services, and writes the same journal.
 """
 
 from __future__ import annotations
@@ -12,93 +12,140 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any, cast
 
-from behaviors.events import Event, Reason
-from behaviors.executive import LINK_FAILURES, Ending, Report
+from behaviors.events import Event, Fact, Reason
+from behaviors.executive import Ending, Report
 from behaviors.journal import Kind, Record, plain
+from behaviors.motions import ResumableStraight, ResumableTurn
+from behaviors.observers import Observers
+from behaviors.outages import OutageSupervisor, part_of
+from behaviors.ports import MotionResult, Outage, Sighting, StopReason
 from behaviors.skills import SkillContext, ThesisArriveSkill, ThesisSearchSkill, TimeUp
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
-from .robot import Robot, SteadyEyes
+from .robot import Robot
 
 
 class Baseline(ABC):
-    """One mission by one simple mind.
+    """One mission, driven by a simple rule.
 
     Args:
-        robot: What it works with.
+        robot: The robot.
     """
 
     def __init__(self, robot: Robot) -> None:
-        self.body, self.eyes, self.clock = robot.body, SteadyEyes(robot.eyes, robot.clock), robot.clock
-        self.mission, self._observers = robot.mission, robot.observers
+        self.body, self.eyes, self.clock = robot.body, robot.eyes, robot.clock
+        self.mission, self._observers = robot.mission, Observers(robot.observers)
         self._start_s = robot.clock.now()
         limit_s = self.mission.mission.time_limit_s
         self.deadline_s = math.inf if limit_s is None else self._start_s + limit_s
         self.context = SkillContext(
             self.body, self.eyes, self.clock, self.mission.thesis, self.note, lambda _: None, self.deadline_s
         )
+        self._outages = OutageSupervisor(
+            self.body,
+            self.eyes,
+            self.clock,
+            timeout_s=self.mission.mission.reconnect_timeout_s,
+            check_time=self.context.check_time,
+            report=self._note_outage,
+            note=self.note,
+        )
         self.queue = TargetQueue(self.mission.mission.targets)
-        self._state = "idle"
+        self._state = self._resumed = "idle"
         self._path: list[str] = []
 
     @abstractmethod
     def pursue(self, target: str) -> bool:
-        """Go for one target; whether it was reached (True) or is given up (False). The robot is at rest afterwards."""
+        """Pursue one target; True if it was reached, False to give it up. The robot is at rest afterwards."""
 
     def run(self) -> Report:
-        """Pursue the targets in order; what came of it, as from `behaviors.executive.Executive.run`."""
+        """Pursue the targets in order; the result is that of `behaviors.executive.Executive.run`."""
         ending, error = Ending.BROKEN, ""
         self.note(Kind.START, mission=self.mission.mission.name, targets=list(self.mission.mission.targets))
         try:
             ending = self._pursue_all()
         except TimeUp:
             ending = Ending.TIME_UP
-        except LINK_FAILURES as lost:
-            ending, error = Ending.LINK_LOST, str(lost)
+        except Outage as outage:
+            ending, error = Ending(f"{part_of(outage)}_lost"), str(outage)
         finally:
-            with suppress(*LINK_FAILURES):
+            with suppress(Outage):
                 self.body.stop()
             outcomes = {progress.target: progress.outcome.value for progress in self.queue.targets}
             self.note(Kind.END, ending=ending, targets=outcomes, error=error)
-        return Report(ending, self.queue.targets, self._path, self.now(), error)
+        return Report(ending, self.queue.targets, self._path, self.now(), error, dict(self._observers.failures))
 
     def now(self) -> float:
         """Mission time in seconds."""
         return self.clock.now() - self._start_s
 
     def note(self, kind: Kind, **data: object) -> None:
-        """Tell every observer."""
+        """Pass a record with the current time, state and target on to the observers."""
         values = cast("Mapping[str, Any]", plain(data))
-        record = Record(round(self.now(), 3), kind, self._state, self.queue.target, values)
-        for observer in self._observers:
-            observer(record)
+        self._observers(Record(round(self.now(), 3), kind, self._state, self.queue.target, values))
 
     def enter(self, state: str, event: Event | None = None, reason: Reason | None = None) -> None:
-        """Go on to another state, under the names of the thesis's chart."""
+        """Enter another state, by its name in the mission's chart."""
         source, self._state = self._state, state
         self._path.append(state)
         why = {} if reason is None else {"reason": reason}
         self.note(Kind.TRANSITION, source=source, to=state, event=event, **why)
 
     def choose(self, choice: str, why: str, **evidence: object) -> None:
-        """Write a decision down."""
+        """Journal a decision."""
         self.note(Kind.CHOICE, choice=choice, why=why, evidence=evidence)
 
     def search(self, target: str) -> Reason:
-        """The thesis's search; SIGHTED or why not."""
+        """Search as the thesis does; returns SIGHTED or the reason of the failure."""
         self.enter("search")
         self.queue.current.attempts += 1
-        return ThesisSearchSkill(self.context, target).call().reason
+        return self._outages.run(ThesisSearchSkill(self.context, target).call).reason
 
     def arrive(self, target: str) -> Reason:
-        """The thesis's approach to its end; WITHIN_REACH or why not."""
+        """Approach as the thesis does, anew after an outage; returns WITHIN_REACH or the reason of the failure."""
         self.enter("arrive", Event.TARGET_SEEN, Reason.SIGHTED)
+        return self._outages.run(lambda: self._approach(target))
+
+    def turn(self, angle_deg: float) -> MotionResult:
+        """Turn on the spot, positive right; completed after an outage."""
+        return self._outages.run(ResumableTurn(self.body, angle_deg, self._outages.run(self.body.pose)).call)
+
+    def straight(self, distance_mm: float) -> MotionResult:
+        """Drive along the heading, negative: back; completed after an outage."""
+        return self._outages.run(ResumableStraight(self.body, distance_mm, self._outages.run(self.body.pose)).call)
+
+    def drive(self, speed_mm_s: float) -> StopReason | None:
+        """Drive on straight ahead until the next call, for at most one lease."""
+        return self._outages.run(lambda: self.body.drive(speed_mm_s, 0.0))
+
+    def stop(self) -> None:
+        """Motors off."""
+        self._outages.run(self.body.stop)
+
+    def look(self, target: str) -> Sighting | None:
+        """Look for a target in the next frame."""
+        return self._outages.run(lambda: self.eyes.look(target))
+
+    def rest(self, duration_s: float) -> None:
+        """Wait, outages included."""
+        end_s = self.clock.now() + duration_s
+        self._outages.run(lambda: self.clock.sleep(max(0.0, end_s - self.clock.now())))
+
+    def _approach(self, target: str) -> Reason:
         service = ThesisArriveSkill(self.context, target)
         while True:
             self.context.check_time()
             fact = service.call()
             if fact.event is not Event.CONTINUED:
                 return fact.reason
+
+    def _note_outage(self, fact: Fact) -> None:
+        """Journal that the mission is suspended or goes on."""
+        if fact.event in (Event.LINK_LOST, Event.CAMERA_LOST, Event.SENSOR_LOST):
+            self._resumed = self._state
+            self.enter("suspended", fact.event, fact.reason)
+        else:
+            self.enter(self._resumed, Event.RESUME, fact.reason)
 
     def _pursue_all(self) -> Ending:
         while True:

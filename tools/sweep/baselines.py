@@ -1,4 +1,4 @@
-"""Simple minds to compare with: Nav2's list of recoveries, and a walk at random."""
+"""Baselines: Nav2's list of recoveries, and a random walk."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ SPIN_DEG, WAIT_S, BACK_UP_MM = 90.0, 5.0, 300.0
 """Nav2's Spin of 1.57 rad, Wait of 5 s and BackUp of 0.30 m."""
 
 TURNS_DEG = (45.0, 180.0)
-"""A random walk turns by something in between, to either side, when its way is shut."""
+"""Range of the random walk's turns, to either side, when its way is blocked."""
 LEG_S = (4.0, 12.0)
-"""And after so long a drive, lest it circle for ever."""
+"""Range of its drives; an endless one might circle."""
 RETREAT_MM = 80.0
-"""What was touched is left so far behind."""
+"""How far it backs off from what it touched."""
 
 
 class Nav2List(Baseline):
-    """The thesis's search and approach with Nav2's default recoveries, in turn and whatever went wrong.
+    """The thesis's search and approach with Nav2's default recoveries in turn, for any failure.
 
     Not Nav2 itself. Clearing the costmap, the first of its round robin, has nothing to clear here.
     """
@@ -50,20 +50,20 @@ class Nav2List(Baseline):
         self.choose(choice, "it is its turn", reason=reason, seen_since_search=seen_since_search)
         self.enter(choice)
         if choice == "rescan":
-            self.body.turn(SPIN_DEG)
+            self.turn(SPIN_DEG)
         elif choice == "back_up":
-            self.body.straight(-BACK_UP_MM)
+            self.straight(-BACK_UP_MM)
         else:
             end_s = self.clock.now() + WAIT_S
             while self.clock.now() < end_s:
                 self.context.check_time()
-                self.clock.sleep(SKILLS.nap_s)
+                self.rest(SKILLS.nap_s)
 
 
 class RandomWalk(Baseline):
-    """Drives straight until the sonar stops it, turns at random, approaches the target when it sees it.
+    """Drives straight until the sonar stops it, turns at random, and approaches the target when it sees it.
 
-    It has no reason ever to give up, so it shares its time evenly among the targets that are left.
+    It never gives up, so it divides its time evenly among the remaining targets.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -88,14 +88,14 @@ class RandomWalk(Baseline):
             leg_end_s = min(until_s, self.clock.now() + self._random.uniform(*LEG_S))
             while self.clock.now() < leg_end_s:
                 self.context.check_time()
-                stop = self.body.drive(self.mission.thesis.cruise_mm_s, 0.0)
+                stop = self.drive(self.mission.thesis.cruise_mm_s)
                 if stop is not None:
                     break
-                if sighting := self.eyes.look(target):
-                    self.body.stop()
+                if sighting := self.look(target):
+                    self.stop()
                     return sighting
-            self.body.stop()
+            self.stop()
             if stop is StopReason.CONTACT:
-                self.body.straight(-RETREAT_MM)
-            self.body.turn(self._random.choice((-1, 1)) * self._random.uniform(*TURNS_DEG))
+                self.straight(-RETREAT_MM)
+            self.turn(self._random.choice((-1, 1)) * self._random.uniform(*TURNS_DEG))
         return None

@@ -71,14 +71,17 @@ def judge_choices(trace: EpisodeTrace) -> list[Judgement]:
 
 
 def recognition_s(trace: EpisodeTrace) -> list[float]:
-    """Seconds from each disturbance to the next choice for the target it concerns."""
+    """Seconds from each disturbance to the next choice for the target it concerns.
+
+    A dead camera leads to no choice: it is noticed when the mission is suspended.
+    """
     onsets = sorted(
         (onset_s, one.target) for one in trace.disturbances if (onset_s := _onset_s(trace, one)) is not None
     )
     delays = []
     for onset_s, target in onsets:
-        choices = _choices(trace, onset_s)
-        after = next((mark for mark in choices if not target or mark.record.target == target), None)
+        noticed = (mark for mark in _choices(trace, onset_s) if mark.record.target == target)
+        after = next(noticed if target else _suspensions(trace, onset_s), None)
         newer = [other_s for other_s, other in onsets if other_s > onset_s and other == target]
         if after and not (newer and newer[0] < after.moment.time_s):
             delays.append(after.moment.time_s - onset_s)
@@ -103,6 +106,10 @@ def longest_run(trace: EpisodeTrace) -> int:
 
 def _choices(trace: EpisodeTrace, since_s: float) -> Iterator[Mark]:
     return (mark for mark in trace.marks if mark.record.kind is Kind.CHOICE and mark.moment.time_s >= since_s)
+
+
+def _suspensions(trace: EpisodeTrace, since_s: float) -> Iterator[Mark]:
+    return (mark for mark in trace.marks if mark.record.data.get("to") == "suspended" and mark.moment.time_s >= since_s)
 
 
 def _onset_s(trace: EpisodeTrace, disturbance: Disturbance) -> float | None:

@@ -1,7 +1,7 @@
-"""The oracle: drives the same robot with the truth before its eyes. What it does not reach, nobody can be blamed for.
+"""The oracle: drives the same robot by the simulation's truth, which only it may read; a bound for all policies.
 
-It alone may read the simulation's truth. It sees no pictures: it knows where they are, plans on the true map around
-whatever stands there now, and drives by where it really is.
+It uses no camera: it knows where the pictures are, plans on the true map around what stands there now, and drives by
+its true pose.
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ from .room_builder import ROBOT_RADIUS_MM
 from .survey import survey
 
 MARGINS_MM = (50.0, 25.0, 8.0)
-"""Room beside the robot: as much as there is a way for."""
+"""Clearances beside the robot; the largest for which there is a way is used."""
 BERTH_MM = 150.0
-"""And so much more where a little longer way allows it."""
+"""Additional clearance where a slightly longer way allows it."""
 REACH_MM, NEAREST_MM, REACH_DEG = 430.0, 320.0, 65.0
 """It stops well inside of where a stop counts, and no nearer than the safety stop lets it."""
 LEG_MM = 600.0
-"""It looks at the map again after so far."""
+"""It plans again after this distance."""
 AIM_DEG = 2.0
-"""It drives straight on when it is off by no more."""
+"""It drives straight on within this bearing."""
 BACK_OFF_MM = 120.0
-"""It leaves what stopped it so far behind."""
+"""How far it backs off from what stopped it."""
 PATIENCE_S, LOOK_S = 60.0, 1.0
-"""So long without a way, in all, before it gives a target up; and how often it looks for one meanwhile."""
+"""Total time without a way before it gives a target up, and how often it plans meanwhile."""
 
 
 class Oracle(Baseline):
-    """Knows everything, and drives as well as the robot can.
+    """Plans by the truth.
 
     Args:
-        robot: What it works with.
+        robot: The robot.
         simulation: The truth.
     """
 
@@ -57,7 +57,7 @@ class Oracle(Baseline):
             way = self._plan(target)
             if way is None:
                 waited_s += LOOK_S
-                self.clock.sleep(LOOK_S)
+                self.rest(LOOK_S)
             elif len(way.points) == 1:
                 self.enter("arrive", Event.TARGET_SEEN, Reason.SIGHTED)
                 return True
@@ -90,7 +90,7 @@ class Oracle(Baseline):
         bearing_deg = math.degrees(math.atan2(there[1] - here.y_mm, there[0] - here.x_mm))
         off_deg = wrapped_deg(bearing_deg - here.heading_deg)
         if abs(off_deg) > AIM_DEG:
-            self.body.turn(off_deg)
-        motion = self.body.straight(min(LEG_MM, math.dist(way.points[0], there)))
+            self.turn(off_deg)
+        motion = self.straight(min(LEG_MM, math.dist(way.points[0], there)))
         if motion.stop is not StopReason.DONE:
-            self.body.straight(-BACK_OFF_MM)
+            self.straight(-BACK_OFF_MM)

@@ -1,4 +1,4 @@
-"""Performs one mission of a sweep and says what came of it as one line of JSON."""
+"""Performs one mission of a sweep; its result is one line of JSON."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .robot import build_robot
 from .scenarios import Scenario, draw_scenario
 
 FAILED = "failed"
-"""The ending of a mission that our own fault ended."""
+"""The ending of a mission that a fault of the program ended."""
 
 Line = dict[str, Any]
 
@@ -45,7 +45,7 @@ class Task:
 
     @property
     def key(self) -> tuple[str, int, str, str]:
-        """What tells it from others, whatever the sweep."""
+        """Its identity across sweeps."""
         return self.kind, self.seed, self.policy, self.eyes
 
 
@@ -56,8 +56,8 @@ def perform(scenario: Scenario, policy: str, eyes: str) -> tuple[EpisodeTrace, R
         The trace to judge, and the referee, which has the journal.
 
     Raises:
-        KeyboardInterrupt: Ctrl-C, also when the policy has made an orderly end of it.
-        Exception: Whatever breaks a mission, a livelock for instance.
+        KeyboardInterrupt: Ctrl-C, also when the policy ended the mission in good order.
+        Exception: What breaks a mission or its referee, a livelock for instance.
     """
     scenario = replace(scenario, mission=equipped(policy, scenario.mission))
     simulation = Simulation(scenario.world, seed=scenario.seed)
@@ -66,8 +66,10 @@ def perform(scenario: Scenario, policy: str, eyes: str) -> tuple[EpisodeTrace, R
         robot = build_robot(scenario, simulation, brick, eyes, [referee])
         report = drive(policy, robot, simulation)
         if report.ending is Ending.INTERRUPTED:
-            raise KeyboardInterrupt  # an operator stops a mission; who watches a sweep wants to stop all of it
-        # the brick's own end takes time, and the robot may still roll
+            raise KeyboardInterrupt  # Ctrl-C stops the sweep, not only this mission
+        if report.observer_failures:
+            raise RuntimeError(f"observers failed: {dict(report.observer_failures)}")
+        # closing the brick takes time, and the robot may still roll
         ended_s = report.duration_s
         moments = [moment for moment in referee.moments if moment.time_s <= ended_s]
     trace = EpisodeTrace(
@@ -90,7 +92,7 @@ def late_objects(world: WorldFile) -> frozenset[str]:
 
 
 def evaluate(task: Task) -> Line:
-    """Perform a task; its line of JSON, also when it breaks."""
+    """Perform a task; returns its line of JSON, also when it breaks."""
     try:
         trace, _ = perform(draw_scenario(task.kind, task.seed), task.policy, task.eyes)
         return {**_head(task), **judge(trace)}
@@ -99,7 +101,7 @@ def evaluate(task: Task) -> Line:
 
 
 def failed(task: Task, error: Exception) -> Line:
-    """The line of a task that broke: nothing was reached, and why."""
+    """Return the line of a task that broke: nothing was reached, and why."""
     return {
         **_head(task),
         "success": False,
@@ -140,7 +142,7 @@ def judge(trace: EpisodeTrace) -> Line:
 
 
 def rounded(value: Any) -> Any:  # noqa: ANN401 - any plain value
-    """The same with numbers to a thousandth: digits beyond differ between machines."""
+    """Round numbers to a thousandth: further digits differ between machines."""
     if isinstance(value, float):
         return round(value, 3)
     if isinstance(value, dict):

@@ -1,7 +1,7 @@
 """The policies that are compared, by name.
 
-A policy drives one mission on a `Robot`. To compare another mind, add a line to `POLICIES`: an entry is anything that
-takes a robot and returns the mission's report, and whatever journal it writes is what it is judged by.
+A policy drives one mission on a `Robot`. To compare another one, add a line to `POLICIES`: an entry is a function from
+a robot to the mission's report, and it is judged by the journal that it writes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from sim_backend.simulation import Simulation
 
 from .baselines import Nav2List, RandomWalk
 from .oracle import Oracle
-from .robot import Robot, SteadyEyes
+from .robot import Robot
 
 NEVER = 10**9
 """Searches for one target before it is given up."""
@@ -32,8 +32,7 @@ def _executive(make_profile: MakeProfile, **adaptive: object) -> Policy:
     def run(robot: Robot) -> Report:
         profile = robot.mission.adaptive.model_copy(update=adaptive)
         mission = robot.mission.model_copy(update={"adaptive": profile})
-        eyes = robot.eyes if make_profile is AdaptiveProfile else SteadyEyes(robot.eyes, robot.clock)
-        return Executive(mission, robot.body, eyes, robot.clock, robot.observers, make_profile).run()
+        return Executive(mission, robot.body, robot.eyes, robot.clock, robot.observers, make_profile).run()
 
     return run
 

@@ -1,4 +1,4 @@
-"""Watches a mission from outside, by the simulation's truth, and keeps what judging it takes."""
+"""Watches a mission by the simulation's truth and keeps what is needed to judge it."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .floor_plan import FloorPlan, Goal
 from .survey import survey
 
 SAMPLE_MS = 100
-"""How often the truth is kept."""
+"""Sampling period of the truth."""
 JUDGED = (Kind.START, Kind.TRANSITION, Kind.CHOICE, Kind.END)
-"""Records that are judged by where things were at that moment."""
+"""Records that are kept with the truth of their moment."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What stood where.
+    """The places of everything.
 
     Attributes:
         plan: Everything.
@@ -39,8 +39,8 @@ class Moment:
     Attributes:
         time_s: Mission time.
         pose: Of the robot.
-        contacts: How often it has come to touch something so far.
-        scene: What stood where; the same object as long as nothing moves.
+        contacts: How often it has touched something so far.
+        scene: The places of everything; the same object while nothing moves.
     """
 
     time_s: float
@@ -85,7 +85,7 @@ class EpisodeTrace:
         view_mm: From how far a print can be recognised in this scenario.
         ending: How it ended.
         duration_s: How long it took.
-        error: What broke it, or an empty string.
+        error: The outage that ended it, in words, or an empty string.
     """
 
     targets: Sequence[str]
@@ -100,7 +100,7 @@ class EpisodeTrace:
 
 
 class Referee:
-    """Keeps the truth of a mission; an observer of its journal.
+    """Records the truth of a mission; an observer of its journal.
 
     Args:
         simulation: Where it is performed; the mission begins now.
@@ -116,7 +116,7 @@ class Referee:
         self._watch()
 
     def __call__(self, record: Record) -> None:
-        """Hear of a record."""
+        """Keep a record, with the truth if it is judged."""
         self.records.append(record)
         if record.kind in JUDGED:
             self.marks.append(Mark(record, self._moment()))

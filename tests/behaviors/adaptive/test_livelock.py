@@ -21,7 +21,7 @@ from behaviors.executive import Ending, Executive
 from behaviors.failures import Blocker
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
-from behaviors.ports import Glimpse, MotionResult, Point, Pose, Sighting, StopReason
+from behaviors.ports import BodyLost, Glimpse, MotionResult, Point, Pose, Sighting, StopReason
 from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, Choice
 from behaviors.target_queue import TargetQueue
 
@@ -206,6 +206,9 @@ class Ports:
         self._answer()
         return 8000
 
+    def on_sensor_change(self, listener) -> None:
+        """No sensor fails here."""
+
     def look(self, target: str) -> Sighting | None:
         return self.glance([target]).seen.get(target)
 
@@ -237,7 +240,7 @@ class Ports:
             self._silent_until_s = self._now_s + self._random.uniform(0.5, 5.0)
         if self._now_s < self._silent_until_s:
             self._speeds = (0.0, 0.0)
-            raise TimeoutError("the brick does not answer")
+            raise BodyLost("the brick does not answer")
 
 
 @dataclass(frozen=True)

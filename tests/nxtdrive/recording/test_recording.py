@@ -10,6 +10,7 @@ import pytest
 
 from behaviors.executive import Ending, Report
 from behaviors.journal import Kind, Record
+from behaviors.observers import Observers
 from behaviors.target_queue import TargetOutcome, TargetProgress
 from firmware_protocol.errors import ConfigError
 from nxtdrive.recording.map_picture import STATE_COLORS, draw_map, gather
@@ -110,7 +111,7 @@ def test_a_finished_recording_is_complete_even_when_the_run_broke(tmp_path, repo
     for record in RECORDS:
         recording(record)
     recording.frame(Frame(np.zeros((48, 64, 3), np.uint8), 0.5, 0))
-    recording.finish(report, "" if report else "broken", {"nxt": "sim://"})
+    recording.finish(report, "" if report else "broken", {"nxt": "sim://"}, Observers())
     assert [path.name for path in recording.files()] == ["camera.mp4", "journal.jsonl", "map.png", "summary.json"]
     summary = json.loads((recording.folder.path / "summary.json").read_text(encoding="utf-8"))
     assert summary["achieved"] is (report is not None)

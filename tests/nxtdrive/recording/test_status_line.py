@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 
+import pytest
 from rich.console import Console
 
 from behaviors.journal import Kind, Record
@@ -46,9 +47,15 @@ def test_a_recovery_is_named_in_words_and_says_why_it_was_chosen():
     assert "waiting does not pay" not in _shown(choice, later).rpartition("arrive")[2]
 
 
-def test_a_suspended_mission_says_what_it_waits_for():
-    shown = _shown(Record(3.0, Kind.TRANSITION, "suspended", "lena", {"source": "active", "to": "suspended"}))
-    assert "the link is lost; waiting for the brick" in shown
+@pytest.mark.parametrize(
+    ("reason", "says"), [("link_lost", "waiting for the brick"), ("camera_lost", "waiting for the camera")]
+)
+def test_a_suspended_mission_says_what_it_waits_for(reason, says):
+    shown = _shown(
+        Record(3.0, Kind.TRANSITION, "search", "lena", {"source": "up", "to": "down", "reason": reason}),
+        Record(3.0, Kind.TRANSITION, "suspended", "lena", {"source": "active", "to": "suspended"}),
+    )
+    assert says in shown
 
 
 def test_it_gives_the_terminal_free_and_takes_it_again():

@@ -121,6 +121,12 @@ def test_a_failure_is_noticed_from_when_somebody_is_in_the_way():
     assert recognition_s(trace) == [pytest.approx(1.8)]
 
 
+def test_a_dead_camera_is_noticed_when_the_mission_is_suspended():
+    episode = EpisodeBuilder().enter("arrive").drive(1000, 1500, 2).disturb(target="")
+    episode.drive(1000, 1500, 0.5).enter("suspended").drive(1000, 1500, 4).enter("arrive").choose("rescan")
+    assert recognition_s(episode.end()) == [pytest.approx(0.5)]
+
+
 def _blocked(stays_s, choice, waits_s):
     episode = EpisodeBuilder(late_objects=["anna"]).enter("arrive")
     episode.at, episode.scene = (1800.0, 1500.0), _scene(PERSON)

@@ -5,7 +5,7 @@ import pytest
 from behaviors.executive import Ending
 from behaviors.journal import Kind
 from nxtdrive.tools.sweep.performance import perform
-from nxtdrive.tools.sweep.policies import ALL_NAMES
+from nxtdrive.tools.sweep.policies import ALL_NAMES, NAMES
 from nxtdrive.tools.sweep.scenarios import draw_scenario
 
 
@@ -33,7 +33,19 @@ def test_nav2s_list_recovers_in_turn_and_gives_up_after_six():
     assert choices == ["rescan", "wait", "back_up"] * 2 + ["change_target"]
 
 
-def test_the_robot_outlasts_outages_of_the_link():
+@pytest.mark.parametrize("policy", NAMES)
+@pytest.mark.parametrize("kind", ["link", "camera_loss"])
+def test_outages_suspend_a_mission_which_then_goes_on(kind, policy):
+    _, referee = perform(_limited(draw_scenario(kind, 100), 60.0), policy, "geometric")
+    went = [record.data["to"] for record in referee.records if record.kind is Kind.TRANSITION]
+    if kind == "camera_loss" and policy == "oracle":
+        assert "suspended" not in went, "it needs no camera"
+        return
+    assert "suspended" in went
+    assert went[went.index("suspended") + 1] != "finished"
+
+
+def test_the_oracle_outlasts_outages_of_the_link():
     scenario = draw_scenario("link", 100)
     assert scenario.faults.silent_ms
     trace, _ = perform(scenario, "oracle", "geometric")

@@ -1,0 +1,120 @@
+"""The one way to outlast an outage of brick, camera or sensors, in every profile.
+
+The robot stands, the outage is reported, and what failed is tried again until it works or the mission's
+``reconnect_timeout_s`` is over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+from behaviors.events import Event, Fact, Reason
+from behaviors.journal import Kind, Note
+from behaviors.ports import Blind, Body, BodyLost, Clock, Eyes, Outage, SensorLost
+
+T = TypeVar("T")
+
+RETRY_S = 0.5
+"""How often it is tried whether what failed works again."""
+
+PARTS: dict[type[Outage], str] = {BodyLost: "link", Blind: "camera", SensorLost: "sensor"}
+"""What has failed, as the names of events, reasons and endings begin."""
+
+
+def part_of(outage: Outage) -> str:
+    """What has failed: ``link``, ``camera`` or ``sensor``."""
+    return next(part for kind, part in PARTS.items() if isinstance(outage, kind))
+
+
+class OutageSupervisor:
+    """Outlasts outages, and writes down which sensors fail and return.
+
+    Args:
+        body: The robot.
+        eyes: Its camera.
+        clock: Mission time.
+        timeout_s: An outage that lasts longer ends the mission.
+        check_time: Called before each attempt; may raise to end the mission.
+        report: Called with the facts ``link_lost``, ``link_back``, ``camera_lost`` and so on.
+        note: Writes a record into the journal.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        eyes: Eyes,
+        clock: Clock,
+        *,
+        timeout_s: float,
+        check_time: Callable[[], None],
+        report: Callable[[Fact], None],
+        note: Note,
+    ) -> None:
+        self._body = body
+        self._eyes = eyes
+        self._clock = clock
+        self._timeout_s = timeout_s
+        self._check_time = check_time
+        self._report = report
+        self._note = note
+        self._lost_sensors: set[str] = set()
+        body.on_sensor_change(self._sensor_changed)
+
+    def run(self, work: Callable[[], T]) -> T:
+        """Call `work`, and call it again after each outage; it must be able to resume or to start over.
+
+        Raises:
+            Outage: It lasted too long.
+        """
+        while True:
+            try:
+                return work()
+            except Outage as outage:
+                self.outlast(outage)
+
+    def outlast(self, outage: Outage) -> None:
+        """Wait until what failed works again; the robot stands, by its leases if it cannot be reached.
+
+        Raises:
+            Outage: `outage` itself, which says what happened first: it lasted too long, or is permanent.
+        """
+        part, begun_s, lost_sensors = part_of(outage), self._clock.now(), set(self._lost_sensors)
+        self._report(Fact(Event(f"{part}_lost"), Reason(f"{part}_lost"), {"error": str(outage)}))
+        slept = True
+        while not self._works_again(part, lost_sensors):
+            self._check_time()
+            if outage.permanent or self._clock.now() - begun_s >= self._timeout_s:
+                raise outage from None
+            try:
+                self._clock.sleep(RETRY_S)
+                slept = True
+            except Outage:
+                # the first error may be the notice of the loss; a clock that keeps failing has a link that stays closed
+                if not slept:
+                    raise outage from None
+                slept = False
+        silent_s = self._clock.now() - begun_s
+        self._report(Fact(Event(f"{part}_back"), Reason(f"{part}_back"), {"silent_s": silent_s}))
+
+    def _works_again(self, part: str, lost_sensors: set[str]) -> bool:
+        """Stop the robot and try what has failed."""
+        try:
+            self._body.stop()
+            self._body.battery_mv()  # stopping takes no answer, and silence is no failure of it
+            if part == "camera":
+                self._eyes.glance(())
+            elif part == "sensor":
+                self._body.range_mm()
+                self._body.touching()
+                return not lost_sensors <= self._lost_sensors
+        except Outage:
+            return False
+        return True
+
+    def _sensor_changed(self, sensor: str, error: str) -> None:
+        if error:
+            self._lost_sensors.add(sensor)
+        else:
+            self._lost_sensors.discard(sensor)
+        self._note(Kind.SENSOR, sensor=sensor, answers=not error, error=error)

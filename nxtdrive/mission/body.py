@@ -1,0 +1,143 @@
+"""The driver as a mission's robot and clock: driver errors become the outages that `behaviors.ports` declares."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from behaviors.ports import BodyLost, MotionResult, Pose, SensorListener, SensorLost, StopReason
+from firmware_protocol.errors import BrickNotFound, LinkError, RemoteProtocolError
+
+if TYPE_CHECKING:
+    from nxtdrive.brick import Brick
+    from nxtdrive.motion.rover import Rover
+
+SAFETY_SENSORS = frozenset({"sonar", "bumper"})
+"""Sensors that can stop the robot before it runs into something, or when it does."""
+REDUCED_SPEED = 0.5
+"""Share of its speed at which the robot drives forward without one of its safety sensors."""
+
+
+@contextmanager
+def link_errors_as_outages() -> Iterator[None]:
+    """Raise `BodyLost` for a link that is lost or silent and for a brick that answers nonsense."""
+    try:
+        yield
+    except (LinkError, BrickNotFound, RemoteProtocolError) as error:
+        raise BodyLost(str(error)) from error
+
+
+class MissionClock:
+    """The link's clock; implements `behaviors.ports.Clock`.
+
+    Args:
+        brick: Its link may be lost and opened again.
+    """
+
+    def __init__(self, brick: Brick) -> None:
+        self._brick = brick
+
+    def now(self) -> float:
+        """Seconds since an arbitrary start."""
+        return self._brick.now()
+
+    def sleep(self, duration_s: float) -> None:
+        """Let `duration_s` pass.
+
+        Raises:
+            BodyLost: The link was lost meanwhile.
+        """
+        with link_errors_as_outages():
+            self._brick.sleep(duration_s)
+
+
+class MissionBody:
+    """A rover that survives the failure of a sensor; implements `behaviors.ports.Body`.
+
+    Args:
+        rover: The robot.
+        safety_sensors: Those of `SAFETY_SENSORS` that it has.
+    """
+
+    def __init__(self, rover: Rover, safety_sensors: Collection[str]) -> None:
+        self._rover = rover
+        self._safety_sensors = frozenset(safety_sensors)
+        self._lost: dict[str, str] = {}
+        self._listeners: list[SensorListener] = []
+        rover.on_sensor_change(self._sensor_changed)
+
+    def turn(self, angle_deg: float) -> MotionResult:
+        """Turn on the spot, positive right; returns at rest."""
+        with link_errors_as_outages():
+            return self._rover.turn(angle_deg)
+
+    def straight(self, distance_mm: float) -> MotionResult:
+        """Drive along the heading; returns at rest.
+
+        Raises:
+            SensorLost: `distance_mm` is positive, and no safety sensor is left.
+        """
+        self._check_safety(distance_mm)
+        with link_errors_as_outages():
+            return self._rover.straight(distance_mm, self._rover.settings.speed_mm_s * self._share)
+
+    def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
+        """Drive on until the next call, for at most one lease.
+
+        Raises:
+            SensorLost: `speed_mm_s` is positive, and no safety sensor is left.
+        """
+        self._check_safety(speed_mm_s)
+        with link_errors_as_outages():
+            return self._rover.drive(speed_mm_s * self._share, turn_deg_s)
+
+    def stop(self) -> None:
+        """Motors off, brakes on."""
+        with link_errors_as_outages():
+            self._rover.stop()
+
+    def pose(self) -> Pose:
+        """Where the robot is by odometry."""
+        with link_errors_as_outages():
+            return self._rover.pose()
+
+    def range_mm(self) -> float | None:
+        """Distance ahead; None without an echo and while there is no working sonar."""
+        with link_errors_as_outages():
+            return self._rover.range_mm()
+
+    def touching(self) -> bool:
+        """Whether the bumper is pressed; False while there is no working bumper."""
+        with link_errors_as_outages():
+            return self._rover.touching()
+
+    def keep_alive(self) -> None:
+        """Keep the brick from switching itself off."""
+        with link_errors_as_outages():
+            self._rover.keep_alive()
+
+    def battery_mv(self) -> int:
+        """Battery voltage in millivolts."""
+        with link_errors_as_outages():
+            return self._rover.battery_mv()
+
+    def on_sensor_change(self, listener: SensorListener) -> None:
+        """Call `listener` when a sensor fails and when it answers again; it must not use the robot."""
+        self._listeners.append(listener)
+
+    @property
+    def _share(self) -> float:
+        return REDUCED_SPEED if self._safety_sensors & self._lost.keys() else 1.0
+
+    def _check_safety(self, forward: float) -> None:
+        if forward > 0 and self._safety_sensors and self._safety_sensors <= self._lost.keys():
+            raise SensorLost("; ".join(f"{sensor}: {error}" for sensor, error in sorted(self._lost.items())))
+
+    def _sensor_changed(self, sensor: str, error: str) -> None:
+        if error:
+            self._lost[sensor] = error
+        else:
+            del self._lost[sensor]
+        for listener in self._listeners:
+            listener(sensor, error)

@@ -1,0 +1,49 @@
+"""Observers cannot break a mission."""
+
+from __future__ import annotations
+
+import pytest
+
+from behaviors.journal import Kind, Record
+from behaviors.observers import Observers
+
+RECORD = Record(0.0, Kind.START, "idle", "lena")
+
+
+def _failing(error):
+    def observe(record):
+        raise error
+
+    return observe
+
+
+def test_one_that_fails_is_reported_once_and_left_out():
+    heard, failed = [], []
+    observers = Observers(on_failure=lambda name, error: failed.append((name, str(error))))
+    observers.add("console", _failing(ConnectionError("closed")))
+    observers.add("journal", heard.append)
+    observers(RECORD)
+    observers(RECORD)
+    assert failed == [("console", "closed")]
+    assert heard == [RECORD, RECORD]
+    assert observers.failures == {"console": "closed"}
+    assert observers.summary() == {"observer_failures": {"console": "closed"}}
+
+
+def test_all_of_one_name_are_left_out_together():
+    shown = []
+    observers = Observers(on_failure=lambda name, error: None)
+    look, frame = observers.guarded("video", _failing(OSError("full"))), observers.guarded("video", shown.append)
+    frame(1), look(2), frame(3)
+    assert shown == [1]
+
+
+def test_a_program_that_says_nothing_finds_a_warning_in_the_log(caplog):
+    Observers([_failing(ValueError("a bug"))])(RECORD)
+    assert "a bug" in caplog.text
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit])
+def test_the_end_of_the_program_is_no_failure(error):
+    with pytest.raises(error):
+        Observers([_failing(error)])(RECORD)
