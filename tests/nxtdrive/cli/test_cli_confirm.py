@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import select
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -89,6 +90,8 @@ def test_without_a_terminal_it_is_a_usage_error(capsys, monkeypatch, tmp_path):
     assert not Path("runs").exists()
 
 
+SILENCE_S = 5.0
+"""After the last answer."""
 IN_A_TERMINAL = "import os, pty, sys; sys.exit(os.waitstatus_to_exitcode(pty.spawn(sys.argv[1:])))"
 
 
@@ -103,7 +106,11 @@ def _at_a_terminal(folder: Path, *answers: bytes) -> int:
         bufsize=0,
     )
     left, heard = list(answers), b""
-    while said := process.stdout.read(4096):
+    while True:
+        if not left and not select.select([process.stdout], [], [], SILENCE_S)[0]:
+            process.stdin.write(answers[-1])  # a Ctrl-C that comes just before Python begins to read is not seen
+        if not (said := process.stdout.read(4096)):
+            break
         heard += said
         if left and PROMPT in heard:
             heard = b""
