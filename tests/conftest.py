@@ -9,11 +9,16 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import pytest
+from hypothesis import settings
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
 
 pytest_plugins = ["nxtdrive.pytest_plugin", "pytester"]
+
+# a deadline is wall time, which tells of the machine and not of the code
+settings.register_profile("any machine", deadline=None)
+settings.load_profile("any machine")
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
