@@ -82,7 +82,7 @@ def test_whoever_listens_to_everybody_is_warned(server):
     process.send_signal(signal.SIGTERM)
     _, errors = process.communicate(timeout=60)
     assert address[0] == "0.0.0.0"
-    assert "anybody who reaches 0.0.0.0 can drive this robot" in errors
+    assert "anyone who can reach 0.0.0.0 can drive this robot" in errors
 
 
 def test_a_port_that_is_taken_is_one_sentence(capsys):
