@@ -104,12 +104,13 @@ def best_wait_s(things: Sequence[BlockerHypothesis], round_s: float) -> float:
     """
     if math.isinf(round_s):
         return N.longest_s
-    waits = [share * round_s for share in WAITS]
+    waits = [min(N.longest_s, share * round_s) for share in WAITS]
     sound = [wait_s for wait_s in waits if all(_bounded(kind, wait_s, round_s) for kind in things)]
-    return min(N.longest_s, min(sound, key=lambda wait_s: cost_s(things, wait_s, round_s)))
+    return min(sound, key=lambda wait_s: cost_s(things, wait_s, round_s))
 
 
 def _bounded(kind: BlockerHypothesis, wait_s: float, round_s: float) -> bool:
     if kind.weight < N.negligible:
         return True
-    return kind.cost_s(wait_s, round_s) <= N.bound * kind.clairvoyant_s(round_s) + 1e-9
+    bound = max(N.bound, 1.0 + round_s / N.longest_s)  # the cap on a single wait may cost more than twice
+    return kind.cost_s(wait_s, round_s) <= bound * kind.clairvoyant_s(round_s) + 1e-9
