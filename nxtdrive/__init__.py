@@ -9,6 +9,8 @@
         print(brick.touch(1).pressed, brick.ultrasonic(4).distance_mm, brick.battery_v)
         brick.rover().straight(300)
 
+    report = nxtdrive.run_mission("cat.toml", nxt="usb://", camera="0")
+
 Sensors' classes are in `nxtdrive.sensors`, errors in `nxtdrive.errors`. What is named here is loaded when it is first
 used.
 """
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from behaviors.ports import MotionResult, Pose, StopReason
     from firmware_protocol.errors import NXTError
     from nxtdrive.brick import Brick, BrickInfo, open_brick
+    from nxtdrive.mission.run import run_mission
     from nxtdrive.motion.motor import Motor, MotorSettings, Then
     from nxtdrive.motion.rover import DriveSettings, Rover, SafetyLimits
     from nxtdrive.transports import open_transport
@@ -39,12 +42,14 @@ __all__ = [
     "Then",
     "open_brick",
     "open_transport",
+    "run_mission",
 ]
 
 _HOMES = {
     "behaviors.ports": ("MotionResult", "Pose", "StopReason"),
     "firmware_protocol.errors": ("NXTError",),
     "nxtdrive.brick": ("Brick", "BrickInfo", "open_brick"),
+    "nxtdrive.mission.run": ("run_mission",),
     "nxtdrive.motion.motor": ("Motor", "MotorSettings", "Then"),
     "nxtdrive.motion.rover": ("DriveSettings", "Rover", "SafetyLimits"),
     "nxtdrive.transports": ("open_transport",),

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from behaviors.mission import Mission
     from behaviors.observers import Observers
     from behaviors.profiles.profile import MakeProfile
-    from nxtdrive.brick import Brick
     from nxtdrive.recording.recording import Recording
     from nxtdrive.recording.status_line import StatusLine
 
@@ -73,6 +72,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.brick import open_brick
     from nxtdrive.mission import setup
     from nxtdrive.mission.body import MissionClock
+    from nxtdrive.mission.run import reconnect_in_background
     from nxtdrive.recording.recording import Recording
     from nxtdrive.recording.run_folder import JOURNAL, MISSION, VIDEO, new_run_folder
     from nxtdrive.recording.status_line import StatusLine
@@ -86,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
     with ExitStack() as stack:
         stack.enter_context(termination_as_interrupt())
         brick = stack.enter_context(open_brick(args.nxt))
-        _reconnect_in_background(brick)
+        reconnect_in_background(brick)
         source = args.camera or setup.default_camera(brick)
         camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
         eyes = setup.camera_eyes(camera, mission)
@@ -106,15 +106,6 @@ def run(args: argparse.Namespace) -> int:
         report = _pursue(executive, recording, details, observers)
     observers.attempt(OUTPUT, _say_where, report, recording, {**details, **observers.summary()}, as_json=args.json)
     return _exit_code(report, observers)
-
-
-def _reconnect_in_background(brick: Brick) -> None:
-    """Reopen a lost link in the background; requests fail at once, and the suspended mission does the waiting.
-
-    A simulated link opened by its address is never lost, and probing it would shift the simulation by milliseconds.
-    """
-    brick.link.reconnect_timeout_s = 0.0
-    brick.link.reconnecting = not brick.link.transport.simulated
 
 
 def _mission(args: argparse.Namespace) -> Mission:

@@ -6,13 +6,17 @@ import re
 from collections.abc import Callable, Iterator
 from itertools import repeat
 from pathlib import Path
+from typing import Any, cast
 
 import cv2
 import numpy as np
 
 from behaviors.ports import Clock
 from firmware_protocol.errors import CameraError
-from nxtdrive.vision.camera import Camera, ReplayCamera
+from nxtdrive.transports import open_transport
+from nxtdrive.transports.base import WallClock
+from nxtdrive.transports.record import recorded
+from nxtdrive.vision.camera import Camera, ReplayCamera, SimulatedCamera
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.live import LiveCamera
 from nxtdrive.vision.opencv import configure
@@ -26,7 +30,7 @@ WEBCAM_SIZE = (640, 480)
 def open_camera(
     source: str,
     *,
-    clock: Clock,
+    clock: Clock | None = None,
     open_timeout_s: float = 8.0,
     stall_timeout_s: float = 3.0,
     paced: bool = True,
@@ -35,8 +39,9 @@ def open_camera(
 
     Args:
         source: ``"0"`` (a webcam's number), ``"http://..."`` or ``"rtsp://..."`` (a stream), or the path of a video, of
-            a folder with images (shown in the order of their names) or of one image (shown forever).
-        clock: The mission's time.
+            a folder with images (shown in the order of their names) or of one image (shown forever). ``"sim"`` is the
+            camera of the simulated robot whose brick is the clock, or without one, of a robot in the bundled world.
+        clock: The mission's time, such as a brick; by default the wall clock.
         open_timeout_s: Longest wait for a live camera's first frame.
         stall_timeout_s: A stream without data for this long is opened again.
         paced: Show recordings at their own pace; otherwise one picture per read, without waiting.
@@ -45,6 +50,9 @@ def open_camera(
         CameraError: The camera cannot be opened; the message says why and what to do.
     """
     configure()
+    if source == "sim":
+        return _open_simulated(clock)
+    clock = clock or WallClock()
     if source.isdecimal():
         number = int(source)
         return LiveCamera(
@@ -63,6 +71,20 @@ def open_camera(
             open_timeout_s,
         )
     return _open_recording(Path(source).expanduser(), clock, paced)
+
+
+def _open_simulated(clock: Clock | None) -> Camera:
+    """The camera of a simulated robot, whose transport has its frames."""
+    brick = cast("Any", clock)
+    transport: Any = open_transport("sim://") if clock is None else getattr(brick, "link", brick)
+    transport = getattr(transport, "transport", transport)
+    frames = getattr(recorded(transport), "webcam", None)
+    if frames is None:
+        raise CameraError(
+            f"{getattr(transport, 'address', 'this clock')} has no simulated camera.",
+            remedy="Name a camera: --camera 0 is the first webcam; `nxtdrive sim serve` prints its camera's URL.",
+        )
+    return SimulatedCamera(frames, clock or transport, frames.size)
 
 
 def read_image(path: Path) -> Image:

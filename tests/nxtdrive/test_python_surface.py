@@ -6,10 +6,12 @@ import warnings
 import pytest
 
 import nxtdrive
-from firmware_protocol.errors import LocalProtocolError
+from firmware_protocol.errors import CameraError, ConfigError, LocalProtocolError
 from nxtdrive import MotionResult, Pose, StopReason, open_brick
 from nxtdrive.brick import Brick
 from nxtdrive.motion.rover import Rover
+from nxtdrive.transports.base import WallClock
+from nxtdrive.vision.sources import open_camera
 
 PUBLIC_NAMES = 25
 
@@ -163,6 +165,32 @@ def test_sleeping_on_the_wall_clock_is_warned_of_once_while_the_robot_moves(lab)
                 assert brick.battery_v
         (warning,) = caught
         assert "use brick.sleep() instead of time.sleep()" in str(warning.message)
+
+
+@pytest.mark.slow
+def test_a_mission_is_one_call_that_returns_its_report(tmp_path):
+    path = tmp_path / "near.toml"
+    path.write_text(
+        '[mission]\ntargets = ["lena"]\ntime_limit_s = 8\n'
+        '[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\n'
+    )
+    states = []
+    report = nxtdrive.run_mission(path, nxt="sim://open", observers=[lambda record: states.append(record.state)])
+    assert report.ending in ("achieved", "time_up")
+    assert [each.target for each in report.targets] == ["lena"]
+    assert "search" in states
+    with pytest.raises(ConfigError, match="nosuch"):
+        nxtdrive.run_mission(tmp_path / "nosuch.toml")
+
+
+def test_the_simulated_robots_camera_opens_as_any_other(lab):
+    brick = lab().brick
+    frame = open_camera("sim", clock=brick).read(1.0)
+    assert frame.image.ndim == 3
+    assert frame.time_s <= brick.now()
+    assert open_camera("sim").read(1.0).image.any()
+    with pytest.raises(CameraError, match="no simulated camera"):
+        open_camera("sim", clock=WallClock())
 
 
 def test_opening_by_name_works_as_the_docstring_says():
