@@ -35,6 +35,9 @@ FENCE_SIZES = range(1, 17)
 REMEMBERED_LOSSES = 8
 """Number of unanswered requests whose replies are told from a fence's; less than the number of fences."""
 
+REMEMBERED_HEADS = 64
+"""How many requests' reply heads are kept; programs poll a handful of them again and again."""
+
 _HEADER_OF_FENCE = IOMapRead.encode_reply()[:2]
 
 
@@ -48,12 +51,24 @@ class Dialogue:
         deadline: When the open request times out, on the caller's clock, seconds.
     """
 
-    __slots__ = ("_command", "_expected", "_fence", "_lost", "_sizes", "_timeout_s", "_waiting", "deadline")
+    __slots__ = (
+        "_behind",
+        "_command",
+        "_expected",
+        "_fence",
+        "_heads",
+        "_lost",
+        "_sizes",
+        "_timeout_s",
+        "_waiting",
+        "deadline",
+    )
 
     def __init__(self) -> None:
         self.deadline = 0.0
         self._timeout_s = 0.0
         self._sizes = cycle(FENCE_SIZES)
+        self._heads: dict[bytes, bytes] = {}
         self.reset()
 
     def reset(self) -> None:
@@ -62,6 +77,7 @@ class Dialogue:
         self._expected = b""
         self._fence = b""
         self._waiting: tuple[Command[Any], bytes] | None = None
+        self._behind = False
         self._lost: deque[bytes] = deque(maxlen=REMEMBERED_LOSSES)
 
     def open(self, command: Command[Any], now: float, timeout_s: float) -> bytes:
@@ -71,14 +87,19 @@ class Dialogue:
             LocalProtocolError: A value does not fit its field; the dialogue is unchanged.
         """
         request = command.encode()
-        if self._command is not None:
+        if open_before := self._command is not None:
             self._lost.append(self._expected)
         self._timeout_s = timeout_s
         self.deadline = now + timeout_s
-        if self._lost or self._fence or self._waiting:
+        if self._behind or open_before:
             return self._raise_fence(command, request)
         self._command = command
-        self._expected = command.reply_head(request)
+        head = self._heads.get(request)
+        if head is None:
+            if len(self._heads) >= REMEMBERED_HEADS:
+                self._heads.clear()
+            head = self._heads[request] = command.reply_head(request)
+        self._expected = head
         return request
 
     def feed(self, telegram: bytes) -> Reply | None:
@@ -102,6 +123,7 @@ class Dialogue:
         """
         if self._fence or self._waiting is None:
             return b""
+        self._behind = False
         self._command, request = self._waiting
         self._expected = self._command.reply_head(request)
         self._waiting = None
@@ -121,6 +143,7 @@ class Dialogue:
 
     def _raise_fence(self, command: Command[Any], request: bytes) -> bytes:
         """Put `request` behind a new fence and return the fence, to be sent."""
+        self._behind = True
         taken = {*self._lost, command.reply_head(request)}
         for size in self._sizes:
             question = IOMapRead(FENCE_MODULE, 0, size).encode()

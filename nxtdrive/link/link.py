@@ -118,7 +118,7 @@ class Link:
             now = self.now()
             if now >= self._attention:
                 now = self._attend(now)
-            if self._queue or not self._free.acquire(blocking=False):
+            if self._queue or not self._free.acquire(False):
                 self._lock.acquire(isinstance(command, PREEMPTING), timeout_s)
                 now = self.now()
             try:
