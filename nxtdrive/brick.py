@@ -16,7 +16,6 @@ from firmware_protocol.system import GetDeviceInfo, GetVersions, SetBrickName
 from firmware_protocol.telegram import Reply
 from nxtdrive.link.link import Link
 from nxtdrive.link.threads import THREADS, Threads
-from nxtdrive.motion.outputs import braked, coasting
 from nxtdrive.ports import MotorPort, SensorPort, input_port, output_port
 from nxtdrive.signals import termination_as_exit
 from nxtdrive.transports import open_transport
@@ -279,6 +278,8 @@ class Brick:
 
     def stop_motors(self) -> None:
         """Brake the motors that were used, then switch them off, so that none stays under power."""
+        from nxtdrive.motion.outputs import braked, coasting
+
         link = self.link
         link.motions.end_all()
         ports = sorted(link.driven_ports)

@@ -13,7 +13,6 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from contextlib import AbstractContextManager, suppress
-from statistics import median
 from typing import Any, TypeVar
 
 from firmware_protocol.direct import KeepAlive, SetInputMode
@@ -194,7 +193,7 @@ class Link:
         """How long a reply takes: the median of the last round trips that were measured."""
         if not self._latencies:
             self.request(KeepAlive())
-        return median(self._latencies)
+        return sorted(self._latencies)[len(self._latencies) // 2]  # `statistics` takes longer to load than all of this
 
     # --- work at its time ---
 

@@ -167,7 +167,7 @@ def measure_protocol() -> Iterable[Figure]:
     yield Figure("request of a motor's state over a null transport", request_us, "µs", peer=peer_us)
     yield _at_most("request / bare struct", request_us / floor_us, "x", 8.0)
     if peer_us is not None:
-        yield _at_most("request / nxt-python", request_us / peer_us, "x", 0.5)
+        yield _at_most("request / nxt-python", request_us / peer_us, "x", 0.35)
 
 
 NXT_PYTHON = """
@@ -192,7 +192,7 @@ def measure_import() -> Iterable[Figure]:
     """Measure the CPU time of importing the driver without the interpreter's own; modules load on first use."""
     yield _at_most("import nxtdrive, CPU", _import_cpu_ms("import nxtdrive"), "ms", 60.0)
     yield _at_most(
-        "from nxtdrive import open_brick, CPU", _import_cpu_ms("from nxtdrive import open_brick"), "ms", 60.0
+        "from nxtdrive import open_brick, CPU", _import_cpu_ms("from nxtdrive import open_brick"), "ms", 45.0
     )
 
 
