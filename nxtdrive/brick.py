@@ -287,13 +287,12 @@ class Brick:
         for port in ports:
             link.cancel_timer(port.name)
         if ports:
-            try:
-                for port in ports:
-                    link.send(braked(port))
-                link.transport.sleep(BRAKING_S)
-            finally:
-                for port in ports:
-                    link.send(coasting(port))
+            with contextlib.ExitStack() as stack:  # last in, first out; a motor that fails does not spare the others
+                for port in reversed(ports):
+                    stack.callback(link.send, coasting(port))
+                stack.callback(link.transport.sleep, BRAKING_S)
+                for port in reversed(ports):
+                    stack.callback(link.send, braked(port))
 
     def close(self) -> None:
         """Stop what moves and close the link; may be called again, and does not fail when the link is gone."""

@@ -1,8 +1,8 @@
-"""The state machine of a link, without I/O, threads or a clock: what is due when, and what a loss means.
+"""The state machine of a link, without I/O, threads or a clock.
 
-Rule 1: everything that decides about a loss, a reconnection or a timer stands here. Rule 2: nothing here sends, waits
-or reads a clock; times are arguments, on the link's clock. So the same core serves a link that leads to real hardware,
-where a thread asks for work at its time, and a simulated one, where the program's own waiting does.
+It decides when work is due and what a loss means; it never sends, waits or reads a clock. Times are arguments, on the
+link's clock. So one core serves both real links, where a thread does the work when it is due, and simulated ones, where
+the program does it whenever it waits.
 
 ::
 
@@ -50,13 +50,13 @@ IDEMPOTENT = (
     KeepAlive,
     SetInputMode,
 )
-"""Commands that may be sent again after a loss: the second time changes nothing."""
+"""Commands that may be sent again after a loss: repeating them changes nothing."""
 
 log = logging.getLogger(__name__)
 
 
 class LinkState(Enum):
-    """Where a link is between opened and closed."""
+    """State of a link, see the diagram above."""
 
     OPEN = "open"
     LOST = "lost"
@@ -65,26 +65,28 @@ class LinkState(Enum):
 
 
 class Interrupted(LinkLost):
-    """The link was lost and is back; motors were driven before, and their motion is over."""
+    """The link was lost and is open again, but the motors that were driven have stopped."""
 
 
 class LinkCore:
     """The state of one link. Its methods may be called from several threads; none of them blocks.
 
     Attributes:
-        state: Where it is between opened and closed.
-        dialogue: Which reply belongs to which request; only for the holder of the link's lock.
-        timers: Telegrams that go out at their time.
-        steps_due: When the next step of a motion is due; infinity without any.
-        attempt_due: When to try again to reopen a lost link; infinity while there is nothing to try.
-        driven: Whether motors were driven since the last loss the program knows of.
-        interrupted: Whether motors were driven when the link was lost, and the program does not know yet.
-        modes: Input ports that are set again after a reconnection.
-        untold: What the link was lost by, if it does not reconnect and the program does not know yet.
+        state: Whether the link is open, lost, being reopened or closed.
+        reconnecting: Whether a lost link is reopened automatically.
+        dialogue: Matches replies to requests; only the holder of the link's lock may use it.
+        timers: Telegrams to send at set times.
+        steps_due: When the next step of a motion is due; infinity if there is none.
+        attempt_due: When to try to reopen a lost link; infinity if no attempt is planned.
+        driven: Whether motors were driven since the last loss that was reported to the program.
+        interrupted: Whether motors were driven when the link was lost, and this is not reported to the program yet.
+        modes: Input ports to set again after a reconnection.
+        untold: The loss of a link that does not reconnect, until it is reported to the program.
     """
 
     def __init__(self) -> None:
         self.state = LinkState.OPEN
+        self.reconnecting = False
         self.dialogue = Dialogue()
         self.timers = Timers()
         self.steps_due = math.inf
@@ -101,26 +103,40 @@ class LinkCore:
         """When there is work next: a telegram, a step of a motion, or an attempt to reconnect."""
         if self.state is LinkState.OPEN:
             return min(self.timers.due, self.steps_due)
-        return min(self.steps_due, self.attempt_due)
+        if self.state is LinkState.LOST:
+            return min(self.attempt_due, self.steps_due)
+        return self.steps_due
 
-    def lose(self, lost: LinkLost, now: float, *, reconnecting: bool) -> None:
-        """Take in that the link is lost; only the first of those who find out makes a difference."""
+    def set_reconnecting(self, wished: bool, now: float) -> None:
+        """Choose whether a lost link is reopened automatically; this also applies to one that is lost already."""
+        with self._lock:
+            self.reconnecting = wished
+            if self.state is not LinkState.OPEN:
+                self.attempt_due = min(self.attempt_due, now + FIRST_PAUSE_S) if wished else math.inf
+
+    def lose(self, lost: LinkLost, now: float) -> None:
+        """Record that the link is lost; has no effect unless the link was open."""
         with self._lock:
             if self.state is not LinkState.OPEN:
                 return
             self.state = LinkState.LOST
-            self.untold = None if reconnecting else lost
-            self.interrupted = reconnecting and self.driven
             self._pause_s = FIRST_PAUSE_S
-            self.attempt_due = now + FIRST_PAUSE_S if reconnecting else math.inf
-        if reconnecting:
-            log.warning("%s The link is opened again when the brick is back.", lost.args[0])
+            if self.reconnecting:
+                self.interrupted, self.attempt_due = self.driven, now + FIRST_PAUSE_S
+            else:
+                self.untold = lost
+        if self.reconnecting:
+            log.warning("%s The link is reopened when the brick is back.", lost.args[0])
 
     def begin_attempt(self, now: float = math.inf) -> bool:
-        """Whether to try to reopen the link now; the caller then reports `reopened` or `attempt_failed`.
+        """Begin an attempt to reopen the link, if it is time; the caller then reports `reopened` or `attempt_failed`.
 
         Args:
-            now: Without it the program itself wants to try, whatever the time.
+            now: Time on the link's clock. Infinity stands for an attempt on the program's request: it is always time,
+                and the link need not be known to be lost.
+
+        Returns:
+            Whether the attempt has begun.
         """
         with self._lock:
             waiting = self.state is LinkState.LOST and now >= self.attempt_due
@@ -130,17 +146,17 @@ class LinkCore:
             return False
 
     def attempt_failed(self, error: BaseException, now: float) -> None:
-        """Take in that the link could not be reopened; the pause before the next attempt doubles."""
+        """Record that the link could not be reopened; the pause before the next attempt doubles."""
         log.debug("the link is not back yet: %s", error)
         with self._lock:
             if self.state is LinkState.REOPENING:
                 self.state = LinkState.LOST
-            if math.isfinite(self.attempt_due):
+            if self.reconnecting:
                 self._pause_s = min(2 * self._pause_s, LONGEST_PAUSE_S)
                 self.attempt_due = now + self._pause_s
 
     def reopened(self, address: str) -> None:
-        """Take in that the link is open again, in every respect."""
+        """Record that the link is open again and the input ports are set."""
         with self._lock:
             if self.state is not LinkState.REOPENING:
                 return
@@ -149,12 +165,12 @@ class LinkCore:
         log.info("the link to %s is back", address)
 
     def close(self) -> None:
-        """End the link for good."""
+        """Close the link permanently."""
         with self._lock:
             self.state = LinkState.CLOSED
             self.attempt_due = math.inf
 
     def acknowledge(self) -> None:
-        """Take in that the program knows of the loss and that its motors have stopped."""
+        """Record that the program was told of the loss and that its motors have stopped."""
         self.interrupted = self.driven = False
         self.untold = None

@@ -1,18 +1,19 @@
-"""The owner of the wire: requests over a transport, from any thread, and the work that is due beside them.
+"""Requests over a transport, from any thread, and the background work of a link.
 
-One request is on the wire at a time; commands that drive motors overtake requests that wait. `LinkCore` says what else
-is due: telegrams at their time, steps of motions, attempts to reopen a lost link. Two ways lead to that work. With real
-hardware a thread waits for it. In the simulator, where time passes only while the program waits, the program does it
-before each request and while it sleeps. Both call `Link.work`.
+One request is on the wire at a time; commands that drive motors go before other waiting requests. `LinkCore` says when
+background work is due: timed telegrams, steps of motions, attempts to reopen a lost link. On real hardware a thread
+does it. In the simulator, where time passes only while the program waits, the program does it before each request and
+while it sleeps. Both call `Link.work`.
 """
 
 from __future__ import annotations
 
+import logging
 import math
 import threading
 from collections import deque
 from collections.abc import Callable
-from contextlib import AbstractContextManager, suppress
+from contextlib import suppress
 from typing import Any, TypeVar
 
 from firmware_protocol.direct import KeepAlive, SetInputMode
@@ -22,45 +23,43 @@ from firmware_protocol.telegram import Command, Reply
 from nxtdrive.link.core import LinkCore, LinkState
 from nxtdrive.link.latency import LATENCIES, LATENCY_EVERY_S, answer_s
 from nxtdrive.link.priority_lock import PREEMPTING, PriorityLock
-from nxtdrive.link.reconnect import Reconnector, interrupted
+from nxtdrive.link.reconnect import RECONNECT_TIMEOUT_S, Reconnector, interrupted
 from nxtdrive.link.scheduler import RESOLUTION_S, Motion, MotionScheduler
 from nxtdrive.link.threads import THREADS, Lock, Threads
 from nxtdrive.transports.base import Transport
 
 R = TypeVar("R", bound=Reply)
+log = logging.getLogger(__name__)
 
 AWAKE, PROBE = "awake", "probe"
 LONGEST_SILENCE_S = 60.0
-"""A brick that is set never to sleep, or late, is told to stay awake this often."""
+"""Interval of keep-alive telegrams to a brick that is set never to switch itself off, or only after minutes."""
 PROBE_S = 2.0
-"""How often a link that reconnects by itself is tried out while nothing else is sent."""
-RECONNECT_TIMEOUT_S = 30.0
-"""How long a request waits for a lost link; a brick that was switched off and on answers over USB within 10 s."""
+"""How often a link that reconnects is probed for a loss."""
 SLICE_S = 0.1
-"""How often a program that waits finds out about a loss of the link that another thread has met."""
+"""A waiting program looks this often whether another thread has met a loss of the link."""
 CLOSING_S = 2.0
-"""How long closing waits for the link's thread, which may be at an attempt to reconnect."""
+"""How long closing waits for the link's thread, which may be reopening the link."""
 STEP_S = 2 * RESOLUTION_S
 """Shortest wait in the simulator: one step of its clock."""
 
 
 class Link:
-    """A conversation over a transport. May be used from several threads.
+    """A connection to a brick. May be used from several threads.
 
     Args:
-        transport: The way to the brick, open.
-        timeout_s: How long a reply may take when the request does not say; by default as usual on such a link.
-        reconnecting: Whether a lost link is opened again by itself.
-        threads: How threads start and wait, where the transport is not simulated.
+        transport: An open transport.
+        timeout_s: Default timeout of a reply; None: 1 s over USB, 2 s otherwise.
+        reconnecting: Whether a lost link is reopened automatically.
+        threads: Starts threads and waits for them; not used if the transport is simulated.
 
     Attributes:
-        transport: The way to the brick; another one after a reconnection.
-        timeout_s: How long a reply may take when the request does not say.
-        reconnect_timeout_s: How long a request waits for a lost link that is being opened again; with 0 it fails at
-            once, and the program itself finds out when the brick is back.
-        max_telegram: Longest telegram of this link, bytes.
+        transport: The transport in use; replaced on reconnection.
+        timeout_s: Default timeout of a reply.
+        reconnect_timeout_s: How long a request waits for a lost link to be reopened; with 0 it fails at once.
+        max_telegram: Longest telegram on this link, bytes.
         now: The link's clock: seconds since an arbitrary start.
-        motions: Motions under way.
+        motions: Runs the motions.
         driven_ports: Output ports that have been driven.
         before_request: Called before each request and each wait of the program; what it raises reaches the program.
     """
@@ -80,6 +79,7 @@ class Link:
         self.driven_ports: set[OutputPort] = set()
         self.before_request: Callable[[], None] | None = None
         self._core = LinkCore()
+        self._attention = -math.inf
         self._dialogue = self._core.dialogue
         self.use(transport)
         self._stepped = transport.simulated
@@ -87,12 +87,13 @@ class Link:
         self._lock = PriorityLock(threads)
         self._queue, self._free = self._lock.queue, self._lock.free
         self.motions = MotionScheduler(self, threads.lock(reentrant=True))
-        self._attention = -math.inf
-        self._measuring = False
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
+        self._measuring = False
         self._thread: threading.Thread | None = None
+        self._worker = 0
+        self._starting = threading.Lock()
         self._news = threading.Event()
-        self._reconnector = Reconnector(self, self._core)
+        self._reconnector = Reconnector(self, self._core, self._lock)
         self.reconnecting = reconnecting
 
     # --- requests ---
@@ -100,15 +101,15 @@ class Link:
     def request(self, command: Command[R], timeout_s: float | None = None) -> R:
         """Send a command and return its reply.
 
-        Ends within `timeout_s`, or twice that after a request that was not answered. If the link is lost while
-        `reconnecting`, this waits until it is open again, `reconnect_timeout_s` at most. Then a command that changes
-        nothing is sent again, unless motors were driven since the last loss: those have stopped meanwhile, and only the
-        caller can decide whether to go on.
+        Waits at most `timeout_s` for the reply, or twice that if an earlier reply is still missing, and before that at
+        most `timeout_s` for requests of other threads. If the link is lost while `reconnecting`, waits at most
+        `reconnect_timeout_s` for it to be reopened. A command that changes nothing is then sent again, unless motors
+        were driven since the last loss: these have stopped, and only the caller can decide whether to go on.
 
         Raises:
-            LocalProtocolError: The command does not fit its fields; nothing was sent.
-            LinkError: Lost, closed, or (LinkTimeout) no reply in time.
-            RemoteProtocolError: The reply is not the one of this command.
+            LocalProtocolError: A value does not fit its field; nothing was sent.
+            LinkError: The link is lost or closed, or (LinkTimeout) there was no reply in time.
+            RemoteProtocolError: The reply does not match the command.
             BrickError: The brick refused; see its `status`.
         """
         if timeout_s is None:
@@ -135,19 +136,18 @@ class Link:
                 self._free.release()
                 if self._queue:
                     self._lock.call_next()
-        except LinkLost as error:
-            lost = error
-        self._reconnector.outlast(lost, self.reconnect_timeout_s, command)
+        except LinkLost as lost:
+            self._reconnector.recover(lost, self.reconnect_timeout_s, command)
         return self.request(command, timeout_s)
 
     def send(self, command: Command[Any]) -> None:
-        """Send a command without asking for a reply; whether the brick obeys is not known.
+        """Send a command without asking for a reply, so without knowing whether the brick obeys.
 
-        If the link is lost meanwhile, this waits as `request` does; if that is known already, it fails at once.
+        If this finds the link lost, it waits as `request` does; if the loss is known already, it fails at once.
 
         Raises:
-            LocalProtocolError: The command does not fit its fields; nothing was sent.
-            LinkError: Lost or closed.
+            LocalProtocolError: A value does not fit its field; nothing was sent.
+            LinkError: The link is lost or closed.
         """
         telegram, known = command.encode(want_reply=False), self.lost
         try:
@@ -155,19 +155,15 @@ class Link:
             with self._lock.exclusive():
                 self._send(telegram)
                 self._send_due(self.now())
-            return
-        except LinkLost as error:
-            lost = error
-        self._reconnector.outlast(lost, 0.0 if known else self.reconnect_timeout_s, command)
-        raise interrupted(command) from lost
+        except LinkLost as lost:
+            self._reconnector.recover(lost, 0.0 if known else self.reconnect_timeout_s, command)
+            raise interrupted(command) from lost
 
     def sleep(self, duration_s: float) -> None:
-        """Let time pass on the link's clock; brick, motions and a lost link are looked after meanwhile.
-
-        How long this lasts does not depend on the link being there.
+        """Sleep on the link's clock, for the full time even if the link is lost; background work goes on.
 
         Raises:
-            LinkLost: The link was lost and does not reconnect; or it is back, but motors were driven before.
+            LinkLost: The link was lost and does not reconnect, or is open again, but motors had been driven.
         """
         if self.before_request:
             self.before_request()
@@ -180,17 +176,17 @@ class Link:
                 self.work(step=end - self.now() > RESOLUTION_S)
             else:
                 self.transport.sleep(min(left, SLICE_S))
-            self._reconnector.check()
+            self._reconnector.report()
 
     def keep_alive(self) -> None:
-        """Keep the brick from switching itself off, now and, while the link is open, from now on."""
+        """Keep the brick from switching itself off while the link is open."""
         sleep_ms = self.request(KeepAlive()).sleep_ms
         interval_s = min(LONGEST_SILENCE_S, sleep_ms / 3000) if sleep_ms else LONGEST_SILENCE_S
         self.repeat(AWAKE, KeepAlive(), interval_s)
 
     @property
     def latency_s(self) -> float:
-        """How long a reply takes: the median of the last round trips that were measured."""
+        """Round-trip time of a request: the median of the last measurements."""
         if not self._latencies:
             self.request(KeepAlive())
         return sorted(self._latencies)[len(self._latencies) // 2]  # `statistics` takes longer to load than all of this
@@ -198,142 +194,142 @@ class Link:
     # --- work at its time ---
 
     def repeat(self, name: str, command: Command[Any], interval_s: float, until_s: float = math.inf) -> None:
-        """Send `command`, without asking for a reply, every `interval_s`, not after `until_s`; see `cancel_timer`."""
+        """Send `command` without asking for a reply every `interval_s` until `until_s`; see `cancel_timer`."""
         self._core.timers.repeat(name, command.encode(want_reply=False), interval_s, self.now(), until_s)
         self.announce()
 
     def send_at(self, name: str, command: Command[Any], time_s: float) -> None:
-        """Send `command` once, at that time on the link's clock, even amid a request; see `cancel_timer`."""
+        """Send `command` once at `time_s`, even while a request waits for its reply; see `cancel_timer`."""
         self._core.timers.once(name, command.encode(want_reply=False), time_s)
         self.announce()
 
     def cancel_timer(self, name: str) -> None:
-        """End what `repeat` or `send_at` began under `name`."""
+        """Cancel what `repeat` or `send_at` began under `name`."""
         self._core.timers.cancel(name)
 
     def mark_driven(self, port: OutputPort) -> None:
-        """Remember that a motor is under power, to tell of it after a loss and to stop it in the end."""
+        """Record that a motor is under power: a loss is then reported, and the motor is stopped in the end."""
         self.driven_ports.add(port)
         self._core.driven = True
 
     def schedule(self, due: float) -> None:
-        """Run the next step of a motion at that time."""
+        """Run the next step of a motion at `due`."""
         self._core.steps_due = due
         if self._stepped:
             self._attention = min(self._attention, due)
 
     def announce(self) -> None:
-        """Have a look at what is due: before the next request, and in the link's thread."""
+        """Have due work looked for before the next request, and in the link's thread."""
         self._attention = -math.inf
         self._news.set()
         if not self._stepped and self._thread is None and self._core.state is not LinkState.CLOSED:
-            self._thread = self._threads.start(self._run, "nxtdrive link")
+            with self._starting:
+                self._thread = self._thread or self._threads.start(self._run, "nxtdrive link")
 
     def wait_for(self, motion: Motion[Any]) -> None:
-        """Let time pass until a motion may have gone on."""
+        """Wait until a motion may have advanced; the caller repeats this."""
         if not self._stepped:
-            self._threads.wait(motion.ended)
+            if self.before_request:
+                self.before_request()
+            self._threads.wait(motion.ended, SLICE_S)  # an unlimited wait ignores Ctrl-C on Windows
         elif (left := motion.due - self.now()) > RESOLUTION_S:
             self.sleep(left)
         else:
             self.motions.run_due()
 
     def lock(self) -> Lock:
-        """A lock that may be held during a request; not reentrant."""
+        """Make a lock that may be held during a request; not reentrant."""
         return self._threads.lock()
 
     # --- losses ---
 
     @property
     def state(self) -> LinkState:
-        """Whether the link is open, lost, being opened again, or closed."""
+        """Whether the link is open, lost, being reopened, or closed."""
         return self._core.state
 
     @property
     def lost(self) -> bool:
-        """Whether the link is known to be lost, and to be opened again when the brick is back."""
+        """Whether the link is known to be lost and will be reopened."""
         return math.isfinite(self._core.attempt_due)
 
     @property
     def reconnecting(self) -> bool:
-        """Whether a lost link is opened again by itself: by the next request, and also while the program is idle.
+        """Whether a lost link is reopened automatically, also while the program makes no requests; may be set.
 
-        A loss is noticed within some 2 s: that often something is sent. In the simulator, a program is idle while it
-        sleeps on the link's clock.
+        A loss is noticed within about 2 s, by a probe. In the simulator this needs a program that sleeps on the link's
+        clock.
         """
-        return self._reconnector.wished
+        return self._core.reconnecting
 
     @reconnecting.setter
     def reconnecting(self, wished: bool) -> None:
-        self._reconnector.wished = wished
+        self._core.set_reconnecting(wished, self.now())
         if wished:
             self.repeat(PROBE, KeepAlive(), PROBE_S)
         else:
             self.cancel_timer(PROBE)
 
     def restore_mode(self, mode: SetInputMode) -> None:
-        """Set an input port to this mode again after a reconnection, should it have lost it."""
+        """Set an input port to `mode` after a reconnection, unless it still has it."""
         self._core.modes[mode.port] = mode
 
     def forget_modes(self) -> None:
-        """Set no input port again after a reconnection: a program on the brick uses them from now on."""
+        """Restore no modes after a reconnection: a program on the brick owns the input ports from now on."""
         self._core.modes.clear()
 
     def acknowledge(self) -> None:
-        """Take in that the program knows of a loss and that its motors have stopped; it is not told again."""
-        if self.lost or self._core.interrupted:
+        """Record that a loss was reported to the program, so that it is not reported again."""
+        if self._core.state is not LinkState.OPEN or self._core.interrupted:
             self._core.acknowledge()
+
+    def after_motion(self, lost: LinkLost) -> None:
+        """Wait until a link that was lost in a motion's first step is open again; always raises."""
+        self._reconnector.after_motion(lost, self.reconnect_timeout_s)
 
     def reconnect(self) -> None:
-        """Open the link again after it was lost; input ports get their modes again, motors are not started again.
+        """Reopen the link and restore the modes of input ports; motors are not started again.
 
         Raises:
-            BrickNotFound: It is not back yet.
-            LinkError: It is back, but cannot be opened.
+            BrickNotFound: The brick is not back yet.
+            LinkError: It is back but cannot be opened, or this link was closed.
         """
-        if self._core.begin_attempt():
-            self._core.acknowledge()
-            self._reconnector.reopen()
+        self._reconnector.reconnect(self.reconnect_timeout_s)
 
     def close(self) -> None:
-        """Close the link; may be called again, and does not fail when the link is gone."""
+        """End all motions and close the link; may be called again, and does not fail if the link is lost."""
         if self._core.state is LinkState.CLOSED:
             return
         self._core.close()
         self.announce()
         if self._thread is not None:
             self._threads.join(self._thread, CLOSING_S)
+        self.motions.end_all()
         with self._lock.exclusive():
             self.transport.close()
-
-    # --- for the link's own parts ---
+        self.motions.end_all()  # another thread may have begun one meanwhile, and wait for its end
 
     @property
     def acts_for_program(self) -> bool:
-        """Whether the calling thread acts for the program, and not for a motion or the link itself."""
-        return not self.motions.stepping and threading.current_thread() is not self._thread
-
-    def exclusive(self) -> AbstractContextManager[None]:
-        """Hold the wire for a block, before all ordinary requests."""
-        return self._lock.exclusive()
+        """Whether the calling thread acts for the program, not for a motion or for the link itself."""
+        return not self.motions.stepping and threading.get_ident() != self._worker
 
     def pause(self, duration_s: float) -> None:
-        """Let some time pass while the link is lost; in the simulator the work is done meanwhile."""
+        """Let up to `duration_s` pass while the link is lost, and in the simulator do the work."""
         self.transport.sleep(min(SLICE_S, duration_s))
         if self._stepped:
             self.work()
 
     def use(self, transport: Transport) -> None:
-        """Go on over another transport to the same brick."""
+        """Switch to another transport; its methods are looked up once, as `request` has to be fast."""
         self.transport = transport
         self.max_telegram = transport.max_telegram
-        # Looked up once: `request` is called hundreds of times a second.
         self.now, self._receive, self._send = transport.now, transport.receive, transport.send
 
     def _attend(self, now: float) -> float:
-        """See to what is due before a request; returns the time afterwards."""
+        """Do what is due before a request; returns the time afterwards."""
         core = self._core
-        if self.before_request:
+        if self.before_request and self.acts_for_program:
             self.before_request()
         self._reconnector.check()
         if self._stepped:
@@ -342,7 +338,7 @@ class Link:
             with self._lock.exclusive():
                 self._send_due(self.now())
         steps_due = core.steps_due if self._stepped else math.inf
-        always = self.before_request or core.timers.punctual
+        always = self.before_request or core.timers.punctual or core.state is not LinkState.OPEN
         self._attention = -math.inf if always else min(core.timers.due, steps_due, now + LATENCY_EVERY_S)
         self._measuring = True
         return self.now()
@@ -363,26 +359,31 @@ class Link:
                 return reply
 
     def _send_due(self, now: float) -> None:
-        """Send the telegrams that are due; the caller holds the lock."""
+        """Send the timed telegrams that are due; the caller holds the lock."""
         if now >= self._core.timers.due:
             for telegram in self._core.timers.take(now):
                 self._send(telegram)
 
     def _run(self) -> None:
-        """What the link's thread does: a program that waits for its user still owns a living brick."""
+        """Do the work in the link's thread, so that it gets done while the program waits for its user."""
+        self._worker = threading.get_ident()
         while self._core.state is not LinkState.CLOSED:
             self._news.clear()
             pause_s = self._core.due - self.now()
             if pause_s > 0:
                 self._threads.wait(self._news, None if math.isinf(pause_s) else pause_s)
-            with suppress(LinkError):  # the program's next request meets the same error, and there it can be handled
+            try:
                 self.work()
+            except LinkError:
+                pass  # the program's next request meets the same error and can handle it
+            except Exception:  # leases and motions depend on this thread, so it survives a defect
+                log.exception("unexpected error in the thread of %s", self.transport.address)
 
     def work(self, *, step: bool = True) -> None:
-        """Do what is due now: telegrams, steps of motions, an attempt to reconnect.
+        """Do what is due now: timed telegrams, steps of motions, an attempt to reopen the link.
 
         Raises:
-            LinkError: The link is lost and does not reconnect, or it does not take a telegram.
+            LinkError: The link is lost and does not reconnect, or does not accept a telegram.
         """
         core = self._core
         if core.state is LinkState.OPEN and core.timers.due <= self.now():

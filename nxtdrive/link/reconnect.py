@@ -1,19 +1,22 @@
-"""Reopening a lost link, and what the program is told of the loss."""
+"""Reopening a lost link, and reporting the loss to the program."""
 
 from __future__ import annotations
 
 import threading
-from contextlib import AbstractContextManager
 from typing import Any, Protocol, TypeVar
 
 from firmware_protocol.direct import GetInputValues
 from firmware_protocol.errors import LinkLost
 from firmware_protocol.telegram import Command, Reply
 from nxtdrive.link.core import IDEMPOTENT, Interrupted, LinkCore, LinkState
+from nxtdrive.link.priority_lock import PriorityLock
 from nxtdrive.transports import reopen_transport
 from nxtdrive.transports.base import Transport
 
 R = TypeVar("R", bound=Reply)
+
+RECONNECT_TIMEOUT_S = 30.0
+"""How long a request waits for a lost link; a brick that was switched off and on answers over USB within 10 s."""
 
 
 class LosableLink(Protocol):
@@ -41,44 +44,39 @@ class LosableLink(Protocol):
         ...
 
     def use(self, transport: Transport) -> None:
-        """Go on over another transport."""
-        ...
-
-    def exclusive(self) -> AbstractContextManager[None]:
-        """Hold the wire for a block."""
+        """Switch to another transport."""
         ...
 
     def pause(self, duration_s: float) -> None:
-        """Let some time pass, at most so much."""
+        """Let some time pass, at most `duration_s`."""
         ...
 
     def announce(self) -> None:
-        """Look at what is due."""
+        """Have the work that is due looked at."""
         ...
 
 
 class Reconnector:
-    """Handles the losses of one link; its state is the core's.
+    """Handles the losses of one link; their state is in the core.
 
     Args:
         link: The link.
         core: Its state.
-
-    Attributes:
-        wished: Whether the link is opened again by itself.
+        lock: Its lock, held during each request.
     """
 
-    def __init__(self, link: LosableLink, core: LinkCore) -> None:
-        self.wished = False
+    def __init__(self, link: LosableLink, core: LinkCore, lock: PriorityLock) -> None:
         self._link = link
         self._core = core
+        self._lock = lock
         self._attempting = 0
 
-    def check(self) -> None:
-        """Tell the program of a loss that another thread has met, once.
+    def report(self) -> None:
+        """Report a loss that another thread has met to the program, once.
 
         Raises:
-            Interrupted: The link is back, but motors were driven. A step of a motion is told, too, but does not count.
+            Interrupted: The link is back, but motors were driven. Raised in steps of motions too, without counting as
+                reported.
             LinkLost: It is lost and does not reconnect.
         """
         core, program = self._core, self._link.acts_for_program
@@ -90,69 +88,117 @@ class Reconnector:
             lost, core.untold = core.untold, None
             raise lost
 
-    def lose(self, lost: LinkLost) -> None:
-        """Take in that the link is lost.
+    def check(self) -> None:
+        """Make sure that a request may be sent: `report` losses, and keep off a link that is about to be reopened.
 
         Raises:
-            LinkLost: It does not reconnect.
+            LinkLost: The link is lost; or see `report`.
+        """
+        self.report()
+        core = self._core
+        if core.reconnecting and core.state in (LinkState.LOST, LinkState.REOPENING) and not self._reopens:
+            raise LinkLost("the link is lost, and not open again yet.", remedy="Is the brick on?")
+
+    def lose(self, lost: LinkLost) -> None:
+        """Record that the link is lost.
+
+        Raises:
+            LinkLost: It does not reconnect, or this thread is reopening it.
         """
         core, link = self._core, self._link
-        attempting = self._attempting == threading.get_ident()
-        if not attempting and core.state is not LinkState.CLOSED:
-            core.lose(lost, link.now(), reconnecting=self.wished)
-        core.dialogue.reset()
-        if attempting or not self.wished:
+        if not self._reopens:
+            core.lose(lost, link.now())
+        if self._reopens or not core.reconnecting or core.state is LinkState.CLOSED:
             if link.acts_for_program:
                 core.untold = None
             raise lost
         link.announce()
 
-    def outlast(self, lost: LinkLost, timeout_s: float, command: Command[Any]) -> None:
+    def recover(self, lost: LinkLost, timeout_s: float, command: Command[Any]) -> None:
         """Wait until the lost link is open again and `command` may be sent again.
 
         Raises:
-            LinkLost: It does not reconnect, or not in time; or it is open again, but the program has to decide itself
-                how to go on.
+            LinkLost: It does not reconnect, or not in time; or it is open again, but only the program can decide how to
+                go on. Motions are not kept waiting.
         """
         if isinstance(lost, Interrupted):
             raise lost
         self.lose(lost)
-        core, link = self._core, self._link
-        if not link.acts_for_program:
+        if not self._link.acts_for_program:
             raise lost
+        if self.await_reconnect(lost, timeout_s) or not isinstance(command, IDEMPOTENT):
+            raise interrupted(command) from lost
+
+    def await_reconnect(self, lost: LinkLost, timeout_s: float) -> bool:
+        """Wait until the link is open again; the program thereby knows of the loss.
+
+        Returns:
+            Whether motors were driven when it was lost.
+
+        Raises:
+            LinkLost: It was closed, or is not open after `timeout_s`.
+        """
+        core, link = self._core, self._link
         deadline = link.now() + timeout_s
         while core.state is not LinkState.OPEN:
+            if core.state is LinkState.CLOSED:
+                raise lost
             left = deadline - link.now()
-            if left <= 0 or core.state is LinkState.CLOSED:
+            if left <= 0:
                 core.acknowledge()
                 waited = f"did not come back within {timeout_s:g} s" if timeout_s else "is not back yet"
                 raise LinkLost(f"the link is lost, and the brick {waited}.", remedy="Is it on?") from lost
             link.pause(left)
         driven = core.interrupted
         core.acknowledge()
-        if driven or not isinstance(command, IDEMPOTENT):
-            raise interrupted(command) from lost
+        return driven
 
-    def reopen(self) -> None:
-        """Open the link again: same address, same brick, input ports in the same modes. The core has begun the attempt.
+    @property
+    def _reopens(self) -> bool:
+        """Whether the calling thread is reopening the link."""
+        return self._attempting == threading.get_ident()
+
+    def after_motion(self, lost: LinkLost, timeout_s: float) -> None:
+        """Wait until the link is open again after a motion could not begin; the program has to begin it again.
 
         Raises:
-            NXTError: It is not back, or cannot be opened.
+            Interrupted: The link is open again.
+            LinkLost: It does not reconnect, or see `await_reconnect`.
+        """
+        if isinstance(lost, Interrupted) or not self._core.reconnecting:
+            raise lost
+        self.await_reconnect(lost, timeout_s)
+        raise interrupted() from lost
+
+    def reconnect(self, timeout_s: float) -> None:
+        """Reopen the link on the program's request; if another thread is at it already, wait for that."""
+        if self._core.begin_attempt():
+            self._core.acknowledge()
+            self.reopen()
+        else:
+            closed = LinkLost(f"{self._link.transport.address} is closed.", remedy="Open the brick again.")
+            self.await_reconnect(closed, timeout_s)
+
+    def reopen(self) -> None:
+        """Reopen the link: same address, same brick, input ports in the same modes. The core has begun the attempt.
+
+        Raises:
+            NXTError: The brick is not back, or cannot be opened.
         """
         core, link = self._core, self._link
         self._attempting = threading.get_ident()
         try:
-            with link.exclusive():
+            with self._lock.exclusive():
                 link.transport.close()  # not amid a request; opening it takes long, and needs no lock
             transport = reopen_transport(link.transport, timeout_s=link.timeout_s)
-            with link.exclusive():
+            with self._lock.exclusive():
                 if core.state is LinkState.CLOSED:
                     transport.close()
                     raise LinkLost(f"{transport.address} is closed.", remedy="Open the brick again.")
                 link.use(transport)
                 core.dialogue.reset()
                 core.timers.clear()
-            link.reconnecting = self.wished  # probes again
+            link.reconnecting = core.reconnecting  # probes again
             link.keep_alive()
             for port, mode in list(core.modes.items()):
                 values = link.request(GetInputValues(port))
@@ -168,6 +214,6 @@ class Reconnector:
 
 
 def interrupted(command: Command[Any] | None = None) -> Interrupted:
-    """The error for a program that must decide itself how to go on: a motion was under way, or `command` was."""
+    """Make the error that leaves it to the program how to go on: a motion or `command` was under way at the loss."""
     what = "a motion was under way" if command is None else f"{type(command).__name__} was not repeated"
     return Interrupted(f"the link was lost and is back, but {what}.", remedy="Motors have stopped; start them again.")

@@ -146,8 +146,12 @@ class SchedulingLink(Protocol):
         """Let time pass until a motion may have gone on."""
         ...
 
+    def after_motion(self, lost: LinkLost) -> None:
+        """Wait until a link that was lost in a motion's first step is open again; always raises."""
+        ...
+
     def acknowledge(self) -> None:
-        """Take in that the program knows of a loss."""
+        """Record that the program was told of a loss."""
         ...
 
 
@@ -168,7 +172,7 @@ class MotionScheduler:
 
     @property
     def stepping(self) -> bool:
-        """Whether the calling thread is running steps that are due, for which the program does not wait."""
+        """Whether the calling thread is running a step. A step never waits for a lost link: it holds up the others."""
         return self._stepper == threading.get_ident()
 
     def start(self, ports: Iterable[OutputPort], steps: Steps[R]) -> Motion[R]:
@@ -184,7 +188,10 @@ class MotionScheduler:
             self._advance(motion)
         self._link.announce()
         if motion.done:
-            motion.join()
+            try:
+                motion.join()
+            except LinkLost as lost:
+                self._link.after_motion(lost)
         return motion
 
     def claim(self, ports: Iterable[OutputPort]) -> None:
@@ -203,11 +210,7 @@ class MotionScheduler:
         with self._lock:
             if self._current is not None:
                 return  # a step makes a request, and time passes meanwhile; the others are run afterwards
-            self._stepper = threading.get_ident()
-            try:
-                self._run_until(self._link.now() + RESOLUTION_S)
-            finally:
-                self._stepper = 0
+            self._run_until(self._link.now() + RESOLUTION_S)
 
     def end(self, motion: Motion[Any], reason: Cancelled) -> None:
         """Cancel a motion.
@@ -243,11 +246,12 @@ class MotionScheduler:
                 self._advance(motion, None if alive else _lost())
 
     def _advance(self, motion: Motion[Any], reason: BaseException | None = None) -> None:
-        outer, self._current = self._current, motion
+        outer = self._current, self._stepper
+        self._current, self._stepper = motion, threading.get_ident()
         try:
             motion.advance(reason)
         finally:
-            self._current = outer
+            self._current, self._stepper = outer
             if motion.done:
                 self._motions.remove(motion)
             self._link.schedule(min((motion.due for motion in self._motions), default=math.inf))

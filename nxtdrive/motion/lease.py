@@ -1,8 +1,10 @@
-"""The lease of a motor: it turns at its speed for a short while, and on only if the lease is renewed."""
+"""The lease of a motor: the motor turns for a short while, and longer only if the lease is renewed."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from contextlib import ExitStack
 
 from firmware_protocol.enums import OutputPort
 from nxtdrive.link.protocol import MotorLink
@@ -86,15 +88,22 @@ class Lease:
 
     def brake_at(self, time_s: float) -> None:
         """Stop the motor at that time on the link's clock, even amid a request."""
-        self.forget()
+        self.release()
         self._link.send_at(self._port.name, braked(self._port), time_s)
 
     def brake(self) -> None:
         """Stop the motor now."""
-        self.forget()
-        self._link.cancel_timer(self._port.name)
+        self.release()
         self._link.send(braked(self._port))
 
-    def forget(self) -> None:
-        """Take in that the motor does something else now."""
+    def release(self) -> None:
+        """Renew the lease no more: the motor gets another command, or stops at its end."""
+        self._link.cancel_timer(self._port.name)
         self.power, self._begun_s, self._end_s = 0, -math.inf, -math.inf
+
+
+def brake_all(leases: Sequence[Lease]) -> None:
+    """Stop several motors now; a failure with one does not keep the others from being braked."""
+    with ExitStack() as stack:
+        for lease in reversed(leases):
+            stack.callback(lease.brake)

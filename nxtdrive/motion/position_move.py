@@ -19,7 +19,7 @@ from firmware_protocol.errors import LinkError
 from nxtdrive.link.protocol import MotorLink
 from nxtdrive.link.scheduler import Cancelled, Steps
 from nxtdrive.motion.brake_predictor import CREEP_DEG_S, BrakePredictor
-from nxtdrive.motion.lease import LEASE_S, Lease
+from nxtdrive.motion.lease import LEASE_S, Lease, brake_all
 from nxtdrive.motion.outputs import Sample, sample
 from nxtdrive.motion.stall import STALL_S
 
@@ -146,8 +146,7 @@ class PositionMove:
 
     def brake(self) -> None:
         """Stop all wheels now."""
-        for lease in self._leases:
-            lease.brake()
+        brake_all(self._leases)
 
     def _run(self, angle_deg: float) -> Steps[StopReason]:
         start = sample(self._link, *self._ports)

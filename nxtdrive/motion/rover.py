@@ -16,7 +16,7 @@ from nxtdrive.link.scheduler import Motion, Steps
 from nxtdrive.motion.brake_predictor import SEEN_DEG_S
 from nxtdrive.motion.compass_correction import CompassCorrection
 from nxtdrive.motion.drive_settings import FASTEST_DEG_S, DriveSettings, check_sizes
-from nxtdrive.motion.lease import Lease
+from nxtdrive.motion.lease import Lease, brake_all
 from nxtdrive.motion.obstacle_monitor import ObstacleMonitor, SafetyLimits
 from nxtdrive.motion.odometry import Odometry
 from nxtdrive.motion.outputs import Sample, sample
@@ -210,8 +210,7 @@ class Rover:
         """Motors off, brakes on, now."""
         self._driving = False
         self._link.motions.claim(self._ports)
-        for lease in self._leases:
-            lease.brake()
+        brake_all(self._leases)
 
     # --- senses ---
 
@@ -298,10 +297,9 @@ class Rover:
     def _steps(self, wheels: list[Wheel], angle_deg: float, pace: Pace, *, guarded: bool) -> Steps[MotionResult]:
         begin, begin_mm = self.pose(), self._odometry.way_mm
         for lease in self._leases:
-            lease.forget()
+            lease.release()
         if guarded and (objection := self._monitor.clear_to_go(begin)) is not None:
-            for lease in self._leases:
-                lease.brake()
+            brake_all(self._leases)
             return MotionResult(objection, 0.0, 0.0)
         self._driving = False
         guard = self._guard if guarded else unguarded

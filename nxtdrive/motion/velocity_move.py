@@ -52,14 +52,23 @@ class VelocityMove:
 
         Returns:
             DONE, or braked: STALLED, CANCELLED.
+
+        Raises:
+            LinkError: The brick cannot be reached; it was told to brake if possible, else the lease runs out.
         """
         try:
             return (yield from self._turn(speed_deg_s, regulated, until_s))
         except Cancelled as reason:
-            if not reason.replaced:
+            if reason.replaced:
+                self._lease.release()
+            else:
                 with contextlib.suppress(LinkError):
                     self._brake()
             return StopReason.CANCELLED
+        except BaseException:
+            with contextlib.suppress(LinkError):
+                self._brake()
+            raise
 
     def _turn(self, goal_deg_s: float, regulated: bool, until_s: float) -> Steps[StopReason]:
         link = self._link

@@ -103,7 +103,7 @@ def test_a_telegram_too_long_for_a_packet_is_not_sent(usb_bus):
     transport.close()
 
 
-@pytest.mark.skipif(usb.backend.libusb1.get_backend() is None, reason="needs libusb")
+@pytest.mark.skipif(usb.backend.libusb1.get_backend() is None, reason="libusb 1.0 is not installed here")
 def test_every_search_has_a_libusb_context_of_its_own(mocker):
     """One that was made before the brick was plugged in again may never see it."""
     find = mocker.patch("usb.core.find", return_value=[])

@@ -1,12 +1,18 @@
 """Motions that nobody waits for: several at once, cancelled, lost; and what limits them."""
 
+import contextlib
 import itertools
+import threading
 
 import pytest
 
 from behaviors.ports import StopReason
-from firmware_protocol.errors import LinkError, LocalProtocolError
+from firmware_protocol.direct import SetOutputState
+from firmware_protocol.enums import OutputPort
+from firmware_protocol.errors import BrickError, LinkError, LinkTimeout, LocalProtocolError
+from nxtdrive.brick import Brick
 from nxtdrive.motion.motor import MotorSettings, Then
+from nxtdrive.motion.outputs import coasting
 from nxtdrive.motion.rover import Rover, SafetyLimits
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.simulation import LinkFaults
@@ -222,3 +228,77 @@ def test_a_time_can_be_left_to_itself(lab):
     assert move.join() is StopReason.DONE
     assert room.simulation.time_s == pytest.approx(1.5, abs=0.05)
     assert room.output("B").rotation == pytest.approx(-180, abs=60)
+
+
+# --- leases that would be renewed for ever ---
+
+
+@LINKS
+def test_a_motor_whose_supervision_fails_is_not_kept_turning(lab, latency_ms):
+    """Nothing would see a stall any more."""
+    room = lab(latency_ms=latency_ms, faults=LinkFaults(silent_ms=((1000, 1800),)), timeout_s=0.3)
+    motor = room.brick.motor("A")
+    motor.run(300)
+    with contextlib.suppress(LinkError):
+        room.brick.sleep(4)
+    assert motor.done
+    assert not room.output("A").actual_speed
+
+
+def test_a_motion_that_fails_to_begin_does_not_leave_its_motors_turning_as_before(lab):
+    room = lab()
+    motor = room.brick.motor("B")
+    motor.run(300)
+    room.brick.sleep(0.5)
+    rover = Rover(room.brick.link, ultrasonic=2, touch=None)
+    with pytest.raises(BrickError):
+        rover.straight(300)
+    room.brick.sleep(2)
+    assert motor.done
+    assert not room.output("B").actual_speed
+
+
+def test_a_wheel_that_cannot_be_braked_does_not_keep_the_other_from_braking(direct):
+    def refuse(telegram):
+        if telegram[1:3] == bytes((SetOutputState.opcode, OutputPort.B)):
+            direct.on_send = lambda _: None
+            raise LinkTimeout("takes no more telegrams.")
+
+    with Brick(direct) as brick:
+        rover = Rover(brick.link, ultrasonic=None, touch=None)
+        rover.drive(100, 0)
+        direct.on_send = refuse
+        with pytest.raises(LinkTimeout):
+            rover.stop()
+        assert direct.sent[-1][1:4] == bytes((SetOutputState.opcode, OutputPort.C, 0))
+
+
+def test_what_breaks_a_program_off_is_called_in_its_own_thread_and_brakes(lab):
+    room = lab()
+    threads = set()
+
+    def break_off():
+        threads.add(threading.get_ident())
+        if room.simulation.time_s > 1:
+            room.brick.link.before_request = None
+            raise InterruptedError
+
+    room.brick.link.before_request = break_off
+    with pytest.raises(InterruptedError):
+        room.brick.motor("A").run_angle(300, 3000)
+    assert room.simulation.time_s < 1.3
+    assert threads == {threading.get_ident()}
+    room.brick.sleep(0.5)
+    assert not room.output("A").actual_speed
+
+
+def test_leaving_stops_each_motor_whatever_happens_with_the_others(direct):
+    def refuse(telegram):
+        if telegram[1:3] == bytes((SetOutputState.opcode, OutputPort.A)):
+            raise LinkTimeout("takes no more telegrams.")
+
+    with Brick(direct) as brick:
+        for port in "AB":
+            brick.motor(port).hold()
+        direct.on_send = refuse
+    assert direct.sent[-1] == coasting(OutputPort.B).encode(want_reply=False)

@@ -1,10 +1,12 @@
 """A lost link is opened again while the program makes no requests: by the link's thread, or by sleeping."""
 
+import contextlib
 import logging
 
 import pytest
 
-from firmware_protocol.direct import GetOutputState, PlayTone
+from behaviors.ports import StopReason
+from firmware_protocol.direct import GetOutputState, KeepAlive, PlayTone
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import BrickNotFound, LinkLost
 from nxtdrive.link.core import FIRST_PAUSE_S, LONGEST_PAUSE_S, Interrupted, LinkCore, LinkState
@@ -12,6 +14,8 @@ from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
 from sim_backend.simulation import LinkFaults
 
 FOR_EVER_MS = 10**9
+THREADED = pytest.mark.parametrize("way", ["threaded"])
+"""For what cannot happen where the program itself does the link's work."""
 
 
 @pytest.fixture(params=["stepped", "threaded"])
@@ -37,7 +41,8 @@ def away(lab):
 
 def test_pauses_double_up_to_the_longest():
     core, now, pauses = LinkCore(), 0.0, []
-    core.lose(LinkLost("gone."), now, reconnecting=True)
+    core.set_reconnecting(True, now)
+    core.lose(LinkLost("gone."), now)
     for _ in range(8):
         assert not core.begin_attempt(core.attempt_due - 0.01)
         pauses.append(core.attempt_due - now)
@@ -52,7 +57,8 @@ def test_pauses_double_up_to_the_longest():
 
 def test_only_one_thread_attempts_and_the_link_is_open_again_afterwards():
     core = LinkCore()
-    core.lose(LinkLost("gone."), 0.0, reconnecting=True)
+    core.set_reconnecting(True, 0.0)
+    core.lose(LinkLost("gone."), 0.0)
     assert [core.begin_attempt(1.0), core.begin_attempt(1.0)] == [True, False]
     core.reopened("usb://")
     assert (core.state, core.due) == (LinkState.OPEN, float("inf"))
@@ -62,8 +68,9 @@ def test_a_loss_is_told_only_to_a_program_that_drove_motors():
     for driven in (False, True):
         core = LinkCore()
         core.driven = driven
-        core.lose(LinkLost("gone."), 0.0, reconnecting=True)
-        core.lose(LinkLost("gone."), 5.0, reconnecting=True)
+        core.set_reconnecting(True, 0.0)
+        core.lose(LinkLost("gone."), 0.0)
+        core.lose(LinkLost("gone."), 5.0)
         assert core.attempt_due == FIRST_PAUSE_S, "the second to find out changes nothing"
         assert core.interrupted is driven
         core.acknowledge()
@@ -74,7 +81,7 @@ def test_without_the_wish_to_reconnect_there_is_nothing_to_attempt():
     core = LinkCore()
     core.driven = True
     core.timers.repeat("awake", b"", 1.0, 0.0)
-    core.lose(LinkLost("gone."), 0.0, reconnecting=False)
+    core.lose(LinkLost("gone."), 0.0)
     assert (core.due, core.interrupted) == (float("inf"), False)
     assert not core.begin_attempt(10.0)
     assert core.begin_attempt(), "the program itself may try"
@@ -82,7 +89,8 @@ def test_without_the_wish_to_reconnect_there_is_nothing_to_attempt():
 
 def test_a_closed_link_stays_closed():
     core = LinkCore()
-    core.lose(LinkLost("gone."), 0.0, reconnecting=True)
+    core.set_reconnecting(True, 0.0)
+    core.lose(LinkLost("gone."), 0.0)
     core.begin_attempt(1.0)
     core.close()
     core.attempt_failed(BrickNotFound("not yet."), 1.0)
@@ -209,3 +217,136 @@ def test_a_program_may_reconnect_by_itself(lab):
     room.simulation.advance(2000)
     room.brick.link.reconnect()
     assert room.brick.battery_v
+
+
+# --- races between the program, its other threads and the link's own ---
+
+
+def test_an_attempt_that_another_thread_makes_is_not_work_for_the_link():
+    core = LinkCore()
+    core.set_reconnecting(True, 0.0)
+    core.lose(LinkLost("gone."), 0.0)
+    assert core.begin_attempt()
+    assert core.due == float("inf"), "the link's thread would spin until the attempt is over"
+
+
+def test_an_attempt_of_the_program_that_fails_is_repeated_by_the_link(away):
+    room = away(3000)
+    room.simulation.advance(1500)
+    with pytest.raises(LinkLost):
+        room.brick.link.reconnect()
+    room.brick.sleep(5)
+    assert room.brick.link.state is LinkState.OPEN
+
+
+@pytest.mark.parametrize("wished", [True, False])
+def test_reconnecting_may_be_chosen_after_the_loss(lab, wished):
+    room = lab(faults=LinkFaults(unplugged_ms=((1000, 3000),)))
+    room.brick.link.reconnecting = not wished
+    room.simulation.advance(1500)
+    with contextlib.suppress(LinkLost):
+        room.brick.link.reconnect_timeout_s = 0.0
+        room.brick.request(KeepAlive())
+    room.brick.link.reconnecting = wished
+    room.brick.sleep(5)
+    assert room.brick.link.state is (LinkState.OPEN if wished else LinkState.LOST)
+
+
+def test_a_motion_that_meets_the_loss_in_its_first_step_does_not_keep_the_link_from_reopening(away):
+    room = away(3000)
+    room.simulation.advance(1500)
+    with pytest.raises(Interrupted):
+        room.brick.motor("A").run_angle(300, 90)
+    assert room.simulation.time_s < 5.5
+    room.brick.motor("A").run_angle(300, 90)
+    assert room.output("A").rotation == pytest.approx(90, abs=3)
+
+
+def test_cancelling_a_motion_does_not_wait_for_the_lost_link_and_the_program_is_told_afterwards(away):
+    room = away(8000)
+    motion = room.brick.motor("A").run_angle(300, 3000, wait=False)
+    room.brick.motor("B").run(300)
+    room.simulation.advance(1000 - room.simulation.now_ms)
+    begin = room.brick.now()
+    motion.cancel()
+    assert room.brick.now() - begin < 1
+    with pytest.raises(Interrupted):
+        room.brick.sleep(20)
+
+
+@THREADED
+def test_what_is_asked_while_the_link_is_being_reopened_waits_for_its_end(lab):
+    room = lab(latency_ms=45, faults=LinkFaults(unplugged_ms=((1000, 3000),)))
+    link = room.brick.link
+    link.reconnecting = True
+    lost = link.transport
+    room.brick.motor("A").run(300)
+    while link.state is not LinkState.REOPENING or link.transport is lost:
+        room.idle(0.01)
+    with pytest.raises(Interrupted):
+        room.brick.motor("B").run(300)
+    room.idle(0.5)
+    assert not room.output("B").rotation, "the program has to be told before it drives again"
+    room.brick.motor("B").run(300)
+
+
+@THREADED
+def test_closing_ends_the_wait_for_a_lost_link(away):
+    room = away(FOR_EVER_MS)
+    brick = room.brick
+    brick.sleep(2)
+
+    def close_later():
+        brick.link.transport.sleep(3)
+        brick.close()
+
+    lockstep = brick.link.transport.lockstep
+    closing = lockstep.start(close_later, "program")
+    with pytest.raises(LinkLost) as told:
+        brick.request(KeepAlive())
+    lockstep.join(closing, 5)
+    assert "did not come back" not in str(told.value)
+    assert room.simulation.time_s < 7
+
+
+def test_a_loss_that_a_motion_has_told_is_not_told_again(lab):
+    room = lab(faults=LinkFaults(unplugged_ms=((1000, FOR_EVER_MS),)))
+    with pytest.raises(LinkLost):
+        room.brick.motor("A").run_angle(300, 3000)
+    room.brick.sleep(1)
+
+
+@THREADED
+def test_an_unexpected_error_does_not_end_the_links_thread(away, monkeypatch, caplog):
+    room = away(3000)
+    reopen, errors = type(room.brick.link.transport).reopen, [RuntimeError("a defect in a transport")]
+
+    def fail_once(transport, timeout_s):
+        if errors:
+            raise errors.pop()
+        return reopen(transport, timeout_s)
+
+    monkeypatch.setattr(type(room.brick.link.transport), "reopen", fail_once)
+    room.brick.sleep(10)
+    assert not errors
+    assert room.brick.link.state is LinkState.OPEN
+    assert "a defect in a transport" in caplog.text
+
+
+@THREADED
+def test_closing_ends_the_motions_of_other_threads_too(lab):
+    """One that starts while motors are being stopped would be waited for without end."""
+    room = lab()
+    lockstep, motor, stops = room.brick.link.transport.lockstep, room.brick.motor("A"), []
+
+    def turn_for_ever():
+        with contextlib.suppress(LinkLost):
+            while True:
+                stops.append(motor.run_angle(300, 3000))
+
+    program = lockstep.start(turn_for_ever, "program")
+    room.idle(1)
+    room.brick.close()
+    lockstep.join(program, 5)
+    assert program.over
+    assert set(stops) == {StopReason.CANCELLED}
