@@ -17,7 +17,7 @@ from behaviors.chart import MISSION_STATES, MissionChart
 from behaviors.events import Event, Fact, Reason
 from behaviors.evidence import Evidence
 from behaviors.failures import Failure
-from behaviors.journal import Kind, Observer, Record, plain
+from behaviors.journal import JOURNAL_FORMAT, Kind, Observer, Record, plain
 from behaviors.mission import Mission
 from behaviors.observers import Observers
 from behaviors.outages import OutageSupervisor, part_of
@@ -141,7 +141,8 @@ class Executive:
             Exception: Whatever else a service raised; the motors are off.
         """
         ending = Ending.BROKEN
-        self.note(Kind.START, mission=self._mission.mission.name, targets=list(self._mission.mission.targets))
+        table = self._mission.mission
+        self.note(Kind.START, format=JOURNAL_FORMAT, mission=table.name, targets=list(table.targets))
         try:
             ending = self._pursue()
         except Exception as error:

@@ -12,6 +12,9 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Protocol, Self
 
+JOURNAL_FORMAT = 2
+"""Format of the journals that this version writes; docs/journal.md lists the formats. Format 1 does not say so."""
+
 Value = str | int | float | bool | None | list["Value"] | dict[str, "Value"]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import JOURNAL_FORMAT, Kind, Record
 from behaviors.mission import Mission
 from firmware_protocol.errors import ConfigError
 from nxtdrive.recording.run_folder import JOURNAL, MISSION
@@ -34,6 +34,13 @@ class PastRun:
         return str(begun.data.get("mission", "")) if begun else ""
 
     @property
+    def format(self) -> int:
+        """The format of the journal; 1 where it does not say."""
+        begun = next((record for record in self.records if record.kind is Kind.START), None)
+        number = begun.data.get("format", 1) if begun else 1
+        return number if isinstance(number, int) else 1
+
+    @property
     def end(self) -> Record | None:
         """The journal's last record; None if the run was killed or is in progress."""
         return next((record for record in reversed(self.records) if record.kind is Kind.END), None)
@@ -46,7 +53,7 @@ def read_run(path: Path) -> PastRun:
         path: Its folder, or its journal.
 
     Raises:
-        ConfigError: There is no journal, or nothing in it.
+        ConfigError: There is no journal, or nothing in it, or a later version wrote it.
     """
     if path.is_dir():
         folder, path = path, path / JOURNAL
@@ -65,7 +72,13 @@ def read_run(path: Path) -> PastRun:
         raise ConfigError(
             f"{path} is not a journal: no line of it is a record.", remedy="docs/journal.md says what one looks like."
         )
-    return PastRun(path, tuple(records), tuple(damaged), _mission(path.parent / MISSION))
+    run = PastRun(path, tuple(records), tuple(damaged), _mission(path.parent / MISSION))
+    if run.format > JOURNAL_FORMAT:
+        raise ConfigError(
+            f"{path} has format {run.format}, and this version reads formats up to {JOURNAL_FORMAT}.",
+            remedy="Install the version of nxtdrive that wrote it, or a later one.",
+        )
+    return run
 
 
 def _records(lines: list[bytes]) -> tuple[list[Record], list[int]]:

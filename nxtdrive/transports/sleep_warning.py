@@ -1,4 +1,4 @@
-"""Notices a program that sleeps on the wall clock while its simulated robot stands still in time."""
+"""Notices a program that sleeps on the wall clock while its simulated robot moves."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from collections.abc import Callable
 
 try:
     from resource import RUSAGE_THREAD, getrusage
-except ImportError:  # not on every system
+except ImportError:  # Windows and macOS do not count a thread's waits: no warning there
     getrusage = None  # type: ignore[assignment]
 
 BLOCKED_S = 0.02
 """A program that rests for this time between two requests has slept, and not merely computed."""
+BUSY_SHARE = 0.05
+"""A program that sleeps uses less than this share of the time; one on a loaded computer that computes uses more."""
+WAITS = 3
+"""A sleep gives the processor up once; work in a library's threads does so more often."""
 WARNED_S = 0.25
 """Such rests, added up, that are worth a warning."""
 
 
 class SleepWarning:
-    """Warns once of `time.sleep` in a simulation, where only `Brick.sleep` lets time pass.
-
-    Sleep is told from computing by the thread's processor time, and from a busy computer by the thread having given its
-    processor up by itself, where the system tells that.
-    """
+    """Warns once of `time.sleep` in a simulation, where only `Brick.sleep` lets time pass."""
 
     def __init__(self) -> None:
         self._slept_s = 0.0
@@ -30,16 +30,17 @@ class SleepWarning:
         self.leave()
 
     def leave(self) -> None:
-        """The program goes on by itself."""
+        """Take in that the program goes on by itself."""
         if not self._done:
-            self._left = _clocks()
+            self._left = _usage()
 
     def enter(self, moving: Callable[[], bool]) -> None:
-        """The program is back; `moving` tells whether motors turn."""
+        """Take in that the program is back; `moving` tells whether motors turn."""
         if self._done:
             return
-        wall_s, busy_s, rests = (now - then for now, then in zip(_clocks(), self._left, strict=True))
-        if wall_s < BLOCKED_S or busy_s > wall_s / 2 or not rests or not moving():
+        wall_s, busy_s, waits, preempted = (now - then for now, then in zip(_usage(), self._left, strict=True))
+        slept = wall_s >= BLOCKED_S and busy_s < BUSY_SHARE * wall_s and 0 < waits <= WAITS and not preempted
+        if not slept or not moving():
             return
         self._slept_s += wall_s
         if self._slept_s >= WARNED_S:
@@ -51,7 +52,9 @@ class SleepWarning:
             )
 
 
-def _clocks() -> tuple[float, float, int]:
-    """Wall clock, processor time of this thread, and how often it has waited for something."""
-    rests = getrusage(RUSAGE_THREAD).ru_nvcsw if getrusage is not None else time.monotonic_ns()
-    return time.monotonic(), time.thread_time(), rests
+def _usage() -> tuple[float, float, int, int]:
+    """Wall clock, processor time of the process, and how often this thread has waited and was preempted."""
+    if getrusage is None:
+        return 0.0, 0.0, 0, 0
+    thread = getrusage(RUSAGE_THREAD)
+    return time.monotonic(), time.process_time(), thread.ru_nvcsw, thread.ru_nivcsw

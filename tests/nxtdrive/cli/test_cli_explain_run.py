@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from behaviors.journal import JOURNAL_FORMAT
 from nxtdrive.cli.main import DONE, USAGE, main
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("explained runs")]
@@ -22,6 +23,9 @@ pictures = ["lena.png"]
 [thesis]
 wait_s = 7.0
 """
+
+FIRST_FORMAT = Path(__file__).parent / "journals" / "format-1.jsonl"
+"""Written before journals named their format; looks are left out."""
 
 
 @pytest.fixture(scope="module")
@@ -116,6 +120,23 @@ def test_a_run_that_was_killed_is_told_up_to_there(runs, explained, tmp_path):
     assert decision["outcome"]["result"] == "journal_ends"
     assert told["damaged_lines"], "the line that was being written"
     assert "unfinished" in explained(cut)
+
+
+def test_a_journal_of_the_first_format_is_told_and_its_evidence_understood(explained):
+    told = explained(FIRST_FORMAT, "--json")
+    assert [each["replay"]["differs"] for each in told["decisions"]] == [False] * 4
+    assert told["damaged_lines"] == []
+    assert "lena was not recognised since the last search began" in explained(FIRST_FORMAT)
+
+
+def test_a_journal_says_its_format_and_one_of_a_later_version_is_refused(runs, capsys, tmp_path):
+    first, *rest = (runs["thesis"] / "journal.jsonl").read_text(encoding="utf-8").splitlines()
+    start = json.loads(first)
+    assert start["format"] == JOURNAL_FORMAT
+    later = tmp_path / "journal.jsonl"
+    later.write_text("\n".join([json.dumps({**start, "format": JOURNAL_FORMAT + 1}), *rest]), encoding="utf-8")
+    assert main(["explain-run", str(later)]) == USAGE
+    assert f"reads formats up to {JOURNAL_FORMAT}" in capsys.readouterr().err
 
 
 def test_damaged_lines_and_unknown_evidence_do_not_stop_it(runs, explained, tmp_path):
