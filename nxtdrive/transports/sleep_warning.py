@@ -1,4 +1,4 @@
-"""Notices a program that sleeps on the wall clock while its simulated robot stands still in time."""
+"""Detects programs that sleep on the wall clock, during which no simulated time passes."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ except ImportError:  # not on every system
     getrusage = None  # type: ignore[assignment]
 
 BLOCKED_S = 0.02
-"""A program that rests for this time between two requests has slept, and not merely computed."""
+"""Shortest pause between two requests that counts as sleep."""
 WARNED_S = 0.25
-"""Such rests, added up, that are worth a warning."""
+"""Total sleep at which to warn."""
 
 
 class SleepWarning:
-    """Warns once of `time.sleep` in a simulation, where only `Brick.sleep` lets time pass.
+    """Warns once about `time.sleep` in a simulation, where only `Brick.sleep` lets time pass.
 
-    Sleep is told from computing by the thread's processor time, and from a busy computer by the thread having given its
-    processor up by itself, where the system tells that.
+    Sleep differs from computing by the processor time of the thread, and from waiting for a busy processor by a
+    voluntary context switch, where the system counts these.
     """
 
     def __init__(self) -> None:
@@ -30,12 +30,12 @@ class SleepWarning:
         self.leave()
 
     def leave(self) -> None:
-        """The program goes on by itself."""
+        """Note that the simulation returns to the program."""
         if not self._done:
             self._left = _clocks()
 
     def enter(self, moving: Callable[[], bool]) -> None:
-        """The program is back; `moving` tells whether motors turn."""
+        """Note that the program calls the simulation again; `moving` tells whether motors turn."""
         if self._done:
             return
         wall_s, busy_s, rests = (now - then for now, then in zip(_clocks(), self._left, strict=True))
@@ -52,6 +52,6 @@ class SleepWarning:
 
 
 def _clocks() -> tuple[float, float, int]:
-    """Wall clock, processor time of this thread, and how often it has waited for something."""
+    """Return wall clock, processor time of this thread, and its number of voluntary context switches."""
     rests = getrusage(RUSAGE_THREAD).ru_nvcsw if getrusage is not None else time.monotonic_ns()
     return time.monotonic(), time.thread_time(), rests
