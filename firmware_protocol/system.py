@@ -23,6 +23,8 @@ IO_MAP_READ_LIMIT = 119
 IO_MAP_READ_LIMIT_USB = 55
 IO_MAP_WRITE_LIMIT = 118
 """Most data bytes of one IO map access, over Bluetooth and USB (section 2)."""
+IO_MAP_READ_HEADER = 9
+"""Bytes of an IOMapRead reply in front of the data; a longer reply is cut short without an error (section 2)."""
 
 POLL_LIMIT = 121
 """Most bytes of one Poll over Bluetooth; USB allows 59 (section 2)."""

@@ -1,4 +1,4 @@
-"""The brick: a facade over its link, its ports and what is on board."""
+"""The brick: a facade of its link, motors, sensors, files and programs."""
 
 from __future__ import annotations
 
@@ -35,19 +35,19 @@ R = TypeVar("R", bound=Reply)
 P = TypeVar("P")
 
 BRAKING_S = 0.15
-"""How long motors are braked before they are switched off when the program leaves."""
+"""How long motors brake before they are switched off when the program ends."""
 
 
 @dataclass(frozen=True, slots=True)
 class BrickInfo:
-    """Who the brick is and how it feels.
+    """Identity and state of a brick.
 
     Attributes:
         name: As shown on its display.
         bluetooth_address: Six bytes in hex with colons; without them it is the id in ``usb://``.
         firmware: Such as ``1.29``.
         protocol: Such as ``1.124``.
-        free_flash: Bytes free for files; the firmware refreshes it only now and then.
+        free_flash: Bytes free for files; the firmware updates it with a delay.
         battery_mv: Battery voltage, millivolts.
     """
 
@@ -62,19 +62,19 @@ class BrickInfo:
 def open_brick(
     address: str | Address | None = None, *, timeout_s: float | None = None, reconnect: bool = False
 ) -> Brick:
-    """Open a brick and make sure that it answers.
+    """Open a brick, make sure that it answers, and keep it awake.
 
     Args:
         address: ``usb://``, ``bt://00:16:53:0A:1B:2C``, ``serial://COM5``, ``tcp://host:port``, ``sim://``, ...
-            Without one, ``$NXT`` counts, and without that the first brick on USB.
-        timeout_s: How long the brick may take for an answer, here and in every later request. Without it, 1 s over
-            USB and 2 s over whatever Bluetooth may be behind.
-        reconnect: Whether a link that is lost later is opened again by itself; see `Link.reconnecting`.
+            None: ``$NXT``, and if that is not set the first brick on USB.
+        timeout_s: Timeout of replies, here and in later requests. None: 1 s over USB, and 2 s where Bluetooth may be
+            part of the link.
+        reconnect: Whether a lost link is reopened automatically; see `Link.reconnecting`.
 
     Raises:
-        AddressError: Nobody can open this address; the message lists what can be opened.
-        BrickNotFound: No brick there.
-        LinkError: A brick, but no way to it: busy, not permitted, silent.
+        AddressError: The address is not valid; the message lists valid ones.
+        BrickNotFound: There is no brick at this address.
+        LinkError: The brick is busy, not permitted or does not answer.
     """
     transport = open_transport(address) if timeout_s is None else open_transport(address, timeout_s=timeout_s)
     brick = Brick(transport, timeout_s=timeout_s, reconnecting=reconnect)
@@ -89,20 +89,20 @@ def open_brick(
 class Brick:
     """A brick behind an open transport. May be used from several threads.
 
-    As a context manager it stops, on leaving, the motors that were used, and closes the link, however the block ends:
-    SIGTERM and SIGHUP, unless the program handles them, end the block as an exception does.
+    As a context manager it stops the motors and closes the link at the end of the block, also after an exception and on
+    SIGTERM and SIGHUP, unless the program handles these.
 
-    Motors and sensors are one object for each port: asking for a port again returns the same one, until another kind is
-    asked for.
+    There is one object per port: a second call for a port returns the motor or sensor of the first, unless it is for
+    another kind.
 
     Args:
-        transport: The way to it, open.
-        timeout_s: How long it may take to reply when a request does not say.
-        reconnecting: Whether a lost link is opened again by itself.
-        threads: How the link starts its thread and waits for others.
+        transport: An open transport.
+        timeout_s: Default timeout of a reply.
+        reconnecting: Whether a lost link is reopened automatically.
+        threads: Starts the link's thread and waits for threads.
 
     Attributes:
-        link: Requests, timers and losses, for programs that need more than is here.
+        link: The link, for requests, timers and reconnection.
         request: Sends a command and returns its reply, see `Link.request`: ``brick.request(GetOutputState(0))``.
     """
 
@@ -124,11 +124,11 @@ class Brick:
         return self.link.now()
 
     def sleep(self, duration_s: float) -> None:
-        """Let time pass on the link's clock; motions go on meanwhile. See `Link.sleep`."""
+        """Sleep on the link's clock while motions go on. See `Link.sleep`."""
         self.link.sleep(duration_s)
 
     def info(self) -> BrickInfo:
-        """Name, addresses, versions and state, in three requests."""
+        """Read name, address, versions and state, in three requests."""
         device, versions = self.request(GetDeviceInfo()), self.request(GetVersions())
         address = ":".join(f"{byte:02X}" for byte in device.address[:6])
         return BrickInfo(
@@ -142,7 +142,7 @@ class Brick:
 
     @property
     def name(self) -> str:
-        """As shown on its display, 1 to 15 characters; it may be set."""
+        """Name on the display, 1 to 15 characters; may be set."""
         return self.request(GetDeviceInfo()).name
 
     @name.setter
@@ -156,7 +156,7 @@ class Brick:
 
     @property
     def volume(self) -> int:
-        """Loudness, 0..4, until it is switched off; it may be set. Needs firmware 1.28 or later."""
+        """Volume, 0..4, until the brick is switched off; may be set. Needs firmware 1.28 or later."""
         return self.speaker.volume
 
     @volume.setter
@@ -168,7 +168,7 @@ class Brick:
         self.speaker.tone(frequency_hz, duration_ms)
 
     def screenshot(self) -> Picture:
-        """What the display shows: (64, 100) booleans, row 0 on top, true where a pixel is black."""
+        """Read the display: (64, 100) booleans, row 0 on top, true where a pixel is black."""
         from nxtdrive.onboard.display import Display
 
         return Display(self.link).image()
@@ -195,7 +195,7 @@ class Brick:
         return Programs(self.link, self.files, self.stop_motors)
 
     def motor(self, port: MotorPort, *, reversed: bool = False, settings: MotorSettings | None = None) -> Motor:
-        """The motor on port "A", "B" or "C"; `reversed` if it is built in the other way round."""
+        """The motor on port "A", "B" or "C"; `reversed` if it is mounted the other way round."""
         from nxtdrive.motion.motor import SETTINGS, Motor
 
         how = (reversed, settings or SETTINGS)
@@ -222,7 +222,7 @@ class Brick:
         return sensor
 
     def sound(self, port: SensorPort, *, dba: bool = False) -> Sound:
-        """The sound sensor on port 1..4; with `dba`, only what the ear hears counts."""
+        """The sound sensor on port 1..4; `dba`: A-weighted."""
         from nxtdrive.sensors import Sound
 
         sensor = self._part(input_port(port), Sound, lambda: Sound(self.link, port))
@@ -277,7 +277,7 @@ class Brick:
         )
 
     def stop_motors(self) -> None:
-        """Brake the motors that were used, then switch them off, so that none stays under power."""
+        """Brake all motors that were driven, then switch them off, so that none stays under power."""
         from nxtdrive.motion.outputs import braked, coasting
 
         link = self.link
@@ -287,7 +287,7 @@ class Brick:
         for port in ports:
             link.cancel_timer(port.name)
         if ports:
-            with contextlib.ExitStack() as stack:  # last in, first out; a motor that fails does not spare the others
+            with contextlib.ExitStack() as stack:  # last in, first out; all of it, even if something fails
                 for port in reversed(ports):
                     stack.callback(link.send, coasting(port))
                 stack.callback(link.transport.sleep, BRAKING_S)
@@ -295,7 +295,7 @@ class Brick:
                     stack.callback(link.send, braked(port))
 
     def close(self) -> None:
-        """Stop what moves and close the link; may be called again, and does not fail when the link is gone."""
+        """Stop the motors and close the link; may be called again, and does not fail if the link is lost."""
         self.link.reconnecting = False
         try:
             with contextlib.suppress(LinkError):
@@ -316,7 +316,7 @@ class Brick:
             self._termination.close()
 
     def _part(self, port: InputPort | OutputPort, kind: object, make: Callable[[], P]) -> P:
-        """What is plugged into a port: the object of the call before if that was of the same kind, else a new one."""
+        """Return the object for a port: that of the last call if it was of the same kind, else a new one."""
         key = (type(port), port)
         if key not in self._parts or self._parts[key][0] != kind:
             self._parts[key] = kind, make()

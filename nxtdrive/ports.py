@@ -1,4 +1,4 @@
-"""Ports as printed on the brick, and what the wire calls them."""
+"""Ports as printed on the brick, and checks of arguments."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _INPUTS = {1: InputPort.IN_1, 2: InputPort.IN_2, 3: InputPort.IN_3, 4: InputPort
 
 
 def output_port(name: str) -> OutputPort:
-    """The wire's number of a motor port; upper and lower case are the same.
+    """Convert the name of a motor port, in either case.
 
     Raises:
         LocalProtocolError: There is no such port.
@@ -29,7 +29,7 @@ def output_port(name: str) -> OutputPort:
 
 
 def input_port(number: int) -> InputPort:
-    """The wire's number of a sensor port.
+    """Convert the number of a sensor port.
 
     Raises:
         LocalProtocolError: There is no such port.
@@ -40,10 +40,10 @@ def input_port(number: int) -> InputPort:
 
 
 def in_range(name: str, value: float, minimum: float, maximum: float) -> float:
-    """`value` itself.
+    """Return `value` if it is in range.
 
     Raises:
-        LocalProtocolError: It is no number, or outside `minimum`..`maximum`; the message names it.
+        LocalProtocolError: It is not a number from `minimum` to `maximum`; the message names it.
     """
     if not isinstance(value, int | float) or isinstance(value, bool) or not minimum <= value <= maximum:
         raise LocalProtocolError(f"{name} must be from {minimum:g} to {maximum:g}, not {value!r}.")
@@ -51,10 +51,10 @@ def in_range(name: str, value: float, minimum: float, maximum: float) -> float:
 
 
 def of_type(name: str, value: T, kind: type[T]) -> T:
-    """`value` itself.
+    """Return `value` if it is a `kind`.
 
     Raises:
-        LocalProtocolError: It is something else than a `kind`; the message names it.
+        LocalProtocolError: It is not; the message names it.
     """
     if not isinstance(value, kind):
         raise LocalProtocolError(f"{name} must be {_article(kind.__name__)}, not {value!r}.")

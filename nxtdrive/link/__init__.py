@@ -1,1 +1,1 @@
-"""The owner of the wire: requests, timers, reconnection."""
+"""The link to a brick: requests, timers, motions, reconnection."""

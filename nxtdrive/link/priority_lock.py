@@ -1,7 +1,7 @@
-"""A lock that serves waiting threads in order, and those that preempt before the others.
+"""A lock that serves waiting threads in order of priority and arrival.
 
-A plain lock goes to the thread that is first to ask after it is free, which is often the thread that has just released
-it. Here a command that stops a motor never waits for more than the one request that is being answered.
+A plain lock often goes back to the thread that has just released it. With this one, a command that stops a motor waits
+for no more than the request in progress.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from firmware_protocol.system import IOMapWrite
 from nxtdrive.link.threads import THREADS, Threads
 
 PREEMPTING = (SetOutputState, IOMapWrite, ResetMotorPosition, UpdateResetCount)
-"""Commands that drive motors; they overtake others that wait for the wire."""
+"""Commands that drive motors; they go before other waiting commands."""
 
 
 @dataclass(slots=True, order=True)
@@ -32,15 +32,15 @@ class _Place:
 
 
 class PriorityLock:
-    """The queue of threads in front of a link.
+    """A lock with a queue, in front of a link.
 
     Args:
-        threads: How a thread waits.
+        threads: Lets a thread wait.
 
     Attributes:
-        queue: The waiting threads, next one first; empty while the link has one user.
-        free: The lock itself. What must be fast takes it if the queue is empty, and calls `call_next` after its release
-            if the queue is not.
+        queue: The waiting threads, next one first; empty while only one thread uses the link.
+        free: The lock itself. Time-critical code may acquire it directly if the queue is empty, and must call
+            `call_next` after releasing it if the queue is not.
     """
 
     def __init__(self, threads: Threads = THREADS) -> None:
@@ -51,10 +51,10 @@ class PriorityLock:
         self._numbers = count()
 
     def acquire(self, preempting: bool, timeout_s: float | None = None) -> None:
-        """Take the lock, after the threads that wait already, or with `preempting` before those that do not preempt.
+        """Acquire the lock after all waiting threads, or with `preempting` before those that are not.
 
         Raises:
-            LinkTimeout: Others held it for `timeout_s`; without it there is no limit.
+            LinkTimeout: Other threads held it for `timeout_s`; None: no limit.
         """
         place = _Place(not preempting, next(self._numbers))
         with self._mutex:
@@ -68,21 +68,21 @@ class PriorityLock:
                 self.release()
             raise
         if not self._withdraw(place):
-            return  # called in this very moment
+            return  # called at the last moment
         raise LinkTimeout(
             f"other threads of this program kept the link busy for {timeout_s or 0:g} s.",
             remedy="Ask less often, or allow more time.",
         )
 
     def release(self) -> None:
-        """Give the lock back; the next thread in the queue gets it."""
+        """Release the lock to the next thread in the queue."""
         self.free.release()
         if self.queue:
             self.call_next()
 
     @contextmanager
     def exclusive(self) -> Iterator[None]:
-        """Hold the lock for a block, before all ordinary requests."""
+        """Hold the lock for a block, ahead of ordinary requests."""
         if self.queue or not self.free.acquire(blocking=False):
             self.acquire(True)
         try:
@@ -91,13 +91,13 @@ class PriorityLock:
             self.release()
 
     def call_next(self) -> None:
-        """Hand the lock, if it is free, to the first thread in the queue."""
+        """Give the lock, if it is free, to the first thread in the queue."""
         with self._mutex:
             if self.queue and self.free.acquire(blocking=False):
                 self.queue.pop(0).called.set()
 
     def _withdraw(self, place: _Place) -> bool:
-        """Leave the queue; returns False for a thread that was called meanwhile and has the lock."""
+        """Leave the queue; returns False if the thread was called meanwhile and holds the lock."""
         with self._mutex:
             if place not in self.queue:
                 return False

@@ -47,19 +47,19 @@ class RequestLink(Protocol):
 
 
 class SensorLink(RequestLink, Protocol):
-    """And modes of input ports that outlast a loss of the link."""
+    """Requests, and modes of input ports that are restored after a reconnection."""
 
     def restore_mode(self, mode: SetInputMode) -> None:
-        """Set an input port to this mode again after a reconnection, should it have lost it."""
+        """Set an input port to `mode` after a reconnection, unless it still has it."""
         ...
 
     def forget_modes(self) -> None:
-        """Set no input port again: a program on the brick uses them from now on."""
+        """Restore no modes: a program on the brick owns the input ports from now on."""
         ...
 
 
 class MotorLink(RequestLink, Protocol):
-    """And leases, brakes at an exact time, and motions in steps.
+    """Requests, timed telegrams for leases and brakes, and motions in steps.
 
     Attributes:
         motions: Starts motions, and cancels those of motors that get other commands.
@@ -68,7 +68,7 @@ class MotorLink(RequestLink, Protocol):
     motions: MotionScheduler
 
     def mark_driven(self, port: OutputPort) -> None:
-        """Remember that a motor is under power."""
+        """Record that a motor is under power."""
         ...
 
     def repeat(self, name: str, command: Command[Any], interval_s: float, until_s: float = ...) -> None:
@@ -76,19 +76,19 @@ class MotorLink(RequestLink, Protocol):
         ...
 
     def send_at(self, name: str, command: Command[Any], time_s: float) -> None:
-        """Send `command` once, at that time on the link's clock."""
+        """Send `command` once at `time_s` on the link's clock."""
         ...
 
     def cancel_timer(self, name: str) -> None:
-        """End what `repeat` or `send_at` began under `name`."""
+        """Cancel what `repeat` or `send_at` began under `name`."""
         ...
 
 
 class RoverLink(MotorLink, SensorLink, Protocol):
-    """Motors and sensors together, and a brick that stays awake."""
+    """Motors and sensors, and a brick that stays awake."""
 
     def lock(self) -> Lock:
-        """A lock that may be held during a request; not reentrant."""
+        """Make a lock that may be held during a request; not reentrant."""
         ...
 
     def keep_alive(self) -> None:

@@ -1,7 +1,7 @@
-"""Motions under way: several at once, waited for or not, each advanced a step at a time.
+"""Runs motions side by side, a step at a time, whether or not the program waits for them.
 
-A motion is a generator. It asks and tells the brick what it must, and yields when, on the link's clock, it wants to go
-on. The link runs the steps: in its thread, or in the simulator whenever the program lets time pass.
+A motion is a generator: it makes its requests and yields the time, on the link's clock, of its next step. The link runs
+the steps in its thread, or in the simulator whenever the program lets time pass.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
 
 R = TypeVar("R")
 Steps = Generator[float, None, R]
-"""A motion: yields times on the link's clock at which to go on, and returns its outcome."""
+"""A motion: yields the times of its next steps on the link's clock, and returns its outcome."""
 
 RESOLUTION_S = 0.0005
-"""What is due within this time is due now: half a step of the simulator's clock; sums of fractions are not exact."""
+"""Work due within this time is due now. Half a step of the simulator's clock, as sums of fractions are not exact."""
 
 log = logging.getLogger(__name__)
 
 
 class Cancelled(Exception):
-    """Thrown into a motion that shall end now; the motion brakes its motors and returns its outcome.
+    """Thrown into a motion to end it; the motion brakes its motors and returns its outcome.
 
     Attributes:
-        replaced: Whether another command for one of its motors follows.
+        replaced: Whether another command to one of its motors follows.
     """
 
     def __init__(self, *, replaced: bool = False) -> None:
@@ -42,12 +42,12 @@ class Cancelled(Exception):
 
 
 class Motion(Generic[R]):
-    """A motion under way, or what has become of it.
+    """A motion, in progress or over.
 
     Attributes:
-        ports: Motors that take part.
-        transport: The link it began on.
-        due: When it goes on, on the link's clock; infinity when it is over.
+        ports: Its motors.
+        transport: The transport it began on; a motion does not survive a reconnection.
+        due: When its next step is due, on the link's clock; infinity when it is over.
         ended: Set when it is over.
     """
 
@@ -65,7 +65,7 @@ class Motion(Generic[R]):
 
     @property
     def done(self) -> bool:
-        """Whether it is over, in whatever way."""
+        """Whether it is over, successfully or not."""
         return self.ended.is_set()
 
     def join(self) -> R:
@@ -75,7 +75,7 @@ class Motion(Generic[R]):
             Its outcome.
 
         Raises:
-            NXTError: What ended it, if that was an error; the motors were told to brake if they could be reached.
+            NXTError: The error that ended it; if the brick could be reached, it was told to brake.
         """
         try:
             while not self.done:
@@ -90,14 +90,14 @@ class Motion(Generic[R]):
         return self._outcome  # type: ignore[return-value]  # without an error there is an outcome
 
     def cancel(self) -> None:
-        """End it now, motors braked; nothing happens if it is over already."""
+        """End it and brake its motors; has no effect if it is over."""
         self._scheduler.end(self, Cancelled())
 
     def advance(self, reason: BaseException | None = None) -> None:
-        """Run the next step, or end the motion for `reason`; the scheduler does this.
+        """Run the next step, or end the motion for `reason`; only for the scheduler.
 
         Raises:
-            BaseException: An interrupt from outside met the step; the motion is over.
+            BaseException: An interrupt such as Ctrl-C ended the step and with it the motion.
         """
         try:
             self.due = next(self._steps) if reason is None else self._steps.throw(reason)
@@ -120,14 +120,14 @@ class SchedulingLink(Protocol):
     """What the scheduler needs of its link.
 
     Attributes:
-        transport: The way to the brick; another one after a reconnection.
+        transport: The transport in use; replaced on reconnection.
     """
 
     transport: Transport
 
     @property
     def lost(self) -> bool:
-        """Whether the link is known to be lost."""
+        """Whether the link is known to be lost and will be reopened."""
         ...
 
     def now(self) -> float:
@@ -135,15 +135,15 @@ class SchedulingLink(Protocol):
         ...
 
     def schedule(self, due: float) -> None:
-        """Run the next step at that time."""
+        """Run the next step at `due`."""
         ...
 
     def announce(self) -> None:
-        """Look at what is due."""
+        """Have due work looked for."""
         ...
 
     def wait_for(self, motion: Motion[Any]) -> None:
-        """Let time pass until a motion may have gone on."""
+        """Wait until a motion may have advanced."""
         ...
 
     def after_motion(self, lost: LinkLost) -> None:
@@ -151,16 +151,16 @@ class SchedulingLink(Protocol):
         ...
 
     def acknowledge(self) -> None:
-        """Record that the program was told of a loss."""
+        """Record that a loss was reported to the program."""
         ...
 
 
 class MotionScheduler:
-    """The motions of a link; no motor takes part in two.
+    """The motions of a link; each motor takes part in at most one.
 
     Args:
-        link: Its clock counts, and with it a motion ends.
-        lock: A reentrant lock; held while steps run.
+        link: The link; its clock counts, and its loss ends all motions.
+        lock: A reentrant lock, held during each step.
     """
 
     def __init__(self, link: SchedulingLink, lock: Lock) -> None:
@@ -172,14 +172,15 @@ class MotionScheduler:
 
     @property
     def stepping(self) -> bool:
-        """Whether the calling thread is running a step. A step never waits for a lost link: it holds up the others."""
+        """Whether the calling thread runs a step; steps never wait for a lost link, as they would hold up others."""
         return self._stepper == threading.get_ident()
 
     def start(self, ports: Iterable[OutputPort], steps: Steps[R]) -> Motion[R]:
-        """Begin a motion: run its first step now, the others at their time. Other motions of its motors are cancelled.
+        """Cancel other motions of these motors and begin a new one; its first step runs at once.
 
         Raises:
-            NXTError: What ended it in its first step.
+            NXTError: The error that ended it in its first step. If that was the loss of the link, this waits first
+                until the link is open again, as a request does.
         """
         motion = Motion(self, frozenset(ports), steps, self._link.transport)
         with self._lock:
@@ -195,7 +196,7 @@ class MotionScheduler:
         return motion
 
     def claim(self, ports: Iterable[OutputPort]) -> None:
-        """Cancel the motions these motors take part in: they get other commands from now on."""
+        """Cancel the motions of these motors, which are about to get other commands."""
         if not self._motions:
             return
         wanted = set(ports)
@@ -204,19 +205,19 @@ class MotionScheduler:
                 self.end(motion, Cancelled(replaced=True))
 
     def run_due(self) -> None:
-        """Run one step of each motion that is due, the longest due first."""
+        """Run one step of each motion that is due, the most overdue first."""
         if not self._motions:
             return
         with self._lock:
             if self._current is not None:
-                return  # a step makes a request, and time passes meanwhile; the others are run afterwards
+                return  # called by a request of a step; other steps run after it
             self._run_until(self._link.now() + RESOLUTION_S)
 
     def end(self, motion: Motion[Any], reason: Cancelled) -> None:
         """Cancel a motion.
 
         Raises:
-            LocalProtocolError: A step of this motion calls this.
+            LocalProtocolError: Called by a step of this motion.
         """
         with self._lock:
             if motion.done:
@@ -232,11 +233,11 @@ class MotionScheduler:
                 self.end(motion, Cancelled())
 
     def wait(self, motion: Motion[Any]) -> None:
-        """Let time pass until a motion may have gone on."""
+        """Wait until a motion may have advanced."""
         self._link.wait_for(motion)
 
     def acknowledge(self) -> None:
-        """Take in that the program knows that a motion ended with its link."""
+        """Record that the loss of the link was reported to the program by a motion."""
         self._link.acknowledge()
 
     def _run_until(self, now: float) -> None:

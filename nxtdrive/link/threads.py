@@ -1,4 +1,4 @@
-"""Everything by which the link waits for another thread, in one place, so that tests can put virtual time there."""
+"""Threads and locks of a link, in one place, so that tests can run them in virtual time."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ class Lock(AbstractContextManager[object], Protocol):
     """A lock, reentrant or not."""
 
     def acquire(self, blocking: bool = ...) -> bool:
-        """Take it; without `blocking` only if it is free. Returns whether it was taken."""
+        """Acquire it, without `blocking` only if it is free; returns whether it was acquired."""
         ...
 
     def release(self) -> None:
-        """Give it back."""
+        """Release it."""
         ...
 
 
@@ -34,11 +34,11 @@ class Threads:
         thread.join(timeout_s)
 
     def wait(self, event: threading.Event, timeout_s: float | None = None) -> bool:
-        """Wait for an event, at most `timeout_s`, without it for ever; returns whether the event is set."""
+        """Wait for an event, at most `timeout_s`, None: without limit; returns whether it is set."""
         return event.wait(timeout_s)
 
     def lock(self, *, reentrant: bool = False) -> Lock:
-        """A lock that may be held during a request."""
+        """Make a lock that may be held during a request."""
         return threading.RLock() if reentrant else threading.Lock()
 
 

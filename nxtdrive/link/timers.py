@@ -1,4 +1,4 @@
-"""Telegrams that go out at their time while the program lives: "stay awake", each running motor's lease, a brake."""
+"""Telegrams to send at set times: keep-alive, renewals of leases, brakes."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ class _Timer:
 
 
 class Timers:
-    """Telegrams with times, by name. May be used from several threads.
+    """Named timers, each with a telegram. May be used from several threads.
 
     Attributes:
-        due: Earliest time at which a telegram is due, on the link's clock; infinity without any.
-        punctual: Whether a telegram is due once, and then even amid a request.
+        due: When the next telegram is due, on the link's clock; infinity if there is none.
+        punctual: Whether there is a telegram of `once`, which may not wait until a request is over.
     """
 
     def __init__(self) -> None:
@@ -30,34 +30,34 @@ class Timers:
         self._lock = threading.Lock()
 
     def repeat(self, name: str, telegram: bytes, interval_s: float, now: float, until: float = math.inf) -> None:
-        """Let `telegram` be due every `interval_s`, first one interval from now; replaces the timer of that name.
+        """Send `telegram` every `interval_s`, first after one interval; replaces the timer of that name.
 
-        After `until` it is not due any more, even if nothing has asked since it was.
+        It is never due after `until`, even if it was not taken in time.
         """
         with self._lock:
             self._timers[name] = _Timer(telegram, now + interval_s, interval_s, until)
             self._update_due()
 
     def once(self, name: str, telegram: bytes, due: float) -> None:
-        """Let `telegram` be due at `due`, and never again; replaces the timer of that name."""
+        """Send `telegram` once at `due`; replaces the timer of that name."""
         with self._lock:
             self._timers[name] = _Timer(telegram, due, math.inf, math.inf)
             self._update_due()
 
     def cancel(self, name: str) -> None:
-        """End the timer of that name, if there is one."""
+        """Cancel the timer of that name, if there is one."""
         with self._lock:
             if self._timers.pop(name, None):
                 self._update_due()
 
     def clear(self) -> None:
-        """End all timers."""
+        """Cancel all timers."""
         with self._lock:
             self._timers.clear()
             self._update_due()
 
     def take(self, now: float) -> list[bytes]:
-        """The telegrams due at `now`; they are next due one interval later."""
+        """Take the telegrams that are due at `now`; they are due again one interval later."""
         taken = []
         with self._lock:
             for name, timer in list(self._timers.items()):

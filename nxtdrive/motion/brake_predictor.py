@@ -1,4 +1,4 @@
-"""How a motion comes along, as seen in readings of the wheels: where, how fast, when to brake, whether it stands."""
+"""Progress of a motion from readings of its wheels: distance left, speed, when to brake, stalls."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ START_S = 0.16
 """From rest a regulated motor does nothing for one period of 101 ms (docs/firmware.md section 1, fact 15), and its own
 inertia holds it back for TAU, 60 ms (section 0.2)."""
 SEEN_DEG_S = 20.0
-"""From this speed on a wheel is seen to move."""
+"""Speed from which a wheel counts as moving."""
 BRAKING_S = 0.015
-"""A braked motor turns on by its speed times this. Source: docs/firmware.md section 0.2, TAUBRAKE."""
+"""A braked motor turns on by its speed times this time. Source: docs/firmware.md section 0.2, TAUBRAKE."""
 WINDOW_S = 0.08
-"""Over this time the speed is measured; one count in one cycle says nothing yet."""
+"""Window for measuring the speed; a single count within a single cycle would be too coarse."""
 
 
 class BrakePredictor:
-    """How a motion comes along.
+    """Predicts from readings of the wheels when to brake.
 
     Attributes:
-        rest: Degrees to the goal, negative if it lies behind.
-        done: Degrees covered since the first note.
-        speed: Towards the goal, deg/s, over the last `WINDOW_S`; 0 until there is something to compare.
+        rest: Degrees to the goal, negative behind it.
+        done: Degrees covered since the first reading.
+        speed: Towards the goal, deg/s, over the last `WINDOW_S`; 0 before the second reading.
 
     Args:
         stall_s: A wheel that has not moved for this time is stalled.
-        weights: Of the wheels in their mean, one each; alike by default.
+        weights: One weight per wheel in their mean; equal by default.
     """
 
     def __init__(self, stall_s: float = STALL_S, weights: Sequence[float] = ()) -> None:
@@ -45,7 +45,7 @@ class BrakePredictor:
         self._direction = 1.0
 
     def note(self, time_s: float, rests: Sequence[float]) -> None:
-        """Take one reading: when it was, and how far each wheel had to go."""
+        """Add a reading: its time, and each wheel's degrees to the goal."""
         weights = self._weights or [1.0] * len(rests)
         rest = sum(weight * each for weight, each in zip(weights, rests, strict=True)) / sum(weights)
         if not self._wheels:
@@ -63,14 +63,14 @@ class BrakePredictor:
             wheel.note(time_s, each)
 
     def begin(self, number: int, time_s: float) -> None:
-        """That wheel was told to turn only now: links and computers falter between a look and the command after it."""
+        """Restart the stall timer of a wheel whose command was sent only now, maybe long after the last reading."""
         self._wheels[number].begin(time_s)
 
     def brake_at(self, delay_s: float) -> float:
-        """When to send the brake, on the link's clock.
+        """Predict when to send the brake command, on the link's clock.
 
-        A wheel seen moving is at the goal after `rest` / `speed`. A short motion may be over before its speed could be
-        seen; it is reckoned from its first command, in step with which the regulator counts.
+        A moving wheel reaches the goal after `rest` / `speed`. A motion too short to measure a speed is predicted from
+        its first command, which starts the regulator's period.
 
         Args:
             delay_s: Round trip of the link; half of it passes before the brake acts.
@@ -83,5 +83,5 @@ class BrakePredictor:
         return self._began + delay_s / 2 + START_S + self._first * self._direction / CREEP_DEG_S - BRAKING_S
 
     def stalled(self) -> StopReason | None:
-        """STALLED if some wheel has not moved for `stall_s`."""
+        """Return STALLED if any wheel has not moved for `stall_s`."""
         return StopReason.STALLED if any(wheel.stalled for wheel in self._wheels) else None

@@ -1,10 +1,10 @@
-"""A compass beside odometry: the wheels know each turn, the needle knows the direction after many.
+"""Correction of odometry's heading by a compass.
 
-Wheels slip, and every turn adds its error; a needle has none that grows, but near iron it points elsewhere. So the
-needle corrects the heading, by no more than the wheels can have lost since it was last believed. Where it has moved by
-more than that, something bends the field: then it is not believed until, somewhere else, it agrees with the wheels
-again. Iron in a room turns the needle by the same angle whichever way the robot looks, so a turn on the spot is
-measured by the needle at any place.
+Wheels slip, and every turn adds to the error of the heading. The error of a compass does not grow, but iron nearby
+deflects it. So the compass corrects the heading by no more than the wheels can have lost since its last accepted
+reading. A larger deviation means a distorted field: the compass is then ignored until it agrees with the wheels again
+at another place. Iron in a room deflects the compass by the same angle whatever the robot's heading, so turns on the
+spot can be measured by the compass everywhere.
 
 Source of the figures: docs/motion.md, section on the compass.
 """
@@ -23,16 +23,16 @@ from nxtdrive.motion.sensor_health import FAILURES, SensorHealth
 from nxtdrive.sensors import Compass
 
 TURN_LOSS = 0.25
-"""Wheels lose at most this part of a turn."""
+"""Largest part of a turn that slipping wheels lose."""
 VEER_DEG_PER_M = 15.0
-"""And turn the robot at most so much, unseen, on each metre of way."""
+"""Largest turn per metre driven that the wheels' counters do not show."""
 NEEDLE_DEG = 4.0
-"""A reading is this good: steps of a degree, and noise of about one."""
+"""Error bound of a reading: steps of one degree, and noise of about one."""
 REST_DEG = 0.5
-"""Doubt in the heading that each reading adds. Where nothing else is in doubt a reading counts by a ninth: single
-readings do not shake the heading, and what is left of an error is gone after some twenty."""
+"""Uncertainty of the heading that each reading adds. Without any other, a reading has a weight of a ninth: noise is
+smoothed, and a remaining error is gone after about twenty readings."""
 SPOT_MM = 30.0
-"""Nearer than this it is the same place; the field of a room changes little on so short a way."""
+"""Readings closer together than this count as one place; the field of a room changes little over this distance."""
 
 log = logging.getLogger(__name__)
 
@@ -40,11 +40,11 @@ log = logging.getLogger(__name__)
 class CompassFilter:
     """Corrects a heading by a compass; both in degrees, clockwise.
 
-    A complementary filter with a gate. Its gain is the part that doubt in the heading has in the doubt in both, so no
-    correction is larger than the doubt in the heading.
+    A complementary filter with a gate. Its gain is the heading's share of the uncertainty of heading and compass
+    together, so no correction exceeds the uncertainty of the heading.
 
     Attributes:
-        aligned: Whether it has had a first reading, which ties the compass to the heading.
+        aligned: Whether there was a first reading, which relates the compass to the heading.
     """
 
     def __init__(self) -> None:
@@ -53,12 +53,12 @@ class CompassFilter:
         self._believed = True
 
     def correction_deg(self, compass_deg: float, heading_deg: float, trip: Trip) -> float:
-        """What to add to the heading.
+        """Compute what to add to the heading.
 
         Args:
-            compass_deg: What the compass says, robot at rest.
+            compass_deg: The compass reading, robot at rest.
             heading_deg: The heading by odometry and earlier corrections, not wrapped.
-            trip: What the wheels did since the reading before.
+            trip: The wheels' motion since the previous reading.
         """
         before_deg, self._before_deg = self._before_deg, compass_deg
         if not self.aligned:
@@ -81,20 +81,20 @@ class CompassFilter:
         return gain * error_deg
 
     def rename(self, by_deg: float) -> None:
-        """The same heading is called `by_deg` more from now on."""
+        """Follow a change of reference by which the same heading reads `by_deg` more."""
         self._north_deg -= by_deg
 
 
 class CompassCorrection:
-    """Keeps odometry's heading aligned with a compass: one reading for each rest of the robot.
+    """Corrects odometry's heading by one compass reading each time the robot is at rest.
 
-    Only at rest: motors under power are magnets themselves, and needle and wheels are asked at different moments.
+    Only at rest, because motors under power are magnets, and compass and wheels are read at different times.
 
     Args:
         compass: The compass.
-        odometry: What it corrects.
-        read_wheels: Gives odometry a new reading.
-        link: Its clock counts.
+        odometry: The odometry to correct.
+        read_wheels: Updates the odometry from the wheels.
+        link: The link, for its clock.
 
     Attributes:
         health: Whether the compass answers.
@@ -112,10 +112,12 @@ class CompassCorrection:
         self._failures = 0
 
     def update(self) -> None:
-        """Correct the heading, unless it was since the wheels turned; a reading during which they turn is dropped.
+        """Correct the heading, unless the wheels have not turned since the last correction.
+
+        A reading during which the wheels turn is dropped.
 
         Raises:
-            BrickError: The compass does not answer, and never has. One that falls silent later is left alone; see also
+            BrickError: The compass does not answer and never has. One that fails later is ignored; see also
                 `SensorHealth.listener`.
         """
         rests = self._filter.aligned and self._odometry.trip == NOWHERE
@@ -134,7 +136,7 @@ class CompassCorrection:
             self._asking.release()
 
     def rename(self, by_deg: float) -> None:
-        """The same heading is called `by_deg` more from now on."""
+        """Follow a change of reference by which the same heading reads `by_deg` more."""
         self._filter.rename(by_deg)
 
     def _ask(self) -> None:

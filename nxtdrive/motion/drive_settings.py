@@ -11,7 +11,7 @@ from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
 from nxtdrive.ports import in_range
 
 FASTEST_DEG_S = 0.75 * FULL_SPEED_DEG_S
-"""A wheel's highest speed: regulation needs a reserve, and a battery of 7.2 V turns the motor at no more than 770."""
+"""Highest speed of a wheel: regulation needs a margin, and at 7.2 V the motor reaches only 770 deg/s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,12 +19,13 @@ class DriveSettings:
     """How fast the rover moves.
 
     Attributes:
-        speed_mm_s: Of `straight`.
-        acceleration_mm_s2: Of `straight`, speeding up and slowing down.
-        turn_deg_s: Of `turn`.
-        turn_acceleration_deg_s2: Of `turn`, speeding up and slowing down.
-        lease_s: About how long the robot drives on when program or link have died, or nobody calls `drive` again (on a
-            slow link see there): 0.3..10. A wheel's limit is what it turns in this time, and at least 20 degrees.
+        speed_mm_s: Highest speed of `straight` and `curve`.
+        acceleration_mm_s2: Of `straight` and `curve`, speeding up and slowing down.
+        turn_deg_s: Highest turn rate of `turn` and `curve`.
+        turn_acceleration_deg_s2: Of `turn` and `curve`, speeding up and slowing down.
+        lease_s: About how long the robot drives on after the program or the link has died, or `drive` is not called
+            again (on a slow link see there), 0.3..10. A wheel's limit is what it turns in this time, at least 20
+            degrees.
     """
 
     speed_mm_s: float = 200.0

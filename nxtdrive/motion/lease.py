@@ -11,29 +11,29 @@ from nxtdrive.link.protocol import MotorLink
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, driven
 
 LEASE_S = 0.6
-"""A motor that is not stopped goes on for about this time after the program or the link has died."""
+"""How long a motor goes on, about, after the program or the link has died."""
 LEASE_RANGE_S = (0.3, 10.0)
-"""A shorter lease would run out between two renewals over a slow link; a look at wheels and a sensor takes 0.1 s."""
+"""A shorter lease would end between two renewals over a slow link, where reading wheels and a sensor takes 0.1 s."""
 RENEWALS = 3
-"""How often a lease is renewed before it would end."""
+"""Renewals during the time of one lease."""
 LEASE_DEG = 20.0
-"""Shortest lease: a slow motor's few degrees must not run out between two renewals."""
+"""Shortest lease, so that that of a slow motor does not end between two renewals."""
 
 
 class Lease:
-    """One motor's lease. A call that changes nothing sends nothing before half the lease is over.
+    """The lease of one motor. A call that changes nothing sends nothing until half the lease is over.
 
-    A new lease of a motor ends the renewals of the one before.
+    A new lease of a motor ends the renewals of the previous one.
 
     Args:
-        link: The way to the motor.
-        port: Where it is plugged in.
-        lease_s: How long the motor goes on when nothing is sent any more.
-        trips: Round trips that the program may take from one call of `drive` to the next. On a link on which they last
-            longer than the lease, it is renewed meanwhile.
+        link: The link to the brick.
+        port: The motor's port.
+        lease_s: How long the motor goes on without another telegram.
+        trips: Round trips that the program may need between two calls of `drive`. If they take longer than the lease,
+            it is renewed meanwhile.
 
     Attributes:
-        power: What the motor was told last, percent.
+        power: The power last sent, percent.
     """
 
     def __init__(self, link: MotorLink, port: OutputPort, lease_s: float = LEASE_S, *, trips: int = 0) -> None:
@@ -56,14 +56,14 @@ class Lease:
         """Let the motor turn for one more lease, but no farther than `left_deg`.
 
         Args:
-            speed_deg_s: Forward is positive; beyond the motor's full speed it is cut off.
-            left_deg: Longest way.
-            regulated: Whether the firmware keeps the speed; else it keeps the power.
-            renewed: Whether the lease is renewed from now on until the next call.
-            confirmed: Whether to wait for the brick's answer.
+            speed_deg_s: Forward is positive; limited to the motor's full speed.
+            left_deg: Longest distance, degrees.
+            regulated: Whether the firmware regulates the speed; else it sets the power.
+            renewed: Whether to renew the lease until the next call.
+            confirmed: Whether to wait for the brick's reply.
 
         Returns:
-            Whether it should have been turning in this direction since the call before.
+            Whether the motor should have been turning in this direction since the previous call.
         """
         link, now = self._link, self._link.now()
         power = max(-100, min(100, round(speed_deg_s / FULL_SPEED_DEG_S * 100)))
@@ -87,7 +87,7 @@ class Lease:
         return turning
 
     def brake_at(self, time_s: float) -> None:
-        """Stop the motor at that time on the link's clock, even amid a request."""
+        """Stop the motor at `time_s` on the link's clock, even while a request waits for its reply."""
         self.release()
         self._link.send_at(self._port.name, braked(self._port), time_s)
 
@@ -97,13 +97,13 @@ class Lease:
         self._link.send(braked(self._port))
 
     def release(self) -> None:
-        """Renew the lease no more: the motor gets another command, or stops at its end."""
+        """Stop renewing the lease: another command follows, or the motor stops when the lease ends."""
         self._link.cancel_timer(self._port.name)
         self.power, self._begun_s, self._end_s = 0, -math.inf, -math.inf
 
 
 def brake_all(leases: Sequence[Lease]) -> None:
-    """Stop several motors now; a failure with one does not keep the others from being braked."""
+    """Stop several motors now, all of them even if one cannot be reached."""
     with ExitStack() as stack:
         for lease in reversed(leases):
             stack.callback(lease.brake)

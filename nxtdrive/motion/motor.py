@@ -19,21 +19,21 @@ from nxtdrive.motion.velocity_move import VelocityMove
 from nxtdrive.ports import MotorPort, in_range, output_port
 
 ACCELERATION_DEG_S2 = 2000.0
-"""Of motions to an angle; a free motor reaches full speed within half a second."""
+"""Default of motions to an angle; a free motor reaches full speed within half a second."""
 SPEED_WINDOW_S = 0.1
-"""Over this time the speed is measured."""
+"""Window for measuring the speed."""
 STANDING_DEG_S = 20.0
-"""A motor slower than this, though it should run, is stalled."""
+"""A motor that is slower than this although it should turn is stalled."""
 FASTEST_DEG_S = 900.0
-"""Highest speed that regulation can keep: a fresh battery turns the free motor at about 1000."""
+"""Highest speed that can be regulated: with a fresh battery a free motor turns at about 1000 deg/s."""
 ANGLE_RANGE_DEG = 1_000_000.0
-"""A longer motion, of more than a quarter of an hour, is a mistake in a unit."""
+"""A longer motion, of more than a quarter of an hour, is a mistake in the unit."""
 SLOWEST_DEG_S = 10.0
-"""Lowest speed, and the step between speeds."""
+"""Lowest speed, and the resolution of speeds."""
 
 
 class Then(StrEnum):
-    """What a motor does when it has come to its goal."""
+    """What a motor does at the end of a motion."""
 
     COAST = "coast"
     BRAKE = "brake"
@@ -45,11 +45,12 @@ class MotorSettings:
     """How a motor moves.
 
     Attributes:
-        speed_deg_s: Highest speed, 10..900; what is asked to be faster turns at this. A duty cycle is not limited.
-        acceleration_deg_s2: How fast the speed changes. None: 2000 on the way to an angle, else as fast as it can.
-        lease_s: About how long a motor goes on when program or link have died, 0.3..10: its limit is what it turns in
-            this time at the speed it was told, and at least 20 degrees.
-        stall_s: A motor that stands so long, though it should turn, is braked. None: never by `run` and `dc`.
+        speed_deg_s: Highest speed, 10..900; higher speeds are limited to it. Duty cycles are not limited.
+        acceleration_deg_s2: How fast the speed changes. None: 2000 in motions to an angle, else as fast as possible.
+        lease_s: About how long a motor goes on after the program or the link has died, 0.3..10. The lease is an angle:
+            what the motor turns in this time at the commanded speed, at least 20 degrees.
+        stall_s: A motor that stands for this time although it should turn is braked, 0.3 or more. None: no stall
+            detection by `run` and `dc`.
     """
 
     speed_deg_s: float = FASTEST_DEG_S
@@ -72,15 +73,15 @@ SETTINGS = MotorSettings()
 class Motor:
     """The motor on one output port.
 
-    `run` and `dc` return at once, and the motor turns until it is told otherwise; it stops by itself when the program
-    or the link dies, and when something holds it while the program lives (docs/motion.md). The other motions end by
-    themselves in bounded time: they return when they are done, or with ``wait=False`` at once, and go on while the
-    program talks to the brick or sleeps by `Brick.sleep`. A motor told anew forgets what it was doing.
+    `run` and `dc` return at once, and the motor turns until the next command; it stops if the program or the link dies,
+    or if it is blocked (docs/motion.md). The other motions take a bounded time. They return when they are done, or with
+    ``wait=False`` at once and then continue while the program makes requests or calls `Brick.sleep`. A new command
+    cancels the motion in progress.
 
     Args:
-        link: The way to the brick.
+        link: The link to the brick.
         port: "A", "B" or "C".
-        reversed: Whether the motor is built in the other way round.
+        reversed: Whether the motor is mounted the other way round.
         settings: How fast it moves, and what stops it.
     """
 
@@ -97,12 +98,12 @@ class Motor:
         self._motion: Motion[StopReason] | None = None
 
     def dc(self, power: int) -> None:
-        """Turn with a duty cycle of -100..100 percent, whatever speed comes of it."""
+        """Turn with a duty cycle of -100..100 percent; the speed is not regulated."""
         in_range("power", power, -100, 100)
         self._begin(self._turn(power / 100 * FULL_SPEED_DEG_S, regulated=False))
 
     def run(self, speed_deg_s: float) -> None:
-        """Turn at a regulated speed, -900..900 deg/s, in steps of 10."""
+        """Turn at a regulated speed of -900..900 deg/s, in steps of 10."""
         self._begin(self._turn(self._limited(speed_deg_s), regulated=True))
 
     @overload
@@ -116,10 +117,10 @@ class Motor:
     def run_time(
         self, speed_deg_s: float, duration_s: float, then: Then = Then.HOLD, *, wait: bool = True
     ) -> StopReason | Motion[StopReason]:
-        """Turn at `speed_deg_s` for `duration_s`; returns afterwards.
+        """Turn at `speed_deg_s` for `duration_s`, 0..3600, then do `then`.
 
         Returns:
-            DONE, or STALLED if something holds the motor.
+            DONE, or STALLED if the motor is blocked.
         """
         in_range("duration_s", duration_s, 0, 3600)
         speed_deg_s, until_s = self._limited(speed_deg_s), self._link.now() + duration_s
@@ -136,12 +137,12 @@ class Motor:
     def run_angle(
         self, speed_deg_s: float, angle_deg: float, then: Then = Then.HOLD, *, wait: bool = True
     ) -> StopReason | Motion[StopReason]:
-        """Turn by `angle_deg` at up to `speed_deg_s`, and return when it is there, to about 2 degrees.
+        """Turn by `angle_deg` at up to `speed_deg_s`, accurate to about 2 degrees, then do `then`.
 
-        As in Pybricks, the direction is that of the signs together: both negative is forward.
+        As in Pybricks, the signs multiply: both negative is forward.
 
         Returns:
-            DONE, or STALLED or TIMEOUT if something holds the motor.
+            DONE, or STALLED or TIMEOUT if the motor is blocked.
         """
         in_range("angle_deg", angle_deg, -ANGLE_RANGE_DEG, ANGLE_RANGE_DEG)
         if abs(in_range("speed_deg_s", speed_deg_s, -FASTEST_DEG_S, FASTEST_DEG_S)) < SLOWEST_DEG_S:
@@ -165,7 +166,7 @@ class Motor:
     def run_target(
         self, speed_deg_s: float, target_deg: float, then: Then = Then.HOLD, *, wait: bool = True
     ) -> StopReason | Motion[StopReason]:
-        """Turn until `angle` is `target_deg`; otherwise as `run_angle`, and the sign of the speed does not matter."""
+        """Turn until `angle` is `target_deg`; as `run_angle`, but the sign of the speed is ignored."""
         in_range("target_deg", target_deg, -ANGLE_RANGE_DEG, ANGLE_RANGE_DEG)
         angle_deg = target_deg - self.angle
         if wait:
@@ -173,27 +174,27 @@ class Motor:
         return self.run_angle(abs(speed_deg_s), angle_deg, then, wait=False)
 
     def stop(self) -> None:
-        """Switch off; the motor rolls out."""
+        """Switch off; the motor coasts."""
         self._take()
         self._rest(Then.COAST)
 
     def brake(self) -> None:
-        """Stop now by shorting the motor; it can still be turned by force."""
+        """Stop now by shorting the motor; it can still be turned by hand."""
         self._take()
         self._rest(Then.BRAKE)
 
     def hold(self) -> None:
-        """Stop now and stay: the firmware pushes back whatever turns the motor."""
+        """Stop now and hold the position: the firmware pushes back when the motor is turned."""
         self._take()
         self._rest(Then.HOLD)
 
     @property
     def done(self) -> bool:
-        """Whether no motion is under way; `run` and `dc` are done when the motor is stopped, by whatever reason."""
+        """Whether no motion is in progress; `run` and `dc` are done when the motor was stopped, for whatever reason."""
         return self._motion is None or self._motion.done
 
     def join(self) -> StopReason:
-        """Wait for the end of the last motion; after `run` and `dc` that is a stall, or a stop by another thread.
+        """Wait for the end of the last motion; `run` and `dc` end by a stall or by another thread.
 
         Returns:
             How it ended; DONE if there was none.
@@ -202,11 +203,11 @@ class Motor:
 
     @property
     def angle(self) -> float:
-        """Angle of the shaft, degrees, since the last `reset_angle`; first since the brick counts."""
+        """Angle of the shaft, degrees, since the last `reset_angle`; before the first, by the brick's counter."""
         return self._sign * sample(self._link, self._output).angles_deg[0] - self._zero
 
     def reset_angle(self, angle_deg: float = 0.0) -> None:
-        """Call the present angle `angle_deg`. The brick's own counter goes on: odometry may rest on it."""
+        """Set `angle` to `angle_deg`. The brick's own counter is not reset, as odometry may use it."""
         self._zero += self.angle - angle_deg
 
     def speed(self) -> float:
@@ -217,7 +218,7 @@ class Motor:
         return self._sign * (after.angles_deg[0] - before.angles_deg[0]) / (after.time_s - before.time_s)
 
     def stalled(self) -> bool:
-        """Whether the motor stands, or stood until it was braked, though `run` or `dc` want it to turn.
+        """Whether the motor stands, or stood until it was braked, although `run` or `dc` should turn it.
 
         Takes a tenth of a second.
         """
@@ -235,7 +236,7 @@ class Motor:
         return max(-limit, min(limit, speed_deg_s))
 
     def _turn(self, speed_deg_s: float, *, regulated: bool, until_s: float = math.inf) -> Steps[StopReason]:
-        """Turn until then; what the motor did before gives the speed to begin with."""
+        """Turn until `until_s`; the speed changes from that of the motion before."""
         settings, before = self.settings, self._velocity
         acceleration = settings.acceleration_deg_s2 or math.inf
         self._velocity = velocity = VelocityMove(
@@ -260,13 +261,13 @@ class Motor:
         return stop
 
     def _take(self) -> None:
-        """Whatever moves this motor shall not do so any more."""
+        """Cancel the motion of this motor."""
         self._link.motions.claim([self._output])
         self._velocity = None
 
     def _rest(self, then: Then) -> None:
         self._link.cancel_timer(self._output.name)
         if then is not Then.COAST:
-            self._link.mark_driven(self._output)  # it is under power, and shall not be so when the program has gone
+            self._link.mark_driven(self._output)  # under power, so it has to be switched off when the program ends
         make = {Then.COAST: coasting, Then.BRAKE: braked, Then.HOLD: held}[then]
         self._link.request(make(self._output))

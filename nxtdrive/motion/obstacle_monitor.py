@@ -1,4 +1,4 @@
-"""The safety stop: what sonar and bumper say while the rover drives forward."""
+"""The safety stop: watches sonar and bumper while the rover drives forward."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from nxtdrive.motion.sensor_health import FAILURES, SensorHealth
 from nxtdrive.sensors import Touch, Ultrasonic
 
 FRESH_S = 0.3
-"""An echo no older than this may decide whether a motion begins."""
+"""Oldest echo that may decide whether a motion begins."""
 FORGOTTEN_S = 1.0
-"""An echo older than this says nothing any more; a question older than this was lost. On a link without latency."""
+"""An echo older than this is ignored, and a measurement that takes longer is lost; the link's latency is added."""
 TRIPS = 8
-"""Round trips from a question to the answer to the next one: wheels, bumper, wheels and sonar by turns, twice."""
+"""Round trips from the start of a measurement to the end of the next: wheels, bumper, wheels, sonar, twice."""
 
 
 @dataclass(frozen=True, slots=True)
 class SafetyLimits:
-    """When driving forward ends by itself.
+    """When the safety stop ends driving forward.
 
     Attributes:
-        enabled: Whether it does.
-        stop_distance_mm: An echo from here or nearer ends it; so does the bumper.
+        enabled: Whether there is a safety stop.
+        stop_distance_mm: An echo at this distance or nearer stops the robot; so does the bumper.
     """
 
     enabled: bool = True
@@ -38,8 +38,8 @@ class Echo:
 
     Attributes:
         distance_mm: To the nearest echo, None without one.
-        time_s: When it was asked for.
-        pose: Where the robot was then, by its odometry.
+        time_s: When the measurement began.
+        pose: The robot's pose at that time, by odometry.
     """
 
     distance_mm: float | None
@@ -47,7 +47,7 @@ class Echo:
     pose: Pose
 
     def distance_from(self, pose: Pose) -> float:
-        """How far the echo's source is from the robot at `pose`, if it stands still; infinity without an echo."""
+        """Distance from `pose` to the source of the echo if that stands still; infinity without an echo."""
         if self.distance_mm is None:
             return math.inf
         heading = math.radians(self.pose.heading_deg)
@@ -56,13 +56,13 @@ class Echo:
 
 
 class ObstacleMonitor:
-    """Watches the way ahead with few questions: on a slow link each costs as much as a look at the wheels.
+    """Watches the way ahead with few requests: on a slow link each takes as long as reading the wheels.
 
     Args:
-        sonar: Or None.
-        bumper: Or None.
-        settings: When to object.
-        link: The way to them.
+        sonar: The sonar, or None.
+        bumper: The bumper, or None.
+        settings: When to stop.
+        link: The link to the brick.
 
     Attributes:
         sonar_health: Whether the sonar answers.
@@ -101,7 +101,7 @@ class ObstacleMonitor:
         return bumper is not None and self.bumper_health.ask(lambda: bumper.pressed, False)
 
     def clear_to_go(self, pose: Pose) -> StopReason | None:
-        """Before a motion: what objects to it, by both sensors."""
+        """Read both sensors before a motion; returns the reason not to begin it, or None."""
         if not self._settings.enabled:
             return None
         if self.touching():
@@ -111,14 +111,14 @@ class ObstacleMonitor:
         return self._judge(pose)
 
     def watch(self, pose: Pose, *, ask: bool = True) -> StopReason | None:
-        """During a motion: what objects to it.
+        """Check during a motion; returns the reason to end it, or None.
 
-        One question at most, to bumper and sonar by turns. The sonar measures while the wheels are looked after, and
-        what was driven since the measurement began is taken off.
+        Makes one request at most, to bumper and sonar by turns. The sonar measures while the wheels are controlled; the
+        distance driven since the measurement began is subtracted.
 
         Args:
             pose: Where the robot is now.
-            ask: Whether there is time for a question.
+            ask: Whether there is time for a request.
 
         Raises:
             BrickError: The sonar does not answer any more; see `SensorHealth.listener`.
@@ -140,7 +140,7 @@ class ObstacleMonitor:
         return StopReason.OBSTACLE if self._echo.distance_from(pose) <= self._settings.stop_distance_mm else None
 
     def _listen(self, pose: Pose) -> None:
-        """Fetch the measurement that was begun last time and begin the next."""
+        """Fetch the measurement that was started last time, and start the next."""
         if self._sonar is None:
             return
         try:

@@ -1,4 +1,4 @@
-"""Odometry: where the robot is, by what its wheels' counters say."""
+"""Odometry: the robot's pose from the counters of its wheels."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from behaviors.ports import Pose
 from nxtdrive.motion.outputs import Sample
 
 JUMP_DEG, JUMP_DEG_S = 180.0, 1200.0
-"""Counts beyond these, and faster than any motor, were not turned: the counter was reset."""
+"""A jump beyond these, faster than any motor, means that the counter was reset."""
 
 
 @dataclass(frozen=True, slots=True)
 class Trip:
-    """What the wheels did in a while.
+    """Motion over some time, by the wheels.
 
     Attributes:
         x_mm: Displacement on the map.
         y_mm: Displacement on the map.
-        turned_deg: How far the robot has turned in all, positive right.
-        driven_mm: How much way it has made, forward or back.
+        turned_deg: Sum of all turns, positive right.
+        driven_mm: Length of the path, forward or back.
     """
 
     x_mm: float = 0.0
@@ -31,7 +31,7 @@ class Trip:
 
     @property
     def away_mm(self) -> float:
-        """From where it began."""
+        """Distance from its start."""
         return math.hypot(self.x_mm, self.y_mm)
 
 
@@ -45,15 +45,15 @@ class Odometry:
     brick off; such a jump is no motion.
 
     Args:
-        mm_per_deg: Way of the robot for each degree of its wheels, negative if the motors are built in reversed.
+        mm_per_deg: Distance per degree of the wheels, negative if the motors are mounted the other way round.
         track_mm: Distance between the wheels.
 
     Attributes:
         pose: Where the robot is.
-        trip: What it did since it was corrected.
-        way_mm: How far its middle has driven in all, back counting negative.
+        trip: Its motion since the last correction.
+        way_mm: Distance driven by the middle between the wheels, back counting negative.
         last: The latest reading.
-        still_since_s: When the wheels were first read as they stand now.
+        still_since_s: Time of the first reading with the present counts.
     """
 
     def __init__(self, mm_per_deg: float, track_mm: float) -> None:
@@ -67,10 +67,10 @@ class Odometry:
         self._lock = threading.Lock()
 
     def note(self, reading: Sample) -> bool:
-        """Take one reading of the left and the right wheel: what they did since the last one is one arc.
+        """Add a reading of the left and the right wheel; the motion since the last one is taken for an arc.
 
         Returns:
-            Whether it counts; not if a later one, read by another thread, came before it.
+            Whether it was used; not if another thread has added a later one before.
         """
         with self._lock:
             before = self.last
@@ -84,7 +84,7 @@ class Odometry:
             return True
 
     def put(self, pose: Pose) -> None:
-        """Call the present place `pose`."""
+        """Set the pose."""
         with self._lock:
             self.pose = pose
 
@@ -96,7 +96,7 @@ class Odometry:
 
     @property
     def rest_s(self) -> float:
-        """For how long the wheels have stood, as far as they were read."""
+        """How long the wheels have stood, as seen in readings."""
         return 0.0 if self.last is None else self.last.time_s - self.still_since_s
 
     def _integrate(self, before: Sample, reading: Sample) -> None:

@@ -1,11 +1,11 @@
 """Output ports at the level of the firmware: leased motion, rest, and consistent readings.
 
 **The lease.** Neither a pulled cable nor a dead PC stops a motor: the firmware goes on with the last command. So every
-motion carries a tacho limit a little way ahead, and a living program pushes it on. The limit is counted from the last
-target and adds up (docs/firmware.md section 1, fact 12), so it must be set afresh each time; and the regulator must not
-notice. One write to the output module's IO map does both in a single pass of the firmware: reset TachoCount and the
-limit's base, speed, limit, mode (docs/firmware.md sections 5.2 and 9.1). It works on every firmware, an unchanged speed
-leaves the regulator alone, and RotationCount, on which odometry rests, is not touched.
+motion has a tacho limit a little way ahead, which a living program keeps moving on. Limits count from the last target
+and add up (docs/firmware.md section 1, fact 12), so the limit must be set afresh each time, without disturbing the
+regulator. One write to the output module's IO map does both in a single pass of the firmware: it resets TachoCount and
+the base of the limit, and sets speed, limit and mode (docs/firmware.md sections 5.2 and 9.1). It works on every
+firmware, an unchanged speed does not disturb the regulator, and RotationCount, which odometry uses, is not touched.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.direct import GetOutputState, SetOutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from firmware_protocol.iomap import OUTPUT, OutputFlag
-from firmware_protocol.system import IOMapRead, IOMapWrite
+from firmware_protocol.system import IO_MAP_READ_HEADER, IOMapRead, IOMapWrite
 
 if TYPE_CHECKING:
     from nxtdrive.link.protocol import RequestLink
@@ -29,8 +29,6 @@ _COMMAND = struct.Struct("<IhBBbbBBBBBBb")
 """TachoLimit, spare, Flags, Mode, Speed, ActualSpeed, P, I, D, RunState, RegMode, Overloaded, SyncTurn."""
 _GAINS = (96, 32, 32)
 _COUNT_SIZE = 4
-_READ_HEADER = 9
-"""Bytes of an IOMapRead reply in front of its data."""
 _UPDATE = OutputFlag.MODE | OutputFlag.SPEED | OutputFlag.TACHO_LIMIT | OutputFlag.RESET_TACHO_COUNT
 
 _DRIVEN = OutputMode.MOTOR_ON | OutputMode.BRAKE
@@ -38,13 +36,13 @@ _HELD = OutputMode.MOTOR_ON | OutputMode.BRAKE | OutputMode.REGULATED
 
 
 def driven(port: OutputPort, power: int, lease_deg: int, *, regulated: bool) -> IOMapWrite:
-    """Run a motor for at most `lease_deg` degrees from here; past them it coasts.
+    """Run a motor for at most `lease_deg` degrees from here; then it coasts.
 
     Args:
         port: A, B or C.
         power: Percent, -100..100; if regulated, percent of `FULL_SPEED_DEG_S`.
         lease_deg: At least 1.
-        regulated: Whether the firmware keeps the speed; else it keeps the power.
+        regulated: Whether the firmware regulates the speed; else it sets the power.
     """
     mode = _HELD if regulated else _DRIVEN
     regulation = RegulationMode.SPEED if regulated else RegulationMode.IDLE
@@ -55,22 +53,22 @@ def driven(port: OutputPort, power: int, lease_deg: int, *, regulated: bool) -> 
 
 
 def braked(port: OutputPort) -> SetOutputState:
-    """Stop a motor at once by shorting its windings."""
+    """Stop a motor now by shorting its windings."""
     return SetOutputState(port, 0, _DRIVEN, RegulationMode.IDLE, 0, RunState.RUNNING, 0)
 
 
 def held(port: OutputPort) -> SetOutputState:
-    """Stop a motor at once and let the firmware push it back whenever it is moved.
+    """Stop a motor now and have the firmware hold its position.
 
-    The turn ratio means nothing to a single motor, but as it differs from that of a brake, a motor that was braked a
-    moment ago does not take the command for the old one, which would leave the counts of braking to be pushed back
-    (docs/firmware.md section 9.1).
+    The turn ratio has no effect on a single motor, but it makes this command differ from a brake. Otherwise the
+    firmware would take it for a repetition of a brake just before, and turn the motor back by what it turned while
+    braking (docs/firmware.md section 9.1).
     """
     return SetOutputState(port, 0, _HELD, RegulationMode.SPEED, 1, RunState.RUNNING, 0)
 
 
 def coasting(port: OutputPort) -> SetOutputState:
-    """Switch a motor off; it rolls out."""
+    """Switch a motor off; it coasts."""
     return SetOutputState(port, 0, OutputMode(0), RegulationMode.IDLE, 0, RunState.IDLE, 0)
 
 
@@ -79,9 +77,9 @@ class Sample:
     """Rotation counts read at one time.
 
     Attributes:
-        angles_deg: One per port asked for.
-        time_s: When they held, on the link's clock: half way between question and answer.
-        delay_s: How long the answer took; a command sent now acts about as much later than `time_s`.
+        angles_deg: One per port.
+        time_s: Time of the reading on the link's clock: half way between request and reply.
+        delay_s: Round trip of the reading; a command sent now acts about this long after `time_s`.
     """
 
     angles_deg: tuple[int, ...]
@@ -92,13 +90,13 @@ class Sample:
 def sample(link: RequestLink, *ports: OutputPort) -> Sample:
     """Read the RotationCount of one or several motors.
 
-    Neighbouring ports are read from the IO map in one telegram: both counts are of the same millisecond, and a slow
-    link is asked once. Where the telegram has no room (A and C over USB) the ports are read one after the other.
+    Neighbouring ports are read from the IO map in one telegram, so both counts are of the same millisecond. If that
+    does not fit into a telegram (A and C over USB), the ports are read one after the other.
     """
     before = link.now()
     starts = [OUTPUT.field("RotationCount", port).offset for port in ports]
     first, size = min(starts), max(starts) - min(starts) + _COUNT_SIZE
-    if len(ports) > 1 and _READ_HEADER + size <= link.max_telegram:
+    if len(ports) > 1 and IO_MAP_READ_HEADER + size <= link.max_telegram:
         data = link.request(IOMapRead(OUTPUT.module_id, first, size)).data
         angles = tuple(_count(data, start - first) for start in starts)
     else:

@@ -1,9 +1,9 @@
-"""Turning one wheel, or two together, by a given angle, from the PC: smoothly, exactly, and over slow links.
+"""Turns one wheel, or two together, by an exact angle under control of the PC, also over slow links.
 
-The firmware's own tacho limit coasts past its target (docs/firmware.md section 1, fact 12), so the PC decides when to
-brake. It accounts for the link: a reading is older than its arrival, and a command acts later than it was sent. The
-last stretch is done at a creeping speed, and the moment of braking is computed rather than polled for. The limit of
-the lease lies just behind the goal: a computer that falters then overshoots by no more than the motor coasts.
+At the firmware's own tacho limit a motor coasts past its target (docs/firmware.md section 1, fact 12), so the PC
+decides when to brake. It accounts for latency: a reading is older than its arrival, and a command acts later than it
+was sent. The last stretch is driven at creep speed, and the time of braking is predicted, not polled for. The limit of
+the lease lies just behind the goal, so that after a pause of the computer the motor only coasts past it.
 """
 
 from __future__ import annotations
@@ -26,30 +26,30 @@ from nxtdrive.motion.stall import STALL_S
 CREEP_DEG = 15.0
 """Length of the last stretch."""
 REGULATION_LAG_S = 0.12
-"""How late the regulated motor follows a change of speed: one period of 101 ms and the motor's own lag."""
+"""Delay with which a regulated motor follows a change of speed: one period of 101 ms and the motor's own lag."""
 CYCLE_S = 0.02
-"""Shortest time between two looks at the wheels; the regulator itself acts only five times less often."""
+"""Shortest time between two readings of the wheels, a fifth of the regulator's period."""
 TOLERANCE_DEG = 2.0
-"""A wheel that stopped this close to its goal stays there."""
+"""A wheel that stops this close to its goal is not corrected."""
 CORRECTIONS = 5
-"""How often a missed goal is approached again."""
+"""Largest number of further approaches to a missed goal."""
 BEHIND_DEG = 3.0
-"""The limit lies so far behind the goal, as braking in time ends a motion better than coasting."""
+"""Distance of the lease's limit behind the goal, so that the brake, not the limit, ends the motion."""
 MISSED_DEG = 15.0
-"""A wheel that is farther from its goal after that has not come there."""
+"""A motion that ends farther from its goal is not DONE."""
 SYNC_PER_S = 2.5
-"""Speed, in deg/s, taken from a wheel for each degree it is ahead of the other."""
+"""Speed, in deg/s, subtracted from a wheel for each degree it is ahead of the other."""
 SETTLE_S = 0.4
 """Longest wait for a braked wheel to stand still."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wheel:
-    """A motor that takes part.
+    """A motor of a motion.
 
     Attributes:
-        port: Where it is plugged in.
-        ratio: How far it turns for each degree of the motion, negative: backward; -1..1 without 0.
+        port: Its port.
+        ratio: Degrees it turns per degree of the motion, -1..1 except 0; negative: backward.
     """
 
     port: OutputPort
@@ -58,7 +58,7 @@ class Wheel:
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """How fast, as seen by the wheels.
+    """Speed profile of the wheels.
 
     Attributes:
         speed_deg_s: Cruising speed.
@@ -69,7 +69,7 @@ class Pace:
     acceleration_deg_s2: float
 
     def at(self, done_deg: float, left_deg: float) -> float:
-        """Speed after `done_deg` with `left_deg` to go before the creeping begins."""
+        """Speed after `done_deg`, with `left_deg` left until the creep begins."""
         creep = min(CREEP_DEG_S, self.speed_deg_s)
         up = math.sqrt(creep**2 + 2 * self.acceleration_deg_s2 * max(0.0, done_deg))
         down = math.sqrt(creep**2 + 2 * self.acceleration_deg_s2 * max(0.0, left_deg))
@@ -89,17 +89,17 @@ def unguarded(_near: bool) -> StopReason | None:
 
 
 class PositionMove:
-    """One motion of some wheels that begin and end together, each turning in its own ratio.
+    """A motion of wheels that start and stop together, each turning by its own ratio.
 
     Args:
-        link: The way to the motors.
-        wheels: Which ones take part.
+        link: The link to the brick.
+        wheels: The motors.
         pace: How fast.
-        guard: Asked again and again; what it objects ends the motion. It is told whether the goal is near: the last
-            stretch leaves no time for questions to sensors.
-        note: Shown every reading.
-        lease_s: About how long the wheels go on when nobody renews it.
-        stall_s: A wheel that stands so long, though it should turn, ends the motion.
+        guard: Called in each cycle; a reason that it returns ends the motion. Its argument is whether the goal is near:
+            the last stretch leaves no time to read sensors.
+        note: Called with each reading.
+        lease_s: About how long the wheels go on without a renewal.
+        stall_s: A wheel that stands for this time although it should turn ends the motion.
     """
 
     def __init__(
@@ -128,7 +128,7 @@ class PositionMove:
         """Turn the wheels by `angle_deg` and brake them, step by step.
 
         Returns:
-            Why it ended: what `guard` said, or DONE, STALLED, CANCELLED, or TIMEOUT: time or tries were not enough.
+            The reason of `guard`, or DONE, STALLED, CANCELLED, or TIMEOUT after too much time or too many corrections.
 
         Raises:
             LinkError: The brick cannot be reached; it was told to brake if possible, else the lease runs out.
@@ -163,7 +163,7 @@ class PositionMove:
         return StopReason.DONE if abs(rest) <= MISSED_DEG else StopReason.TIMEOUT
 
     def _approach(self, angle_deg: float) -> Steps[StopReason | None]:
-        """Drive until it is time to brake; returns what else ended it."""
+        """Drive until it is time to brake; returns None, or the reason to end earlier."""
         link = self._link
         progress = BrakePredictor(self._stall_s, [abs(wheel.ratio) for wheel in self._wheels])
         deadline = link.now() + self._pace.duration_s(abs(angle_deg))
@@ -189,7 +189,7 @@ class PositionMove:
             self._cycle_s = link.now() - began
 
     def _look(self) -> tuple[Sample, list[float]]:
-        """The wheels, and how far each still has to go in its own direction."""
+        """Read the wheels; returns the reading and each wheel's degrees to the goal, in its own direction."""
         reading = sample(self._link, *self._ports)
         self._note(reading)
         rests = [
@@ -199,7 +199,7 @@ class PositionMove:
         return reading, rests
 
     def _drive(self, progress: BrakePredictor, rests: list[float], delay_s: float) -> bool:
-        """Set each wheel's speed by the profile, and keep the wheels together; returns whether the goal is near."""
+        """Set each wheel's speed by the profile and synchronise the wheels; returns whether the goal is near."""
         creeping = CREEP_DEG + CREEP_DEG_S * (delay_s + self._cycle_s)
         ahead = progress.speed * (delay_s + REGULATION_LAG_S)
         left = abs(progress.rest) - ahead - creeping
@@ -212,7 +212,7 @@ class PositionMove:
         return left <= creeping
 
     def _settle(self) -> Steps[float]:
-        """Wait until the wheels stand still; returns how far they are from the goal."""
+        """Wait until the wheels stand; returns their distance to the goal."""
         link, before = self._link, None
         deadline = link.now() + SETTLE_S
         while True:

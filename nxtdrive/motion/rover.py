@@ -1,4 +1,4 @@
-"""The brick as a vehicle: two driven wheels, a sonar and a bumper."""
+"""The brick as a vehicle with two driven wheels, a sonar and a bumper."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from nxtdrive.sensors import Compass, Sensor, Touch, Ultrasonic
 __all__ = ["DriveSettings", "Rover", "SafetyLimits"]
 
 REST_S = 0.03
-"""Wheels whose counts are the same for so long stand."""
+"""Wheels whose counts have not changed for this time stand."""
 TRIPS = 9
-"""Round trips from one `drive` to the next: questions to sonar, bumper and wheels, then the safety stop's, take 8."""
+"""Round trips between two calls of `drive`: reading sonar, bumper and wheels, and the safety stop, take 8."""
 SLOWEST_DEG_S = 1.0
-"""Pace of a motion of length 0."""
+"""Speed of a motion of length 0."""
 STANDING_SHARE = 0.02
-"""A wheel that turns less than this share of the other stands meanwhile."""
+"""A wheel that would turn less than this share of the other is not driven."""
 TURN_RANGE_DEG = 3600.0
 STRAIGHT_RANGE_MM = 10_000.0
-"""Longer motions than these are mistakes in a unit."""
+"""Longer motions are mistakes in the unit."""
 
 
 S = TypeVar("S", bound=Sensor)
@@ -49,21 +49,22 @@ START = Pose()
 class Rover:
     """Two wheels that drive and steer. Positive is right; the pose is in the frame of the start.
 
-    `straight`, `turn` and `curve` return when the robot is at rest, or with ``wait=False`` at once; then they go on
-    while the program makes requests or sleeps by `Brick.sleep`. The next motion, `drive` or `stop` cancels them. During
-    such a motion ask the rover for range and bumper: two threads that use one sensor get in each other's way.
+    `straight`, `turn` and `curve` return when the robot is at rest, or with ``wait=False`` at once; then they continue
+    while the program makes requests or calls `Brick.sleep`. The next motion, `drive` or `stop` cancels them. During
+    such a motion read the sonar by `range_mm`, not by `Brick.ultrasonic`: over a slow link, reading one sensor in two
+    places can delay the safety stop until it is too late.
 
     Args:
-        link: The way to the brick.
+        link: The link to the brick.
         left: Port of the left wheel's motor.
         right: Port of the right wheel's motor.
         wheel_diameter_mm: Of both wheels.
-        axle_track_mm: Between the points where the wheels touch the floor.
+        axle_track_mm: Distance between the points where the wheels touch the floor.
         ultrasonic: The sonar or its port, or None.
         touch: The bumper or its port, or None.
         compass: A compass or its port that corrects the heading whenever the robot has come to rest, or None; see
             `nxtdrive.motion.compass_correction`.
-        safety: When driving forward ends by itself.
+        safety: When the safety stop ends driving forward.
         settings: How fast it moves.
         reversed: Whether positive power drives the robot backwards.
 
@@ -120,9 +121,9 @@ class Rover:
     def straight(
         self, distance_mm: float, speed_mm_s: float | None = None, *, wait: bool = True
     ) -> MotionResult | Motion[MotionResult]:
-        """Drive `distance_mm` along the heading, negative: back; returns at rest.
+        """Drive straight by `distance_mm`, negative: back; returns at rest, in bounded time.
 
-        The safety stop may end a drive forward. Every drive is bounded in time.
+        The safety stop may end a drive forward.
 
         Args:
             distance_mm: -10000..10000.
@@ -152,12 +153,12 @@ class Rover:
     def curve(
         self, radius_mm: float, angle_deg: float, speed_mm_s: float | None = None, *, wait: bool = True
     ) -> MotionResult | Motion[MotionResult]:
-        """Drive forward on a circle until the robot has turned by `angle_deg`, positive right; returns at rest.
+        """Drive on a circle until the robot has turned by `angle_deg`, positive right; returns at rest.
 
-        The safety stop may end it.
+        The safety stop may end a drive forward.
 
         Args:
-            radius_mm: From the circle's centre to the middle between the wheels, -10000..10000; negative: drive back.
+            radius_mm: Of the path of the middle between the wheels, -10000..10000; negative: drive back.
             angle_deg: -3600..3600.
             speed_mm_s: Of the middle between the wheels; by default that of the settings.
             wait: Whether to return at rest; else at once.
@@ -167,16 +168,15 @@ class Rover:
         return self._arc(radius_mm * math.radians(abs(angle_deg)), angle_deg, speed_mm_s, wait)
 
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
-        """Drive on until the next call, for at most one lease.
+        """Drive until the next call, for at most one lease.
 
-        On a link on which nine round trips last longer than the lease, it is renewed for so long: else questions to
-        sensors would let it run out between two calls.
-
-        What is faster than the motors is driven slower, on the same curve.
+        On a link on which nine round trips take longer than the lease, the lease is renewed for that time; reading
+        sensors would otherwise let it end between two calls. Speeds beyond those of the motors are reduced, on the same
+        curve.
 
         Returns:
-            None, or the motors being braked already: what the safety stop objects to; or STALLED when a wheel has stood
-            for 0.7 s though it was told to turn at 20 deg/s or more. The next call is another try.
+            None; or with motors braked the reason of the safety stop, or STALLED if a wheel has stood for 0.7 s
+            although it should turn at 20 deg/s or more. The next call is another try.
         """
         in_range("speed_mm_s", speed_mm_s, -math.inf, math.inf)
         in_range("turn_deg_s", turn_deg_s, -math.inf, math.inf)
@@ -207,7 +207,7 @@ class Rover:
         return self._motion is None or self._motion.done
 
     def stop(self) -> None:
-        """Motors off, brakes on, now."""
+        """Brake now."""
         self._driving = False
         self._link.motions.claim(self._ports)
         brake_all(self._leases)
@@ -215,9 +215,9 @@ class Rover:
     # --- senses ---
 
     def pose(self) -> Pose:
-        """Where the robot is by odometry, from the wheels' rotation.
+        """Read the wheels and return the pose by odometry.
 
-        With a compass the heading is corrected once the robot has come to rest, which takes two round trips more.
+        With a compass, the heading is corrected when the robot is at rest, which takes two more round trips.
 
         Raises:
             BrickError: The compass does not answer, and never has.
@@ -227,19 +227,19 @@ class Rover:
         return self._odometry.pose
 
     def reset_pose(self, pose: Pose = START) -> None:
-        """Call the present place `pose`."""
+        """Set the pose."""
         before = self.pose()
         self._odometry.put(pose)
         if self._correction is not None:
             self._correction.rename(pose.heading_deg - before.heading_deg)
 
     def range_mm(self) -> float | None:
-        """Distance ahead by ultrasound, or None without an echo or without a sensor."""
+        """Measure the distance ahead, millimetres; None without an echo or without a sonar."""
         with self._asking:
             return self._monitor.range_mm(self._odometry.pose)
 
     def touching(self) -> bool:
-        """Whether the bumper is pressed; False without a sensor."""
+        """Whether the bumper is pressed; False without one."""
         with self._asking:
             return self._monitor.touching()
 
@@ -271,13 +271,13 @@ class Rover:
     def _arc(
         self, way_mm: float, angle_deg: float, speed_mm_s: float | None, wait: bool
     ) -> MotionResult | Motion[MotionResult]:
-        """Drive `way_mm` while turning by `angle_deg`, both evenly."""
+        """Drive `way_mm` along an arc that turns by `angle_deg`."""
         limits, fastest_mm_s = self.settings, FASTEST_DEG_S * self._mm_per_deg
         speed_mm_s = limits.speed_mm_s if speed_mm_s is None else in_range("speed_mm_s", speed_mm_s, 1, fastest_mm_s)
         sideways_deg = self._turn_deg(angle_deg)
         ways_deg = [self._wheel_deg(way_mm) + sideways_deg, self._wheel_deg(way_mm) - sideways_deg]
         longest_deg = max(map(abs, ways_deg))
-        # of the speeds and accelerations along the way and of the turn, the one that takes longer counts
+        # of the limits along the path and of the turn, the stricter one counts
         parts = [(abs(way_mm), speed_mm_s, limits.acceleration_mm_s2)]
         parts += [(abs(angle_deg), limits.turn_deg_s, limits.turn_acceleration_deg_s2)]
         speed_s = max(amount / speed for amount, speed, _ in parts) or 1.0
@@ -314,35 +314,35 @@ class Rover:
         return distance_mm / self._mm_per_deg
 
     def _turn_deg(self, angle_deg: float) -> float:
-        """How far the wheels go, in opposite directions, to turn the robot."""
+        """Degrees by which the wheels turn, in opposite directions, to turn the robot."""
         return self._wheel_deg(math.radians(angle_deg) * self._track_mm / 2)
 
     def _read_wheels(self) -> None:
         self._note(sample(self._link, *self._ports))
 
     def _note(self, reading: Sample) -> None:
-        """Take one reading of both wheels."""
+        """Add a reading of both wheels."""
         if self._odometry.note(reading):
             for stall, angle_deg in zip(self._stalls, reading.angles_deg, strict=True):
                 stall.note(reading.time_s, angle_deg)
 
     def _note_all(self, _: Sample) -> None:
-        """Read both wheels, while only one of them takes part."""
+        """Read both wheels in a motion of only one."""
         self._read_wheels()
 
     @property
     def _unread_for_s(self) -> float:
-        """How old the latest reading of the wheels is; seldom old, as who drives asks for the pose."""
+        """Age of the latest reading of the wheels; most programs call `pose` between two calls of `drive`."""
         last = self._odometry.last
         return math.inf if last is None else self._link.now() - last.time_s
 
     def _align(self) -> None:
-        """Let the compass, if there is one, correct the heading of a robot at rest."""
+        """Correct the heading by the compass, if there is one and the robot is at rest."""
         if self._correction is not None and ((self.done and not self._driving) or self._odometry.rest_s >= REST_S):
             self._correction.update()
 
     def _guard(self, near: bool) -> StopReason | None:
-        """What objects to going on; while the program itself asks a sensor, what is known already must do."""
+        """Return the reason to end a motion; makes no request while the program reads a sensor."""
         mine = self._asking.acquire(blocking=False)
         try:
             return self._monitor.watch(self._odometry.pose, ask=mine and not near)
@@ -352,7 +352,7 @@ class Rover:
 
 
 def _sensor(link: RoverLink, kind: Callable[[RoverLink, SensorPort], S], at: SensorPort | S | None) -> S | None:
-    """The sensor at a port; one that is there already is taken as it is."""
+    """Return the sensor at a port; a sensor is returned as it is."""
     return at if at is None or isinstance(at, Sensor) else kind(link, at)
 
 

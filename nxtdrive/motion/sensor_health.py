@@ -1,4 +1,4 @@
-"""Whether a rover's sensor answers; one that has failed is left out and asked again from time to time."""
+"""Health of a rover's sensors: one that has failed is left out and retried from time to time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ T = TypeVar("T")
 FAILURES = 3
 """A sensor that fails this often in a row is left out."""
 RETRY_S = 10.0
-"""How often a sensor that is left out is asked again; over Bluetooth each attempt takes up to 0.5 s."""
+"""Time between two retries of a sensor that is left out; over Bluetooth each takes up to 0.5 s."""
 
 
 class SensorHealth:
@@ -25,10 +25,10 @@ class SensorHealth:
 
     Args:
         name: ``sonar``, ``bumper`` or ``compass``.
-        link: Its clock counts.
+        link: The link, for its clock.
 
     Attributes:
-        listener: Is told when the sensor fails and when it answers again; None to have failures raised.
+        listener: Called when the sensor fails and when it answers again; None: failures are raised.
         lost: Whether the sensor is left out.
     """
 
@@ -41,14 +41,14 @@ class SensorHealth:
         self._retry_s = 0.0
 
     def ask(self, question: Callable[[], T], unknown: T) -> T:
-        """Ask the sensor, unless it is left out.
+        """Read the sensor, unless it is left out.
 
         Returns:
-            The answer, or `unknown` from a sensor that has failed.
+            The value, or `unknown` if the sensor has failed.
 
         Raises:
             BrickError: The sensor has failed, and there is no listener.
-            SensorTimeout: Likewise.
+            SensorTimeout: The same.
             LinkError: The brick itself does not answer.
         """
         if self.lost and self._link.now() < self._retry_s:

@@ -1,4 +1,4 @@
-"""A motor that turns until it is told otherwise: its lease, its acceleration, and what happens when it is held."""
+"""A motor that turns until the next command: renewal of its lease, acceleration, stall detection."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from nxtdrive.motion.outputs import sample
 from nxtdrive.motion.stall import WATCH_S, StallDetector
 
 RAMP_S = 0.1
-"""Time between two speeds while speeding up or slowing down; the regulator acts no more often."""
+"""Time between two speeds of a ramp; the regulator is not faster."""
 
 
 class VelocityMove:
-    """One motor, at one speed after the other.
+    """A motor that keeps a speed until the next command.
 
     Args:
-        link: The way to the motor.
-        port: Where it is plugged in.
-        lease_s: How long it goes on when nothing renews it.
+        link: The link to the brick.
+        port: The motor's port.
+        lease_s: How long it goes on without a renewal.
         acceleration_deg_s2: How fast its speed changes; infinity: at once.
-        stall_s: A motor that stands for this time, though it should turn, is braked; infinity: never.
+        stall_s: A motor that stands for this time although it should turn is braked; infinity: never.
 
     Attributes:
-        speed_deg_s: What it was told last, forward being positive; a duty cycle counts as the speed it is a part of.
+        speed_deg_s: The last command, forward positive; a duty cycle counts as its share of the full speed.
     """
 
     def __init__(
@@ -43,12 +43,12 @@ class VelocityMove:
         self._stall_s = stall_s
 
     def steps(self, speed_deg_s: float, *, regulated: bool, until_s: float = math.inf) -> Steps[StopReason]:
-        """Turn at `speed_deg_s` until then.
+        """Turn at `speed_deg_s` until `until_s`.
 
         Args:
             speed_deg_s: Forward is positive.
-            regulated: Whether the firmware keeps the speed; else it keeps the duty cycle.
-            until_s: On the link's clock; the motor goes on turning for its lease.
+            regulated: Whether the firmware regulates the speed; else it sets the duty cycle.
+            until_s: On the link's clock; afterwards the motor turns on until its lease ends.
 
         Returns:
             DONE, or braked: STALLED, CANCELLED.
@@ -92,7 +92,7 @@ class VelocityMove:
         return StopReason.DONE
 
     def _accelerate(self, goal_deg_s: float, regulated: bool, *, confirmed: bool = False) -> None:
-        """Come one step nearer to the goal, and renew the lease of that from now on."""
+        """Change the speed by one step towards the goal, and renew the lease at that speed."""
         change = goal_deg_s - self.speed_deg_s
         self.speed_deg_s += max(-self._step_deg_s, min(self._step_deg_s, change))
         self._lease.drive(self.speed_deg_s, regulated=regulated, renewed=True, confirmed=confirmed)

@@ -1,1 +1,1 @@
-"""What the brick itself has: files, programs, a display, a loudspeaker."""
+"""On board the brick: files, programs, display, loudspeaker."""

@@ -1,7 +1,7 @@
-"""The brick's file system, with guards in front of what corrupts it.
+"""The brick's file system, guarded against defects of the firmware.
 
-One operation at a time, from start to end, so that nothing is deleted or aborted while a download is open; every handle
-is closed; empty files and wildcards never get to where the firmware stumbles over them. What it stumbles over:
+Operations run one at a time from start to end, so that nothing is deleted or aborted while a download is open. Every
+handle is closed, and empty files and wildcards are refused where the firmware mishandles them. The defects:
 docs/firmware.md section 1, facts 8, 9, 17, 18, 19, and docs/traps.md.
 """
 
@@ -32,14 +32,14 @@ from nxtdrive.link.protocol import RequestLink
 NAME_LIMIT = 19
 """Characters of a name, the dot included. Source: docs/firmware.md section 5, "File system"."""
 EVERYTHING = "*.*"
-"""The firmware's pattern for all files; its other patterns are not what people expect (section 5)."""
+"""The firmware's pattern for all files; its other patterns differ from those of a shell (section 5)."""
 READ_OVERHEAD = 6
 WRITE_OVERHEAD = 3
 """Bytes around the data in a Read reply and a Write request. With them a telegram fills the brick's buffer exactly:
 58 and 61 data bytes over USB, 122 and 125 over Bluetooth (section 2)."""
 
 Progress = Callable[[int, int], object]
-"""Called with the bytes transferred so far, and with how many there are."""
+"""Called with the number of bytes transferred so far and in all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +56,13 @@ class FileEntry:
 
 
 class Files:
-    """The files on a brick. May be used from several threads; they wait for each other's operations.
+    """The files on a brick. May be used from several threads; operations wait for each other.
 
-    A command in the middle of which the link is lost leaves no handle open over USB; over Bluetooth the brick keeps it
-    until it is switched off.
+    If the link is lost during an operation over Bluetooth, its handle stays open until the brick is switched off; over
+    USB it is closed.
 
     Args:
-        link: The way to the brick.
+        link: The link to the brick.
     """
 
     def __init__(self, link: RequestLink) -> None:
@@ -71,29 +71,29 @@ class Files:
         self._owner = 0
 
     def ls(self, pattern: str = "*") -> list[FileEntry]:
-        """Files whose names match a pattern as in a shell, ignoring case, sorted by name."""
+        """List files whose names match a pattern as in a shell, ignoring case, sorted by name."""
         with self._alone():
             found = [FileEntry(each.name, each.size) for each in self._listing(EVERYTHING)]
         matching = [entry for entry in found if fnmatchcase(entry.name.lower(), pattern.lower())]
         return sorted(matching, key=lambda entry: entry.name.lower())
 
     def exists(self, name: str) -> bool:
-        """Whether there is a file of this name; upper and lower case do not matter."""
+        """Whether there is a file of this name, ignoring case."""
         with self._alone():
             return self._find(_checked(name)) is not None
 
     def read(self, name: str, progress: Progress | None = None) -> bytes:
-        """A file's content.
+        """Read a file.
 
         Raises:
-            LocalProtocolError: The name cannot be one.
+            LocalProtocolError: The name is not valid.
             BrickError: There is no such file, or no handle is free.
             LinkError: The link failed.
         """
         with self._alone():
             entry = self._find(_checked(name))
             if entry is not None and not entry.size:
-                return b""  # opening it would close handle 0, whosever that is, and lose its own
+                return b""  # opening it would close handle 0, used or not, and lose its own handle
             opened = self._link.request(OpenRead(name))
             with self._closing(opened.handle):
                 return self._read(opened.handle, opened.size, progress)
@@ -104,11 +104,11 @@ class Files:
         Args:
             name: At most 19 characters.
             data: Its content, at least one byte.
-            progress: Hears of each piece.
-            replace: Whether a file of this name is deleted first; else it is an error.
+            progress: Called after each piece.
+            replace: Whether an existing file of this name is deleted first; else it is an error.
 
         Raises:
-            LocalProtocolError: The name cannot be one, or there is no data; nothing was sent.
+            LocalProtocolError: The name is not valid, or there is no data; nothing was sent.
             BrickError: The file exists, there is no room, no handle is free; the brick has no part of the file.
             LinkError: The link failed; the brick has no part of the file.
         """
@@ -133,7 +133,7 @@ class Files:
         """Delete a file.
 
         Raises:
-            LocalProtocolError: The name cannot be one; wildcards would delete whatever matches first.
+            LocalProtocolError: The name is not valid; a wildcard would delete the first match.
             BrickError: There is no such file, or it is in use.
         """
         with self._alone():
@@ -141,7 +141,7 @@ class Files:
 
     @property
     def free_bytes(self) -> int:
-        """Room for files, bytes; each also needs a header of 36 bytes, and whole sectors of 256."""
+        """Free flash, bytes; each file also needs a header of 36 bytes, and whole sectors of 256."""
         return self._link.request(GetDeviceInfo()).free_flash
 
     def _read(self, handle: int, size: int, progress: Progress | None) -> bytes:
@@ -167,7 +167,7 @@ class Files:
                 progress(start + len(piece), len(data))
 
     def _find(self, name: str) -> FileFound | None:
-        """The file of exactly this name."""
+        """Find the file of exactly this name."""
         return next(iter(self._listing(name)), None)
 
     def _listing(self, pattern: str) -> list[FileFound]:
@@ -182,7 +182,7 @@ class Files:
 
     @contextmanager
     def _closing(self, handle: int) -> Iterator[None]:
-        """Close a handle afterwards; what went wrong before counts more than what goes wrong with that."""
+        """Close a handle afterwards; an error in the block takes precedence over one of closing."""
         try:
             yield
         except BaseException:
@@ -193,7 +193,7 @@ class Files:
 
     @contextmanager
     def _alone(self) -> Iterator[None]:
-        """No other operation on files goes on meanwhile."""
+        """Keep other file operations off for a block."""
         if self._owner == threading.get_ident():
             raise LocalProtocolError("a file operation cannot begin while another one reports its progress.")
         with self._lock:
@@ -206,7 +206,7 @@ class Files:
 
 @contextmanager
 def suppress_not_found() -> Iterator[None]:
-    """Take FILE_NOT_FOUND for an answer."""
+    """Suppress FILE_NOT_FOUND."""
     try:
         yield
     except BrickError as error:
@@ -215,10 +215,10 @@ def suppress_not_found() -> Iterator[None]:
 
 
 def _checked(name: str) -> str:
-    """`name`, if it can be one.
+    """Return `name` if it is valid.
 
     Raises:
-        LocalProtocolError: It cannot.
+        LocalProtocolError: It is not.
     """
     printable = name.isascii() and name.isprintable()
     if not 0 < len(name) <= NAME_LIMIT or not printable or set(name) & set("*?/\\"):

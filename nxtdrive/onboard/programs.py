@@ -1,7 +1,7 @@
-"""Starting and stopping programs on the brick, and making sure of it.
+"""Starting and stopping programs on the brick, with confirmation.
 
-The firmware says OK to a start whether or not anything starts (docs/firmware.md section 1, facts 1 to 4 and 16); here a
-start is prepared, confirmed, and refused where the brick would hang.
+The firmware replies OK to a start even if nothing starts (docs/firmware.md section 1, facts 1 to 4 and 16). So a start
+is prepared and confirmed, and refused if the brick would hang.
 """
 
 from __future__ import annotations
@@ -17,25 +17,25 @@ from nxtdrive.onboard.files import Files
 from nxtdrive.ports import in_range
 
 MAILBOXES = 10
-"""Mailboxes each way, outgoing ones behind incoming ones. Source: docs/firmware.md section 4, 0x13."""
+"""Mailboxes in each direction; outgoing ones follow the incoming ones. Source: docs/firmware.md section 4, 0x13."""
 PROGRAMS = (".rxe", ".rtm", ".rpg")
-"""What can be started; files of other kinds make the brick hang, and sounds are played. Source: section 1, fact 2."""
+"""Extensions of programs; starting other files makes the brick hang. Source: docs/firmware.md section 1, fact 2."""
 BUSY_S = 4.0
-"""The brick takes no program for 750 ms after one has ended, and for 3.7 s after it was switched on (fact 1)."""
+"""The brick starts no program for 750 ms after one has ended, and for 3.7 s after it was switched on (fact 1)."""
 START_S = 0.5
-"""A program runs 8 ms after it was started (fact 1)."""
+"""Timeout for a start, which takes 8 ms (fact 1)."""
 STOP_S = 0.5
-"""A program is gone 2 ms after it was stopped. Source: section 4, 0x01."""
+"""Timeout for a stop, which takes 2 ms. Source: docs/firmware.md section 4, 0x01."""
 STEP_S = 0.01
-"""Between two looks."""
+"""Interval for polling."""
 
 
 class Programs:
     """The programs on a brick, and messages to and from the one that runs.
 
     Args:
-        link: The way to the brick.
-        files: Where they are.
+        link: The link to the brick.
+        files: The files on the brick.
         stop_motors: Called before a program starts, as that resets all ports.
     """
 
@@ -46,7 +46,7 @@ class Programs:
 
     @property
     def running(self) -> str | None:
-        """Name of the program that runs, as it was given to the start; None if none runs."""
+        """Name of the running program, as it was given to the start; None if none runs."""
         try:
             return self._link.request(GetCurrentProgramName()).name
         except BrickError as error:
@@ -55,12 +55,12 @@ class Programs:
             raise
 
     def start(self, name: str) -> None:
-        """Start a program and return when it runs, or has run; motors are stopped before, as it resets all ports.
+        """Stop the motors and start a program, which resets all ports; returns when it runs, or has run.
 
         Raises:
-            LocalProtocolError: This is no program; nothing was sent.
-            BrickError: FILE_NOT_FOUND: it is not on the brick.
-            BrickBusy: Another program runs, or the brick shows a dialog, or it cannot run this file.
+            LocalProtocolError: The file is not a program; nothing was sent.
+            BrickError: FILE_NOT_FOUND: The program is not on the brick.
+            BrickBusy: Another program runs, or the brick shows a dialog or cannot run this file.
         """
         if not name.lower().endswith(PROGRAMS):
             raise LocalProtocolError(
@@ -78,16 +78,16 @@ class Programs:
         self._confirm_start(name)
 
     def stop(self) -> bool:
-        """Stop the program and return when it is gone.
+        """Stop the running program; returns when it has ended.
 
-        A second stop right behind the first would end the next program at its start (fact 3). So nothing is sent when
-        no program runs, and this returns only when the brick has none.
+        A second stop directly after the first would end the next program at its start (fact 3). So nothing is sent if
+        no program runs.
 
         Returns:
-            Whether one ran.
+            Whether a program ran.
 
         Raises:
-            BrickBusy: It does not stop.
+            BrickBusy: The program does not stop.
         """
         if self.running is None:
             return False
@@ -95,7 +95,7 @@ class Programs:
         try:
             link.request(StopProgram())
         except BrickError as error:
-            if error.status is not Status.NO_ACTIVE_PROGRAM:  # it has just ended by itself
+            if error.status is not Status.NO_ACTIVE_PROGRAM:  # it has just ended on its own
                 raise
         deadline = link.now() + STOP_S + link.latency_s
         while self.running is not None:
@@ -105,15 +105,15 @@ class Programs:
         return True
 
     def write_message(self, box: int, message: str) -> None:
-        """Put a message of at most 58 characters into mailbox 1..10 of the program that runs on the brick."""
+        """Put a message of at most 58 characters into mailbox 1..10 of the running program."""
         in_range("box", box, 1, MAILBOXES)
         self._link.request(MessageWrite.text(box - 1, message))
 
     def read_message(self, box: int, *, remove: bool = True) -> str:
-        """Take the next message that the running program has put into mailbox 1..10.
+        """Take the next message of the running program from mailbox 1..10.
 
         Raises:
-            MailboxEmpty: There is none.
+            MailboxEmpty: There is no message.
         """
         in_range("box", box, 1, MAILBOXES)
         return self._link.request(MessageRead(MAILBOXES + box - 1, box - 1, remove)).text
@@ -129,7 +129,7 @@ class Programs:
             link.sleep(STEP_S)
 
     def _confirm_start(self, name: str) -> None:
-        """Wait until the program runs; one that is very short has ended by then."""
+        """Wait until the program runs, or has ended if it is very short."""
         link, result = self._link, COMMAND.field("ProgStatus")
         deadline = link.now() + START_S + link.latency_s
         while self.running is None:

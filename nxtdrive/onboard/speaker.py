@@ -8,16 +8,16 @@ from nxtdrive.link.protocol import RequestLink
 from nxtdrive.ports import in_range
 
 TONE_HZ = (220, 14080)
-"""What the firmware can play. Source: docs/firmware.md section 4, 0x03."""
+"""Range of tones. Source: docs/firmware.md section 4, 0x03."""
 LOUDEST = 4
-"""Steps of the volume. Source: docs/firmware.md section 4, property 1."""
+"""Highest volume. Source: docs/firmware.md section 4, property 1."""
 
 
 class Speaker:
     """Tones, sound files and their volume.
 
     Args:
-        link: The way to the brick.
+        link: The link to the brick.
     """
 
     def __init__(self, link: RequestLink) -> None:
@@ -30,16 +30,16 @@ class Speaker:
         self._link.request(PlayTone(frequency_hz, duration_ms))
 
     def play(self, name: str, *, loop: bool = False) -> None:
-        """Play a sound file that is on the brick, such as ``Hello.rso``; returns while it sounds."""
+        """Play a sound file on the brick, such as ``Hello.rso``; returns while it sounds."""
         self._link.request(PlaySoundFile(loop, name))
 
     def stop(self) -> None:
-        """End what sounds."""
+        """Stop the sound."""
         self._link.request(StopSoundPlayback())
 
     @property
     def volume(self) -> int:
-        """Loudness, 0..4, until the brick is switched off; it may be set. Needs firmware 1.28 or later."""
+        """Volume, 0..4, until the brick is switched off; may be set. Needs firmware 1.28 or later."""
         return self._link.request(GetProperty(Property.VOLUME)).number
 
     @volume.setter

@@ -1,4 +1,4 @@
-"""Sensors that make a voltage."""
+"""Analog sensors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from nxtdrive.sensors.port import Sensor
 from nxtdrive.sensors.reading import Measuring
 
 POLL_S = 0.02
-"""Between two looks at a button; a press lasts a tenth of a second."""
+"""Interval for polling a button; a press lasts about 0.1 s."""
 FULL_SCALE = 1023
 """The firmware's normalised values are 0..1023. Source: docs/firmware.md section 6."""
 
@@ -34,7 +34,7 @@ class Touch(Sensor, Measuring[bool]):
         return self.pressed
 
     def wait_for_press(self, timeout_s: float = math.inf) -> bool:
-        """Wait until the button is pressed; one that is down already has to be let go first.
+        """Wait until the button is pressed; if it is down already, it has to be released first.
 
         Args:
             timeout_s: Longest wait.
@@ -53,14 +53,14 @@ class Touch(Sensor, Measuring[bool]):
 
 
 class Percentage(Sensor, Measuring[float]):
-    """A sensor of something between nothing and as much as it can tell."""
+    """A sensor whose values are percentages of its range."""
 
     unit = "%"
 
     @property
     def percent(self) -> float:
-        """Of the most that it can tell, 0..100."""
-        # the firmware's own percent have no decimals; the value it makes them of is ten times as fine
+        """Percentage of the sensor's range, 0..100."""
+        # the firmware's own percentage is rounded; the value behind it is ten times as fine
         return self.values().normalized * 100 / FULL_SCALE
 
     @property
@@ -70,7 +70,7 @@ class Percentage(Sensor, Measuring[float]):
 
 
 class Light(Percentage):
-    """The light sensor, with its red lamp on to look at a surface or off to look at the room; more is brighter."""
+    """The light sensor, lamp on for surfaces or off for ambient light; higher is brighter."""
 
     type = SensorType.LIGHT_ACTIVE
     quantity = "brightness"
@@ -81,7 +81,7 @@ class Light(Percentage):
 
     @property
     def lamp(self) -> bool:
-        """Whether the red lamp is on; it may be switched."""
+        """Whether the red lamp is on; may be set."""
         return self.type is SensorType.LIGHT_ACTIVE
 
     @lamp.setter
@@ -90,7 +90,7 @@ class Light(Percentage):
 
 
 class Sound(Percentage):
-    """The sound sensor: loudness as it is (dB), or as the ear weighs it (dBA).
+    """The sound sensor: loudness unweighted (dB), or weighted as by the human ear (dBA).
 
     100 percent are some 90 dB. Source: LEGO's user guide of the NXT set.
     """
@@ -104,7 +104,7 @@ class Sound(Percentage):
 
     @property
     def dba(self) -> bool:
-        """Whether only what the ear hears counts; it may be switched, and then takes 0.3 s to settle."""
+        """Whether the loudness is A-weighted; may be set, and then takes 0.3 s to settle."""
         return self.type is SensorType.SOUND_DBA
 
     @dba.setter
@@ -113,7 +113,7 @@ class Sound(Percentage):
 
 
 class RcxTemperature(Sensor, Measuring[float]):
-    """The older set's temperature sensor (9889), with studs on its cable."""
+    """The temperature sensor of the RCX (9889)."""
 
     type = SensorType.TEMPERATURE
     mode = SensorMode.CELSIUS

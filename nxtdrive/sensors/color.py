@@ -13,7 +13,7 @@ from nxtdrive.sensors.port import Sensor
 from nxtdrive.sensors.reading import Measuring
 
 LAST_BLIND_FIRMWARE = (1, 5)
-"""It has no colour sensor; 1.29 has. Source: docs/firmware.md section 11."""
+"""Last firmware without colour sensors; 1.29 has them. Source: docs/firmware.md section 11."""
 
 Lamp = Literal["red", "green", "blue", "off"]
 
@@ -26,7 +26,7 @@ _LAMPS = {
 
 
 class Color(OpenEnum):
-    """What the firmware takes a surface for. Source: docs/firmware.md section 6.1."""
+    """A colour as the firmware classifies it. Source: docs/firmware.md section 6.1."""
 
     BLACK = 1
     BLUE = 2
@@ -37,9 +37,9 @@ class Color(OpenEnum):
 
 
 class ColorSensor(Sensor, Measuring[Color]):
-    """The colour sensor; it lights its lamps in turn, or one of them as a light sensor does.
+    """The colour sensor; it lights its lamps in turn, or a single one like a light sensor.
 
-    Changing between colours and a lamp takes 0.4 s.
+    Changing between the two takes 0.4 s.
     """
 
     type = SensorType.COLOR_FULL
@@ -47,7 +47,7 @@ class ColorSensor(Sensor, Measuring[Color]):
 
     @property
     def color(self) -> Color:
-        """What the surface is taken for; best at a distance of about a centimetre."""
+        """Colour of the surface, best measured from about a centimetre."""
         self._become(SensorType.COLOR_FULL)
         return Color(self.values().scaled)
 
@@ -58,7 +58,7 @@ class ColorSensor(Sensor, Measuring[Color]):
 
     @property
     def rgb(self) -> tuple[int, int, int]:
-        """How much red, green and blue light comes back, calibrated and without the room's light, each 0..1023."""
+        """Red, green and blue reflection, calibrated and without ambient light, each 0..1023."""
         self._become(SensorType.COLOR_FULL)
         self.values()
         spot = INPUT.field("ColorSensorRaw", self._input)
@@ -66,15 +66,15 @@ class ColorSensor(Sensor, Measuring[Color]):
         return red, green, blue
 
     def brightness_percent(self, lamp: Lamp = "red") -> float:
-        """Brightness with one lamp lit, or none, 0..100."""
+        """Measure the brightness with one lamp or none, 0..100."""
         self._become(_LAMPS[lamp])
         return self.values().normalized * 100 / FULL_SCALE
 
     def set_up(self) -> None:
-        """Set the port's type and wait until the sensor has handed over its calibration.
+        """Set the port's type and wait until the sensor has sent its calibration.
 
         Raises:
-            LinkTimeout: It does not.
+            LinkTimeout: The sensor does not send it.
             LocalProtocolError: The brick's firmware is too old for it.
         """
         firmware = self.link.request(GetVersions()).firmware

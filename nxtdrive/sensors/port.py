@@ -1,4 +1,4 @@
-"""An input port, set to what is plugged in."""
+"""An input port, set up for its sensor."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from nxtdrive.link.protocol import SensorLink
 from nxtdrive.ports import SensorPort, input_port
 
 SETTLING_S = 0.5
-"""Longest a sensor's values stay invalid after its type was set: 400 ms. Source: docs/firmware.md section 6."""
+"""Timeout for valid values after the type was set, which takes up to 400 ms. Source: docs/firmware.md section 6."""
 STEP_S = 0.005
-"""Shortest time between two looks at a value that is not there yet; a slow link takes longer by itself."""
+"""Shortest interval for polling a value that is not ready yet."""
 
 
 class SensorTimeout(LinkTimeout):
@@ -19,13 +19,13 @@ class SensorTimeout(LinkTimeout):
 
 
 class Sensor:
-    """An input port set to one type of sensor when it is first used.
+    """An input port that is set up for one type of sensor at the first use.
 
     Attributes:
-        link: The way to the brick.
+        link: The link to the brick.
         port: 1..4, as printed on the brick.
-        type: What the firmware is told to find there.
-        mode: How the firmware is told to scale it.
+        type: The sensor type to set.
+        mode: How the firmware scales the values.
     """
 
     type = SensorType.NONE
@@ -39,14 +39,14 @@ class Sensor:
 
     @property
     def ready(self) -> bool:
-        """Whether the port was set up, and is still so for all we know."""
+        """Whether the port is set up, as far as the driver knows."""
         return self._ready
 
     def set_up(self) -> None:
-        """Set the port's type and wait until its values are valid.
+        """Set the port's type and wait for valid values.
 
         Raises:
-            SensorTimeout: They do not become valid.
+            SensorTimeout: The values do not become valid.
         """
         link = self.link
         mode = SetInputMode(self._input, self.type, self.mode)
@@ -64,7 +64,7 @@ class Sensor:
         self._ready = True
 
     def values(self) -> InputValues:
-        """All the firmware knows of the port."""
+        """Read all values of the port."""
         if not self._ready:
             self.set_up()
         values = self.link.request(GetInputValues(self._input))
@@ -74,6 +74,6 @@ class Sensor:
         return values
 
     def _become(self, type: SensorType) -> None:
-        """Have the port set up as another type before it is used again."""
+        """Change the type; the port is set up again at the next use."""
         if type is not self.type:
             self.type, self._ready = type, False

@@ -100,7 +100,7 @@ class SimTransport:
 
         Raises:
             AddressError: An option is unknown or its value invalid.
-            ConfigError: There is no such world, or its file has mistakes.
+            ConfigError: There is no such world, or its file has errors.
         """
         if address.target.startswith(SHARED_MARK):
             return _open_shared(address)
@@ -171,7 +171,7 @@ class SimTransport:
             self._leave()
 
     def on_frame(self, callback: Callable[[Any, float], None], fps: float) -> None:
-        """Have `callback` called with the webcam's frame and its time, `fps` times a simulated second."""
+        """Call `callback` with the webcam's frame and its time, `fps` times per simulated second."""
         self._simulation.on_frame(callback, fps)
 
     def _plug_in(self) -> SimLink:

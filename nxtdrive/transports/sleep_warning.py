@@ -1,4 +1,4 @@
-"""Notices a program that sleeps on the wall clock while its simulated robot moves."""
+"""Detects programs that sleep on the wall clock, during which no simulated time passes."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ except ImportError:  # Windows and macOS do not count a thread's waits: no warni
     getrusage = None  # type: ignore[assignment]
 
 BLOCKED_S = 0.02
-"""A program that rests for this time between two requests has slept, and not merely computed."""
+"""Shortest pause between two requests that counts as sleep."""
 BUSY_SHARE = 0.05
-"""A program that sleeps uses less than this share of the time; one on a loaded computer that computes uses more."""
+"""A program that sleeps uses less than this share of the time; one that computes uses more, even under load."""
 WAITS = 3
-"""A sleep gives the processor up once; work in a library's threads does so more often."""
+"""Most voluntary context switches of a sleep; work in a library's threads causes more."""
 WARNED_S = 0.25
-"""Such rests, added up, that are worth a warning."""
+"""Total sleep at which to warn."""
 
 
 class SleepWarning:
@@ -30,12 +30,12 @@ class SleepWarning:
         self.leave()
 
     def leave(self) -> None:
-        """Take in that the program goes on by itself."""
+        """Note that the simulation returns to the program."""
         if not self._done:
             self._left = _usage()
 
     def enter(self, moving: Callable[[], bool]) -> None:
-        """Take in that the program is back; `moving` tells whether motors turn."""
+        """Note that the program calls the simulation again; `moving` tells whether motors turn."""
         if self._done:
             return
         wall_s, busy_s, waits, preempted = (now - then for now, then in zip(_usage(), self._left, strict=True))

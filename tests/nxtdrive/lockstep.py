@@ -1,6 +1,6 @@
-"""Threads under simulated time: one runs, the others wait for it, and time passes when none of them can go on.
+"""Threads in simulated time: one runs at a time, and time passes when all of them wait.
 
-With it the link's threaded way runs over the simulated brick, deterministic and as fast as the stepped one.
+With it a link with its own thread runs over the simulated brick, as deterministic and fast as a stepped one.
 """
 
 import threading
@@ -17,7 +17,7 @@ WATCHDOG_S = 20
 
 @dataclass(eq=False)
 class Waiting:
-    """A thread that cannot go on before `ready` or `deadline_ms`."""
+    """A thread that waits for `ready` or `deadline_ms`."""
 
     ready: object
     deadline_ms: float
@@ -32,7 +32,7 @@ class Lockstep(Threads):
         self.waiting = deque()
 
     def block(self, ready, timeout_s=None):
-        """Let others run, then time pass, until `ready()` or `timeout_s` is over; returns whether it is ready."""
+        """Let other threads run, then time pass, until `ready()` or for `timeout_s`; returns whether it is ready."""
         now_ms = self.simulation.now_ms
         # whole milliseconds, and at least one: sums of fractions are not exact
         deadline_ms = float("inf") if timeout_s is None else max(now_ms + 1, now_ms + timeout_s * 1000 - 1e-6)
@@ -43,7 +43,7 @@ class Lockstep(Threads):
         return bool(ready())
 
     def pass_on(self):
-        """Call the thread that can go on first."""
+        """Wake the thread that can continue first."""
         while True:
             for each in list(self.waiting):
                 if each.ready() or self.simulation.now_ms >= each.deadline_ms:
@@ -84,7 +84,7 @@ class Lockstep(Threads):
 
 
 class LockstepLock:
-    """A lock for whose release a thread waits in lockstep."""
+    """A lock for which threads wait in lockstep."""
 
     def __init__(self, lockstep, reentrant):
         self.lockstep, self.reentrant = lockstep, reentrant
@@ -112,7 +112,7 @@ class LockstepLock:
 
 
 class LockstepTransport:
-    """A link to the simulated brick that is used as real hardware is: from threads, one of them the link's own."""
+    """A transport to the simulated brick that is used like real hardware, with the link's own thread."""
 
     address = "lockstep://"
     max_telegram = USB_TELEGRAM_LIMIT

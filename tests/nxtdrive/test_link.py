@@ -1,4 +1,4 @@
-"""The owner of the wire: whose turn it is, how long answers take, and coming back after a loss."""
+"""The link: order of requests, round-trip times, and reconnection."""
 
 import threading
 

@@ -133,7 +133,7 @@ def test_one_wheel_taken_away_ends_the_rovers_motion_and_brakes_the_other(lab):
     assert room.output("C").actual_speed == 0
 
 
-def test_a_lost_link_is_told_to_him_who_joins(lab):
+def test_joining_a_motion_raises_the_loss_of_its_link(lab):
     room = lab(faults=LinkFaults(silent_ms=((1000, FOR_EVER_MS),)), timeout_s=0.3)
     move = room.brick.motor("A").run_angle(500, 3000, wait=False)
     room.brick.sleep(3)
