@@ -72,7 +72,7 @@ def open_brick(
         reconnect: Whether a link that is lost later is opened again by itself; see `Link.reconnecting`.
 
     Raises:
-        AddressError: Nobody can open this address; the message lists what can be opened.
+        AddressError: No transport can open this address; the message lists the schemes that can be opened.
         BrickNotFound: No brick there.
         LinkError: A brick, but no way to it: busy, not permitted, silent.
     """

@@ -23,7 +23,7 @@ class DriveSettings:
         acceleration_mm_s2: Of `straight`, speeding up and slowing down.
         turn_deg_s: Of `turn`.
         turn_acceleration_deg_s2: Of `turn`, speeding up and slowing down.
-        lease_s: About how long the robot drives on when program or link have died, or nobody calls `drive` again (on a
+        lease_s: About how long the robot drives on when program or link have died, or `drive` is not called again (on a
             slow link see there): 0.3..10. A wheel's limit is what it turns in this time, and at least 20 degrees.
     """
 

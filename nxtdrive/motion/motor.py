@@ -49,7 +49,7 @@ class MotorSettings:
         acceleration_deg_s2: How fast the speed changes. None: 2000 on the way to an angle, else as fast as it can.
         lease_s: About how long a motor goes on when program or link have died, 0.3..10: its limit is what it turns in
             this time at the speed it was told, and at least 20 degrees.
-        stall_s: A motor that stands so long, though it should turn, is braked. None: never by `run` and `dc`.
+        stall_s: A motor that stands this long, though it should turn, is braked. None: never by `run` and `dc`.
     """
 
     speed_deg_s: float = FASTEST_DEG_S

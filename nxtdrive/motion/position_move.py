@@ -98,8 +98,8 @@ class PositionMove:
         guard: Asked again and again; what it objects ends the motion. It is told whether the goal is near: the last
             stretch leaves no time for questions to sensors.
         note: Shown every reading.
-        lease_s: About how long the wheels go on when nobody renews it.
-        stall_s: A wheel that stands so long, though it should turn, ends the motion.
+        lease_s: About how long the wheels go on when it is not renewed.
+        stall_s: A wheel that stands this long, though it should turn, ends the motion.
     """
 
     def __init__(

@@ -28,7 +28,7 @@ from nxtdrive.sensors import Compass, Sensor, Touch, Ultrasonic
 __all__ = ["DriveSettings", "Rover", "SafetyLimits"]
 
 REST_S = 0.03
-"""Wheels whose counts are the same for so long stand."""
+"""Wheels whose counts do not change for this long are at rest."""
 TRIPS = 9
 """Round trips from one `drive` to the next: questions to sonar, bumper and wheels, then the safety stop's, take 8."""
 SLOWEST_DEG_S = 1.0
@@ -169,7 +169,7 @@ class Rover:
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
         """Drive on until the next call, for at most one lease.
 
-        On a link on which nine round trips last longer than the lease, it is renewed for so long: else questions to
+        On a link on which nine round trips last longer than the lease, it is renewed for that time: else questions to
         sensors would let it run out between two calls.
 
         What is faster than the motors is driven slower, on the same curve.

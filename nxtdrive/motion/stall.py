@@ -16,7 +16,7 @@ class StallDetector:
     """Whether a wheel stands though it should turn, as seen in readings of it.
 
     Args:
-        stall_s: It is stalled when it has not moved for so long.
+        stall_s: It is stalled when it has not moved for this long.
     """
 
     def __init__(self, stall_s: float = STALL_S) -> None:

@@ -1,8 +1,8 @@
 """Sensors: what is plugged into the input ports.
 
-A sensor is its port's set-up plus a way to make sense of its values; the port is set up when the sensor is first used,
-and again whenever a program's start or end has reset it. `docs/sensors.md` lists units, ranges and where they come
-from.
+A sensor combines its port's configuration with the conversion of its values. The port is set up when the sensor is
+first used, and again whenever the start or end of a program has reset it. `docs/sensors.md` lists units, ranges and
+their sources.
 """
 
 from nxtdrive.sensors.analog import Light, RcxTemperature, Sound, Touch

@@ -1,4 +1,4 @@
-"""Sensors that make a voltage."""
+"""Analog sensors."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from nxtdrive.sensors.port import Sensor
 from nxtdrive.sensors.reading import Measuring
 
 POLL_S = 0.02
-"""Between two looks at a button; a press lasts a tenth of a second."""
+"""Polling period of a button; a press lasts about a tenth of a second."""
 FULL_SCALE = 1023
-"""The firmware's normalised values are 0..1023. Source: docs/firmware.md section 6."""
+"""The firmware's normalised values range over 0..1023. Source: docs/firmware.md section 6."""
 
 
 class Touch(Sensor, Measuring[bool]):
@@ -34,10 +34,10 @@ class Touch(Sensor, Measuring[bool]):
         return self.pressed
 
     def wait_for_press(self, timeout_s: float = math.inf) -> bool:
-        """Wait until the button is pressed; one that is down already has to be let go first.
+        """Wait until the button is pressed; if it is down already, it must be released first.
 
         Args:
-            timeout_s: Longest wait.
+            timeout_s: Longest wait, seconds.
 
         Returns:
             Whether it was pressed in time.
@@ -53,14 +53,14 @@ class Touch(Sensor, Measuring[bool]):
 
 
 class Percentage(Sensor, Measuring[float]):
-    """A sensor of something between nothing and as much as it can tell."""
+    """A sensor whose values are a percentage of its full scale."""
 
     unit = "%"
 
     @property
     def percent(self) -> float:
-        """Of the most that it can tell, 0..100."""
-        # the firmware's own percent have no decimals; the value it makes them of is ten times as fine
+        """Percentage of full scale, 0..100."""
+        # the firmware's own percentage has no decimals; the normalised value it derives from is ten times as fine
         return self.values().normalized * 100 / FULL_SCALE
 
     @property
@@ -70,7 +70,7 @@ class Percentage(Sensor, Measuring[float]):
 
 
 class Light(Percentage):
-    """The light sensor, with its red lamp on to look at a surface or off to look at the room; more is brighter."""
+    """The light sensor: with its red lamp on it measures a surface, with the lamp off the room's light."""
 
     type = SensorType.LIGHT_ACTIVE
     quantity = "brightness"
@@ -81,7 +81,7 @@ class Light(Percentage):
 
     @property
     def lamp(self) -> bool:
-        """Whether the red lamp is on; it may be switched."""
+        """Whether the red lamp is on; settable."""
         return self.type is SensorType.LIGHT_ACTIVE
 
     @lamp.setter
@@ -90,9 +90,9 @@ class Light(Percentage):
 
 
 class Sound(Percentage):
-    """The sound sensor: loudness as it is (dB), or as the ear weighs it (dBA).
+    """The sound sensor: loudness, unweighted (dB) or weighted as by the human ear (dBA).
 
-    100 percent are some 90 dB. Source: LEGO's user guide of the NXT set.
+    100 percent is about 90 dB. Source: LEGO's user guide of the NXT set.
     """
 
     type = SensorType.SOUND_DB
@@ -104,7 +104,7 @@ class Sound(Percentage):
 
     @property
     def dba(self) -> bool:
-        """Whether only what the ear hears counts; it may be switched, and then takes 0.3 s to settle."""
+        """Whether loudness is weighted as by the human ear; settable, after which the value takes 0.3 s to settle."""
         return self.type is SensorType.SOUND_DBA
 
     @dba.setter

@@ -13,7 +13,7 @@ from nxtdrive.sensors.port import Sensor
 from nxtdrive.sensors.reading import Measuring
 
 LAST_BLIND_FIRMWARE = (1, 5)
-"""It has no colour sensor; 1.29 has. Source: docs/firmware.md section 11."""
+"""The last firmware without support for the colour sensor; 1.29 has it. Source: docs/firmware.md section 11."""
 
 Lamp = Literal["red", "green", "blue", "off"]
 
@@ -26,7 +26,7 @@ _LAMPS = {
 
 
 class Color(OpenEnum):
-    """What the firmware takes a surface for. Source: docs/firmware.md section 6.1."""
+    """A surface's colour as the firmware classifies it. Source: docs/firmware.md section 6.1."""
 
     BLACK = 1
     BLUE = 2
@@ -37,9 +37,9 @@ class Color(OpenEnum):
 
 
 class ColorSensor(Sensor, Measuring[Color]):
-    """The colour sensor; it lights its lamps in turn, or one of them as a light sensor does.
+    """The colour sensor: it lights its lamps in turn, or one of them as a light sensor does.
 
-    Changing between colours and a lamp takes 0.4 s.
+    Switching between colours and one lamp takes 0.4 s.
     """
 
     type = SensorType.COLOR_FULL
@@ -47,7 +47,7 @@ class ColorSensor(Sensor, Measuring[Color]):
 
     @property
     def color(self) -> Color:
-        """What the surface is taken for; best at a distance of about a centimetre."""
+        """The surface's colour; most reliable at a distance of about a centimetre."""
         self._become(SensorType.COLOR_FULL)
         return Color(self.values().scaled)
 
@@ -58,7 +58,7 @@ class ColorSensor(Sensor, Measuring[Color]):
 
     @property
     def rgb(self) -> tuple[int, int, int]:
-        """How much red, green and blue light comes back, calibrated and without the room's light, each 0..1023."""
+        """Reflected red, green and blue light, calibrated and without the room's light, each 0..1023."""
         self._become(SensorType.COLOR_FULL)
         self.values()
         spot = INPUT.field("ColorSensorRaw", self._input)
@@ -71,11 +71,11 @@ class ColorSensor(Sensor, Measuring[Color]):
         return self.values().normalized * 100 / FULL_SCALE
 
     def set_up(self) -> None:
-        """Set the port's type and wait until the sensor has handed over its calibration.
+        """Set the port's type and wait until the firmware has read the sensor's calibration.
 
         Raises:
-            LinkTimeout: It does not.
-            LocalProtocolError: The brick's firmware is too old for it.
+            LinkTimeout: The values do not become valid in time.
+            LocalProtocolError: The brick's firmware is too old for this sensor.
         """
         firmware = self.link.request(GetVersions()).firmware
         if tuple(map(int, firmware.split("."))) <= LAST_BLIND_FIRMWARE:

@@ -9,7 +9,7 @@ from nxtdrive.sensors.reading import Measuring
 class Compass(I2CSensor, Measuring[int]):
     """HiTechnic's compass (NMC1034). Source of registers: HiTechnic's data sheet.
 
-    Keep it a hand's breadth away from motors and brick: their magnets are stronger than the earth.
+    Mount it about 10 cm away from motors and brick: their magnetic fields are stronger than the earth's.
     """
 
     quantity, unit = "heading", "°"
@@ -37,7 +37,7 @@ class Temperature(I2CSensor, Measuring[float]):
     _CONVERSION_S = 0.3
 
     def set_up(self) -> None:
-        """Set the port's type and the sensor to its finest steps, which take it 0.22 s to measure, 0.3 s at most."""
+        """Set the port's type and the sensor's finest resolution, whose conversion takes 0.22 s, at most 0.3 s."""
         super().set_up()
         self.write(self._CONFIGURATION, self._TWELVE_BITS)
         self.link.sleep(self._CONVERSION_S)

@@ -1,7 +1,7 @@
 """Sensors with registers, on the I2C bus.
 
-A register is read in one round trip: the telegram that starts the transaction asks for no reply, and by the time the
-one that fetches the bytes arrives, the bus has done its work. What may go wrong with the first shows in the second.
+A register is read in one round trip: the telegram that starts the transaction requests no reply, and the bus has
+finished by the time the telegram that fetches the bytes arrives. Errors of the first show in the reply to the second.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ ADDRESS = 0x02
 I2C_RECEIVE_LIMIT = 15
 """A 16th received byte makes the firmware lose all of them. Source: docs/firmware.md section 1, fact 10."""
 I2C_ATTEMPTS = 3
-"""Transactions are repeated here: the firmware's own retries send wrong bytes (docs/firmware.md section 1, fact 11)."""
+"""Attempts by the driver: the firmware's own retries send wrong bytes (docs/firmware.md section 1, fact 11)."""
 I2C_TIMEOUT_S = 0.15
-"""The longest transaction takes 32 ms, a hanging one is given up by the firmware after 100 ms. Source: section 7.
+"""The longest transaction takes 32 ms, and the firmware aborts a hanging one after 100 ms. Source: section 7.
 
-Given up is what a question asked after this time has not brought: a slow link's first answer may come later still."""
+A transaction fails if a poll sent after this time has no result; on a slow link even the first reply may come later."""
 
 _START_MS, _SENT_BYTE_MS, _RESTART_MS, _RECEIVED_BYTE_MS = 3.1, 0.94, 1.1, 0.86
-"""A straight line through the times of docs/firmware.md section 7."""
+"""A linear fit to the times of docs/firmware.md section 7."""
 
 
 def bus_time_s(sent: int, received: int) -> float:
-    """How long a transaction of so many bytes takes the firmware, to about a millisecond."""
+    """Return how long the firmware takes for a transaction of these sizes, accurate to about a millisecond."""
     answer_ms = _RESTART_MS + _RECEIVED_BYTE_MS * received if received else 0.0
     return (_START_MS + _SENT_BYTE_MS * sent + answer_ms) / 1000
 
@@ -39,7 +39,7 @@ class I2CSensor(Sensor):
     """A digital sensor with registers.
 
     Attributes:
-        address: Its 8-bit write address.
+        address: The sensor's 8-bit write address.
     """
 
     type = SensorType.LOW_SPEED_9V
@@ -52,10 +52,10 @@ class I2CSensor(Sensor):
         self._dirty = True
 
     def read(self, register: int, size: int) -> bytes:
-        """`size` bytes (1..15) from `register` on.
+        """Read `size` bytes (1..15), starting at `register`.
 
         Raises:
-            BrickError: The sensor does not answer, also when asked again.
+            BrickError: The sensor does not answer, even after retries.
             SensorTimeout: The bus hangs.
             LocalProtocolError: `size` is out of range; nothing was sent.
         """
@@ -63,11 +63,11 @@ class I2CSensor(Sensor):
         return self._transact(bytes((self.address, register)), size)
 
     def write(self, register: int, *values: int) -> None:
-        """Write bytes from `register` on; errors as for `read`."""
+        """Write bytes, starting at `register`; errors as for `read`."""
         self._transact(bytes((self.address, register, *values)), 0)
 
     def ask(self, register: int) -> None:
-        """Begin to read one byte, without waiting; `answer` fetches it."""
+        """Start to read one byte without waiting; `answer` fetches it."""
         if not self._ready:
             self.set_up()
         if self._dirty:
@@ -76,7 +76,7 @@ class I2CSensor(Sensor):
         self._dirty = True
 
     def answer(self) -> int | None:
-        """What `ask` has brought, or None while the bus is still at work.
+        """Return the byte that `ask` requested, or None while the bus is still busy.
 
         Raises:
             BrickError: The sensor did not answer; `ask` again.
@@ -105,7 +105,7 @@ class I2CSensor(Sensor):
         return self._attempt(data, size)
 
     def _judge(self, error: BrickError) -> None:
-        """A port that is not set up any more was reset by the start or end of a program; set it up again next time."""
+        """Mark the port for a new set-up if the start or end of a program has reset it."""
         if error.status is Status.CHANNEL_NOT_CONFIGURED:
             self._ready = False
 
@@ -128,7 +128,7 @@ class I2CSensor(Sensor):
         return received
 
     def _collect(self, size: int) -> bytes:
-        """Fetch what a transaction brings; a question that was lost on the link brings nothing."""
+        """Fetch the bytes of a transaction; there are none if its request was lost on the link."""
         link = self.link
         deadline = link.now() + I2C_TIMEOUT_S
         received = b""
@@ -142,7 +142,7 @@ class I2CSensor(Sensor):
             link.sleep(asked + STEP_S - link.now())
 
     def _wait_for_rest(self) -> int:
-        """Wait until the bus is idle; returns the number of bytes that wait to be read."""
+        """Wait until the bus is idle; return the number of bytes ready to be read."""
         link = self.link
         deadline = link.now() + I2C_TIMEOUT_S
         while True:
@@ -157,7 +157,7 @@ class I2CSensor(Sensor):
                 link.sleep(asked + STEP_S - link.now())
 
     def _drain(self) -> None:
-        """Take what an earlier transaction left: unread bytes come first (docs/firmware.md section 1, fact 10)."""
+        """Discard bytes left by an earlier transaction, which come first (docs/firmware.md section 1, fact 10)."""
         try:
             if self._wait_for_rest():
                 self.link.request(LSRead(self._input))
@@ -167,4 +167,4 @@ class I2CSensor(Sensor):
 
 
 class _Unanswered(SensorTimeout):
-    """A question to a sensor got lost; it may be asked again."""
+    """A request to a sensor was lost; it may be repeated."""

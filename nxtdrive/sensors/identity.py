@@ -1,4 +1,4 @@
-"""Which digital sensor is plugged in: most say so themselves."""
+"""Identify digital sensors: most report their vendor and product."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from nxtdrive.sensors.i2c import I2CSensor
 
 _VERSION, _VENDOR, _PRODUCT = 0x00, 0x08, 0x10
 _TEXT_SIZE = 8
-"""Source: LEGO's Hardware Developer Kit, which asks this of every sensor at address 0x02."""
+"""Source: LEGO's Hardware Developer Kit, which requires these registers of every sensor at address 0x02."""
 
 _KINDS = {("LEGO", "Sonar"): "ultrasonic", ("HiTechnc", "Compass"): "compass"}
 
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """What a digital sensor says about itself.
+    """What a digital sensor reports about itself.
 
     Attributes:
         version: Such as ``V1.0``.
@@ -36,12 +36,12 @@ class Identity:
 
 
 def identify(link: SensorLink, port: SensorPort) -> Identity | None:
-    """Ask the digital sensor on a port who it is.
+    """Identify the digital sensor on a port.
 
     The port's type changes: set up other sensors again.
 
     Returns:
-        None when nothing digital answers; touch, light and sound sensors have no voice.
+        Its identity; None if no digital sensor answers. Touch, light and sound sensors are analog and cannot answer.
     """
     try:
         sensor = I2CSensor(link, port)
@@ -53,7 +53,7 @@ def identify(link: SensorLink, port: SensorPort) -> Identity | None:
 
 
 def _silent_ones(link: SensorLink, port: SensorPort) -> Identity | None:
-    """LEGO's temperature sensor has an address of its own and no name."""
+    """Detect LEGO's temperature sensor, which has another address and no name."""
     try:
         I2CSensor(link, port, Temperature.address).read(1, 1)
     except BrickError as error:

@@ -1,4 +1,4 @@
-"""Sensors by name, for programs that are told which: the command line, the monitor, teleoperation."""
+"""Create sensors by name, for the command line, the monitor and teleoperation."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ KINDS: dict[str, Callable[[SensorLink, SensorPort], Measuring[Any]]] = {
     "rcx-temperature": RcxTemperature,
     "compass": Compass,
 }
-"""Name to what makes the sensor; to add a sensor, add its class and a line here."""
+"""Name to factory; to add a sensor, add its class and a line here."""
 
 
 def make_sensor(kind: str, link: SensorLink, port: SensorPort) -> Measuring[Any]:
-    """A sensor by the name of its kind.
+    """Create a sensor by the name of its kind.
 
     Raises:
-        ConfigError: Nobody knows this kind.
+        ConfigError: The kind is unknown.
     """
     if kind not in KINDS:
         raise ConfigError(f"there is no sensor {kind!r}.", remedy=f"There are: {', '.join(KINDS)}.")
@@ -42,7 +42,7 @@ def make_sensor(kind: str, link: SensorLink, port: SensorPort) -> Measuring[Any]
 
 
 def in_words(value: object, unit: str = "") -> str:
-    """A measured value for people: ``310 mm``, ``yes``, ``red``, ``nothing`` for None."""
+    """Format a measured value for people: ``310 mm``, ``yes``, ``red``, ``nothing`` for None."""
     if value is None:
         return "nothing"
     if isinstance(value, bool):
@@ -54,5 +54,5 @@ def in_words(value: object, unit: str = "") -> str:
 
 
 def plain(value: object) -> object:
-    """A measured value for JSON: numbers and truth as they are, colours by name."""
+    """Convert a measured value for JSON: numbers and booleans stay, colours become names."""
     return value.label if isinstance(value, Color) else value

@@ -1,4 +1,4 @@
-"""An input port, set to what is plugged in."""
+"""An input port, configured for the sensor plugged into it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from nxtdrive.ports import SensorPort, input_port
 SETTLING_S = 0.5
 """Longest a sensor's values stay invalid after its type was set: 400 ms. Source: docs/firmware.md section 6."""
 STEP_S = 0.005
-"""Shortest time between two looks at a value that is not there yet; a slow link takes longer by itself."""
+"""Shortest polling period for a value that is not ready yet; on a slow link the round trip takes longer."""
 
 
 class SensorTimeout(LinkTimeout):
@@ -22,10 +22,10 @@ class Sensor:
     """An input port set to one type of sensor when it is first used.
 
     Attributes:
-        link: The way to the brick.
+        link: The link to the brick.
         port: 1..4, as printed on the brick.
-        type: What the firmware is told to find there.
-        mode: How the firmware is told to scale it.
+        type: The port's sensor type in the firmware.
+        mode: The firmware's scaling of the values.
     """
 
     type = SensorType.NONE
@@ -39,7 +39,7 @@ class Sensor:
 
     @property
     def ready(self) -> bool:
-        """Whether the port was set up, and is still so for all we know."""
+        """Whether the port was set up and, as far as known, has not been reset since."""
         return self._ready
 
     def set_up(self) -> None:
@@ -64,7 +64,7 @@ class Sensor:
         self._ready = True
 
     def values(self) -> InputValues:
-        """All the firmware knows of the port."""
+        """Return all values that the firmware has for the port."""
         if not self._ready:
             self.set_up()
         values = self.link.request(GetInputValues(self._input))
@@ -74,6 +74,6 @@ class Sensor:
         return values
 
     def _become(self, type: SensorType) -> None:
-        """Have the port set up as another type before it is used again."""
+        """Change the port's type; it is set up again at its next use."""
         if type is not self.type:
             self.type, self._ready = type, False

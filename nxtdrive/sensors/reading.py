@@ -1,4 +1,4 @@
-"""A measured value and when it held."""
+"""Measured values with their time."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ class Reading(Generic[T]):
 
     Attributes:
         value: In the sensor's unit.
-        time_s: When it held, on the link's clock: half way between question and answer.
+        time_s: Time of the measurement on the link's clock: the midpoint between request and reply.
     """
 
     value: T
     time_s: float
 
     def age_s(self, now_s: float) -> float:
-        """How old it is at `now_s` of the link's clock."""
+        """Return its age at `now_s` on the link's clock."""
         return now_s - self.time_s
 
 
 class Measuring(ABC, Generic[T]):
-    """Anything on a brick that measures one quantity.
+    """A sensor or motor that measures one quantity.
 
     Attributes:
-        link: The way to the brick.
-        quantity: What it measures, such as ``distance``.
-        unit: Of its values, such as ``mm``; empty for values that have none.
+        link: The link to the brick.
+        quantity: The measured quantity, such as ``distance``.
+        unit: Unit of the values, such as ``mm``; empty for values without a unit.
     """
 
     quantity: ClassVar[str]
@@ -45,23 +45,23 @@ class Measuring(ABC, Generic[T]):
     @property
     @abstractmethod
     def value(self) -> T:
-        """The quantity now; what the sensor's own property says."""
+        """The current value; the same as the sensor's specific property."""
 
     @abstractmethod
     def set_up(self) -> None:
-        """Make the port and the sensor ready to measure; measuring does so by itself when it must."""
+        """Prepare the port and the sensor; a measurement does so itself if needed."""
 
     def measure(self) -> Reading[T]:
-        """The quantity now, and when that was; errors as for the sensor's own property."""
+        """Measure once; return the value with its time. Errors are those of the sensor's specific property."""
         begun = self.link.now()
         value = self.value
         return Reading(value, (begun + self.link.now()) / 2)
 
     def watch(self, every_s: float = 0.0) -> Iterator[Reading[T]]:
-        """Measure again and again, for as long as somebody asks.
+        """Yield readings endlessly.
 
         Args:
-            every_s: From one reading to the next; 0 is as fast as the link allows.
+            every_s: Period of the readings, seconds; 0 is as fast as the link allows.
         """
         self.set_up()
         due = self.link.now()

@@ -13,19 +13,19 @@ _SINGLE_SHOT, _CONTINUOUS = 0x01, 0x02
 _ECHOES = 8
 _NO_ECHO = 0xFF
 _PING_S, _FIRST_DISTANCE_S = 0.05, 0.03
-"""Until the distances are there, after a single shot and after the sensor began to measure by itself.
+"""Time until distances are available, after a single shot and after the start of continuous measurement.
 Source: leJOS NXJ, class UltrasonicSensor, DELAY_DATA_PING and DELAY_DATA_OTHER."""
 
 
 class Ultrasonic(I2CSensor, Measuring[float | None]):
-    """The ultrasonic sensor, measuring all the time unless a `snapshot` is taken."""
+    """The ultrasonic sensor; it measures continuously, except after a `snapshot`."""
 
     quantity, unit = "distance", "mm"
 
     _silent = True
 
     def set_up(self) -> None:
-        """Set the port's type, then make the sensor measure, whatever another program had it do."""
+        """Set the port's type, then start continuous measurement, whatever mode another program has left."""
         super().set_up()
         self._measure_on()
 
@@ -42,9 +42,9 @@ class Ultrasonic(I2CSensor, Measuring[float | None]):
         return self.distance_mm
 
     def snapshot(self) -> tuple[float, ...]:
-        """Distances of up to eight echoes of one single ping, nearest first, in millimetres.
+        """Send a single ping; return the distances of up to eight echoes, nearest first, in millimetres.
 
-        The sensor is silent afterwards, so that others can measure undisturbed, until a distance is asked for again.
+        The sensor is silent afterwards, so that others can measure undisturbed, until its distance is read again.
         """
         self.write(_MODE, _SINGLE_SHOT)
         self._silent = True
@@ -52,13 +52,13 @@ class Ultrasonic(I2CSensor, Measuring[float | None]):
         return tuple(sorted(mm for echo in self.read(_DISTANCES, _ECHOES) if (mm := _mm(echo)) is not None))
 
     def start(self) -> None:
-        """Begin a measurement without waiting for it; see `poll`."""
+        """Start a measurement without waiting for it; see `poll`."""
         if self._ready and self._silent:
             self._measure_on()
         self.ask(_DISTANCES)
 
     def poll(self) -> tuple[bool, float | None]:
-        """Whether the measurement begun by `start` is there, and its distance as of `distance_mm`."""
+        """Return whether the measurement begun by `start` is complete, and its distance as in `distance_mm`."""
         centimetres = self.answer()
         return (False, None) if centimetres is None else (True, _mm(centimetres))
 

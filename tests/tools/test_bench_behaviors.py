@@ -36,7 +36,7 @@ def test_every_figure_is_there_and_has_its_goal():
 
 
 @pytest.mark.parametrize(("name", "regions"), list(zip(FACTS, [{"mission"}, {"safety"}, set()], strict=True)))
-def test_the_facts_do_what_they_are_called_and_lead_back_to_the_search(name, regions):
+def test_the_facts_match_their_names_and_lead_back_to_the_search(name, regions):
     chart = searching_chart()
     before, moved = chart.states_now, set()
     for event in FACTS[name]:

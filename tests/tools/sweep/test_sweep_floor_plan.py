@@ -14,7 +14,7 @@ def _wall(x_mm, from_mm, to_mm):
     return Obstacle("wall", (x_mm, (from_mm + to_mm) / 2), (to_mm - from_mm, 20.0), 90.0)
 
 
-def test_in_an_empty_room_the_way_is_straight_and_ends_where_a_stop_counts():
+def test_in_an_empty_room_the_path_is_straight_and_ends_where_a_stop_counts():
     plan = FloorPlan((4000.0, 3000.0), ())
     path = plan.path((500.0, 1500.0), Goal("lena", (3800.0, 1500.0), 180.0), ROBOT_MM)
     assert path.length_mm == pytest.approx(3300 - 500, abs=CELL_MM)
@@ -30,7 +30,7 @@ def test_a_picture_is_reached_from_its_front_only():
     assert abs(bearing) <= 75
 
 
-def test_the_way_round_a_wall_leads_past_its_end_with_the_robots_radius():
+def test_the_path_round_a_wall_keeps_the_robots_radius_from_its_end():
     plan = FloorPlan((4000.0, 4000.0), (_wall(2000.0, 0.0, 3000.0),))
     start, goal = (1000.0, 1000.0), Goal("lena", (3000.0, 1000.0), 90.0)
     path = plan.path(start, goal, ROBOT_MM)
@@ -41,7 +41,7 @@ def test_the_way_round_a_wall_leads_past_its_end_with_the_robots_radius():
     assert plan.clearance_mm(line).min() >= ROBOT_MM - CELL_MM / 10
 
 
-def test_there_is_no_way_through_a_door_that_is_too_narrow():
+def test_there_is_no_path_through_a_door_that_is_too_narrow():
     def plan(gap_mm):
         return FloorPlan(
             (4000.0, 3000.0), (_wall(2000.0, 0.0, 1500 - gap_mm / 2), _wall(2000.0, 1500 + gap_mm / 2, 3000.0))
@@ -52,7 +52,7 @@ def test_there_is_no_way_through_a_door_that_is_too_narrow():
     assert plan(400.0).path((500.0, 1500.0), goal, ROBOT_MM) is not None
 
 
-def test_who_is_there_already_has_no_way_to_go():
+def test_the_path_from_the_goal_has_no_length():
     plan = FloorPlan((4000.0, 3000.0), ())
     assert plan.path((3400.0, 1500.0), Goal("lena", (3800.0, 1500.0), 180.0), ROBOT_MM).length_mm == 0
 
