@@ -100,7 +100,7 @@ class Evidence:
     repeats: Mapping[str, int] = field(default_factory=dict)
 
     def known(self) -> dict[str, Any]:
-        """Return it as plain values for a journal's record, which has the target; what nobody measured is left out."""
+        """Return it as plain values for a journal's record, which has the target; values not measured are left out."""
         return {
             name: value
             for name, value in asdict(self).items()

@@ -137,7 +137,7 @@ class IOMap:
         """Return the location of a variable.
 
         Raises:
-            LocalProtocolError: There is none of this name, or not so many; the message lists the names.
+            LocalProtocolError: There is no field of this name or index; the message lists the names.
         """
         found = self.fields.get(name)
         if found is None:

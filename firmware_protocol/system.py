@@ -47,7 +47,7 @@ class FileOpened(Reply):
 
 @system(0x80)
 class OpenRead(Command[FileOpened]):
-    """Open a file for reading. Never with an empty file: that closes somebody else's handle (section 1, fact 9)."""
+    """Open a file for reading. Never with an empty file: that closes another file's handle (section 1, fact 9)."""
 
     name: FileName
 

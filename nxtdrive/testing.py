@@ -92,7 +92,7 @@ class SimWorld:
 
     @property
     def left_open(self) -> list[SimTransport]:
-        """Links that nobody has closed yet."""
+        """Links that are still open."""
         return [link for link in self._links if not link.closed]
 
     def open_transport(self) -> SimTransport:
@@ -193,7 +193,7 @@ class SimWorld:
         """Have a person walk somewhere, 800 mm a second unless the world says otherwise, and let the robot pass.
 
         Raises:
-            ConfigError: Nobody is called so.
+            ConfigError: There is no person of this name.
         """
         people = self.simulation.world.people
         if name not in people:

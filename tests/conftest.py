@@ -1,4 +1,4 @@
-"""What several rooms of the suite need.
+"""Fixtures shared by several parts of the suite.
 
 The suite uses the plugin that other people's suites use, also where its entry point is not installed.
 """

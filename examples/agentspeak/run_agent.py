@@ -1,8 +1,8 @@
-"""Runs an agent in AgentSpeak against ``nxtdrive serve``.
+"""Run an agent in AgentSpeak against ``nxtdrive serve``.
 
-This program stands outside nxtdrive: it imports nothing of it, nothing of nxtdrive imports it, and the two talk over
-TCP only. It imports python-agentspeak (``pip install agentspeak``), whose licence is the GPL, version 3 or later;
-whoever hands out both together does so under that licence.
+This program is separate from nxtdrive: neither imports the other, and the two communicate over TCP only. It imports
+python-agentspeak (``pip install agentspeak``), whose licence is the GPL, version 3 or later; distributing both
+together is subject to that licence.
 
     nxtdrive serve                                   # in one terminal
     python run_agent.py client.asl                   # in another
@@ -30,10 +30,10 @@ NAME = "client2"
 
 
 class Connection:
-    """A line out, a number back.
+    """A client connection: a request is a line, its reply a number.
 
     Args:
-        host: Where ``nxtdrive serve`` is.
+        host: The host of ``nxtdrive serve``.
         port: Its port.
     """
 
@@ -42,12 +42,12 @@ class Connection:
         self._replies = self._socket.makefile("r", encoding="ascii")
 
     def close(self) -> None:
-        """Hang up; the robot's motors stop."""
+        """Close the connection; the robot's motors stop."""
         self._replies.close()
         self._socket.close()
 
     def ask(self, request: str) -> int:
-        """Send a request and wait for its answer, as long as the robot takes."""
+        """Send a request and wait for its answer without a time limit."""
         self._socket.sendall(request.encode() + b"\n")
         reply = self._replies.readline()
         if not reply:
@@ -58,13 +58,13 @@ class Connection:
 class JasonAgent(agentspeak.runtime.Agent):
     """An agent whose failure plans run.
 
-    python-agentspeak reads ``-!goal`` plans and ignores them: its agent dies of the first failure. Here, as in Jason, a
-    plan that fails makes its goal fail; the innermost goal that has an applicable failure plan is pursued by that plan,
-    and its caller notices nothing. A failure plan that fails itself hands the failure on.
+    python-agentspeak parses ``-!goal`` plans but ignores them: its agent ends at the first failure. Here, as in Jason,
+    a plan that fails makes its goal fail; the failure plan of the innermost goal that has an applicable one runs
+    instead, and the goal's caller continues normally. The failure of a failure plan propagates to the caller.
     """
 
     def step(self) -> bool:
-        """Run one instruction; a failure looks for its plan."""
+        """Run one instruction; on a failure, run the failure plan."""
         try:
             return bool(super().step())
         except agentspeak.AggregatedError:
@@ -91,7 +91,7 @@ class JasonAgent(agentspeak.runtime.Agent):
 
 
 def actions_for(connection: Connection, *, unmodified: bool) -> Any:  # noqa: ANN401 - the library has no types
-    """The library's actions and ours: ``tcp_write``, and unless unmodified a ``.print`` that writes as Jason's."""
+    """Return the library's actions and ours: ``tcp_write``, and unless `unmodified` a ``.print`` like Jason's."""
     actions = agentspeak.Actions(agentspeak.stdlib.actions)
 
     @actions.add("tcp_write", 1)
@@ -116,7 +116,7 @@ def actions_for(connection: Connection, *, unmodified: bool) -> Any:  # noqa: AN
 
 
 def main() -> int:
-    """Run the agent to its end; returns the exit code."""
+    """Run the agent to its end and return the exit code."""
     parser = argparse.ArgumentParser(description="Run an AgentSpeak agent against `nxtdrive serve`.")
     parser.add_argument("agent", type=Path, metavar="AGENT.asl")
     parser.add_argument("--host", default="127.0.0.1")
@@ -124,7 +124,7 @@ def main() -> int:
     parser.add_argument("--unmodified", action="store_true", help="python-agentspeak as it is: no failure plans")
     args = parser.parse_args()
     if not args.unmodified:
-        # it would say that failure plans are ignored, and report each failure although a plan takes care of it
+        # the library would warn that it ignores failure plans, and report failures that a plan handles
         for name in ("agentspeak.parser", "agentspeak.runtime"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
     environment = agentspeak.runtime.Environment()

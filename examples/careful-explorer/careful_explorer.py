@@ -1,6 +1,6 @@
-"""A robot that wanders about, keeps clear of what it sees, and backs off from what it did not see.
+"""A robot that wanders about, avoids obstacles that its sonar detects, and backs away from those it touches.
 
-Two motors drive it (B left, C right), an ultrasonic sensor looks ahead (4), a touch sensor is its bumper (1).
+Motors B (left) and C (right) drive it; an ultrasonic sensor (port 4) faces forward, a touch sensor (1) is its bumper.
 """
 
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ BACK_OFF_MM = 150
 
 @dataclass
 class Trip:
-    """What happened on the way.
+    """The result of a trip.
 
     Attributes:
-        driven_mm: Forward, in all.
-        detours: How often something was in the way.
+        driven_mm: Total distance driven, millimetres.
+        detours: How often an obstacle was in the way.
         bumps: How often the bumper was pressed.
     """
 

@@ -1,4 +1,4 @@
-"""``nxtdrive bench``: measures this machine; the measurements themselves are in a checkout only."""
+"""``nxtdrive bench``: measure this machine. The benchmarks themselves are available in a checkout only."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from nxtdrive.cli.options import add_json_argument
 DESCRIPTION = """\
 Measure this machine, area by area: protocol (encoding and requests, next to bare
 struct), import, simulation (with and without a camera), detectors, doors (of the
-simulated brick), mind (facts, frames, decisions, missions a minute), motion,
-nxt-python (its turns and ours), sensors. Where nxt-python has a counterpart it is
-measured in the same run, in a process of its own, and a table at the end shows
-both; `driver` stands for all areas where that is possible. Without areas
-everything is measured, which takes some minutes. With --nxt, motion is measured on
-a real brick with a free motor on port A. The command needs a checkout of nxtdrive:
-run it there."""
+simulated brick), behaviors (facts, frames, decisions, missions per minute; also
+called mind), motion, nxt-python (its turns and ours), sensors. Where nxt-python
+has a counterpart, it is measured in the same run in a separate process, and a
+table at the end shows both; `driver` selects all areas with such figures. Without
+areas everything is measured, which takes some minutes. With --nxt, motion is
+measured on a real brick with a free motor on port A. The command needs a checkout
+of nxtdrive: run it there."""
 EXAMPLES = """\
   nxtdrive bench
   nxtdrive bench protocol simulation
-  nxtdrive bench mind
+  nxtdrive bench behaviors
   nxtdrive bench driver --out figures.json
   nxtdrive bench motion --nxt usb://"""
 
@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _run_in(checkout: Path, args: argparse.Namespace) -> int:
-    """Run the command with a checkout's own code; modules of an installed nxtdrive must not mix with it."""
+    """Run the command with the checkout's own code, not mixed with modules of an installed nxtdrive."""
     words = [*args.areas]
     for option, value in (("--nxt", args.nxt), ("--out", args.out)):
         words += [] if value is None else [option, str(value)]

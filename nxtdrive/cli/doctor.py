@@ -72,8 +72,8 @@ def run(args: argparse.Namespace) -> int:
         report = {"findings": [asdict(finding) for finding in findings], "problems": problems}
         print(json.dumps({**report, "brick": examination.reached}, indent=2, ensure_ascii=False))
     else:
-        nobody = "" if examination.reached else " No brick could be examined."
-        print(f"\n{f'Problems: {problems}.' if problems else 'No problems.'}{nobody}")
+        unreached = "" if examination.reached else " No brick could be examined."
+        print(f"\n{f'Problems: {problems}.' if problems else 'No problems.'}{unreached}")
     if not examination.reached:
         return NO_BRICK
     return PROBLEMS if problems else DONE

@@ -121,7 +121,7 @@ def _step_words(step: Step, target: str) -> str:
 
 
 def _replayed(each: Explained, explanation: Explanation) -> list[tuple[str, Text]]:
-    """What the asked policy would have done; the run's own is mentioned only when it has changed its mind."""
+    """Show what the given policy would have chosen; the run's own policy only if it would choose differently now."""
     replay, choice = each.replay, each.decision.choice
     other = explanation.policy != explanation.profile
     if replay.choice is None:

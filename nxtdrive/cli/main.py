@@ -56,7 +56,7 @@ COMMANDS = {
     "detect": ("detect", "try a detector on a picture, a video or a camera"),
     "sim": ("sim", "offer the simulated brick to other programs"),
     "sweep": ("sweep", "compare policies on many simulated missions"),
-    "bench": ("bench", "measure this machine: protocol, simulation, detectors, doors, mind, motion"),
+    "bench": ("bench", "measure this machine: protocol, simulation, detectors, doors, behaviors, motion"),
 }
 """Command -> (module in this package, one line of help); a module is imported when its command is used."""
 

@@ -13,7 +13,7 @@ from nxtdrive.sensors.reading import Measuring
 POLL_S = 0.02
 """Interval for polling a button; a press lasts about 0.1 s."""
 FULL_SCALE = 1023
-"""The firmware's normalised values are 0..1023. Source: docs/firmware.md section 6."""
+"""The firmware's normalised values range over 0..1023. Source: docs/firmware.md section 6."""
 
 
 class Touch(Sensor, Measuring[bool]):
@@ -37,7 +37,7 @@ class Touch(Sensor, Measuring[bool]):
         """Wait until the button is pressed; if it is down already, it has to be released first.
 
         Args:
-            timeout_s: Longest wait.
+            timeout_s: Longest wait, seconds.
 
         Returns:
             Whether it was pressed in time.
@@ -92,7 +92,7 @@ class Light(Percentage):
 class Sound(Percentage):
     """The sound sensor: loudness unweighted (dB), or weighted as by the human ear (dBA).
 
-    100 percent are some 90 dB. Source: LEGO's user guide of the NXT set.
+    100 percent is about 90 dB. Source: LEGO's user guide of the NXT set.
     """
 
     type = SensorType.SOUND_DB

@@ -40,7 +40,7 @@ class I2CSensor(Sensor):
     """A digital sensor with registers.
 
     Attributes:
-        address: Its 8-bit write address.
+        address: The sensor's 8-bit write address.
     """
 
     type = SensorType.LOW_SPEED_9V
@@ -64,7 +64,7 @@ class I2CSensor(Sensor):
         return self._transact(bytes((self.address, register)), size)
 
     def write(self, register: int, *values: int) -> None:
-        """Write bytes from `register` on; errors as for `read`."""
+        """Write bytes, starting at `register`; errors as for `read`."""
         self._transact(bytes((self.address, register, *values)), 0)
 
     def ask(self, register: int) -> None:

@@ -102,7 +102,9 @@ class Address:
 def unknown_scheme(scheme: str, known: Iterable[str]) -> AddressError:
     """Return the error for an unknown scheme; it lists the known ones."""
     known = [f"{name}://" for name in known]
-    return AddressError(f"nobody serves {scheme}:// addresses.", remedy=_suggest(f"{scheme}://", known, "Known are"))
+    return AddressError(
+        f"there is no transport for {scheme}:// addresses.", remedy=_suggest(f"{scheme}://", known, "Known are")
+    )
 
 
 def _by_shape(text: str) -> str:

@@ -1,4 +1,4 @@
-"""The shape of the code: who imports whom, how long things are, what may not be called."""
+"""The structure of the code: imports, lengths, and forbidden calls."""
 
 from __future__ import annotations
 

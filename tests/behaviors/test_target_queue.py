@@ -51,7 +51,7 @@ def test_a_target_may_be_preferred_to_the_next_in_order():
     assert (queue.target, queue.round) == ("a", 2)
 
 
-def test_nobody_is_preferred_to_those_whose_turn_has_come_less_often():
+def test_no_target_is_preferred_to_those_with_fewer_turns():
     queue = TargetQueue(["a", "b", "c"], rounds=2)
     queue.decide(TargetOutcome.GIVEN_UP)
     queue.next_target()
@@ -70,7 +70,7 @@ def test_those_whose_turns_are_over_do_not_come_later():
     assert queue.later == ["c"]
 
 
-def test_nobody_comes_before_the_last_turn_of_a_target():
+def test_no_other_target_comes_before_the_last_turn_of_a_target():
     queue = TargetQueue(["a", "b"], rounds=1)
     assert queue.earlier == []
 

@@ -1,4 +1,4 @@
-"""The state wait, on clocks as they are."""
+"""The state wait, on real clocks."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class CoarseClock:
 
 
 class Still:
-    """As much of a body as a wait needs."""
+    """The part of a body that a wait needs."""
 
     def stop(self) -> None:
         pass

@@ -154,6 +154,6 @@ def test_another_server_is_not_taken_for_an_nxt_server(answer, error, said):
         served.result()
 
 
-def test_a_server_that_serves_somebody_else_does_not_answer():
+def test_a_server_with_another_client_does_not_answer():
     with socket.create_server(("127.0.0.1", 0)) as server, pytest.raises(LinkTimeout, match="one program at a time"):
         open_transport(f"nxt-server://127.0.0.1:{server.getsockname()[1]}", timeout_s=0.1)

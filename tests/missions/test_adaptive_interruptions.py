@@ -1,6 +1,6 @@
 """The adaptive profile is interrupted in each of its states: by Ctrl-C, and by a link that falls silent for a while.
 
-The scenarios are those of the sweep. What the profile would choose hangs on its numbers, so somebody insists on one
+The scenarios are those of the sweep. What the profile would choose hangs on its numbers, so an operator insists on one
 recovery. When a mission comes into which state is looked up in an undisturbed run; up to the disturbance the disturbed
 one is the same.
 """
@@ -49,7 +49,7 @@ class Visit:
 
 
 def _insisting_on(state: str) -> Ask | None:
-    """Somebody who wants one recovery as long as it is possible; None for the states that are no recovery."""
+    """An operator who chooses one recovery whenever it is possible; None for the states that are no recovery."""
     if state not in RECOVERIES:
         return None
     wanted = RECOVERIES[state]

@@ -23,7 +23,7 @@ def test_a_brick_tells_who_it_is(lab):
     assert 7000 < info.battery_mv < 9000
 
 
-def test_opening_makes_sure_that_somebody_answers():
+def test_opening_checks_that_the_brick_answers():
     with open_brick("sim://open") as brick:
         assert brick.battery_v == brick.info().battery_mv / 1000
     with pytest.raises(LinkLost):

@@ -1,4 +1,4 @@
-"""How far motors and robot go when nobody says anything any more; with real processes where processes die."""
+"""How far motors and robot go when no more commands come; with real processes where processes die."""
 
 import json
 import random
@@ -116,7 +116,7 @@ def test_a_robot_does_not_falter_between_two_calls_over_a_slow_link(lab, latency
 
 
 @SLOW
-def test_a_slow_link_does_not_keep_a_robot_going_that_nobody_drives(lab, latency_ms):
+def test_a_slow_link_does_not_keep_a_robot_going_without_new_calls(lab, latency_ms):
     room = lab(latency_ms=latency_ms)
     rover = Rover(room.brick.link)
     drive_and_look(room, rover, 100, 3)
@@ -160,7 +160,7 @@ def test_a_motor_that_is_held_is_braked_while_the_program_lives(lab, latency_ms,
 PROGRAM = """
 import signal
 import sys
-signal.signal(signal.SIGHUP, signal.SIG_DFL)  # whoever started the tests may ignore it
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # the parent process may ignore it
 from nxtdrive import DriveSettings, SafetyLimits, open_brick
 from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort

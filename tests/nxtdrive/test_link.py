@@ -98,7 +98,7 @@ def test_a_motor_command_overtakes_polls_that_wait(direct):
         assert [telegram[1] for telegram in direct.sent] == [0x06, 0x04, 0x06, 0x06, 0x06]
 
 
-def test_a_thread_that_polls_without_a_pause_shuts_nobody_out(direct):
+def test_a_thread_that_polls_without_a_pause_starves_no_other(direct):
     done = threading.Event()
     with Brick(direct) as brick:
 

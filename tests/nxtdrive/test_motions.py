@@ -1,4 +1,4 @@
-"""Motions that nobody waits for: several at once, cancelled, lost; and what limits them."""
+"""Motions in the background: several at once, cancelled, lost; and what limits them."""
 
 import contextlib
 import itertools

@@ -116,7 +116,7 @@ def _until_on_the_bus(service):
     pytest.fail("the simulated BlueZ does not come up")
 
 
-def test_the_real_command_names_paired_bricks_and_nobody_else(bluez, capsys):
+def test_the_real_command_names_paired_bricks_only(bluez, capsys):
     assert bluez("AddAdapter", "string:hci0", "string:desk")
     for mac, name in ((BRICK, "NXT"), (STRANGER, "not paired"), (HEADSET, "Headset")):
         assert bluez("AddDevice", "string:hci0", f"string:{mac}", f"string:{name}")

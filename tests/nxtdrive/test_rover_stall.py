@@ -119,13 +119,13 @@ def test_after_a_stop_for_an_obstacle_the_wheels_get_their_time_again(lab, laten
         way_cm[0] = distance_cm
         stop, _ = drive_on(room, rover, 100, for_s=1.5, asks_pose=True)
         assert stop is (StopReason.OBSTACLE if distance_cm == 10 else None)
-        for _ in range(20):  # while somebody looks on
+        for _ in range(20):  # while the program polls it
             rover.pose()
             room.brick.sleep(CALL_S)
 
 
 @pytest.mark.parametrize("lease_s", [0.3, 0.6, 10])
-def test_standing_because_nobody_renewed_the_lease_is_no_stall(lab, lease_s):
+def test_standing_after_an_expired_lease_is_no_stall(lab, lease_s):
     room = lab()
     rover = Rover(room.brick.link, safety=UNGUARDED, settings=DriveSettings(lease_s=lease_s))
     for pause_s in (0.2, 0.5, 0.9, 3.0, 12.0):

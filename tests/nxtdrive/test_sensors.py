@@ -64,7 +64,7 @@ def test_a_measurement_can_be_fetched_later(lab, latency_ms):
         assert distance_mm == centimetres * 10
 
 
-def test_bytes_that_nobody_fetched_are_not_the_next_answer(lab):
+def test_unfetched_bytes_are_not_the_next_answer(lab):
     room = lab()
     device = room.attach(4, GenericI2CDevice())
     device.write(bytes((0x10, 11, 22, 33)))

@@ -169,7 +169,7 @@ def test_the_monitor_looks_as_often_as_it_was_told_or_as_the_link_allows(lab, la
 
 
 @pytest.mark.parametrize(("max_telegram", "limit_s"), [(64, 1.0), (128, 2.0)])
-def test_radio_links_are_given_more_time_unless_somebody_says_how_much(max_telegram, limit_s):
+def test_radio_links_get_more_time_unless_it_is_specified(max_telegram, limit_s):
     transport = SimTransport(Simulation("open"))
     transport.max_telegram = max_telegram
     with Brick(transport) as brick:

@@ -97,7 +97,7 @@ def test_a_bare_arrive_means_the_present_target(serve):
     assert client.ask("why") == Why.WITHIN_REACH
 
 
-def test_a_target_that_nobody_described_is_a_bad_argument(serve):
+def test_an_undescribed_target_is_a_bad_argument(serve):
     client = serve().client()
     assert client.ask("arrive santa") == ErrorReply.BAD_ARGUMENT
     assert client.ask("target santa") == ErrorReply.BAD_ARGUMENT

@@ -303,7 +303,7 @@ def test_a_message_of_no_bytes_sends_what_lies_behind_it_and_never_ends():
     assert status_of(brick, direct.LSGetStatus(0)) == Status.PENDING
 
 
-def test_a_message_of_no_bytes_to_nobody_is_an_error():
+def test_an_empty_message_without_a_receiver_is_an_error():
     brick = SimBrick()
     ask(brick, direct.SetInputMode(0, SensorType.LOW_SPEED, SensorMode.RAW))
     brick.tick(25)

@@ -105,7 +105,7 @@ def test_later_patches_lie_on_top_and_turn_with_their_facing(room):
         assert read(brick, SensorType.LIGHT_ACTIVE, PERCENT).scaled == pytest.approx(percent, abs=1)
 
 
-def test_noise_is_the_same_however_often_somebody_looks(room):
+def test_noise_does_not_depend_on_the_number_of_readings(room):
     def readings(step_ms):
         simulation, brick = room(sensor("light", noise_percent=3), seed=5)
         read(brick, SensorType.LIGHT_ACTIVE, PERCENT)
@@ -357,7 +357,7 @@ def test_a_digital_sensor_of_any_kind_is_a_set_of_registers(room):
     assert transact(brick, [0x14, 0x42], 3, InputPort.IN_3) == b"\x01\x07\xff"
 
 
-def test_sensors_that_nobody_reads_do_not_change_a_run(room):
+def test_unread_sensors_do_not_change_a_run(room):
     many = sensor("light") + sensor("compass", port=3)
     poses = []
     for extra in ("", many):

@@ -1,4 +1,4 @@
-"""What docs/motion.md says of the compass, in one room."""
+"""What docs/motion.md says about the compass, in one room."""
 
 import statistics
 

@@ -1,4 +1,4 @@
-"""Every door is measured with both programs; the figures themselves are this machine's business."""
+"""Every door is measured with both programs; the figures depend on the machine."""
 
 import importlib.util
 import sys

@@ -1,4 +1,4 @@
-"""The promises about motion, held against the truth as `nxtdrive bench` measures it."""
+"""The promises about motion, checked against the ground truth as `nxtdrive bench` measures it."""
 
 import math
 
@@ -34,7 +34,7 @@ def test_a_cut_link_is_measured(latency_ms):
     assert 0.3 < robot.time_s < 1.5
 
 
-def test_figures_without_goals_only_say_what_is():
+def test_figures_without_goals_have_no_verdict():
     middle, high = error_figures("x", [-4.0, 1.0, 2.0], "deg")
     assert (middle.value, high.value) == (2.0, 4.0)
     assert (middle.met, high.met) == (None, None)

@@ -1,4 +1,4 @@
-"""The comparison on a slow link is made with both programs, whatever comes of it."""
+"""The comparison on a slow link runs both programs; its figures depend on the machine."""
 
 import importlib.util
 

@@ -1,7 +1,7 @@
-"""Benchmarks of protocol, import, simulation and detectors, and the table of all areas. Run it with ``nxtdrive bench``.
+"""Benchmark protocol, import, simulation and detectors, and list all areas. Run it with ``nxtdrive bench``.
 
 Figures are medians over repeats within one run. Where possible, goals are ratios between figures of the same run, so
-that they hold on fast and slow machines alike. CPU time is the process's own.
+that they hold on fast and slow machines alike. CPU time is the time of this process.
 """
 
 from __future__ import annotations
@@ -73,16 +73,19 @@ AREAS: dict[str, tuple[str, str]] = {
     "simulation": ("bench", "measure_simulation"),
     "detectors": ("bench", "measure_detectors"),
     "doors": ("bench_doors", "measure_doors"),
-    "mind": ("bench_mind", "measure_mind"),
+    "behaviors": ("bench_behaviors", "measure_behaviors"),
     "motion": ("bench_motion", "measure_motion"),
     "nxt-python": ("bench_nxt_python", "measure_nxt_python"),
     "sensors": ("bench_sensors", "measure_sensors"),
 }
 """Area to (module in this package, function that yields figures); a module is imported when its area is measured."""
 
+ALIASES = {"mind": "behaviors"}
+"""Former names of areas; they are still accepted."""
+
 DRIVER = "driver"
 DRIVER_AREAS = ("protocol", "doors", "motion", "nxt-python", "sensors")
-"""The areas of the driver and their common name; compared with nxt-python where it has a counterpart."""
+"""The areas of the driver and their common name; they compare with nxt-python where it has a counterpart."""
 
 REAL_AREAS = ("motion", "nxt-python")
 """Areas that can be measured on a real brick; their functions take its address."""
@@ -101,7 +104,7 @@ def measure(area: str, address: str | None = None) -> Iterable[Figure]:
 
 
 def circumstances() -> dict[str, object]:
-    """Return what figures depend on: time, machine, versions, and the machine's load."""
+    """Return the conditions of a measurement: time, machine, versions, and the machine's load."""
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
     return {
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -119,7 +122,7 @@ class NullTransport:
 
     address = "null://"
     max_telegram = 64
-    simulated = True  # no thread of the driver may disturb the measurement
+    simulated = True  # keeps the driver from starting threads, which would disturb the measurement
 
     def __init__(self, answer: bytes) -> None:
         self._answer = answer
@@ -206,7 +209,7 @@ def _import_cpu_ms(statement: str) -> float:
 
 
 def measure_simulation() -> Iterable[Figure]:
-    """Measure the built-in mission, with every frame rendered and searched, and with eyes that skip both."""
+    """Measure the built-in mission with rendering and detection, and with geometric eyes, which skip both."""
     for name, camera, goal in (("camera", SIMULATED, 5.0), ("geometric eyes", GEOMETRIC, 100.0)):
         begun = time.perf_counter()
         report = perform_built_in_mission(camera)

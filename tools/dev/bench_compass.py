@@ -1,6 +1,6 @@
-"""Measures what a compass does to the rover's heading: after turns, and after ways through rooms with and without iron.
+"""Measure the rover's heading error with and without a compass, after turns and after drives in rooms with iron.
 
-The wheels slip as in the sweep's classes, and the truth is the simulator's. See docs/motion.md.
+The wheels slip as in the sweep's classes, and the simulator provides the true heading. See docs/motion.md.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .bench import Figure
 
 TURNS, LOST_PERCENT = 10, 8.0
 IRON = Magnet(at_mm=(1800.0, 2000.0), radius_mm=800.0, deflection_deg=45.0)
-"""Bends the needle by 28 degrees where the robot turns."""
+"""Deflects the needle by 28 degrees where the robot turns."""
 ROOMS = range(100, 130)
 """Seeds of the rooms."""
 LEGS = 30
@@ -31,7 +31,7 @@ NEAR = SafetyLimits(stop_distance_mm=150.0)
 
 
 def measure_compass() -> Iterable[Figure]:
-    """Every figure of the compass."""
+    """Yield every figure of the compass."""
     for name, compass, iron in (("wheels", False, False), ("compass", True, False), ("compass near iron", True, True)):
         error = turned_error_deg(compass=compass, iron=iron)
         yield Figure(f"{TURNS} turns of 360 deg that lose {LOST_PERCENT:g} %, {name}: error", error, "deg")
@@ -42,7 +42,7 @@ def measure_compass() -> Iterable[Figure]:
 
 
 def turned_error_deg(*, compass: bool, iron: bool) -> float:
-    """Error of the heading after full turns on the spot."""
+    """Return the error of the heading after full turns on the spot."""
     robot = Robot(start_mm=(1500, 2000), slip=Slip(turn_percent=LOST_PERCENT))
     file = WorldFile(
         floor=Floor(size_mm=(4000, 4000)),
@@ -59,11 +59,11 @@ def turned_error_deg(*, compass: bool, iron: bool) -> float:
 
 
 def walked_errors(compass: bool, iron: bool, slip: bool = True) -> list[list[float]]:
-    """Errors of the heading at the rests of walks at random, degrees, a list for each room.
+    """Return the heading errors after each leg and turn of random walks, degrees, a list for each room.
 
     Args:
-        compass: Whether the robot uses it.
-        iron: Whether the room's magnets are there.
+        compass: Whether the robot uses the compass.
+        iron: Whether the room has its magnets.
         slip: Whether the wheels slip.
     """
     return [list(_walk(seed, compass, iron, slip)) for seed in ROOMS]
@@ -89,7 +89,7 @@ def _walk(seed: int, compass: bool, iron: bool, slip: bool) -> Iterator[float]:
 
 
 def _error_deg(rover: Rover, simulation: Simulation, start_deg: float) -> float:
-    """By how much the robot is wrong about where it looks."""
+    """Return the size of the error of the estimated heading."""
     error_deg = rover.pose().heading_deg - (simulation.truth.pose.heading_deg - start_deg)
     return abs(wrapped_deg(error_deg))
 

@@ -1,7 +1,7 @@
-"""Benchmarks of the simulated brick and its doors: telegrams, passes, memory.
+"""Benchmark the simulated brick and its doors: telegrams, passes, memory.
 
 A link never replies before the brick's next pass of one millisecond, so no door can exceed about a thousand round
-trips per second; the shortfall is the cost of the door. In process there is no wait for passes.
+trips per second; the shortfall is the cost of the door. A brick in the same process does not wait for passes.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from .bench import Figure
 from .bench_peer import run_nxt_python, serving, where
 
 ROUND_TRIPS = 500
-"""In each repeat over a door."""
+"""Round trips in each repeat over a door."""
 
 REPEATS = 5
 PASSES = 20_000
 GET_BATTERY = GetBatteryLevel().encode()
 SIM_EXEC = (sys.executable, "-m", "nxtdrive.cli.main", "sim", "exec", "--")
-"""Runs a program with the simulated brick on its USB."""
+"""Runs a program with the simulated brick on its USB bus."""
 
 USB_CLIENT = """
 import statistics, sys, time, usb.core

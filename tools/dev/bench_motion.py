@@ -1,4 +1,4 @@
-"""Measures motion: how exactly motors and robot stop where they should, and how far they go when the link is cut.
+"""Measure motion: how exactly motors and robot stop where they should, and how far they go when the link is cut.
 
 Without an address everything is measured in the simulator, whose motors follow the firmware's regulation and have
 inertia, at the latencies of a cable and of a radio. With the address of a real brick, a free motor on port A is
@@ -29,23 +29,23 @@ if TYPE_CHECKING:
     from nxtdrive.motion.motor import Motor
 
 LATENCIES_MS = (2, 45)
-"""Round trips of a cable and of a slow radio link."""
+"""Round-trip times of a cable and of a slow radio link."""
 POWERS = (40, 75, 100)
 """Percent; as speeds, of the fastest a motor can be asked for."""
 SHORTEST_DEG, LONGEST_DEG = 90, 720
 REST_S = 1.5
-"""After this time whatever turned stands."""
+"""After this time every motor has come to rest."""
 MISMATCH_PERCENT = 5.0
 FREE = SafetyLimits(enabled=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """What happened after a link was cut.
+    """The motion after a link was cut.
 
     Attributes:
-        distance: Degrees of a motor, or millimetres of the robot, until it stood.
-        time_s: Until it stood; NaN where that cannot be seen.
+        distance: Degrees of a motor, or millimetres of the robot, until it came to rest.
+        time_s: Time until it came to rest; NaN where that cannot be observed.
     """
 
     distance: float
@@ -53,7 +53,7 @@ class Cut:
 
 
 def measure_motion(address: str | None = None) -> Iterable[Figure]:
-    """Every figure of motion.
+    """Yield every figure of motion.
 
     Args:
         address: A real brick with a free motor on port A; None for the simulator.
@@ -82,7 +82,7 @@ def measure_motion(address: str | None = None) -> Iterable[Figure]:
 
 
 def angle_errors(latency_ms: float, number: int = 30) -> list[float]:
-    """How far from its goal the motor rests after moves of 90..720 degrees, both ways, at 40..100 %; true degrees."""
+    """Return the motor's errors after moves of 90..720 degrees in both directions at 40..100 %; true degrees."""
     errors = []
     for seed in range(number):
         simulation = _simulation(seed)
@@ -95,9 +95,9 @@ def heading_errors(latency_ms: float, number: int = 12, slip_percent: float = 0.
     """Errors of turns, degrees, and of straights, degrees per metre, by the robot's true heading.
 
     Args:
-        latency_ms: Round trip of the link.
-        number: Of turns, and of straights.
-        slip_percent: How much the wheels slip at random in every 10 ms, which no odometry sees.
+        latency_ms: Round-trip time of the link.
+        number: Number of turns, and of straights.
+        slip_percent: Random slip of the wheels in every 10 ms, which odometry cannot measure.
     """
     turns, drifts = [], []
     for seed in range(number):
@@ -128,7 +128,7 @@ def cut_motor(latency_ms: float, power: int, seed: int) -> Cut:
 
 
 def cut_rover(latency_ms: float, speed_mm_s: float, seed: int) -> Cut:
-    """The same while the robot drives; true millimetres."""
+    """Cut the link at a random moment while the robot drives; true millimetres."""
     simulation = _simulation(seed)
     brick = Brick(SimTransport(simulation, latency_ms=latency_ms))
     rover = Rover(brick.link, safety=FREE)
@@ -161,7 +161,7 @@ def _of_a_real_brick(address: str) -> Iterator[Figure]:
 
 
 def _cut_real(address: str, power: int) -> Cut:
-    """Fall silent as a dead program does, without a word to the motor, and see afterwards where it stands."""
+    """Stop sending, as a crashed program does, and read afterwards where the motor stands."""
     brick = open_brick(address)
     motor = brick.motor("A")
     motor.dc(power)
@@ -184,7 +184,7 @@ def _angle_error(brick: Brick, power: int, draw: random.Random) -> float:
 
 
 def rotation(brick: Brick) -> int:
-    """What the brick has counted at port A, degrees."""
+    """Return the brick's rotation count of port A, degrees."""
     return brick.request(GetOutputState(OutputPort.A)).rotation_count
 
 

@@ -1,4 +1,4 @@
-"""Measures turns by an angle next to nxt-python's `Motor.turn`: same brick, same motor, same moves, in real time.
+"""Compare turns by an angle with nxt-python's `Motor.turn`: same brick, same motor, same moves, in real time.
 
 Without an address both talk to ``nxtdrive sim serve`` through its serial port. See docs/motion.md.
 """
@@ -18,7 +18,7 @@ from .bench_motion import LATENCIES_MS, REST_S, error_figures, rotation
 from .bench_peer import run_nxt_python, served, where
 
 MOVES = ((40, 90), (-75, 360), (100, 720), (-40, 450), (75, 180), (-100, 270))
-"""Power in percent, its sign being the direction, and degrees."""
+"""Power in percent, whose sign is the direction, and degrees."""
 
 PROGRAM = """
 with nxt.locator.find(**json.loads(sys.argv[1])) as brick:
@@ -33,7 +33,7 @@ with nxt.locator.find(**json.loads(sys.argv[1])) as brick:
 
 
 def measure_nxt_python(address: str | None = None) -> Iterator[Figure]:
-    """Errors at rest of nxt-python's turns and of ours, by the brick's own counter.
+    """Measure the errors at rest of nxt-python's turns and of ours, by the brick's own counter.
 
     Args:
         address: A real brick with a free motor on port A, on USB or at a serial port; None for the simulator at the

@@ -1,6 +1,6 @@
-"""nxt-python as an outside client of the measurements, and a simulated brick for both programs to talk to.
+"""Run nxt-python as an external client for comparisons, and serve a simulated brick to both programs.
 
-nxt-python (GPL) runs in processes of its own; nothing of it is imported here.
+nxt-python (GPL) runs in separate processes; it is never imported here.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def run_nxt_python(program: str, *words: str, through: Sequence[str] = ()) -> st
     Args:
         program: Source of the program.
         words: Arguments of the program.
-        through: Command that is put in front of the interpreter's.
+        through: Command to prepend to the interpreter's.
 
     Returns:
         The output, or None when nxt-python is not installed.

@@ -1,4 +1,4 @@
-"""Measures areas and reports the figures: one a line, as a comparison with nxt-python, or as JSON."""
+"""Measure areas and report the figures: one per line, as a comparison with nxt-python, or as JSON."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def report(areas: list[str], address: str | None, out: Path | None, *, as_json: 
     """Measure and print figure by figure; a missed goal is reported, but is not an error.
 
     Args:
-        areas: Names from `bench.AREAS`, or `bench.DRIVER`; all areas when empty.
+        areas: Names from `bench.AREAS` or `bench.ALIASES`, or `bench.DRIVER`; all areas when empty.
         address: A real brick, for areas that can be measured on one; None for the simulator.
         out: File for the figures as JSON, or None.
         as_json: Print JSON only.
@@ -69,7 +69,7 @@ def _print_comparison(figures: Sequence[Figure]) -> None:
         table.add_column(name, justify="right")
     for figure in figures:
         table.add_row(figure.name, figure.unit, f"{figure.value:.3g}", f"{figure.peer:.3g}")
-    # a table that goes to a file or program must not be cut to a terminal's width
+    # a table written to a file or pipe must not be cut to a terminal's width
     (Console() if sys.stdout.isatty() else Console(width=120)).print(table)
 
 
@@ -79,6 +79,7 @@ def _areas(wanted: list[str], address: str | None) -> list[str]:
     Raises:
         ConfigError: There is no such area, or it cannot be measured on a real brick.
     """
+    wanted = [bench.ALIASES.get(word, word) for word in wanted]
     wanted = [area for word in wanted for area in (bench.DRIVER_AREAS if word == bench.DRIVER else (word,))]
     known = bench.REAL_AREAS if address else tuple(bench.AREAS)
     for area in wanted:

@@ -1,7 +1,7 @@
-"""Measures how often a distance can be read over a slow link, against nxt-python on the same link.
+"""Measure how often a distance can be read over a slow link, compared with nxt-python on the same link.
 
-Both are outside clients of the same simulated brick, behind a serial port with the latency of a radio; the time is the
-clock on the wall.
+Both are external clients of the same simulated brick, behind a serial port with the latency of a radio; times are wall
+time.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .bench import Figure
 from .bench_peer import run_nxt_python, served, where
 
 LATENCY_MS = 45
-"""A Bluetooth link of the better kind."""
+"""Latency of a good Bluetooth link."""
 READINGS = 60
 GOAL = 2.0
 SONAR_PORT: SensorPort = 4

@@ -1,4 +1,4 @@
-"""A canvas for the pictures in `drawings.py`: smooth shapes, strokes, soft shading; lengths in millimetres."""
+"""A canvas for the pictures in `drawings.py`: smooth shapes, strokes, soft shading. Lengths are in millimetres."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def ellipse(x: float, y: float, radius_x: float, radius_y: float, turn_deg: floa
 
 
 def mirrored(shape: Shape, x: float) -> Shape:
-    """The shape mirrored at the upright line through `x`."""
+    """Return the shape mirrored at the vertical line through `x`."""
     return np.stack([2 * x - shape[:, 0], shape[:, 1]], axis=1)
 
 
@@ -121,7 +121,7 @@ class Canvas:
         return mask.astype(np.float32) / np.float32(255.0)
 
     def _soften(self, mask: Mask, soft_mm: float) -> Mask:
-        """Blur a mask; in small, because it is smooth afterwards anyway."""
+        """Blur a mask, at reduced size for speed: the result is smooth anyway."""
         if soft_mm <= 0:
             return mask
         height, width = mask.shape

@@ -1,4 +1,4 @@
-"""Counts lines of code by package: a line counts if it holds a token that is neither comment nor docstring.
+"""Count lines of code by package: a line counts if it holds a token that is neither comment nor docstring.
 
 Imports count; docstrings, comments and blank lines do not.
 

@@ -1,4 +1,4 @@
-"""Measures each detector's range, cost and false alarms in rendered rooms.
+"""Measure each detector's range, cost and false alarms in rendered rooms.
 
     python -m tools.dev.detector_ranges [--size 320x240] [--frames 20] [--slant 30] [--photo face.jpg ...]
 
@@ -41,7 +41,7 @@ CLUTTER = ("carton", "crate", "red_box", "blue_box", "green_box", "yellow_box", 
 WALLS = ("wall", "wallpaper", "bricks", "wood")
 SAME_BEARING_DEG = 5.0
 SAME_DISTANCE = 1.5
-"""A detection this near the truth, in degrees and as a ratio, is the target."""
+"""A detection within these errors, in degrees and as a ratio, counts as the target."""
 
 FLOORS = ("floor", "carpet")
 
@@ -73,7 +73,7 @@ class View:
 
 
 class Rooms:
-    """Renders rooms at random.
+    """Render random rooms.
 
     Args:
         size: Width and height of the frames.
@@ -134,7 +134,7 @@ def _ahead(lens: Viewpoint, distance_mm: float, bearing_deg: float) -> tuple[flo
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """What came of the frames at one distance.
+    """The results of the frames at one distance.
 
     Attributes:
         hits: Share of the frames in which the target was found where it is.
@@ -150,7 +150,7 @@ class Cell:
 
 
 class Bench:
-    """Measures detectors.
+    """Measure detectors.
 
     Args:
         size: Width and height of the frames.

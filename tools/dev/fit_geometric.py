@@ -38,12 +38,12 @@ WALLS = ("wall", "wallpaper", "bricks", "wood")
 COVERS = ("carton", "crate", "blue_box", "wood")
 SAME_BEARING_DEG = 5.0
 SAME_DISTANCE = 1.5
-"""A detection this near the truth, in degrees and as a ratio, is the target."""
+"""A detection within these errors, in degrees and as a ratio, counts as the target."""
 
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """One arrangement: where the picture is, what covers it, how fast the camera turns."""
+    """One trial's conditions: the picture's position, its cover, and the camera's turn rate."""
 
     distance_mm: float
     slant_deg: float = 0.0
@@ -60,7 +60,7 @@ class Trial:
 
 
 class BenchSetup:
-    """Renders arrangements and runs the real detector on them."""
+    """Render arrangements and run the real detector on them."""
 
     def __init__(self, seed: int) -> None:
         self._rng = random.Random(seed)  # noqa: S311 - a repeatable draw
@@ -73,7 +73,7 @@ class BenchSetup:
         }
 
     def run(self, setup: Setup) -> Trial | None:
-        """Look once at a picture chosen at random; None if it is completely covered."""
+        """Look once at a random picture; return None if it is completely covered."""
         rng = self._rng
         name = rng.choice(list(self._targets))
         bearing = math.radians(rng.uniform(-10.0, 10.0))
@@ -104,7 +104,7 @@ class BenchSetup:
         return [Panel(back, -side, back, side, 0.0, 2500.0, texture)]
 
     def _cover(self, picture: Panel, share: float) -> Panel:
-        """A board just in front of the picture that hides a share of it, from the left, the right or below."""
+        """Return a board just in front of the picture that hides a share of it, from the left, the right or below."""
         texture, near = self._rng.choice(COVERS), 0.97
         (x0, y0), (x1, y1) = ((near * x, near * y) for x, y in picture.feet_mm)
         across_x, across_y = x1 - x0, y1 - y0

@@ -1,4 +1,4 @@
-"""Combines a run's map and a few frames of its video into one picture, as shown in the README.
+"""Combine a run's map and a few frames of its video into one picture, as shown in the README.
 
 ``python -m tools.dev.run_picture runs/lena-then-rilakkuma-001 docs/images/run.png``
 """
@@ -21,7 +21,7 @@ GAP_PX = 12
 
 
 def main() -> None:
-    """Read a run's folder, write the picture."""
+    """Read a run's folder and write the picture."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, help="a run's folder")
     parser.add_argument("out", type=Path, help="the picture to write")
@@ -36,12 +36,12 @@ def main() -> None:
 
 
 def telling_frames(folder: Path) -> list[Image]:
-    """Return a frame each of a sighting, a lost target, a wait and an arrival."""
+    """Return one frame each of a sighting, a lost target, a wait and an arrival."""
     records = [json.loads(line) for line in (folder / JOURNAL).read_text(encoding="utf-8").splitlines()]
     entered = [(record["to"], record["t"]) for record in records if record["kind"] == "transition"]
     wanted: dict[str, float] = {}
     for state, time_s in entered:
-        # a second after an approach begins it is under way; a moment before the others they are what led to them
+        # an approach shows a second after it begins; the cause of the others shows a moment before them
         wanted.setdefault(state, time_s + 1.0 if state == "arrive" else time_s - 0.2)
     moments = [wanted[state] for state in ("arrive", "wait", "reached", "finished") if state in wanted]
     return [frame for time_s in moments if (frame := _frame_at(folder / VIDEO, time_s)) is not None]
@@ -56,7 +56,7 @@ def _frame_at(path: Path, time_s: float) -> Image | None:
 
 
 def _beside(plan: Image, frames: list[Image]) -> Image:
-    """Put the map on the left and the frames below one another on the right."""
+    """Place the map on the left and a column of frames on the right."""
     height = plan.shape[0]
     if not frames:
         return plan

@@ -1,1 +1,1 @@
-"""The evaluation suite: scenarios, policies side by side, and what came of them by the simulation's truth."""
+"""The evaluation suite: run policies on the same scenarios and judge them by the simulation's ground truth."""

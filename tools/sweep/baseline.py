@@ -1,7 +1,7 @@
-"""The common part of the baselines: targets in order, journal, time limit, outages, and motors off at the end.
+"""The base class of the baselines: targets in order, journal, time limit, outages, and motors off at the end.
 
-A profile runs on `behaviors.executive.Executive`. A baseline that does not choose among its recoveries is a small
-executive of its own over the same ports, with the same services, and writes the same journal.
+A profile runs on `behaviors.executive.Executive`. A baseline does not choose among recoveries, so it is a small
+executive of its own: it uses the same ports and skills and writes the same journal.
 """
 
 from __future__ import annotations
@@ -56,10 +56,10 @@ class Baseline(ABC):
 
     @abstractmethod
     def pursue(self, target: str) -> bool:
-        """Pursue one target; True if it was reached, False to give it up. The robot is at rest afterwards."""
+        """Pursue one target and leave the robot at rest; return True if it was reached, False to give it up."""
 
     def run(self) -> Report:
-        """Pursue the targets in order; the result is that of `behaviors.executive.Executive.run`."""
+        """Pursue the targets in order and return the report, as `behaviors.executive.Executive.run` does."""
         ending, error = Ending.BROKEN, ""
         self.note(Kind.START, mission=self.mission.mission.name, targets=list(self.mission.mission.targets))
         try:
@@ -76,7 +76,7 @@ class Baseline(ABC):
         return Report(ending, self.queue.targets, self._path, self.now(), error, dict(self._observers.failures))
 
     def now(self) -> float:
-        """Mission time in seconds."""
+        """Return the mission time in seconds."""
         return self.clock.now() - self._start_s
 
     def note(self, kind: Kind, **data: object) -> None:
@@ -85,7 +85,7 @@ class Baseline(ABC):
         self._observers(Record(round(self.now(), 3), kind, self._state, self.queue.target, values))
 
     def enter(self, state: str, event: Event | None = None, reason: Reason | None = None) -> None:
-        """Enter another state, by its name in the mission's chart."""
+        """Enter another state, named as in the mission's chart."""
         source, self._state = self._state, state
         self._path.append(state)
         why = {} if reason is None else {"reason": reason}
@@ -96,30 +96,30 @@ class Baseline(ABC):
         self.note(Kind.CHOICE, choice=choice, why=why, evidence=evidence)
 
     def search(self, target: str) -> Reason:
-        """Search as the thesis does; returns SIGHTED or the reason of the failure."""
+        """Search as the thesis does; return SIGHTED or the reason for the failure."""
         self.enter("search")
         self.queue.current.attempts += 1
         return self._outages.run(ThesisSearchSkill(self.context, target).call).reason
 
     def arrive(self, target: str) -> Reason:
-        """Approach as the thesis does, anew after an outage; returns WITHIN_REACH or the reason of the failure."""
+        """Approach as the thesis does, anew after an outage; return WITHIN_REACH or the reason for the failure."""
         self.enter("arrive", Event.TARGET_SEEN, Reason.SIGHTED)
         return self._outages.run(lambda: self._approach(target))
 
     def turn(self, angle_deg: float) -> MotionResult:
-        """Turn on the spot, positive right; completed after an outage."""
+        """Turn on the spot, positive to the right; an interrupted turn is completed after the outage."""
         return self._outages.run(ResumableTurn(self.body, angle_deg, self._outages.run(self.body.pose)).call)
 
     def straight(self, distance_mm: float) -> MotionResult:
-        """Drive along the heading, negative: back; completed after an outage."""
+        """Drive along the heading, backwards if negative; an interrupted drive is completed after the outage."""
         return self._outages.run(ResumableStraight(self.body, distance_mm, self._outages.run(self.body.pose)).call)
 
     def drive(self, speed_mm_s: float) -> StopReason | None:
-        """Drive on straight ahead until the next call, for at most one lease."""
+        """Keep driving straight ahead until the next call, for at most one lease."""
         return self._outages.run(lambda: self.body.drive(speed_mm_s, 0.0))
 
     def stop(self) -> None:
-        """Motors off."""
+        """Switch the motors off."""
         self._outages.run(self.body.stop)
 
     def look(self, target: str) -> Sighting | None:
@@ -127,7 +127,7 @@ class Baseline(ABC):
         return self._outages.run(lambda: self.eyes.look(target))
 
     def rest(self, duration_s: float) -> None:
-        """Wait, outages included."""
+        """Wait; the time of an outage counts."""
         end_s = self.clock.now() + duration_s
         self._outages.run(lambda: self.clock.sleep(max(0.0, end_s - self.clock.now())))
 
@@ -140,7 +140,7 @@ class Baseline(ABC):
                 return fact.reason
 
     def _note_outage(self, fact: Fact) -> None:
-        """Journal that the mission is suspended or goes on."""
+        """Journal that the mission is suspended or resumed."""
         if fact.event in (Event.LINK_LOST, Event.CAMERA_LOST, Event.SENSOR_LOST):
             self._resumed = self._state
             self.enter("suspended", fact.event, fact.reason)

@@ -1,4 +1,4 @@
-"""Baselines: Nav2's list of recoveries, and a random walk."""
+"""Define two baselines: Nav2's list of recoveries, and a random walk."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from .baseline import Baseline
 from .robot import Robot
 
 RETRIES = 6
-"""Nav2's default behaviour tree recovers six times. Source: docs/evaluation.md, policies."""
+"""Nav2's default behavior tree recovers six times. Source: docs/evaluation.md, policies."""
 SPIN_DEG, WAIT_S, BACK_UP_MM = 90.0, 5.0, 300.0
 """Nav2's Spin of 1.57 rad, Wait of 5 s and BackUp of 0.30 m."""
 
 TURNS_DEG = (45.0, 180.0)
-"""Range of the random walk's turns, to either side, when its way is blocked."""
+"""Range of the random walk's turns, to either side, when its path is blocked."""
 LEG_S = (4.0, 12.0)
-"""Range of its drives; an endless one might circle."""
+"""Range of the duration of its drives; without a limit it might circle forever."""
 RETREAT_MM = 80.0
-"""How far it backs off from what it touched."""
+"""How far it backs away from an obstacle that it touched."""
 
 
 class Nav2List(Baseline):
-    """The thesis's search and approach with Nav2's default recoveries in turn, for any failure.
+    """Search and approach as the thesis does, and cycle through Nav2's default recoveries after any failure.
 
-    Not Nav2 itself. Clearing the costmap, the first of its round robin, has nothing to clear here.
+    This is not Nav2 itself. Its first recovery, clearing the costmap, is left out: there is no costmap here.
     """
 
     def pursue(self, target: str) -> bool:
-        """Search and approach, seven times at most."""
+        """Search and approach, at most seven times."""
         for attempt in range(RETRIES + 1):
             reason = self.search(target)
             seen_since_search = reason is Reason.SIGHTED
@@ -61,9 +61,9 @@ class Nav2List(Baseline):
 
 
 class RandomWalk(Baseline):
-    """Drives straight until the sonar stops it, turns at random, and approaches the target when it sees it.
+    """Drive straight until the sonar stops the robot, turn at random, and approach the target once it is in view.
 
-    It never gives up, so it divides its time evenly among the remaining targets.
+    A random walk never gives up, so the remaining time is divided evenly among the remaining targets.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -71,7 +71,7 @@ class RandomWalk(Baseline):
         self._random = Random(f"random walk {robot.mission.mission.name}")
 
     def pursue(self, target: str) -> bool:
-        """Walk about until the target is reached or its share of the time is over."""
+        """Wander until the target is reached or its share of the time is used up."""
         items = self.queue.targets
         left = len(items) - items.index(self.queue.current)
         give_up_s = self.clock.now() + (self.deadline_s - self.clock.now()) / left

@@ -1,4 +1,4 @@
-"""Judges recoveries: how soon a failure was noticed, and whether the choice fitted its cause.
+"""Judge recoveries: how soon a failure was noticed, and whether the choice fitted its cause.
 
 Definitions: docs/evaluation.md.
 """
@@ -22,13 +22,13 @@ from .referee import Disturbance, EpisodeTrace, Mark, Moment
 from .room_builder import ROBOT_RADIUS_MM
 
 SAME_PLACE_MM = 250.0
-"""Choices no farther apart than this were made at one place."""
+"""Choices no farther apart than this count as made in the same place."""
 AFTER_IT_S = 1.0
-"""A picture that moved no longer ago than this was being pursued when it did."""
+"""A picture that moved at most this long ago was being pursued when it moved."""
 
 
 class Cause(StrEnum):
-    """Why an attempt really failed."""
+    """The true cause of a failed attempt."""
 
     BLOCKED_SHORT = "blocked_short"
     BLOCKED_LONG = "blocked_long"
@@ -42,7 +42,7 @@ FITTING = {Cause(recovery.fits): recovery.name for recovery in RECOVERIES.values
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """One choice against the truth.
+    """A choice, judged by the ground truth.
 
     Attributes:
         cause: Why the attempt failed.
@@ -56,12 +56,12 @@ class Judgement:
 
     @property
     def fits(self) -> bool:
-        """Whether it is the choice for that cause."""
+        """Whether the choice fits the cause."""
         return FITTING[self.cause] == self.choice
 
 
 def judge_choices(trace: EpisodeTrace) -> list[Judgement]:
-    """Every choice of a mission but those that gave a target up and those for a target that is not there."""
+    """Judge every choice of a mission, except those that gave a target up and those for an absent target."""
     return [
         judgement
         for i, mark in enumerate(trace.marks)
@@ -71,9 +71,9 @@ def judge_choices(trace: EpisodeTrace) -> list[Judgement]:
 
 
 def recognition_s(trace: EpisodeTrace) -> list[float]:
-    """Seconds from each disturbance to the next choice for the target it concerns.
+    """Return the seconds from each disturbance to the next choice for the target it concerns.
 
-    A dead camera leads to no choice: it is noticed when the mission is suspended.
+    The loss of the camera leads to no choice: it counts as noticed when the mission is suspended.
     """
     onsets = sorted(
         (onset_s, one.target) for one in trace.disturbances if (onset_s := _onset_s(trace, one)) is not None
@@ -89,7 +89,7 @@ def recognition_s(trace: EpisodeTrace) -> list[float]:
 
 
 def longest_run(trace: EpisodeTrace) -> int:
-    """The longest run of the same choice for the same target at one place."""
+    """Return the length of the longest run of the same choice for the same target in the same place."""
     longest = run = 0
     first: Mark | None = None
     for mark in _choices(trace, -math.inf):
@@ -113,9 +113,9 @@ def _suspensions(trace: EpisodeTrace, since_s: float) -> Iterator[Mark]:
 
 
 def _onset_s(trace: EpisodeTrace, disturbance: Disturbance) -> float | None:
-    """When a disturbance first hindered the robot on its way to the target; None if it never did.
+    """Return when a disturbance first hindered the robot on its way to the target; None if it never did.
 
-    A person first has to walk there, and a disturbance of the other target does not count yet.
+    A person first has to walk there, and a disturbance does not count while the robot pursues the other target.
     """
     if not disturbance.target:
         return disturbance.time_s
@@ -124,7 +124,7 @@ def _onset_s(trace: EpisodeTrace, disturbance: Disturbance) -> float | None:
         if moment.time_s < disturbance.time_s or goal is None:
             continue
         if not disturbance.blocker:
-            # what moved before anybody was after it is simply elsewhere
+            # a picture that moved before its pursuit began is simply elsewhere
             return moment.time_s if moment.time_s - disturbance.time_s < AFTER_IT_S else None
         if disturbance.blocker in _in_the_way(moment.pose[:2], moment, goal):
             return moment.time_s
@@ -169,7 +169,7 @@ def _without(plan: FloorPlan, names: frozenset[str]) -> FloorPlan:
 
 
 def _remaining_s(trace: EpisodeTrace, here: Moment, goal: Goal, blocking: frozenset[str]) -> float:
-    """How long what blocks the straight way from here goes on to block it; infinity if to the end."""
+    """Return how much longer the straight path from here stays blocked; infinity if until the end."""
     for moment in trace.moments:
         if moment.time_s > here.time_s and not blocking & set(_in_the_way(here.pose[:2], moment, goal)):
             return moment.time_s - here.time_s
@@ -177,15 +177,15 @@ def _remaining_s(trace: EpisodeTrace, here: Moment, goal: Goal, blocking: frozen
 
 
 def _detour_s(here: Moment, goal: Goal, blocking: frozenset[str]) -> float:
-    """How much longer the way round takes than the straight one; infinity without a way round."""
+    """Return how much longer the detour takes than the straight path; infinity if there is no detour."""
     plan = here.scene.plan
-    ways = [each.way(here.pose[:2], goal, ROBOT_RADIUS_MM) for each in (plan, _without(plan, blocking))]
-    round_s, straight_s = (math.inf if way is None else way.duration_s(here.pose.heading_deg, PACE) for way in ways)
+    paths = [each.path(here.pose[:2], goal, ROBOT_RADIUS_MM) for each in (plan, _without(plan, blocking))]
+    round_s, straight_s = (math.inf if path is None else path.duration_s(here.pose.heading_deg, PACE) for path in paths)
     return max(0.0, round_s - straight_s) if math.isfinite(round_s) else math.inf
 
 
 def _waited_s(trace: EpisodeTrace, index: int) -> float:
-    """From a choice to the next search or approach."""
+    """Return the time from a choice to the next search or approach."""
     begun_s = trace.marks[index].moment.time_s
     later = (
         mark for mark in trace.marks[index + 1 :] if mark.record.data.get("to") in ("search", "arrive", "finished")

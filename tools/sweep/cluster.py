@@ -1,7 +1,8 @@
-"""A sweep on a Dask cluster that somebody has started: ``nxtdrive sweep --dask tcp://host:8786``.
+"""Run a sweep on a Dask cluster that is already running: ``nxtdrive sweep --dask tcp://host:8786``.
 
-A batch travels as names and numbers; the code that performs it is the worker's own. Every worker must therefore have
-the nxtdrive that is here: all are asked before anything begins, and one that joins later refuses its first batch.
+A batch is sent as names and numbers; each worker performs it with its own code. Every worker must therefore have the
+same nxtdrive as this computer: all workers are checked at the start, and a worker that joins later with another
+nxtdrive refuses its first batch.
 """
 
 from __future__ import annotations
@@ -25,24 +26,24 @@ from .runner import WorkersDied
 CONNECT_S = 5.0
 """How long the scheduler may take to answer."""
 WITHOUT_WORKERS_S = 30.0
-"""How long a cluster may have no worker at all before the sweep ends."""
+"""How long a cluster may be without any worker before the sweep ends."""
 GREETING_SIZE, LONGEST_GREETING = 8, 1 << 20
-"""A scheduler speaks first, and says in so many bytes how long its greeting is: far less than that."""
+"""A scheduler speaks first: the size of this field in bytes, and a limit far above the greeting's length in it."""
 
 ROOMS = ("firmware_protocol", "behaviors", "sim_backend", "nxtdrive", "nxtdrive.tools")
 INGREDIENTS = (".py", ".toml", ".png")
-"""Files on which results depend: those of these packages with these endings."""
+"""Results depend on the files of `ROOMS` with these extensions."""
 GO_ON = "What is done is in the file: go on with --resume."
 
 T = TypeVar("T")
 
 
 class Installed(NamedTuple):
-    """What nxtdrive a process has.
+    """The nxtdrive that a process uses.
 
     Attributes:
         version: Its version.
-        sources: A digest of everything that results depend on; a checkout changes more often than its version.
+        sources: A digest of all files that results depend on; a checkout changes more often than its version.
     """
 
     version: str
@@ -53,15 +54,15 @@ class Cluster(Executor):
     """The workers of a running cluster, as an executor."""
 
     def __init__(self, address: str, *, patience_s: float = WITHOUT_WORKERS_S) -> None:
-        """Connect, and compare what the workers have with what is here.
+        """Connect, and check that the workers have the same nxtdrive as this computer.
 
         Args:
-            address: Of the scheduler, as in ``tcp://host:8786``.
-            patience_s: How long the cluster may have no worker, now or later.
+            address: The scheduler's, as in ``tcp://host:8786``.
+            patience_s: How long the cluster may be without a worker, now or later.
 
         Raises:
-            AddressError: This is no address.
-            ConfigError: Dask is not installed, no scheduler answers, it has no worker, or one with another nxtdrive.
+            AddressError: `address` is not valid.
+            ConfigError: Dask is not installed, no scheduler answers, it has no worker, or a worker differs.
         """
         self._address, self._patience_s, self._seen_s = address, patience_s, time.monotonic()
         self._client = _connect(address)
@@ -78,9 +79,9 @@ class Cluster(Executor):
         self._remote: Executor = self._client.get_executor(pure=False)
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:  # noqa: ANN401 - as its base declares
-        """Hand it to a worker; when that dies the scheduler gives it to others.
+        """Submit a call to a worker; if the worker dies, the scheduler gives the call to others.
 
-        The future raises `WorkersDied` when those died as well, and ConfigError when the cluster itself fails.
+        The future raises `WorkersDied` if those die as well, and ConfigError if the cluster itself fails.
         """
         future: Future[T] = Future()
         remote = self._remote.submit(as_there, installed(), fn, *args, **kwargs)
@@ -89,7 +90,7 @@ class Cluster(Executor):
         return future
 
     def watch(self) -> None:
-        """Look whether anybody is left to wait for.
+        """Check that the cluster still has workers.
 
         Raises:
             ConfigError: The scheduler is gone, or has had no worker for too long.
@@ -105,11 +106,11 @@ class Cluster(Executor):
             raise self._without_workers()
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: ARG002 - as its base declares
-        """Leave the cluster; it forgets what it still had to do for us."""
+        """Disconnect from the cluster, which then drops this client's pending work."""
         self._client.close()
 
     def _settle(self, ours: Future[T], remote: Future[T]) -> None:
-        """Pass the outcome on, in our terms."""
+        """Copy the outcome to our future and translate its errors."""
         from distributed.scheduler import KilledWorker
 
         if not ours.set_running_or_notify_cancel():
@@ -134,10 +135,10 @@ class Cluster(Executor):
 
 @cache
 def installed() -> Installed:
-    """What nxtdrive this process has; read once, since what it has loaded stays when the files change."""
+    """Return the nxtdrive of this process; read once, since loaded modules stay when their files change."""
     files: dict[str, Path] = {}
     for room in ROOMS:
-        # tools/ lies inside the package or, in a checkout, beside it; its names are the same
+        # tools/ is inside the package or, in a checkout, beside it; module names are the same
         root = Path(import_module(room).__path__[0])
         for path in root.rglob("*"):
             name = path.relative_to(root).as_posix()
@@ -150,10 +151,10 @@ def installed() -> Installed:
 
 
 def as_there(there: Installed, fn: Callable[..., T], *args: Any, **kwargs: Any) -> T:  # noqa: ANN401 - whatever fn takes
-    """Call `fn`, on a worker, if it is the same there.
+    """Call `fn` on a worker whose nxtdrive is that of the caller.
 
     Raises:
-        ConfigError: It need not be.
+        ConfigError: The worker has another nxtdrive.
     """
     if installed() != there:
         from distributed import get_worker
@@ -177,7 +178,7 @@ def _unlike(workers: dict[str, Any], expected: Installed) -> ConfigError:
 
 
 def _difference(what: object, expected: Installed) -> str:
-    if not isinstance(what, tuple):  # its class need not be the same, either
+    if not isinstance(what, tuple):  # its class may differ, too
         return f"has none of this kind ({what})"
     return "has the same version with other sources" if what[0] == expected.version else f"has {what[0]}"
 
@@ -189,7 +190,7 @@ def _connect(address: str) -> Any:  # noqa: ANN401 - a distributed.Client
         raise ConfigError("a cluster needs Dask.", remedy='Install it: pip install "nxtdrive[cluster]".') from error
     if not logging.getLogger().isEnabledFor(logging.DEBUG):
         for name in ("distributed", "distributed.client"):
-            logging.getLogger(name).setLevel(logging.CRITICAL)  # what goes wrong is said by us, once
+            logging.getLogger(name).setLevel(logging.CRITICAL)  # we report each error ourselves, once
     try:
         _expect_greeting(address)
         return Client(address, timeout=CONNECT_S, set_as_default=False)
@@ -201,7 +202,7 @@ def _connect(address: str) -> Any:  # noqa: ANN401 - a distributed.Client
 
 
 def _expect_greeting(address: str) -> None:
-    """Make sure of a scheduler; Dask's client waits for ever for the greeting of another program."""
+    """Check that a scheduler answers; Dask's client waits forever for a greeting from any other program."""
     scheme, _, place = address.rpartition("://")
     host, _, port = place.rpartition(":")
     if scheme not in ("", "tcp", "tls") or not host or not port.isdecimal() or int(port) > 0xFFFF:

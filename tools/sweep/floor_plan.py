@@ -1,6 +1,6 @@
-"""The true floor: what stands where, what hides what, and the shortest way of a robot to a picture.
+"""Model the true floor: obstacles, lines of sight, and a robot's shortest path to a picture.
 
-Everything is in the world's coordinates: millimetres, x to the right of the map, y down, angles clockwise from +x.
+Everything is in world coordinates: millimetres, x to the right of the map, y down, angles clockwise from +x.
 """
 
 from __future__ import annotations
@@ -22,34 +22,34 @@ Mask = NDArray[np.bool_]
 Cell = tuple[int, int]
 
 CELL_MM = 50.0
-"""Cells of the grid on which ways are sought; afterwards they are pulled taut, so lengths are better than this."""
+"""Cell size of the planning grid; paths are smoothed afterwards, so their lengths are more accurate than this."""
 SAMPLE_MM = 20.0
-"""Distance between the places at which a straight line is checked."""
+"""Distance between the points at which a straight line is checked."""
 REACH_MM = 500.0
-"""A stop counts if the camera is here or nearer. Source: docs/evaluation.md, success."""
+"""A stop counts if the camera is at most this far from the picture. Source: docs/evaluation.md, success."""
 REACH_DEG = 75.0
-"""And within this angle of the picture's normal."""
+"""A stop counts within this angle of the picture's normal."""
 SAME_PLACE_MM = 1.0
-"""Corners nearer together than this are one; and so much less room is as good."""
+"""Corners closer together than this are merged; also the tolerance of a clearance."""
 FAR_FROM_FREE_CELLS = 4
-"""A start may be so far from free floor: the robot is where it is."""
+"""A start may be this far from free cells: the grid may take the cell of a robot near an obstacle for occupied."""
 NARROW_COST = 4.0
-"""How much more a cell costs that leaves no berth at all."""
+"""Additional cost factor of a cell without any of the preferred clearance."""
 SIGHT_SAMPLES = 40
-"""Places at which a line of sight is checked."""
+"""Points at which a line of sight is checked."""
 _STEPS = [(dx, dy, math.hypot(dx, dy)) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy]
 
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
-    """A block on the floor, or with `radius_mm` a post with rounded corners of that radius.
+    """A block on the floor; with `radius_mm` its corners are rounded, and without a size it is a round post.
 
     Attributes:
-        name: What stands there.
-        at_mm: Its middle.
+        name: Its name.
+        at_mm: Its centre.
         size_mm: Along and across its facing; (0, 0) for a round post.
         facing_deg: Direction of its front.
-        radius_mm: Rounds it outwards.
+        radius_mm: Added all round, with rounded corners.
         height_mm: Top edge above the floor.
     """
 
@@ -61,7 +61,7 @@ class Obstacle:
     height_mm: float = 1000.0
 
     def distance_mm(self, points: Floats) -> Floats:
-        """From each of `points`, shape (..., 2), to its edge; 0 inside."""
+        """Return the distance from each of `points`, shape (..., 2), to its edge; 0 inside."""
         angle = math.radians(self.facing_deg)
         x, y = points[..., 0] - self.at_mm[0], points[..., 1] - self.at_mm[1]
         along = np.abs(x * math.cos(angle) + y * math.sin(angle)) - self.size_mm[0] / 2
@@ -76,12 +76,12 @@ class Goal:
 
     Attributes:
         name: Of the picture.
-        at_mm: Its middle.
+        at_mm: Its centre.
         facing_deg: Its normal.
-        centre_height_mm: Its middle above the floor.
-        reach_mm: From there or nearer.
-        nearest_mm: But not nearer than this.
-        reach_deg: Within this angle of the normal.
+        centre_height_mm: Height of its centre above the floor.
+        reach_mm: Largest distance of a stop.
+        nearest_mm: Smallest distance of a stop.
+        reach_deg: Largest angle off the normal.
     """
 
     name: str
@@ -93,7 +93,7 @@ class Goal:
     reach_deg: float = REACH_DEG
 
     def covers(self, points: Floats) -> Mask:
-        """Which of `points` are near enough and in front; lines of sight are not looked at."""
+        """Return which of `points` are near enough and in front; lines of sight are not checked."""
         x, y = points[..., 0] - self.at_mm[0], points[..., 1] - self.at_mm[1]
         distance = np.hypot(x, y)
         off_deg = wrapped_deg(np.degrees(np.arctan2(y, x)) - self.facing_deg)
@@ -103,10 +103,10 @@ class Goal:
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """How fast a robot can be.
+    """A robot's speed and acceleration limits.
 
     Attributes:
-        speed_mm_s: Straight on.
+        speed_mm_s: Straight ahead.
         speed_mm_s2: Its acceleration.
         turn_deg_s: On the spot.
         turn_deg_s2: Its acceleration.
@@ -119,8 +119,8 @@ class Pace:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
-    """A way of straight legs.
+class Path:
+    """A path of straight legs.
 
     Attributes:
         points: Start, corners, end.
@@ -130,11 +130,11 @@ class Way:
 
     @property
     def length_mm(self) -> float:
-        """Of all legs."""
+        """Length of all legs together."""
         return sum(math.dist(one, other) for one, other in pairwise(self.points))
 
     def duration_s(self, heading_deg: float, pace: Pace) -> float:
-        """The shortest time for it with stops and turns on the spot at the corners, the robot's heading at first."""
+        """Return the shortest time for it, from an initial heading, with stops and turns on the spot at the corners."""
         total_s = 0.0
         for one, other in pairwise(self.points):
             bearing_deg = math.degrees(math.atan2(other[1] - one[1], other[0] - one[0]))
@@ -150,15 +150,15 @@ class FloorPlan:
     """A room and what stands in it.
 
     Attributes:
-        size_mm: The floor from (0, 0).
-        obstacles: Everything on it.
+        size_mm: Extent of the floor, from (0, 0).
+        obstacles: All obstacles on it.
     """
 
     size_mm: tuple[float, float]
     obstacles: tuple[Obstacle, ...]
 
     def clearance_mm(self, points: Floats) -> Floats:
-        """From each of `points`, shape (..., 2), to the nearest wall or obstacle; negative outside the room."""
+        """Return the clearance of each of `points`, shape (..., 2), to walls and obstacles; negative outside."""
         x, y = points[..., 0], points[..., 1]
         width, depth = self.size_mm
         clearance = np.minimum(np.minimum(x, width - x), np.minimum(y, depth - y))
@@ -167,16 +167,16 @@ class FloorPlan:
         return np.asarray(clearance, dtype=np.float64)
 
     def passable(self, start: Point, end: Point, radius_mm: float) -> bool:
-        """Whether a robot of that radius can drive straight from one place to the other."""
+        """Return whether a robot of that radius can drive straight from one point to the other."""
         return bool(np.all(self.clearance_mm(_line(start, end)) >= radius_mm))
 
     def in_the_way(self, start: Point, end: Point, radius_mm: float) -> list[Obstacle]:
-        """The obstacles that such a robot would run into on the straight way."""
+        """Return the obstacles that such a robot would run into on the straight path."""
         line = _line(start, end)
         return [obstacle for obstacle in self.obstacles if np.min(obstacle.distance_mm(line)) < radius_mm]
 
     def sees(self, eye_mm: Floats, eye_height_mm: float, goal: Goal) -> Mask:
-        """From which of the places `eye_mm`, shape (n, 2), the middle of the picture is not hidden."""
+        """Return from which of the points `eye_mm`, shape (n, 2), the centre of the picture is not hidden."""
         shares = np.linspace(0.0, 1.0, SIGHT_SAMPLES)
         lines = eye_mm[:, None, :] + shares[None, :, None] * (np.asarray(goal.at_mm) - eye_mm[:, None, :])
         heights = eye_height_mm + shares * (goal.centre_height_mm - eye_height_mm)
@@ -186,52 +186,52 @@ class FloorPlan:
                 hidden |= np.any((obstacle.distance_mm(lines) <= 0.0) & (obstacle.height_mm > heights), axis=1)
         return ~hidden
 
-    def way(
-        self, start: Point, goal: Goal, radius_mm: float, *, eye_height_mm: float = 200.0, berth_mm: float = 0.0
-    ) -> Way | None:
-        """The shortest way of a robot to where a stop in front of the picture counts.
+    def path(
+        self, start: Point, goal: Goal, radius_mm: float, *, eye_height_mm: float = 200.0, inflation_mm: float = 0.0
+    ) -> Path | None:
+        """Return a robot's shortest path to where a stop in front of the picture counts.
 
         Args:
-            start: Where its middle is.
+            start: Centre of the robot.
             goal: The picture.
-            radius_mm: Of the robot.
-            eye_height_mm: Of its camera; from the end of the way the picture can be seen.
-            berth_mm: Obstacles are given this much more room where a little longer way allows it.
+            radius_mm: The robot's radius.
+            eye_height_mm: Height of its camera; the picture can be seen from the end of the path.
+            inflation_mm: Additional clearance to keep where that makes the path only a little longer.
 
         Returns:
-            The way, or None if there is none.
+            The path, or None if there is none.
         """
-        grid = _Grid(self, radius_mm, berth_mm)
+        grid = _Grid(self, radius_mm, inflation_mm)
         ends = grid.ends(self, goal, eye_height_mm)
         first = grid.nearest_free(start)
         if first is None or not ends.any():
             return None
         if ends[first]:
-            return Way((start,))
+            return Path((start,))
         cells = grid.search(first, ends, goal)
         if not cells:
             return None
         points = [start, *(grid.middle(cell) for cell in cells)]
-        return Way(_taut(self, points, radius_mm + berth_mm))
+        return Path(_taut(self, points, radius_mm + inflation_mm))
 
 
 class _Grid:
-    """The floor in cells, and which of them a robot's middle may be in."""
+    """The floor as a grid of cells; a cell is free if the robot's centre may be in it."""
 
-    def __init__(self, plan: FloorPlan, radius_mm: float, berth_mm: float) -> None:
+    def __init__(self, plan: FloorPlan, radius_mm: float, inflation_mm: float) -> None:
         columns, rows = (max(1, math.ceil(side / CELL_MM)) for side in plan.size_mm)
         x, y = np.meshgrid((np.arange(columns) + 0.5) * CELL_MM, (np.arange(rows) + 0.5) * CELL_MM, indexing="ij")
         self.middles = np.stack([x, y], axis=-1)
         clearance = plan.clearance_mm(self.middles)
         self.free: Mask = clearance >= radius_mm
-        narrow = np.clip((radius_mm + berth_mm - clearance) / max(berth_mm, 1.0), 0.0, 1.0)
-        self._cost = 1.0 + (NARROW_COST * narrow if berth_mm else np.zeros_like(narrow))
+        narrow = np.clip((radius_mm + inflation_mm - clearance) / max(inflation_mm, 1.0), 0.0, 1.0)
+        self._cost = 1.0 + (NARROW_COST * narrow if inflation_mm else np.zeros_like(narrow))
 
     def middle(self, cell: Cell) -> Point:
         return (cell[0] + 0.5) * CELL_MM, (cell[1] + 0.5) * CELL_MM
 
     def ends(self, plan: FloorPlan, goal: Goal, eye_height_mm: float) -> Mask:
-        """The cells where a stop counts."""
+        """Return the cells in which a stop counts."""
         ends = self.free & goal.covers(self.middles)
         places = self.middles[ends]
         if len(places):
@@ -239,14 +239,14 @@ class _Grid:
         return ends
 
     def nearest_free(self, place: Point) -> Cell | None:
-        """The free cell nearest to a place; None if even that is far away."""
+        """Return the free cell nearest to a point; None if even that is too far away."""
         distance = np.hypot(*(np.moveaxis(self.middles, -1, 0) - np.asarray(place)[:, None, None]))
         distance[~self.free] = np.inf
         cell = np.unravel_index(int(np.argmin(distance)), distance.shape)
         return (int(cell[0]), int(cell[1])) if distance[cell] <= FAR_FROM_FREE_CELLS * CELL_MM else None
 
     def search(self, first: Cell, ends: Mask, goal: Goal) -> list[Cell]:
-        """Cells from the first to the nearest end (A*); empty if there is no way."""
+        """Return the cells from the first to the nearest end (A*); empty if there is no path."""
         ahead = np.hypot(*(np.moveaxis(self.middles, -1, 0) - np.asarray(goal.at_mm)[:, None, None]))
         guess = (np.maximum(ahead - goal.reach_mm - CELL_MM, 0.0) / CELL_MM).tolist()
         free, cost, end = self.free.tolist(), self._cost.tolist(), ends.tolist()
@@ -274,7 +274,7 @@ class _Grid:
 
 
 def _travel_s(amount: float, speed: float, acceleration: float) -> float:
-    """The shortest time for a way or an angle from rest to rest."""
+    """Return the shortest time for a distance or an angle from rest to rest."""
     if amount < speed**2 / acceleration:
         return 2 * math.sqrt(amount / acceleration)
     return amount / speed + speed / acceleration
@@ -288,12 +288,12 @@ def _trace(before: dict[Cell, Cell], cell: Cell) -> list[Cell]:
     return cells[::-1]
 
 
-def _taut(plan: FloorPlan, points: Sequence[Point], berth_mm: float) -> tuple[Point, ...]:
-    """The same way without needless corners; keeps the berth where it had one."""
+def _taut(plan: FloorPlan, points: Sequence[Point], inflation_mm: float) -> tuple[Point, ...]:
+    """Remove needless corners from a path without giving up clearance."""
     taut, i = [points[0]], 0
     while i < len(points) - 1:
         reach = len(points) - 1
-        while reach > i + 1 and not _direct(plan, points[i], points[reach], berth_mm):
+        while reach > i + 1 and not _direct(plan, points[i], points[reach], inflation_mm):
             reach -= 1
         i = reach
         if math.dist(points[i], taut[-1]) > SAME_PLACE_MM:
@@ -301,10 +301,10 @@ def _taut(plan: FloorPlan, points: Sequence[Point], berth_mm: float) -> tuple[Po
     return tuple(taut)
 
 
-def _direct(plan: FloorPlan, start: Point, end: Point, berth_mm: float) -> bool:
-    """Whether the straight way keeps the berth, or as much of it as its ends have."""
+def _direct(plan: FloorPlan, start: Point, end: Point, inflation_mm: float) -> bool:
+    """Return whether the straight path keeps the clearance, or as much of it as its ends have."""
     clearance = plan.clearance_mm(_line(start, end))
-    needed = min(berth_mm, float(clearance[0]), float(clearance[-1])) - SAME_PLACE_MM
+    needed = min(inflation_mm, float(clearance[0]), float(clearance[-1])) - SAME_PLACE_MM
     return bool(np.all(clearance >= needed))
 
 

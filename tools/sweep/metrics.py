@@ -1,4 +1,4 @@
-"""What came of each target and of the mission, by the truth. Definitions: docs/evaluation.md."""
+"""Judge the outcome for each target by the ground truth. Definitions: docs/evaluation.md."""
 
 from __future__ import annotations
 
@@ -12,32 +12,32 @@ from behaviors.journal import Kind
 from nxtdrive.motion.rover import SETTINGS
 from sim_backend.world.truth import TruePose
 
-from .floor_plan import Pace, Way
+from .floor_plan import Pace, Path
 from .referee import EpisodeTrace, Moment, Scene
 from .room_builder import ROBOT_RADIUS_MM
 
 CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM = 60.0, 200.0
-"""Of the world file's default camera."""
+"""Position of the world file's default camera."""
 PACE = Pace(SETTINGS.speed_mm_s, SETTINGS.acceleration_mm_s2, SETTINGS.turn_deg_s, SETTINGS.turn_acceleration_deg_s2)
-"""The rover's own; the fastest way is reckoned with it."""
+"""The rover's own limits; they give the duration of the fastest path."""
 
 
 @dataclass(frozen=True, slots=True)
 class TargetResult:
-    """What came of one target.
+    """The outcome for one target.
 
     Attributes:
         target: Its name.
         reachable: Whether it exists.
         success: Whether the robot stopped for it where a stop counts.
-        wrong_stops: How often it stopped elsewhere and said it had arrived.
+        wrong_stops: How often the robot stopped elsewhere and reported an arrival.
         time_s: Mission time of the success; None without one.
         given_up_s: Mission time at which it was given up last; None if it never was, or was reached.
         pursuit_s: Time spent on it.
-        path_mm: Way driven for it.
-        shortest_mm: Shortest way from where its pursuit began; None without a way or a pursuit.
+        path_mm: Length of the path driven for it.
+        shortest_mm: Shortest path from the start of its pursuit; None without a path or a pursuit.
         spl: Success weighted by path length (Anderson et al. 2018).
-        soft_spl: The same with the share of the way covered in place of success.
+        soft_spl: The same with the share of the path covered in place of success.
         sct: Success weighted by completion time (Yokoyama et al. 2021).
     """
 
@@ -56,7 +56,7 @@ class TargetResult:
 
 
 def stop_counts(pose: TruePose, scene: Scene, target: str) -> bool:
-    """Whether a stop here is an arrival: near enough, in front, and the picture not hidden from the camera."""
+    """Return whether a stop here is an arrival: near, in front, and with the picture not hidden from the camera."""
     goal = scene.goals.get(target)
     if goal is None:
         return False
@@ -67,7 +67,7 @@ def stop_counts(pose: TruePose, scene: Scene, target: str) -> bool:
 
 
 def judge_target(trace: EpisodeTrace, target: str) -> TargetResult:
-    """What came of one target of a mission."""
+    """Judge the outcome for one target of a mission."""
     pursuits = spans(trace, target)
     claims = _entries(trace, target, "reached")
     right = [claim for claim in claims if stop_counts(claim.pose, claim.scene, target)]
@@ -75,11 +75,11 @@ def judge_target(trace: EpisodeTrace, target: str) -> TargetResult:
     path_mm = sum(math.dist(one.pose[:2], other.pose[:2]) for span in pursuits for one, other in pairwise(span))
     pursuit_s = sum(span[-1].time_s - span[0].time_s for span in pursuits)
     end = right[0] if right else (pursuits[-1][-1] if pursuits else None)
-    way = _longest(pursuits[0][0], end, target) if end else None
-    left = _way(end, end, target) if end and not right else None
-    economy = 0.0 if way is None else _share(way.length_mm, path_mm)
-    fastest_s = 0.0 if way is None else way.duration_s(pursuits[0][0].pose.heading_deg, PACE)
-    covered = 0.0 if way is None or left is None else max(0.0, 1.0 - left.length_mm / max(way.length_mm, 1.0))
+    path = _longest(pursuits[0][0], end, target) if end else None
+    left = _path(end, end, target) if end and not right else None
+    economy = 0.0 if path is None else _share(path.length_mm, path_mm)
+    fastest_s = 0.0 if path is None else path.duration_s(pursuits[0][0].pose.heading_deg, PACE)
+    covered = 0.0 if path is None or left is None else max(0.0, 1.0 - left.length_mm / max(path.length_mm, 1.0))
     return TargetResult(
         target=target,
         reachable=any(target in moment.scene.goals for moment in trace.moments),
@@ -89,7 +89,7 @@ def judge_target(trace: EpisodeTrace, target: str) -> TargetResult:
         given_up_s=given_up[-1].time_s if given_up and not right else None,
         pursuit_s=pursuit_s,
         path_mm=path_mm,
-        shortest_mm=None if way is None else way.length_mm,
+        shortest_mm=None if path is None else path.length_mm,
         spl=economy if right else 0.0,
         soft_spl=economy if right else economy * covered,
         sct=_share(fastest_s, pursuit_s) if right else 0.0,
@@ -97,7 +97,7 @@ def judge_target(trace: EpisodeTrace, target: str) -> TargetResult:
 
 
 def _entries(trace: EpisodeTrace, target: str, state: str) -> list[Moment]:
-    """When a state was entered for a target."""
+    """Return the moments at which a state was entered for a target."""
     return [
         mark.moment
         for mark in trace.marks
@@ -106,7 +106,7 @@ def _entries(trace: EpisodeTrace, target: str, state: str) -> list[Moment]:
 
 
 def spans(trace: EpisodeTrace, target: str) -> list[list[Moment]]:
-    """The stretches of the mission in which it was after a target."""
+    """Return the stretches of the mission during which it pursued a target."""
     found = []
     turns = [next(group) for _, group in groupby(trace.marks, key=lambda mark: mark.record.target)]
     for i, turn in enumerate(turns):
@@ -117,22 +117,22 @@ def spans(trace: EpisodeTrace, target: str) -> list[list[Moment]]:
     return found
 
 
-def _longest(begin: Moment, end: Moment, target: str) -> Way | None:
-    """The shortest way to the picture where it was at the end; or to where it was at first, if that was farther."""
-    ways = [way for moment in (begin, end) if (way := _way(begin, moment, target)) is not None]
-    return max(ways, key=lambda way: way.length_mm, default=None)
+def _longest(begin: Moment, end: Moment, target: str) -> Path | None:
+    """Return the shortest path to where the picture was at the end, or at first if that is longer."""
+    paths = [path for moment in (begin, end) if (path := _path(begin, moment, target)) is not None]
+    return max(paths, key=lambda path: path.length_mm, default=None)
 
 
-def _way(begin: Moment, end: Moment, target: str) -> Way | None:
-    """The shortest way, among what stood there at the beginning, to the picture where it was at the end."""
+def _path(begin: Moment, end: Moment, target: str) -> Path | None:
+    """Return the shortest path, among the obstacles of the beginning, to where the picture was at the end."""
     goal = end.scene.goals.get(target)
     if goal is None:
         return None
-    # the middle of a robot that looks at the picture is so much farther away than its camera
+    # the centre of a robot that faces the picture is this much farther away than its camera
     goal = replace(goal, reach_mm=goal.reach_mm + CAMERA_FORWARD_MM)
-    return begin.scene.plan.way(begin.pose[:2], goal, ROBOT_RADIUS_MM, eye_height_mm=CAMERA_HEIGHT_MM)
+    return begin.scene.plan.path(begin.pose[:2], goal, ROBOT_RADIUS_MM, eye_height_mm=CAMERA_HEIGHT_MM)
 
 
 def _share(best: float, actual: float) -> float:
-    """How near the actual came to the best, 0..1."""
+    """Return the ratio of the best to the actual value, at most 1."""
     return 1.0 if actual <= best else best / actual

@@ -1,4 +1,4 @@
-"""Performs one mission of a sweep; its result is one line of JSON."""
+"""Perform one mission of a sweep; its result is one line of JSON."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .robot import build_robot
 from .scenarios import Scenario, draw_scenario
 
 FAILED = "failed"
-"""The ending of a mission that a fault of the program ended."""
+"""The ending of a mission that a bug in the program ended."""
 
 Line = dict[str, Any]
 
@@ -33,7 +33,7 @@ class Task:
         index: Its place in the sweep.
         kind: Class of the scenario.
         seed: Seed of the scenario.
-        policy: Who drives.
+        policy: Name of the policy that drives.
         eyes: ``geometric`` or ``camera``.
     """
 
@@ -45,19 +45,19 @@ class Task:
 
     @property
     def key(self) -> tuple[str, int, str, str]:
-        """Its identity across sweeps."""
+        """Identify the mission across sweeps."""
         return self.kind, self.seed, self.policy, self.eyes
 
 
 def perform(scenario: Scenario, policy: str, eyes: str) -> tuple[EpisodeTrace, Referee]:
-    """Perform a mission and watch it.
+    """Perform a mission and record its ground truth.
 
     Returns:
         The trace to judge, and the referee, which has the journal.
 
     Raises:
-        KeyboardInterrupt: Ctrl-C, also when the policy ended the mission in good order.
-        Exception: What breaks a mission or its referee, a livelock for instance.
+        KeyboardInterrupt: Ctrl-C, even if the policy ended the mission cleanly.
+        Exception: Any error that breaks the mission or its referee, a livelock for instance.
     """
     scenario = replace(scenario, mission=equipped(policy, scenario.mission))
     simulation = Simulation(scenario.world, seed=scenario.seed)
@@ -87,12 +87,12 @@ def perform(scenario: Scenario, policy: str, eyes: str) -> tuple[EpisodeTrace, R
 
 
 def late_objects(world: WorldFile) -> frozenset[str]:
-    """Names of the people and boxes that are absent at the start."""
+    """Return the names of the people and boxes that are absent at the start."""
     return frozenset([*(person.name for person in world.people), *(box.name for box in world.boxes if not box.present)])
 
 
 def evaluate(task: Task) -> Line:
-    """Perform a task; returns its line of JSON, also when it breaks."""
+    """Perform a task and return its line of JSON, even if the mission breaks."""
     try:
         trace, _ = perform(draw_scenario(task.kind, task.seed), task.policy, task.eyes)
         return {**_head(task), **judge(trace)}
@@ -101,7 +101,7 @@ def evaluate(task: Task) -> Line:
 
 
 def failed(task: Task, error: Exception) -> Line:
-    """Return the line of a task that broke: nothing was reached, and why."""
+    """Return the line of a task that broke: no target reached, and the error."""
     return {
         **_head(task),
         "success": False,
@@ -115,12 +115,12 @@ def failed(task: Task, error: Exception) -> Line:
 
 
 def evaluate_batch(tasks: list[Task]) -> list[Line]:
-    """Perform several tasks, one after the other, in one process."""
+    """Perform several tasks one after the other in this process."""
     return [evaluate(task) for task in tasks]
 
 
 def judge(trace: EpisodeTrace) -> Line:
-    """What came of a mission, as plain values; the names up to ``done`` are those of LeRobot."""
+    """Judge a mission and return plain values; the names up to ``done`` are LeRobot's."""
     results = [judge_target(trace, target) for target in trace.targets]
     reachable = [result for result in results if result.reachable]
     rewards = [float(result.success) for result in results]

@@ -1,4 +1,4 @@
-"""Plots of a sweep: success over time, and by class. Needs the extra ``plot`` (matplotlib)."""
+"""Plot a sweep: success over time, and by class. Needs the extra ``plot`` (matplotlib)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .summary import by, estimate, reached_by, success_rate
 
 
 def check_plotting() -> None:
-    """Make sure that plots can be drawn, before hours are spent on what they are to show.
+    """Check that plots can be drawn, before a sweep runs for hours.
 
     Raises:
         ConfigError: matplotlib is not installed.
@@ -29,8 +29,8 @@ def write_plot(lines: Sequence[Line], path: Path) -> None:
     """Draw success over mission time and success by class.
 
     Args:
-        lines: Of a sweep.
-        path: The picture; its ending says the format (png, svg, pdf).
+        lines: The sweep's lines.
+        path: The image file; its extension selects the format (png, svg, pdf).
 
     Raises:
         ConfigError: matplotlib is not installed, or does not know the format.

@@ -1,7 +1,7 @@
-"""The policies that are compared, by name.
+"""List the policies to compare, by name.
 
-A policy drives one mission on a `Robot`. To compare another one, add a line to `POLICIES`: an entry is a function from
-a robot to the mission's report, and it is judged by the journal that it writes.
+A policy drives one mission on a `Robot`. To compare another one, add a line to `POLICIES`: an entry is a function that
+takes a robot and returns the mission's report. It is judged by the journal that it writes.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from .oracle import Oracle
 from .robot import Robot
 
 NEVER = 10**9
-"""Searches for one target before it is given up."""
+"""Number of searches for one target before it is given up."""
 
 Policy = Callable[[Robot], Report]
 
 
 def _executive(make_profile: MakeProfile, **adaptive: object) -> Policy:
-    """The mission's executive with a profile; and with other numbers for the adaptive one."""
+    """Return a policy that runs the executive with a profile, with these parameters of the adaptive one replaced."""
 
     def run(robot: Robot) -> Report:
         profile = robot.mission.adaptive.model_copy(update=adaptive)
@@ -45,7 +45,7 @@ POLICIES: dict[str, Policy] = {
     "random-walk": lambda robot: RandomWalk(robot).run(),
 }
 THESIS_BUDGET = {"rounds": 1, "max_researches": 2}
-"""Two searches after the first, and a target given up is not tried again."""
+"""Two further searches after the first one, and no second try for a target that was given up."""
 ABLATIONS: dict[str, Policy] = {
     "adaptive-thesis-budget": _executive(AdaptiveProfile, **THESIS_BUDGET),
     "adaptive-one-round": _executive(AdaptiveProfile, rounds=1),
@@ -55,16 +55,16 @@ ABLATIONS: dict[str, Policy] = {
     "adaptive-in-order": _executive(AdaptiveProfile, in_order=True),
     "adaptive-no-memory": _executive(AdaptiveProfile, remembers_others=False),
 }
-"""The adaptive profile without one of its faculties; only when asked for by name."""
+"""The adaptive profile with one capability removed; run only when selected by name."""
 ORACLE = "oracle"
 NAMES = (*POLICIES, ORACLE)
 ALL_NAMES = (*NAMES, *ABLATIONS)
 ORACLES_STOP_MM = 30.0
-"""Its safety stop's distance; the usual one stops it before what it is about to pass."""
+"""The oracle's safety stop distance; with the usual one it would stop at obstacles that it passes closely."""
 
 
 def equipped(policy: str, mission: Mission) -> Mission:
-    """The mission with the robot that the policy drives: who knows where everything is may pass close by it."""
+    """Return the mission with the robot set up for the policy: the oracle may pass close to obstacles."""
     if policy != ORACLE:
         return mission
     robot = mission.robot.model_copy(update={"stop_distance_mm": ORACLES_STOP_MM})
@@ -72,7 +72,7 @@ def equipped(policy: str, mission: Mission) -> Mission:
 
 
 def drive(policy: str, robot: Robot, simulation: Simulation) -> Report:
-    """Let a policy drive a mission; only the oracle is shown the simulation."""
+    """Run a mission with a policy; only the oracle gets the simulation."""
     if policy == ORACLE:
         return Oracle(robot, simulation).run()
     return {**POLICIES, **ABLATIONS}[policy](robot)

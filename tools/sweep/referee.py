@@ -1,4 +1,4 @@
-"""Watches a mission by the simulation's truth and keeps what is needed to judge it."""
+"""Record the ground truth of a mission that is needed to judge it."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from .floor_plan import FloorPlan, Goal
 from .survey import survey
 
 SAMPLE_MS = 100
-"""Sampling period of the truth."""
+"""Sampling period of the ground truth."""
 JUDGED = (Kind.START, Kind.TRANSITION, Kind.CHOICE, Kind.END)
-"""Records that are kept with the truth of their moment."""
+"""Kinds of records that are kept together with the ground truth of their time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """The places of everything.
+    """The positions of all objects.
 
     Attributes:
-        plan: Everything.
-        goals: The pictures that were there, by name.
+        plan: All obstacles.
+        goals: The pictures that are present, by name.
     """
 
     plan: FloorPlan
@@ -34,13 +34,13 @@ class Scene:
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """The truth at one time.
+    """The ground truth at one time.
 
     Attributes:
         time_s: Mission time.
-        pose: Of the robot.
-        contacts: How often it has touched something so far.
-        scene: The places of everything; the same object while nothing moves.
+        pose: The robot's pose.
+        contacts: How often the robot has touched something so far.
+        scene: The positions of all objects; the same `Scene` while nothing moves.
     """
 
     time_s: float
@@ -51,7 +51,7 @@ class Moment:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A record of the journal, and the truth when it was written."""
+    """A record of the journal, and the ground truth when it was written."""
 
     record: Record
     moment: Moment
@@ -62,9 +62,9 @@ class Disturbance:
     """An event that hinders the robot on its way to a target.
 
     Attributes:
-        time_s: When it began.
-        target: The target it concerns; an empty string for all of them.
-        blocker: Name of the object that blocks the way once it has arrived; empty if the event acts at once.
+        time_s: Mission time of its beginning.
+        target: The target it concerns; an empty string for all targets.
+        blocker: Name of the object that blocks the path once it has arrived; empty if the event acts at once.
     """
 
     time_s: float
@@ -78,14 +78,14 @@ class EpisodeTrace:
 
     Attributes:
         targets: Names in order.
-        moments: Samples of the truth, one every `SAMPLE_MS`.
+        moments: Samples of the ground truth, one every `SAMPLE_MS`.
         marks: The judged records.
-        disturbances: What hindered the robot.
+        disturbances: Events that hindered the robot.
         late_objects: Names of the objects that appeared after the start.
-        view_mm: From how far a print can be recognised in this scenario.
-        ending: How it ended.
-        duration_s: How long it took.
-        error: The outage that ended it, in words, or an empty string.
+        view_mm: Largest distance at which a print can be recognised in this scenario.
+        ending: How the mission ended.
+        duration_s: Its duration.
+        error: Description of the outage that ended it, or an empty string.
     """
 
     targets: Sequence[str]
@@ -100,10 +100,10 @@ class EpisodeTrace:
 
 
 class Referee:
-    """Records the truth of a mission; an observer of its journal.
+    """Observe a mission's journal and record the ground truth.
 
     Args:
-        simulation: Where it is performed; the mission begins now.
+        simulation: The simulation of the mission, which begins now.
     """
 
     def __init__(self, simulation: Simulation) -> None:
@@ -116,13 +116,13 @@ class Referee:
         self._watch()
 
     def __call__(self, record: Record) -> None:
-        """Keep a record, with the truth if it is judged."""
+        """Keep a record, together with the ground truth if it is judged."""
         self.records.append(record)
         if record.kind in JUDGED:
             self.marks.append(Mark(record, self._moment()))
 
     def disturbances(self) -> Iterator[Disturbance]:
-        """The disturbances so far."""
+        """Yield the disturbances so far."""
         events = {event.name: event for event in self._simulation.world_file.events}
         for time_s, name in self._simulation.truth.events:
             event = events[name]

@@ -1,4 +1,4 @@
-"""The robot of a sweep: the product's body and eyes on a simulation, and what a scenario does to them.
+"""Build the robot of a sweep: the product's body and eyes on a simulation, degraded as the scenario demands.
 
 A policy gets a `Robot` and nothing else; it cannot see the simulation.
 """
@@ -23,13 +23,13 @@ from .scenarios import CameraLoss, Scenario, Sight
 
 GEOMETRIC, CAMERA = "geometric", "camera"
 EYES = (GEOMETRIC, CAMERA)
-"""Eyes that skip drawing and detecting, and eyes that do both."""
+"""Eyes that skip rendering and detection, and eyes that do both."""
 
 LOOK_MS = 100
 """How often the triggers of the camera's losses are checked."""
 
 Seen = tuple[float, float, Box]
-"""Bearing in degrees, distance in millimetres, and where in the frame."""
+"""Bearing in degrees, distance in millimetres, and bounding box in the frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,9 @@ class Robot:
     """The ports of one mission.
 
     Attributes:
-        mission: What to do.
-        body: The robot.
-        eyes: Its camera.
+        mission: The mission.
+        body: Motors and sensors.
+        eyes: The camera.
         clock: Mission time.
         observers: Called with every record of the journal.
     """
@@ -57,9 +57,9 @@ def build_robot(
     """Build the robot of a scenario.
 
     Args:
-        scenario: Its mission, and what happens to its camera.
-        simulation: Where it drives.
-        brick: Its brick, open.
+        scenario: The mission, and the camera's outages.
+        simulation: The world that it drives in.
+        brick: The open connection to its brick.
         eyes: ``geometric`` or ``camera``.
         observers: Called with every record of the journal.
     """
@@ -75,11 +75,11 @@ def build_robot(
 
 
 class SpoiltSensor:
-    """A geometric sensor degraded by dusk and look-alikes; see `nxtdrive.vision.eyes.GeometricSensor`.
+    """A geometric sensor degraded by poor light and look-alikes; see `nxtdrive.vision.eyes.GeometricSensor`.
 
     Args:
-        simulation: Its webcam is asked.
-        sight: What degrades it.
+        simulation: The simulation whose webcam is queried.
+        sight: How the view is degraded.
         seed: Seeds its misses and mistakes.
     """
 
@@ -91,16 +91,16 @@ class SpoiltSensor:
 
     @property
     def unplugged(self) -> bool:
-        """Whether the camera gives no picture now."""
+        """Whether the camera delivers no frames now."""
         return self._webcam.unplugged
 
     def observe(self, name: str) -> Seen | None:
-        """Return the target, or something mistaken for it, in the freshest frame."""
+        """Return the target, or a look-alike mistaken for it, in the latest frame."""
         sight = self._sight
         seen = self._webcam.observe(name)
         if seen is not None and seen[1] <= sight.farthest_mm and self._random.random() < sight.hit_rate:
             return seen
-        # one draw a frame, however many look-alikes there are: more of them are not mistaken more often
+        # one draw per frame: more look-alikes do not cause more mistakes
         if sight.lookalikes and self._random.random() < sight.mistake_rate:
             found = (self._webcam.observe(lookalike) for lookalike in sight.lookalikes)
             return next((taken for taken in found if taken is not None), None)

@@ -13,21 +13,21 @@ from sim_backend.world.world_file import Box, Picture, Wall, WorldFile
 from .floor_plan import FloorPlan, Goal, Obstacle, Point
 
 ROBOT_RADIUS_MM = 115.0
-"""Of the world file's default robot."""
+"""Radius of the world file's default robot."""
 PRINT_MM, PRINT_FOUND_MM = (105.0, 148.0), 3200.0
-"""An A6 print, and from how far the picture detector finds it: a room has places from which it cannot be seen."""
+"""Size of an A6 print, and the picture detector's range for it: large rooms have places from which it is not seen."""
 LOW_BOX_MM, TALL_BOX_MM = (100.0, 150.0), (350.0, 800.0)
-"""Heights of boxes that stop the robot and not the view, and of those that stop both."""
+"""Heights of boxes that stop the robot but do not block the view, and of boxes that do both."""
 STAND_MM = 10.0
 """Thickness of a picture on its stand."""
 STAND_HEIGHT_MM = 200.0
-"""Middle of a picture above the floor: as high as the camera."""
-ELBOW_MM = 60.0
-"""Room a way of the scenario must leave beside the robot."""
+"""Height of a picture's centre above the floor: that of the camera."""
+CLEARANCE_MM = 60.0
+"""Clearance beside the robot that a path to each target must have."""
 HEAD_START_MM = 800.0
-"""No target is nearer to the start."""
+"""Smallest distance from the start to a target."""
 FREE_START_MM = 30.0
-"""Room beside the robot at the start."""
+"""Clearance beside the robot at the start."""
 
 
 @dataclass
@@ -36,18 +36,18 @@ class RoomBuilder:
 
     Attributes:
         random: The only source of randomness.
-        size_mm: Of the room.
-        start_mm: Where the robot starts.
-        heading_deg: Where it looks then.
-        first: The target that is looked for first; the other one is looked for second.
-        second: See `first`.
-        pictures: Tables of the world file, by the picture's name.
-        boxes: Tables of the world file, as the next three.
-        walls: Inner walls.
-        people: Who can enter.
-        events: What happens, and when.
+        size_mm: Size of the room.
+        start_mm: The robot's start.
+        heading_deg: Its heading at the start.
+        first: The first target.
+        second: The second target.
+        pictures: Tables of pictures, by the picture's name.
+        boxes: Tables of boxes.
+        walls: Tables of inner walls.
+        people: Tables of people who can enter.
+        events: Tables of events.
         tables: Further tables of the world file, by name.
-        robot: Further entries of its table of the robot.
+        robot: Further entries of the robot's table.
     """
 
     random: Random
@@ -65,16 +65,16 @@ class RoomBuilder:
     robot: dict[str, Any] = field(default_factory=dict)
 
     def between(self, low: float, high: float) -> float:
-        """A number drawn evenly, in whole tenths: files are easier to read so."""
+        """Draw a uniformly distributed number, rounded to tenths to keep files readable."""
         return round(self.random.uniform(low, high), 1)
 
     def place(self, margin_mm: float) -> Point:
-        """Somewhere in the room."""
+        """Draw a point in the room, at least `margin_mm` from its walls."""
         width, depth = self.size_mm
         return self.between(margin_mm, width - margin_mm), self.between(margin_mm, depth - margin_mm)
 
     def place_at_wall(self, corner_mm: float = 600.0, tilt_deg: float = 20.0) -> tuple[Point, float]:
-        """A place at one of the walls, and a direction into the room, degrees."""
+        """Draw a point near one of the walls, and a direction into the room, degrees."""
         width, depth = self.size_mm
         inward = self.random.choice((0, 90, 180, 270))
         out_mm = self.between(60.0, 150.0)
@@ -88,7 +88,7 @@ class RoomBuilder:
         return at, inward + self.between(-tilt_deg, tilt_deg)
 
     def add_picture(self, name: str, at_mm: Point, facing_deg: float, **more: Any) -> None:  # noqa: ANN401 - tables of a world file
-        """Hang a print on a stand."""
+        """Add a print on a stand."""
         self.pictures[name] = {
             "name": name,
             "at_mm": at_mm,
@@ -99,7 +99,7 @@ class RoomBuilder:
         }
 
     def hang_targets(self, apart_mm: float = 1200.0, corner_mm: float = 600.0) -> None:
-        """Both targets at walls."""
+        """Add both targets near walls, at least `apart_mm` from each other."""
         at, facing = self.place_at_wall(corner_mm)
         self.add_picture(self.first, at, facing)
         while True:
@@ -109,7 +109,7 @@ class RoomBuilder:
                 return
 
     def put_robot(self, far_mm: float = 1300.0, margin_mm: float = 300.0) -> None:
-        """The robot somewhere, at least `far_mm` from the targets if such a place is found in a hundred tries."""
+        """Draw the robot's start, at least `far_mm` from the targets if a hundred tries find such a place."""
         self.heading_deg = self.between(0.0, 360.0)
         targets = [picture["at_mm"] for picture in self.pictures.values()]
         for _ in range(100):
@@ -118,24 +118,24 @@ class RoomBuilder:
                 return
 
     def plan(self) -> FloorPlan:
-        """What stands there at the start."""
+        """Return the floor plan at the start."""
         world = self.world("")
         return FloorPlan(world.floor.size_mm, tuple(standing(world)))
 
     def sound(self) -> bool:
-        """Whether a robot can start there away from the targets, and reach each one that is there."""
+        """Return whether the start is free and away from the targets, and each target present can be reached."""
         plan = self.plan()
-        radius_mm = ROBOT_RADIUS_MM + ELBOW_MM
+        radius_mm = ROBOT_RADIUS_MM + CLEARANCE_MM
         wanted = [self.pictures[name] for name in (self.first, self.second) if name in self.pictures]
         goals = [Goal(picture["name"], picture["at_mm"], picture["facing_deg"]) for picture in wanted]
         return (
             plan.passable(self.start_mm, self.start_mm, ROBOT_RADIUS_MM + FREE_START_MM)
             and all(math.dist(self.start_mm, goal.at_mm) >= HEAD_START_MM for goal in goals)
-            and all(plan.way(self.start_mm, goal, radius_mm) is not None for goal in goals)
+            and all(plan.path(self.start_mm, goal, radius_mm) is not None for goal in goals)
         )
 
     def world(self, title: str) -> WorldFile:
-        """The world file of it."""
+        """Return the world file of this room."""
         return WorldFile.model_validate(
             {
                 "title": title,
@@ -153,14 +153,14 @@ class RoomBuilder:
 
 
 def standing(world: WorldFile) -> Iterable[Obstacle]:
-    """All obstacles of a world file that are present at the start."""
+    """Yield all obstacles of a world file that are present at the start."""
     yield from (wall_obstacle(wall, i) for i, wall in enumerate(world.walls))
     yield from (box_obstacle(box, box.at_mm, box.facing_deg) for box in world.boxes if box.present)
     yield from (picture_obstacle(picture, picture.at_mm, picture.facing_deg) for picture in world.pictures)
 
 
 def wall_obstacle(wall: Wall, number: int) -> Obstacle:
-    """An inner wall."""
+    """Return the obstacle of an inner wall."""
     (x0, y0), (x1, y1) = wall.from_mm, wall.to_mm
     facing = math.degrees(math.atan2(y1 - y0, x1 - x0))
     size = (math.hypot(x1 - x0, y1 - y0), 0.0)
@@ -170,11 +170,11 @@ def wall_obstacle(wall: Wall, number: int) -> Obstacle:
 
 
 def box_obstacle(box: Box, at_mm: Point, facing_deg: float) -> Obstacle:
-    """A box, where it is now."""
+    """Return the obstacle of a box at its present position."""
     return Obstacle(box.name, at_mm, box.size_mm, facing_deg, 0.0, box.height_mm)
 
 
 def picture_obstacle(picture: Picture, at_mm: Point, facing_deg: float) -> Obstacle:
-    """A picture's stand, where it is now."""
+    """Return the obstacle of a picture's stand at its present position."""
     height_mm = picture.centre_height_mm + picture.size_mm[1] / 2
     return Obstacle(picture.name, at_mm, (STAND_MM, picture.size_mm[0]), facing_deg, 0.0, height_mm)

@@ -1,6 +1,6 @@
-"""Runs a sweep: tasks in batches on any executor, one line of JSON for each, in order, resumable.
+"""Run a sweep: tasks in batches on any executor, one line of JSON for each, in order, resumable.
 
-The lines depend on the tasks alone: not on the number of workers, nor on how often the sweep was interrupted.
+The lines depend only on the tasks, not on the number of workers or on how often the sweep was interrupted.
 """
 
 from __future__ import annotations
@@ -26,25 +26,25 @@ from firmware_protocol.errors import ConfigError
 from .performance import Line, Task, evaluate_batch, failed
 
 BATCH = 2
-"""Missions handed to a worker at once: some seconds of work, so that handing over costs nothing."""
+"""Missions per batch: some seconds of work, which makes the cost of submitting it negligible."""
 AHEAD = 3
-"""Batches per worker that wait in the queue; an interrupted sweep loses no more than these."""
+"""Batches queued per worker; an interrupted sweep loses at most these."""
 LOOK_S = 1.0
-"""How often somebody who waits for a worker looks whether there still is one."""
+"""How often the wait for a batch checks that workers are left."""
 
 Key = tuple[str, int, str, str]
 T = TypeVar("T")
 
 
 class WorkersDied(Exception):
-    """Whoever took these tasks died over them; the executor has others."""
+    """The workers that ran these tasks died; the executor has others."""
 
 
 class InProcess(Executor):
-    """Does everything at once and here: one worker without a second process."""
+    """An executor that runs each call immediately in this process."""
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:  # noqa: ANN401 - as its base declares
-        """Do it now."""
+        """Run the call now; the returned future is done."""
         future: Future[T] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
@@ -55,11 +55,11 @@ class InProcess(Executor):
 
 @dataclass(frozen=True, slots=True)
 class Swept:
-    """What came of a sweep.
+    """The result of a sweep.
 
     Attributes:
-        lines: Of all its tasks, in their order.
-        eval_s: Wall time it took, this time.
+        lines: The lines of all its tasks, in order.
+        eval_s: Wall time of this run, without earlier runs that it resumed.
     """
 
     lines: list[Line]
@@ -67,21 +67,21 @@ class Swept:
 
 
 def plan(kinds: Sequence[str], seeds: Iterable[int], policies: Sequence[str], eyes: str) -> list[Task]:
-    """The tasks of a sweep: each policy meets each scenario."""
+    """Return the tasks of a sweep: every policy in every scenario."""
     cases = product(kinds, seeds, policies)
     return [Task(index, kind, seed, policy, eyes) for index, (kind, seed, policy) in enumerate(cases)]
 
 
 def workers(number: int) -> AbstractContextManager[Executor]:
-    """An executor with that many processes; with one, this one."""
+    """Return an executor with that many processes; with one, it is this process."""
     if number == 1:
         return nullcontext(InProcess())
-    # spawned everywhere, so that a sweep on Linux is the sweep of the other systems
+    # spawned everywhere, so that a sweep works the same on all systems
     return ProcessPoolExecutor(number, mp_context=get_context("spawn"), initializer=_serve_parent)
 
 
 def _serve_parent() -> None:
-    """Ctrl-C reaches every process of a terminal; the one that hands out the work decides, and none outlives it."""
+    """Ignore Ctrl-C, which every process of the terminal receives and the parent handles; end with the parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     if parent is not None:
@@ -89,7 +89,7 @@ def _serve_parent() -> None:
 
 
 def _end_with(parent: BaseProcess) -> None:
-    """End this process when the one that hands out the work was killed."""
+    """End this process when its parent ends."""
     parent.join()
     os._exit(1)
 
@@ -102,14 +102,14 @@ def run_tasks(
     batch: int = BATCH,
     watch: Callable[[], None] = lambda: None,
 ) -> Iterator[Line]:
-    """Perform tasks; their lines in the order of the tasks, as they come.
+    """Perform tasks; yield their lines in the order of the tasks as they become available.
 
     Args:
-        tasks: What to do.
-        executor: Any `concurrent.futures.Executor`; a cluster's, too.
-        number: How many workers it has, for how much is queued ahead.
-        batch: How many tasks are handed over at once.
-        watch: Called every second of waiting; raises when it is in vain.
+        tasks: The tasks.
+        executor: Any `concurrent.futures.Executor`, a cluster's included.
+        number: Its number of workers, which determines how many batches are queued.
+        batch: Tasks per batch.
+        watch: Called every second of waiting; raises if no result can come.
     """
     queue = iter(tasks)
     batches = iter(lambda: list(islice(queue, batch)), [])
@@ -128,7 +128,7 @@ def run_tasks(
 
 
 def _lines(tasks: list[Task], future: Future[list[Line]], executor: Executor, watch: Callable[[], None]) -> list[Line]:
-    """Wait for a batch; of one that killed its workers the tasks are tried one by one, and the culprit has failed."""
+    """Wait for a batch; if it killed its workers, try its tasks one by one, and report the culprit as failed."""
     while not wait([future], LOOK_S).done:
         watch()
     try:
@@ -141,10 +141,10 @@ def _lines(tasks: list[Task], future: Future[list[Line]], executor: Executor, wa
 
 
 def read_lines(path: Path) -> list[Line]:
-    """The lines of a sweep's file; a last line that an interruption cut short is left out.
+    """Return the lines of a sweep's file, except a last line that an interruption cut short.
 
     Raises:
-        ConfigError: The file cannot be read, or holds something else.
+        ConfigError: The file cannot be read, or is not a sweep's.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -163,7 +163,7 @@ def read_lines(path: Path) -> list[Line]:
 
 
 def key_of(line: Line) -> Key:
-    """Which mission a line tells of."""
+    """Return the identity of the mission that a line describes."""
     return line["class"], line["seed"], line["policy"], line["eyes"]
 
 
@@ -176,15 +176,15 @@ def sweep(
     progress: Callable[[Line], None] = lambda _: None,
     watch: Callable[[], None] = lambda: None,
 ) -> Swept:
-    """Perform the tasks that a file has no lines of yet, and append theirs.
+    """Perform the tasks that have no line in the file yet, and append their lines.
 
     Args:
-        tasks: What the sweep consists of.
-        out: The file; one line of JSON a mission.
-        executor: Does the work.
-        number: How many workers it has.
+        tasks: All tasks of the sweep.
+        out: The file, with one line of JSON per mission.
+        executor: Runs the batches.
+        number: Its number of workers.
         progress: Called with each new line, once it is in the file.
-        watch: Called every second of waiting; raises when it is in vain.
+        watch: Called every second of waiting; raises if no result can come.
 
     Raises:
         ConfigError: The file cannot be read or written, or is not a sweep's.
@@ -202,7 +202,7 @@ def sweep(
 
 
 def _appending(path: Path) -> Any:  # noqa: ANN401 - a text file
-    """The file, open at the end of its last whole line."""
+    """Open the file for appending after its last complete line."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("ab+") as file:

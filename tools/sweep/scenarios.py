@@ -1,8 +1,8 @@
-"""Scenarios: one for each class and seed, drawn from these two alone.
+"""Draw scenarios: a scenario is determined by its class and seed.
 
-What happens in a scenario is triggered by what the robot does ("once lena has been in view for 1.2 s and the robot is
-more than a metre away, somebody steps in between"), so that every policy meets the same test. Only what has no cause
-within the room is timed: outages of the link.
+The robot's own actions trigger the events ("once lena has been in view for 1.2 s and the robot is more than a metre
+away, a person steps in between"), so that every policy faces the same test. Only outages of the link, which have no
+cause within the room, are timed.
 
 Source of the classes and their ranges: docs/evaluation.md.
 """
@@ -24,23 +24,23 @@ from sim_backend.world.world_file import WorldFile
 from .room_builder import LOW_BOX_MM, PRINT_FOUND_MM, PRINT_MM, ROBOT_RADIUS_MM, TALL_BOX_MM, RoomBuilder
 
 TIME_LIMIT_S, CRUISE_MM_S = 300.0, 200.0
-"""A mission's time, and how fast the robot cruises: policies are compared, not speeds."""
+"""A mission's time limit and the robot's cruising speed, the same for all policies."""
 USB_MS, BLUETOOTH_MS = 2.0, (30.0, 65.0)
-"""Round trips of the two links, the second from a range; see `nxtdrive.transports.sim`."""
+"""Round-trip times of the two links, the second as a range; see `nxtdrive.transports.sim`."""
 COMPASS_PORT: Final = 2
 APART_MM = 700.0
-"""No look-alike hangs nearer to another picture: what is seen must be one or the other."""
+"""Smallest distance from a look-alike to another picture: a sighting must belong to one or the other."""
 TRIES = 500
-"""So many rooms are drawn until one is sound: start free, targets within reach."""
+"""Largest number of rooms to draw until one has a free start and reachable targets."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraLoss:
-    """The camera is unplugged once a target has been in view for a while.
+    """An outage of the camera, which is unplugged once a target has been in view for a while.
 
     Attributes:
-        target: Which one.
-        after_s: Time in view.
+        target: Name of the target.
+        after_s: Time in view before the outage.
         lasts_s: How long it stays unplugged.
     """
 
@@ -51,14 +51,14 @@ class CameraLoss:
 
 @dataclass(frozen=True, slots=True)
 class Sight:
-    """What spoils the view beyond what stands in the room.
+    """Conditions that degrade the view, besides the obstacles in the room.
 
     Attributes:
-        farthest_mm: Geometric eyes see nothing beyond.
-        hit_rate: Geometric eyes see what they see in this share of the frames.
-        lookalikes: Pictures that geometric eyes take for a target now and then.
-        mistake_rate: In how many of the frames that show one.
-        losses: When the camera is unplugged.
+        farthest_mm: Range of geometric eyes.
+        hit_rate: Share of the frames in which geometric eyes detect a visible target.
+        lookalikes: Pictures that geometric eyes sometimes mistake for a target.
+        mistake_rate: Share of the frames showing a look-alike in which they do.
+        losses: Outages of the camera.
     """
 
     farthest_mm: float = math.inf
@@ -74,12 +74,12 @@ class Scenario:
 
     Attributes:
         kind: Its class.
-        seed: Everything else is drawn from these two.
-        world: The room and what happens there.
+        seed: Its seed; class and seed determine everything else.
+        world: The room and its events.
         mission: Two targets in order.
-        faults: What goes wrong on the link.
-        latency_ms: Round trip of the link.
-        sight: What spoils the view.
+        faults: Faults of the link.
+        latency_ms: Round-trip time of the link.
+        sight: Conditions that degrade the view.
     """
 
     kind: str
@@ -93,7 +93,7 @@ class Scenario:
 
 @dataclass(frozen=True, slots=True)
 class Extras:
-    """What a class adds that stands in no world file; `robot` is the mission's table of what the driver is told."""
+    """What a class specifies outside the world file; `robot` is the mission's table of the same name."""
 
     faults: LinkFaults = NO_FAULTS
     latency_ms: float = USB_MS
@@ -106,11 +106,11 @@ NO_EXTRAS = Extras()
 
 @cache
 def draw_scenario(kind: str, seed: int) -> Scenario:
-    """The scenario of a class and a seed.
+    """Draw the scenario of a class and a seed.
 
     Raises:
         KeyError: There is no such class.
-        RuntimeError: No sound room was found; a fault of the class's ranges.
+        RuntimeError: No sound room was found: the class's ranges are wrong.
     """
     random = Random(f"{kind}-{seed}")
     for _ in range(TRIES):
@@ -138,14 +138,14 @@ def _mission(title: str, builder: RoomBuilder, robot: Mapping[str, Any]) -> Miss
 
 
 def _room(random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0) -> RoomBuilder:
-    """An empty room and the order of the targets."""
+    """Draw the size of an empty room and the order of the targets."""
     size = (round(random.uniform(low_mm, high_mm)), round(random.uniform(low_mm, high_mm)))
     first, second = random.sample(["lena", "rilakkuma"], 2)
     return RoomBuilder(random, size, first=first, second=second)
 
 
 def _furnished(random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0) -> RoomBuilder:
-    """A room with both targets at its walls and the robot away from them."""
+    """Draw a room with both targets near its walls and the robot away from them."""
     builder = _room(random, low_mm, high_mm)
     builder.hang_targets()
     builder.put_robot()
@@ -397,4 +397,4 @@ CLASSES: dict[str, Callable[[Random], tuple[RoomBuilder, Extras]]] = {
     "wall_start": _wall_start,
     "narrow_door": _narrow_door,
 }
-"""Each draws a room from a source of chance; see docs/evaluation.md."""
+"""A function per class that draws a room from a random generator; see docs/evaluation.md."""

@@ -1,4 +1,4 @@
-"""Figures of a sweep, each with the interval that chance leaves it."""
+"""Compute the figures of a sweep, each with its bootstrap confidence interval."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from .performance import FAILED, Line
 RESAMPLES = 2000
 CONFIDENCE = 0.95
 SEED = 2017
-"""Of the resampling; the same lines give the same intervals."""
+"""Seed of the resampling: the same lines give the same intervals."""
 
 Pair = tuple[float, float]
-"""Of one mission: a sum and how many went into it."""
+"""One mission's contribution: a sum and the number of its terms."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,10 +25,10 @@ class Estimate:
     """A mean and its bootstrap interval.
 
     Attributes:
-        mean: Over all; NaN if there was nothing to average.
-        low: 2.5 % of the resampled means are below.
-        high: 2.5 % are above.
-        number: How many went into it.
+        mean: The mean; NaN without values.
+        low: 2.5 % of the resampled means are lower.
+        high: 2.5 % of the resampled means are higher.
+        number: Number of values.
     """
 
     mean: float
@@ -38,10 +38,10 @@ class Estimate:
 
 
 def estimate(pairs: Sequence[Pair]) -> Estimate:
-    """The mean of what missions contributed, resampled by missions: what happens within one is not independent.
+    """Estimate a mean, resampling whole missions because the values within a mission are not independent.
 
     Args:
-        pairs: For each mission the sum of its values and their number.
+        pairs: For each mission, the sum and the number of its values.
     """
     values = np.array(pairs, dtype=np.float64).reshape(-1, 2)
     number = int(values[:, 1].sum())
@@ -62,17 +62,17 @@ def _resampled(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def over_targets(key: str) -> Callable[[Line], Pair]:
-    """A figure of each target that exists."""
+    """Return a function that collects a figure of each existing target."""
     return lambda line: _pair([float(target[key]) for target in line["targets"] if target["reachable"]])
 
 
 def over_missions(value: Callable[[Line], float]) -> Callable[[Line], Pair]:
-    """A figure of each mission that did not break."""
+    """Return a function that collects a figure of each mission that did not break."""
     return lambda line: _pair([] if line["ending"] == FAILED else [float(value(line))])
 
 
 def success_rate(line: Line) -> Pair:
-    """Targets reached, of those that exist; a mission that broke counts two that were not."""
+    """Count the existing targets, and those reached; a mission that broke counts as two targets not reached."""
     return (0.0, 2.0) if line["ending"] == FAILED else over_targets("success")(line)
 
 
@@ -93,7 +93,7 @@ FIGURES: dict[str, Callable[[Line], Pair]] = {
         [choice["regret_s"] for choice in line.get("choices", []) if choice["regret_s"] is not None]
     ),
 }
-"""What a sweep reports of each policy; see docs/evaluation.md."""
+"""The figures that a sweep reports for each policy; see docs/evaluation.md."""
 
 
 def _stops(target: dict[str, Any]) -> int:
@@ -105,14 +105,14 @@ def _pair(values: Sequence[float]) -> Pair:
 
 
 def figures(lines: Sequence[Line]) -> dict[str, Estimate]:
-    """All figures of some lines."""
+    """Estimate all figures of some lines."""
     return {name: estimate([pair(line) for line in lines]) for name, pair in FIGURES.items()}
 
 
 def difference(ours: Sequence[Line], theirs: Sequence[Line]) -> Estimate:
-    """How much more one policy reaches than another on the same scenarios, resampled by scenario.
+    """Estimate by how much one policy's success exceeds another's on the same scenarios, resampled by scenario.
 
-    A mission that broke counts as many targets as the other policy's has, and none of them reached.
+    A mission that broke counts with the number of targets of the other policy's mission, none of them reached.
     """
     other = {(line["class"], line["seed"]): line for line in theirs}
     both = [(line, other[key]) for line in ours if (key := (line["class"], line["seed"])) in other]
@@ -120,35 +120,35 @@ def difference(ours: Sequence[Line], theirs: Sequence[Line]) -> Estimate:
 
 
 def _more(line: Line, other: Line) -> Pair:
-    """How many targets more, and of how many."""
+    """Return how many more targets were reached, and the number of targets."""
     (reached, number), (others, same) = success_rate(line), success_rate(other)
     return reached - others, same if line["ending"] == FAILED else number
 
 
 def percentiles(values: Sequence[float], shares: Sequence[float] = (50, 90)) -> list[float | None]:
-    """Percentiles of some values; None without any."""
+    """Return percentiles of some values; None without values."""
     return [float(np.percentile(values, share)) if values else None for share in shares]
 
 
 def times_to_goal_s(lines: Sequence[Line]) -> list[float]:
-    """Time spent on each target that was reached."""
+    """Return the time spent on each target that was reached."""
     return [target["pursuit_s"] for line in lines for target in line["targets"] if target["success"]]
 
 
 def reached_by(lines: Sequence[Line], times_s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Share of the targets that exist which had been reached by each of some mission times."""
+    """Return the share of the existing targets that had been reached by each of some mission times."""
     targets = [target for line in lines for target in line["targets"] if target["reachable"]]
     reached = np.sort([target["time_s"] for target in targets if target["success"]])
     return np.searchsorted(reached, times_s, side="right") / max(1, len(targets))
 
 
 def recognition_s(lines: Sequence[Line]) -> list[float]:
-    """Seconds from each disturbance to the choice that followed."""
+    """Return the seconds from each disturbance to the choice that followed."""
     return [delay for line in lines for delay in line.get("recognition_s", [])]
 
 
 def given_up_s(lines: Sequence[Line]) -> list[float]:
-    """When targets that are not there were given up."""
+    """Return the mission times at which absent targets were given up."""
     return [
         target["given_up_s"]
         for line in lines
@@ -158,7 +158,7 @@ def given_up_s(lines: Sequence[Line]) -> list[float]:
 
 
 def by(lines: Sequence[Line], key: str) -> dict[str, list[Line]]:
-    """Lines in groups, in the order of their first appearance."""
+    """Group lines by the value of a key, in the order of first appearance."""
     groups: dict[str, list[Line]] = {}
     for line in lines:
         groups.setdefault(line[key], []).append(line)
@@ -166,11 +166,11 @@ def by(lines: Sequence[Line], key: str) -> dict[str, list[Line]]:
 
 
 def aggregate(lines: Sequence[Line], eval_s: float) -> dict[str, Any]:
-    """A policy's summary as LeRobot's evaluation writes it, with our figures beside.
+    """Summarise a policy in the format of LeRobot's evaluation, with our figures added.
 
     Args:
-        lines: Of one policy.
-        eval_s: Wall time the whole sweep took.
+        lines: The policy's lines.
+        eval_s: Wall time of the whole sweep.
     """
     number = max(1, len(lines))
     return {

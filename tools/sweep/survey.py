@@ -1,4 +1,4 @@
-"""The floor plan of a running simulation, by its truth: for the oracle and for the referee."""
+"""Read the floor plan of a running simulation from its ground truth, for the oracle and the referee."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .room_builder import box_obstacle, picture_obstacle, wall_obstacle
 
 
 def survey(simulation: Simulation) -> FloorPlan:
-    """What stands where now."""
+    """Return the floor plan of this moment."""
     world, truth = simulation.world_file, simulation.truth
     obstacles = [wall_obstacle(wall, i) for i, wall in enumerate(world.walls)]
     boxes, pictures, people = truth.boxes, truth.pictures, truth.people

@@ -1,4 +1,4 @@
-"""A sweep's figures as tables for a terminal and for documents."""
+"""Format a sweep's figures as tables for a terminal and for documents."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ RECOVERY_COLUMNS = ["policy", "noticed s p50 / p90", "fitting choices", "regret 
 
 
 def policy_rows(lines: Sequence[Line]) -> Rows:
-    """A row for each policy."""
+    """Return a row for each policy."""
     return [_policy_row(policy, group) for policy, group in _by_policy(lines).items()]
 
 
@@ -69,7 +69,7 @@ def _policy_row(policy: str, lines: Sequence[Line]) -> list[str]:
 
 
 def recovery_rows(lines: Sequence[Line]) -> Rows:
-    """How each policy recovers."""
+    """Return a row on each policy's recoveries."""
     rows = []
     for policy, group in _by_policy(lines).items():
         all_of_it = figures(group)
@@ -86,7 +86,7 @@ def recovery_rows(lines: Sequence[Line]) -> Rows:
 
 
 def class_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
-    """Success by class and policy: the columns' names, and a row for each class."""
+    """Return success by class and policy: the column names, and a row for each class."""
     policies = list(_by_policy(lines))
     rows = []
     for kind, group in by(lines, "class").items():
@@ -96,7 +96,7 @@ def class_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
 
 
 def cause_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
-    """How often the choice fitted, by cause: the columns' names, and a row for each policy."""
+    """Return how often the choice fitted, by cause: the column names, and a row for each policy."""
     causes = sorted({choice["cause"] for line in lines for choice in line.get("choices", [])})
     rows = []
     for policy, group in _by_policy(lines).items():
@@ -107,7 +107,7 @@ def cause_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
 
 
 def choice_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
-    """What was chosen, by policy and cause: the columns' names, and a row for each policy and cause."""
+    """Return the choices by policy and cause: the column names, and a row for each policy and cause."""
     rows = []
     for policy, group in _by_policy(lines).items():
         choices = [choice for line in group for choice in line.get("choices", [])]
@@ -121,7 +121,7 @@ def choice_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
 
 
 def reached_rows(lines: Sequence[Line]) -> Rows:
-    """The share of the targets that each policy had reached by some mission times."""
+    """Return the share of the targets that each policy had reached by each of `REACHED_BY_S`."""
     times_s = np.array(REACHED_BY_S)
     return [
         [policy, *(_number(share, 2) for share in reached_by(group, times_s))]
@@ -130,14 +130,14 @@ def reached_rows(lines: Sequence[Line]) -> Rows:
 
 
 def difference_rows(lines: Sequence[Line], reference: str) -> Rows:
-    """How much more each policy reaches than the reference, on the same scenarios."""
+    """Return by how much each policy's success exceeds the reference's on the same scenarios."""
     groups = _by_policy(lines)
     others = [policy for policy in groups if policy != reference and reference in groups]
     return [[policy, interval(difference(groups[policy], groups[reference]), signed=True)] for policy in others]
 
 
 def print_tables(lines: Sequence[Line], console: Console) -> None:
-    """Everything, for people."""
+    """Print all tables."""
     _print(console, "policies", POLICY_COLUMNS, policy_rows(lines))
     _print(
         console, "targets reached by", ["policy", *(f"{time_s:.0f} s" for time_s in REACHED_BY_S)], reached_rows(lines)
@@ -155,7 +155,7 @@ def print_tables(lines: Sequence[Line], console: Console) -> None:
 
 
 def interval(value: Estimate, *, signed: bool = False) -> str:
-    """A mean with its interval."""
+    """Format a mean with its interval."""
     if not value.number:
         return "-"
     sign = "+" if signed else ""
@@ -172,7 +172,7 @@ def _print(console: Console, title: str, columns: Sequence[str], rows: Rows) -> 
 
 
 def _by_policy(lines: Sequence[Line]) -> dict[str, list[Line]]:
-    """The lines of each policy, in the order in which policies are declared."""
+    """Return the lines of each policy, in the order in which the policies are declared."""
     groups = by(lines, "policy")
     known = [name for name in ALL_NAMES if name in groups]
     return {policy: groups[policy] for policy in [*known, *(name for name in groups if name not in known)]}

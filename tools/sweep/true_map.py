@@ -1,4 +1,4 @@
-"""Draw the true map of one run: the room, its objects, the robot's path, and where it stopped."""
+"""Draw the true map of one run: the room, its objects, the robot's path, and its stops."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ Color = tuple[int, int, int]
 SCALE = 0.2
 """Pixels per millimetre."""
 MARGIN_PX, FOOT_PX = 30, 60
-"""Around the room, and below it for the caption."""
+"""Margin around the room, and space for the caption below it."""
 LOW_MM = 200.0
-"""Lower objects hide no picture; they are drawn in outline."""
+"""Objects lower than this hide no picture; they are drawn in outline."""
 LATE_PX = 2
-"""Outline of a late object."""
+"""Line width of a late object's outline."""
 
 INK: Color = (60, 50, 45)
 PAPER: Color = (250, 250, 248)
 SOLID: Color = (170, 180, 190)
 LATE: Color = (90, 150, 230)
-WAYS: tuple[Color, ...] = ((200, 130, 30), (150, 60, 160))
+TARGET_COLORS: tuple[Color, ...] = ((200, 130, 30), (150, 60, 160))
 GOOD, BAD = (60, 150, 40), (40, 40, 210)
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
 def draw_true_map(trace: EpisodeTrace, title: str) -> Image:
-    """The map of one mission.
+    """Draw the map of one mission.
 
     Returns:
         Shape (height, width, 3), dtype uint8, BGR.
@@ -62,7 +62,7 @@ def draw_true_map(trace: EpisodeTrace, title: str) -> Image:
 
 
 def _draw_objects(image: Image, trace: EpisodeTrace) -> None:
-    """The obstacles, and every place where a late object stood still."""
+    """Draw the obstacles, and every place where a late object stood still."""
     first = trace.moments[0].scene
     for obstacle in first.plan.obstacles:
         _draw_obstacle(image, obstacle, SOLID, 1 if obstacle.height_mm < LOW_MM else -1)
@@ -102,20 +102,20 @@ def _draw_picture(image: Image, goal: Goal, *, wanted: bool) -> None:
 
 
 def _draw_path(image: Image, trace: EpisodeTrace) -> None:
-    """The path, one colour per target, with a red ring at each contact."""
+    """Draw the path in one colour per target, with a red ring at each contact."""
     marks = iter(trace.marks)
     mark, target = next(marks, None), ""
     for one, other in zip(trace.moments, trace.moments[1:], strict=False):
         while mark is not None and mark.moment.time_s <= one.time_s:
             target, mark = mark.record.target, next(marks, None)
-        color = WAYS[trace.targets.index(target) % len(WAYS)] if target in trace.targets else INK
+        color = TARGET_COLORS[trace.targets.index(target) % len(TARGET_COLORS)] if target in trace.targets else INK
         cv2.line(image, _at(one.pose[:2]), _at(other.pose[:2]), color, 2, cv2.LINE_AA)
         if other.contacts > one.contacts:
             cv2.circle(image, _at(other.pose[:2]), 7, BAD, 1, cv2.LINE_AA)
 
 
 def _draw_mark(image: Image, mark: Mark) -> None:
-    """A stop that was called an arrival, with a tick or a cross; a choice, with its initial."""
+    """Draw a star or a cross where the robot reported an arrival, and the name of a choice where it was made."""
     record, moment = mark.record, mark.moment
     place = _at(moment.pose[:2])
     if record.kind is Kind.TRANSITION and record.data["to"] == "reached":
@@ -129,5 +129,5 @@ def _draw_mark(image: Image, mark: Mark) -> None:
 
 
 def _at(point: Point) -> tuple[int, int]:
-    """Pixel of a point of the floor."""
+    """Return the pixel of a point on the floor."""
     return round(point[0] * SCALE) + MARGIN_PX, round(point[1] * SCALE) + MARGIN_PX

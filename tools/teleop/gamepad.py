@@ -1,6 +1,6 @@
 """A gamepad, read through SDL by pygame; it may be plugged in and out at any time.
 
-SDL's game controllers are used, not its joysticks: SDL knows where the buttons of hundreds of gamepads are, and nobody
+SDL's game controllers are used, not its joysticks: SDL knows where the buttons of hundreds of gamepads are, and no user
 should have to guess which one is the emergency stop. What SDL has no layout for is named on the screen and left alone.
 pygame calls that module, `pygame._sdl2.controller`, experimental; hence the narrow pin of the extra `gamepad`.
 """

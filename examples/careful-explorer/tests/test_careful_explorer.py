@@ -1,4 +1,4 @@
-"""A minute of the robot's life is a fraction of a second here."""
+"""Tests in simulated rooms: a minute of simulated time takes a fraction of a second."""
 
 import pytest
 from careful_explorer import BACK_OFF_MM, explore, main
@@ -24,7 +24,7 @@ def test_backs_off_from_a_step_that_is_too_low_to_be_seen(sim_world, sim_brick):
     assert sim_world.truth.distance_mm("step") > BACK_OFF_MM
 
 
-def test_does_not_run_into_somebody_who_steps_in_front(sim_world, sim_brick):
+def test_does_not_run_into_a_person_who_steps_in_front(sim_world, sim_brick):
     sim_world.put_person("anna", x_mm=1800, y_mm=2700).walk("anna", x_mm=1800, y_mm=1500, after_s=1)
     explore(sim_brick, duration_s=15)
     assert sim_world.truth.contacts == 0

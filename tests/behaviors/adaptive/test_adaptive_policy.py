@@ -43,7 +43,7 @@ def _blocked(blocker: Blocker, extra_s: float | None, **known: object) -> Eviden
         pytest.param(_blocked(LOW, 8.0), DETOUR, id="what can be looked over is gone round"),
         pytest.param(_blocked(FURNITURE, 20.0), DETOUR, id="what never left is gone round"),
         pytest.param(_blocked(PERSON, 2.0), DETOUR, id="a short way round is gone at once"),
-        pytest.param(_blocked(PERSON, 25.0), WAIT, id="somebody may leave sooner than a long way round takes"),
+        pytest.param(_blocked(PERSON, 25.0), WAIT, id="a person may leave sooner than a long detour takes"),
         pytest.param(_blocked(PERSON, None), WAIT, id="without a way round it waits"),
         pytest.param(_blocked(PERSON, 25.0, targets_left=2, spent_s=LONG), WAIT, id="what was found is not given up"),
         pytest.param(_blocked(PERSON, 25.0, repeats={WAIT.name: 2}), DETOUR, id="waiting did not help twice"),

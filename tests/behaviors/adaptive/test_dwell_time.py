@@ -1,4 +1,4 @@
-"""How long to wait: never more than twice what somebody needs who knows when the thing leaves."""
+"""How long to wait: at most twice the cost for an observer who knows when the obstacle leaves."""
 
 from __future__ import annotations
 

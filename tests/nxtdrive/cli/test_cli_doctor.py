@@ -39,7 +39,7 @@ def test_whatever_is_not_ok_has_a_remedy(capsys):
     assert all(finding["remedy"] for finding in report["findings"] if finding["verdict"] != "ok")
 
 
-def test_nothing_moves_unless_somebody_says_yes(capsys, monkeypatch):
+def test_nothing_moves_without_consent(capsys, monkeypatch):
     code, _, findings = _examine(capsys, "--nxt", "sim://", "--wiggle")
     assert code == DONE
     assert findings["wiggle"]["verdict"] == "warning"
@@ -64,7 +64,7 @@ def test_without_a_brick_the_exit_code_says_so(capsys, monkeypatch):
     assert findings["camera"]["verdict"] == "warning"
 
 
-def test_an_address_nobody_serves_is_a_mistake_of_the_user(capsys):
+def test_an_unknown_address_is_a_usage_error(capsys):
     assert main(["doctor", "--nxt", "warp://9", "--camera", "nowhere.png"]) == USAGE
 
 

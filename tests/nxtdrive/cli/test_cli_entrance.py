@@ -125,7 +125,7 @@ def test_the_help_shows_every_kind_of_address(scheme, capsys):
     assert f"{scheme}://" in _help(capsys, "info")
 
 
-def test_an_address_nobody_serves_is_one_sentence(capsys):
+def test_an_unknown_address_is_one_sentence(capsys):
     assert main(["info", "--nxt", "warp://9"]) == USAGE
     captured = capsys.readouterr()
     assert captured.err.startswith("nxtdrive: ")

@@ -30,7 +30,7 @@ def test_text_says_it_in_one_line(capsys):
 
 
 @pytest.mark.parametrize(("words", "stopped"), [(["A", "c"], ["A", "C"]), ([], ["A", "B", "C"])])
-def test_motors_are_stopped_whoever_started_them(words, stopped, capsys):
+def test_motors_started_by_other_programs_are_stopped(words, stopped, capsys):
     assert main(["motor", "stop", *words, "--nxt", "sim://", "--json"]) == DONE
     assert _answer(capsys) == {"stopped": stopped}
 

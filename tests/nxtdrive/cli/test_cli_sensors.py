@@ -66,7 +66,7 @@ def test_registers_are_shown_as_bytes_and_text(capsys):
     assert out.split() == ["0x10", "53", "6f", "6e", "61", "72", "Sonar"]
 
 
-def test_a_register_of_nobody_is_refused_by_the_brick(capsys):
+def test_a_register_without_a_sensor_is_refused_by_the_brick(capsys):
     code, _, err = _run(capsys, "sensor", "registers", "2", "0x10", "5")
     assert code == REFUSED
     assert "Traceback" not in err

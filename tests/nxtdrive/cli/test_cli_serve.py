@@ -77,7 +77,7 @@ def test_a_conversation_with_the_brick_can_be_recorded(server, tmp_path):
 
 
 @pytest.mark.slow
-def test_whoever_listens_to_everybody_is_warned(server):
+def test_listening_on_all_interfaces_prints_a_warning(server):
     process, address = server("--nxt", "sim://open", "--host", "0.0.0.0")
     process.send_signal(signal.SIGTERM)
     _, errors = process.communicate(timeout=60)

@@ -108,7 +108,7 @@ def test_programs_that_come_and_go_are_told_of(server):
 
 
 @pytest.mark.slow
-def test_a_brick_that_switches_itself_off_is_told_of_and_takes_nobody(server):
+def test_a_brick_that_switches_itself_off_is_reported_and_accepts_no_connection(server):
     (address,) = (door for door in _serving(server)["doors"] if door.startswith("nxt-server"))
     place = "127.0.0.1", int(address.rpartition(":")[2])
     with socket.create_connection(place, timeout=20) as line:

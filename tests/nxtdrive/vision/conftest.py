@@ -13,7 +13,7 @@ HFOV_DEG = 60.0
 
 
 class ManualClock:
-    """A clock that advances only while somebody sleeps."""
+    """A clock that advances only while a thread sleeps."""
 
     def __init__(self):
         self.time_s = 0.0

@@ -84,7 +84,7 @@ def test_replay_keeps_its_pace(clock):
     assert camera.size == (6, 4)
 
 
-def test_replay_skips_what_nobody_asked_for_in_time(clock):
+def test_replay_skips_frames_not_requested_in_time(clock):
     camera = ReplayCamera("clip", iter([image(i) for i in range(50)]), 10, clock)
     camera.read(1.0)
     clock.sleep(1.25)

@@ -109,7 +109,7 @@ class House:
         return any(condition() or self.turn() for _ in range(TURNS)) or condition()
 
     def hear(self, line, size=1):
-        """At least so many bytes from a socket, or fewer if it is closed."""
+        """Read at least this many bytes from a socket, or fewer if it is closed."""
         heard = b""
 
         def enough():

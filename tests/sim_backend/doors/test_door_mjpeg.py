@@ -1,4 +1,4 @@
-"""The camera's stream: readable by OpenCV and by anybody else, never waited for."""
+"""The camera's stream: readable by OpenCV and by any other client, none of which the brick waits for."""
 
 import contextlib
 import socket
@@ -87,7 +87,7 @@ def test_a_watcher_sees_the_freshest_picture_only(door):
         assert cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR).shape == NOISE.shape
 
 
-def test_it_knows_whether_anybody_watches(door):
+def test_it_knows_whether_it_has_viewers(door):
     assert not door.watched
     with _connect(door):
         assert _until(lambda: door.watched)
@@ -96,7 +96,7 @@ def test_it_knows_whether_anybody_watches(door):
 
 
 @pytest.mark.slow
-def test_a_watcher_that_does_not_read_holds_up_nobody(door):
+def test_a_viewer_that_does_not_read_holds_up_no_other(door):
     with _connect(door):
         assert _until(lambda: door.watched)
         for _ in range(300):

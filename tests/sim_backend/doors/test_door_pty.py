@@ -136,7 +136,7 @@ def test_what_is_no_telegram_is_dropped(terminal, client, clock):
     assert _arrived(terminal) == [KEEP_ALIVE]
 
 
-def test_replies_nobody_reads_do_not_stop_the_brick(terminal):
+def test_unread_replies_do_not_stop_the_brick(terminal):
     for _ in range(3000):
         terminal.send(frame(bytes(64)))
     with _open(terminal.device) as port:
@@ -168,7 +168,7 @@ def test_after_any_garbage_and_a_pause_telegrams_pass(garbage, telegram):
         terminal.hang_up()
 
 
-def test_the_door_has_a_visitor_once_somebody_writes(door):
+def test_the_door_has_a_visitor_once_a_program_writes(door):
     assert door.arrivals() == []
     with _open(door.path) as port:
         assert door.arrivals() == []

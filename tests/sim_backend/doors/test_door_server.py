@@ -42,7 +42,7 @@ class _Mailbox:
 
 
 class _Audience:
-    """A camera door somebody watches, or not."""
+    """A camera door, watched or not."""
 
     def __init__(self):
         self.watched = False

@@ -1,4 +1,4 @@
-"""Whatever comes through a door: the brick and the server live on, and whoever asks next is answered."""
+"""Whatever comes through a door: the brick and the server survive, and the next request is answered."""
 
 import contextlib
 import os

@@ -1,4 +1,4 @@
-"""What must hold of the smoke suite's missions of both profiles, performed as ``nxtdrive sweep --workers 2`` does."""
+"""What must hold for the smoke suite's missions of both profiles, performed as ``nxtdrive sweep --workers 2`` does."""
 
 import pytest
 
@@ -30,7 +30,7 @@ def _targets(lines, policy):
     return [target for line in lines if line["policy"] == policy for target in line["targets"]]
 
 
-def test_they_are_the_smoke_suites():
+def test_the_tasks_are_those_of_the_smoke_suite():
     assert set(PROFILES) <= set(POLICIES)
     assert len(plan(list(CLASSES), range(FIRST, LAST + 1), POLICIES, "geometric")) >= 60
     assert len(AGAIN) == len(REPEATED)

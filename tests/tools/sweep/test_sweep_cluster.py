@@ -1,4 +1,4 @@
-"""A sweep on a real Dask cluster: the same lines, whatever becomes of its workers, and an end when nobody is left."""
+"""A sweep on a real Dask cluster: the same lines, whatever happens to its workers, and an end when none is left."""
 
 import contextlib
 import importlib.util
@@ -51,7 +51,7 @@ class DaskCluster:
         return [self._start(environment, "worker", self.address, *alone, *words) for _ in range(number)]
 
     def join(self, number, patience_s=STARTS_S):
-        """The cluster as a sweep sees it, once it has so many workers."""
+        """The cluster as a sweep sees it, once it has this many workers."""
         self.wait_for(number)
         return Cluster(self.address, patience_s=patience_s)
 
@@ -86,7 +86,7 @@ def _eventually(condition):
 
 
 def _older(folder):
-    """A folder whose nxtdrive, on paper, is an older one."""
+    """A folder whose nxtdrive claims an older version."""
     metadata = folder / "older" / "nxtdrive-0.0.9.dist-info" / "METADATA"
     metadata.parent.mkdir(parents=True)
     metadata.write_text("Metadata-Version: 2.1\nName: nxtdrive\nVersion: 0.0.9\n", encoding="utf-8")
@@ -106,7 +106,7 @@ def dask(tmp_path):
 
 @pytest.fixture
 def impatient_dask(tmp_path):
-    """Who kills one worker is not given to three more."""
+    """A mission that kills one worker is not given to three more."""
     with contextlib.ExitStack() as stack:
         yield DaskCluster(stack, tmp_path, DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0")
 
@@ -202,12 +202,12 @@ def test_a_worker_with_another_version_that_joins_later_ends_the_sweep(dask, tmp
 
 
 @pytest.mark.parametrize("address", ["tcp://host", "here", "usb://1:2", "tcp://127.0.0.1:70000"])
-def test_an_address_that_is_none_is_refused(address):
+def test_an_invalid_address_is_refused(address):
     with pytest.raises(AddressError, match="tcp://host:8786"):
         Cluster(address)
 
 
-def test_nobody_and_a_program_that_says_nothing_are_not_waited_for(monkeypatch):
+def test_a_missing_or_silent_scheduler_is_not_waited_for(monkeypatch):
     monkeypatch.setattr(cluster_module, "CONNECT_S", 0.3)
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = f"tcp://127.0.0.1:{server.getsockname()[1]}"

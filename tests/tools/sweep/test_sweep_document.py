@@ -1,4 +1,4 @@
-"""The page on evaluation names what there is."""
+"""The page on evaluation names every class and policy."""
 
 from pathlib import Path
 

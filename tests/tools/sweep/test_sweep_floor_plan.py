@@ -1,11 +1,11 @@
-"""Shortest ways and lines of sight on floors whose answers are known."""
+"""Shortest paths and lines of sight on floors whose answers are known."""
 
 import math
 
 import numpy as np
 import pytest
 
-from nxtdrive.tools.sweep.floor_plan import CELL_MM, FloorPlan, Goal, Obstacle, Pace, Way
+from nxtdrive.tools.sweep.floor_plan import CELL_MM, FloorPlan, Goal, Obstacle, Pace, Path
 
 ROBOT_MM = 115.0
 
@@ -14,47 +14,47 @@ def _wall(x_mm, from_mm, to_mm):
     return Obstacle("wall", (x_mm, (from_mm + to_mm) / 2), (to_mm - from_mm, 20.0), 90.0)
 
 
-def test_in_an_empty_room_the_way_is_straight_and_ends_where_a_stop_counts():
+def test_in_an_empty_room_the_path_is_straight_and_ends_where_a_stop_counts():
     plan = FloorPlan((4000.0, 3000.0), ())
-    way = plan.way((500.0, 1500.0), Goal("lena", (3800.0, 1500.0), 180.0), ROBOT_MM)
-    assert way.length_mm == pytest.approx(3300 - 500, abs=CELL_MM)
-    assert len(way.points) == 2
+    path = plan.path((500.0, 1500.0), Goal("lena", (3800.0, 1500.0), 180.0), ROBOT_MM)
+    assert path.length_mm == pytest.approx(3300 - 500, abs=CELL_MM)
+    assert len(path.points) == 2
 
 
 def test_a_picture_is_reached_from_its_front_only():
     plan = FloorPlan((4000.0, 4000.0), (Obstacle("lena", (2000.0, 2000.0), (10.0, 105.0), 0.0),))
-    way = plan.way((500.0, 2000.0), Goal("lena", (2000.0, 2000.0), 0.0), ROBOT_MM)
-    end = way.points[-1]
+    path = plan.path((500.0, 2000.0), Goal("lena", (2000.0, 2000.0), 0.0), ROBOT_MM)
+    end = path.points[-1]
     bearing = math.degrees(math.atan2(end[1] - 2000, end[0] - 2000))
     assert math.dist(end, (2000, 2000)) <= 500
     assert abs(bearing) <= 75
 
 
-def test_the_way_round_a_wall_leads_past_its_end_with_the_robots_radius():
+def test_the_path_round_a_wall_keeps_the_robots_radius_from_its_end():
     plan = FloorPlan((4000.0, 4000.0), (_wall(2000.0, 0.0, 3000.0),))
     start, goal = (1000.0, 1000.0), Goal("lena", (3000.0, 1000.0), 90.0)
-    way = plan.way(start, goal, ROBOT_MM)
+    path = plan.path(start, goal, ROBOT_MM)
     # the corner is a circle of the robot's radius around the wall's end
     around = 2 * math.dist(start, (2000, 3000 + ROBOT_MM))
-    assert around - 500 - 2 * ROBOT_MM < way.length_mm < around - 500 + 3 * CELL_MM
-    line = np.concatenate([np.linspace(a, b, 200) for a, b in zip(way.points, way.points[1:], strict=False)])
+    assert around - 500 - 2 * ROBOT_MM < path.length_mm < around - 500 + 3 * CELL_MM
+    line = np.concatenate([np.linspace(a, b, 200) for a, b in zip(path.points, path.points[1:], strict=False)])
     assert plan.clearance_mm(line).min() >= ROBOT_MM - CELL_MM / 10
 
 
-def test_there_is_no_way_through_a_door_that_is_too_narrow():
+def test_there_is_no_path_through_a_door_that_is_too_narrow():
     def plan(gap_mm):
         return FloorPlan(
             (4000.0, 3000.0), (_wall(2000.0, 0.0, 1500 - gap_mm / 2), _wall(2000.0, 1500 + gap_mm / 2, 3000.0))
         )
 
     goal = Goal("lena", (3500.0, 1500.0), 180.0)
-    assert plan(200.0).way((500.0, 1500.0), goal, ROBOT_MM) is None
-    assert plan(400.0).way((500.0, 1500.0), goal, ROBOT_MM) is not None
+    assert plan(200.0).path((500.0, 1500.0), goal, ROBOT_MM) is None
+    assert plan(400.0).path((500.0, 1500.0), goal, ROBOT_MM) is not None
 
 
-def test_who_is_there_already_has_no_way_to_go():
+def test_the_path_from_the_goal_has_no_length():
     plan = FloorPlan((4000.0, 3000.0), ())
-    assert plan.way((3400.0, 1500.0), Goal("lena", (3800.0, 1500.0), 180.0), ROBOT_MM).length_mm == 0
+    assert plan.path((3400.0, 1500.0), Goal("lena", (3800.0, 1500.0), 180.0), ROBOT_MM).length_mm == 0
 
 
 def test_high_things_hide_a_picture_and_low_ones_do_not():
@@ -65,8 +65,8 @@ def test_high_things_hide_a_picture_and_low_ones_do_not():
 
 
 def test_the_fastest_time_counts_turns_and_acceleration():
-    way = Way(((0.0, 0.0), (1000.0, 0.0), (1000.0, 1000.0)))
+    path = Path(((0.0, 0.0), (1000.0, 0.0), (1000.0, 1000.0)))
     pace = Pace(speed_mm_s=200.0, speed_mm_s2=400.0, turn_deg_s=120.0, turn_deg_s2=300.0)
     straight_s, turn_s = 1000 / 200 + 0.5, 90 / 120 + 0.4
-    assert way.duration_s(0.0, pace) == pytest.approx(2 * straight_s + turn_s)
-    assert way.duration_s(-90.0, pace) == pytest.approx(2 * straight_s + 2 * turn_s)
+    assert path.duration_s(0.0, pace) == pytest.approx(2 * straight_s + turn_s)
+    assert path.duration_s(-90.0, pace) == pytest.approx(2 * straight_s + 2 * turn_s)

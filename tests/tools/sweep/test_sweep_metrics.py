@@ -1,4 +1,4 @@
-"""Figures of hand-made missions."""
+"""Figures of missions built by hand, with known results."""
 
 import math
 
@@ -80,7 +80,7 @@ def test_a_straight_drive_is_as_good_as_can_be():
     assert result.path_mm == pytest.approx(2760)
 
 
-def test_a_roundabout_way_counts_for_what_it_is_worth():
+def test_a_detour_lowers_the_path_efficiency():
     episode = EpisodeBuilder().enter("search").drive(500, 2700, 6).drive(500, 1500, 6).drive(3260, 1500, 14)
     result = judge_target(episode.enter("reached").end(), "lena")
     assert result.spl == pytest.approx(2740 / (2760 + 2400), abs=0.02)
@@ -100,7 +100,7 @@ def test_a_stop_before_something_that_hides_the_picture_is_a_wrong_stop():
     assert result.wrong_stops == 1
 
 
-def test_who_covers_half_of_the_way_gets_half_of_the_soft_figure():
+def test_half_of_the_path_gives_half_of_the_soft_figure():
     result = judge_target(EpisodeBuilder().enter("search").drive(1900, 1500, 7).enter("gave_up").end(), "lena")
     assert result.soft_spl == pytest.approx(0.5, abs=0.02)
     assert result.given_up_s == pytest.approx(7.0)
@@ -111,7 +111,7 @@ def test_a_target_that_is_not_there_is_not_reachable():
     assert (result.reachable, result.success, result.shortest_mm) == (False, False, None)
 
 
-def test_a_failure_is_noticed_from_when_somebody_is_in_the_way():
+def test_recognition_time_starts_when_a_person_is_in_the_way():
     episode = (
         EpisodeBuilder(late_objects=["anna"]).enter("arrive").drive(1000, 1500, 2).disturb("anna").drive(1200, 1500, 1)
     )
@@ -144,7 +144,7 @@ def test_to_wait_fits_when_the_way_is_free_sooner_than_a_detour_takes():
     assert judgement.regret_s == pytest.approx(0.1, abs=0.15)
 
 
-def test_to_wait_long_for_somebody_who_stays_is_regretted():
+def test_a_long_wait_for_a_person_who_stays_has_regret():
     judgement = _blocked(stays_s=math.inf, choice="wait", waits_s=15.0)
     assert (judgement.cause, judgement.fits) == (Cause.BLOCKED_LONG, False)
     assert judgement.regret_s == pytest.approx(15.0, abs=0.2)

@@ -1,4 +1,4 @@
-"""Every policy ends a mission; what it does is judged by the truth."""
+"""Every policy ends a mission, and the ground truth judges it."""
 
 import pytest
 

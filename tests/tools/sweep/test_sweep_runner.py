@@ -1,4 +1,4 @@
-"""Sweeps: the same lines for any number of workers and after any interruption, whatever goes wrong in a mission."""
+"""Sweeps: the same lines for any number of workers and after any interruption, even if a mission breaks."""
 
 import json
 import math
@@ -61,7 +61,7 @@ def test_no_worker_outlives_a_sweep_that_is_killed():
     ) as program:
         assert program.stdout.readline() == "at work\n"
         program.kill()
-        # the stream ends when nobody holds its other end any more
+        # the stream ends when no process holds its other end any more
         program.communicate(timeout=30)
 
 
@@ -176,7 +176,7 @@ def test_the_command_prints_tables_and_draws_maps(tmp_path, monkeypatch, capsys)
         (["--map", "open:oracle"], "CLASS:SEED:POLICY"),
     ],
 )
-def test_mistakes_are_said_with_what_is_known(words, hint, tmp_path, monkeypatch, capsys):
+def test_usage_errors_list_the_valid_choices(words, hint, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["sweep", *words]) == USAGE
     assert hint in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Scenarios: drawn from class and seed alone, always possible."""
+"""Scenarios are drawn from class and seed alone and always solvable."""
 
 import itertools
 import math

@@ -117,9 +117,9 @@ class VirtualGamepad:
         self._instance = None
 
     def _joystick(self):
-        """As whoever has opened it sees it; only then can it be moved."""
+        """As the program that has opened it sees it; only then can it be moved."""
         joystick = self._sdl.SDL_JoystickFromInstanceID(self._instance)
-        assert joystick, "nobody has opened the gamepad"
+        assert joystick, "no program has opened the gamepad"
         return ctypes.c_void_p(joystick)
 
     def move(self, axis, part):

@@ -20,7 +20,7 @@ def controls():
     return Controls(300.0, 120.0)
 
 
-def test_nobody_at_the_keys_is_a_stop(controls):
+def test_no_key_pressed_is_a_stop(controls):
     assert controls.wanted(0.0) == STOP
 
 
@@ -142,7 +142,7 @@ def test_a_program_that_dies_leaves_no_robot_running(room, controls):
     for _ in range(10):
         controls.press(Direction.FORWARD, brick.now())
         pilot.step()
-    simulation.advance(1500)  # nobody says anything any more
+    simulation.advance(1500)  # no more input comes
     rest = _place(simulation)
     simulation.advance(1000)
     assert _place(simulation) == pytest.approx(rest, abs=1.0)

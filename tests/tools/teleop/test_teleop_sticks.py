@@ -75,7 +75,7 @@ def test_a_stick_drives_in_parts_of_the_speed(controls):
     assert controls.wanted(1.0) == pytest.approx((150.0, -120.0))
 
 
-def test_a_stick_that_nobody_reads_any_more_counts_for_a_moment_only(controls):
+def test_a_stick_that_is_no_longer_read_counts_only_briefly(controls):
     controls.steer(1.0, 0.0, 1.0)
     assert controls.wanted(1.0 + DEAD_MAN_S) != STOP
     assert controls.wanted(1.01 + DEAD_MAN_S) == STOP

@@ -1,15 +1,15 @@
-"""What thinking costs is measured on the real chart and in real missions; the times are this machine's business."""
+"""The cost of behaviors is measured on the real chart and in real missions; the times depend on the machine."""
 
 import math
 
 import pytest
 
 from behaviors.events import Fact, Reason
-from nxtdrive.tools.dev.bench_mind import (
-    WAYS,
+from nxtdrive.tools.dev.bench_behaviors import (
+    FACTS,
     decision_times_s,
     frame_times_s,
-    measure_mind,
+    measure_behaviors,
     searching_chart,
     spread_ms,
 )
@@ -18,12 +18,12 @@ from nxtdrive.tools.dev.bench_mind import (
 @pytest.mark.slow
 def test_every_figure_is_there_and_has_its_goal():
     figures = {
-        figure.name: figure for figure in measure_mind(turns=2, hard=["far"], seeds=[100], kinds=["open", "link"])
+        figure.name: figure for figure in measure_behaviors(turns=2, hard=["far"], seeds=[100], kinds=["open", "link"])
     }
     assert all(figure.value > 0 for figure in figures.values())
     goals = {name: figure.goal for name, figure in figures.items() if figure.goal}
     for words, goal in [
-        *((f"fact to the chart, {name}", "<= 500") for name in WAYS),
+        *((f"fact to the chart, {name}", "<= 500") for name in FACTS),
         ("adaptive: decision, 99 %", "<= 50"),
         ("missions a minute of CPU, thesis, 2 classes", ">= 40"),
         ("missions a minute of CPU, adaptive, 2 classes", ">= 40"),
@@ -35,11 +35,11 @@ def test_every_figure_is_there_and_has_its_goal():
     assert any(name.startswith("adaptive: frame to world model, median") for name in figures)
 
 
-@pytest.mark.parametrize(("name", "regions"), list(zip(WAYS, [{"mission"}, {"safety"}, set()], strict=True)))
-def test_the_facts_do_what_they_are_called_and_lead_back_to_the_search(name, regions):
+@pytest.mark.parametrize(("name", "regions"), list(zip(FACTS, [{"mission"}, {"safety"}, set()], strict=True)))
+def test_the_facts_match_their_names_and_lead_back_to_the_search(name, regions):
     chart = searching_chart()
     before, moved = chart.states_now, set()
-    for event in WAYS[name]:
+    for event in FACTS[name]:
         was = chart.states_now
         chart.report(Fact(event, Reason.SIGHTED))
         changed = was ^ chart.states_now

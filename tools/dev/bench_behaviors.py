@@ -1,8 +1,8 @@
-"""Measures the CPU time of the mission's behaviour: a fact to the chart, a frame, a decision, whole missions.
+"""Measure the CPU time of behaviors: a fact reported to the chart, a frame, a decision, whole missions.
 
-CPU time depends little on what else the machine does. Frames are timed while the robot looks round at the start of the
-sweep's missions, decisions throughout them, where maps and beliefs are at their fullest. docs/adaptive.md, "What it
-costs", has the results.
+CPU time depends little on the machine's other load. Frames are timed while the robot looks round at the start of the
+sweep's missions, decisions throughout the missions, when maps and beliefs are largest. The results are in
+docs/adaptive.md, "What it costs".
 """
 
 from __future__ import annotations
@@ -39,67 +39,67 @@ from ..sweep.robot import GEOMETRIC, Robot, build_robot
 from ..sweep.scenarios import CLASSES, draw_scenario
 from .bench import REPEATS, Figure
 
-# Windows counts CPU time in steps of 15.6 ms, which is no use for single decisions
+# Windows counts CPU time in steps of 15.6 ms, too coarse for single decisions
 cpu_s = time.perf_counter if sys.platform == "win32" else time.process_time
 
 TURNS = 500
-"""How often the facts of `WAYS` are reported to the chart in each repeat."""
+"""How often the facts in `FACTS` are reported to the chart in each repeat."""
 HARD = ("far", "clutter", "block_transient", "block_permanent", "absent", "moved", "narrow_door")
-"""Classes in which much is decided."""
+"""Classes with many decisions."""
 SEEDS = range(100, 105)
-"""Seeds of their missions; some two hundred decisions."""
+"""Seeds of their missions, which have some two hundred decisions."""
 FACT_US, DECISION_MS, PACE_PER_MIN = 500.0, 50.0, 40.0
 """Goals."""
 SHARE = 0.99
-"""So many decisions keep within the goal."""
+"""Share of the decisions that must meet the goal."""
 
 
-def measure_mind(
+def measure_behaviors(
     *,
     turns: int = TURNS,
     hard: Sequence[str] = HARD,
     seeds: Sequence[int] = SEEDS,
     kinds: Sequence[str] = tuple(CLASSES),
 ) -> Iterable[Figure]:
-    """Every figure, one after the other, as they are measured; takes some two minutes.
+    """Yield every figure as it is measured; takes some two minutes.
 
     Args:
-        turns: How often the facts of `WAYS` are reported to the chart in each repeat.
+        turns: How often the facts in `FACTS` are reported to the chart in each repeat.
         hard: Classes of the missions in which frames and decisions are timed.
         seeds: Their seeds.
-        kinds: Classes of the missions that are counted, one each.
+        kinds: Classes of the missions whose rate is measured, one mission each.
     """
     yield from _chart_figures(turns)
-    yield from _thinking_figures(list(product(hard, seeds)))
+    yield from _model_figures(list(product(hard, seeds)))
     for policy in "thesis", "adaptive":
         yield _pace(policy, kinds)
 
 
-WAYS: dict[str, tuple[Event, ...]] = {
-    "one that leads on": (Event.TARGET_SEEN, Event.ARRIVE_FAILED, Event.RECOVERY_DONE),
-    "one of another region": (Event.OBSTACLE, Event.OBSTACLE_GONE),
-    "one that is ignored": (Event.ARRIVED,),
+FACTS: dict[str, tuple[Event, ...]] = {
+    "to another state": (Event.TARGET_SEEN, Event.ARRIVE_FAILED, Event.RECOVERY_DONE),
+    "of another region": (Event.OBSTACLE, Event.OBSTACLE_GONE),
+    "ignored": (Event.ARRIVED,),
 }
-"""Facts that lead a searching robot back to where it was."""
+"""Facts that lead a searching robot back to its initial state."""
 
 
 def searching_chart() -> MissionChart:
-    """The chart of a robot that searches."""
+    """Return the chart of a robot that searches."""
     chart = MissionChart(TargetQueue(["lena", "rilakkuma"]), lambda: Choice(WAIT, "measured"))
     chart.report(Fact(Event.START, Reason.MISSION_STARTED))
     return chart
 
 
 def _chart_figures(turns: int) -> Iterable[Figure]:
-    """One fact reported to the chart, next to the least that any state machine does."""
+    """Measure a fact reported to the chart, next to the cheapest possible state machine."""
     yield Figure("fact to a bare dict of transitions, CPU", _bare_dispatch_us(turns * 100), "µs")
-    for name, events in WAYS.items():
+    for name, events in FACTS.items():
         took_us = _each_us(searching_chart().report, events, turns)
         yield Figure(f"fact to the chart, {name}, CPU", took_us, "µs", f"<= {FACT_US:g}", took_us <= FACT_US)
 
 
 def _bare_dispatch_us(turns: int) -> float:
-    """A state machine that is a dict and nothing else."""
+    """Measure a state machine that is only a dict."""
     table = {("search", Event.TARGET_SEEN): "arrive", ("arrive", Event.ARRIVE_FAILED): "search"}
     state = "search"
 
@@ -111,7 +111,7 @@ def _bare_dispatch_us(turns: int) -> float:
 
 
 def _each_us(report: Callable[[Fact], None], events: Sequence[Event], turns: int) -> float:
-    """CPU time of one report."""
+    """Return the CPU time of one report."""
     facts = [Fact(event, Reason.SIGHTED) for event in events]
     rounds = []
     for _ in range(REPEATS):
@@ -127,7 +127,7 @@ class TimedWorldModel(WorldModel):
     """A world model that measures the cost of each update with a frame.
 
     Args:
-        mission: Its targets.
+        mission: The mission with its targets.
 
     Attributes:
         times_s: CPU time of each frame, with its echo.
@@ -152,9 +152,9 @@ class TimedProfile(AdaptiveProfile):
 
     Args:
         times_s: Receives the CPU times.
-        context: What to work with.
-        mission: What to do.
-        queue: Whose present target is pursued.
+        context: What skills work with.
+        mission: The mission.
+        queue: Its current target is pursued.
     """
 
     def __init__(self, times_s: list[float], context: SkillContext, mission: Mission, queue: TargetQueue) -> None:
@@ -169,14 +169,14 @@ class TimedProfile(AdaptiveProfile):
         self._gathered_s = cpu_s() - begun_s
 
     def evidence(self, basis: Evidence) -> Evidence:
-        """Add what could be done."""
+        """Add the candidates."""
         begun_s = cpu_s()
         evidence = super().evidence(basis)
         self._gathered_s += cpu_s() - begun_s
         return evidence
 
     def select(self, evidence: Evidence) -> Choice:
-        """Choose; the decision is complete."""
+        """Choose, which completes the decision."""
         begun_s = cpu_s()
         choice = super().select(evidence)
         self._times_s.append(self._gathered_s + cpu_s() - begun_s)
@@ -185,36 +185,36 @@ class TimedProfile(AdaptiveProfile):
 
 @contextmanager
 def _robot(kind: str, seed: int) -> Iterator[Robot]:
-    """The robot of a scenario of the sweep, with geometric eyes."""
+    """Build the robot of a scenario of the sweep, with geometric eyes."""
     scenario = draw_scenario(kind, seed)
     simulation = Simulation(scenario.world, seed=seed)
     with Brick(SimTransport(simulation, latency_ms=scenario.latency_ms, faults=scenario.faults)) as brick:
         yield build_robot(scenario, simulation, brick, GEOMETRIC, [])
 
 
-def _unheard(*_: object, **__: object) -> None:
-    """Nobody keeps a journal."""
+def _discard(*_: object, **__: object) -> None:
+    """Discard a record; no journal is kept."""
 
 
 def frame_times_s(kind: str, seed: int) -> list[float]:
-    """CPU time of each frame of the first look round in a mission of the sweep."""
+    """Return the CPU time of each frame of the first look round in a mission of the sweep."""
     with _robot(kind, seed) as robot:
         mission, world = robot.mission, TimedWorldModel(robot.mission)
-        context = SkillContext(robot.body, robot.eyes, robot.clock, mission.thesis, _unheard, _unheard)
+        context = SkillContext(robot.body, robot.eyes, robot.clock, mission.thesis, _discard, _discard)
         ScanSkill(Perception(context, mission.adaptive, world, TargetQueue(mission.mission.targets))).call()
     return world.times_s
 
 
 def decision_times_s(kind: str, seed: int) -> list[float]:
-    """CPU time of each decision in a mission of the sweep that is pursued adaptively."""
+    """Return the CPU time of each decision of the adaptive profile in a mission of the sweep."""
     times_s: list[float] = []
     with _robot(kind, seed) as robot:
         Executive(robot.mission, robot.body, robot.eyes, robot.clock, [], partial(TimedProfile, times_s)).run()
     return times_s
 
 
-def _thinking_figures(missions: Sequence[tuple[str, int]]) -> Iterable[Figure]:
-    """What frames and decisions cost in these missions, (class, seed)."""
+def _model_figures(missions: Sequence[tuple[str, int]]) -> Iterable[Figure]:
+    """Measure the cost of frames and decisions in these missions, (class, seed)."""
     frames_s = [time_s for kind, seed in missions for time_s in frame_times_s(kind, seed)]
     middle_ms, high_ms = spread_ms(frames_s)
     yield Figure(f"adaptive: frame to world model, median of {len(frames_s)}, CPU", middle_ms, "ms")
@@ -226,7 +226,7 @@ def _thinking_figures(missions: Sequence[tuple[str, int]]) -> Iterable[Figure]:
 
 
 def spread_ms(times_s: Sequence[float]) -> tuple[float, float]:
-    """Median and the time within which 99 % stay, in milliseconds; NaN when nothing was measured."""
+    """Return the median and the 99th percentile, in milliseconds; NaN when nothing was measured."""
     if not times_s:
         return math.nan, math.nan
     ordered = sorted(times_s)
@@ -234,7 +234,7 @@ def spread_ms(times_s: Sequence[float]) -> tuple[float, float]:
 
 
 def _pace(policy: str, kinds: Sequence[str]) -> Figure:
-    """Missions that one core performs in a minute, judging included."""
+    """Measure how many missions one core performs in a minute, judging included."""
     begun_s = cpu_s()
     for index, kind in enumerate(kinds):
         evaluate(Task(index, kind, SEEDS[0], policy, GEOMETRIC))
