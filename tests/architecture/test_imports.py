@@ -1,4 +1,4 @@
-"""Who imports whom: exhaustive layers, no circle of imports, and which libraries each package may use.
+"""Import contracts: exhaustive layers, no import cycles, and the libraries that each package may use.
 
 The layers are in pyproject.toml, under ``tool.importlinter``.
 """
@@ -39,7 +39,7 @@ def graph():
 
 
 def _circle(graph: grimp.ImportGraph) -> list[str]:
-    """Modules that import each other in a circle, or none."""
+    """Modules that form an import cycle, if any."""
     try:
         TopologicalSorter({name: graph.find_modules_directly_imported_by(name) for name in graph.modules}).prepare()
     except CycleError as error:

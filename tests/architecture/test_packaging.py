@@ -54,7 +54,7 @@ def bare(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def checkout(tmp_path_factory):
-    """A fresh checkout: no installation has left its traces."""
+    """A fresh checkout without traces of an installation."""
     root = tmp_path_factory.mktemp("checkout")
     for package in (*PACKAGES, "tools"):
         shutil.copytree(ROOT / package, root / package, ignore=shutil.ignore_patterns("__pycache__"))

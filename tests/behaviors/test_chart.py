@@ -1,4 +1,4 @@
-"""The chart: the thesis's way through it, and that watching over it works from every state."""
+"""The chart: the thesis's path through it, and supervision from every state."""
 
 from pathlib import Path
 

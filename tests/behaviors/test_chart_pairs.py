@@ -1,4 +1,4 @@
-"""Every event in every state of the mission: where it leads, and that all others lead nowhere."""
+"""Every event in every state of the mission: its transition, and no other transitions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mission files: good ones load, bad ones say everything that is wrong with them."""
+"""Mission files: valid ones load, invalid ones report all their errors."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A person has the last word; and what was chosen and known can be read back from the journal."""
+"""The operator has the last word; choices and evidence can be read back from the journal."""
 
 from __future__ import annotations
 

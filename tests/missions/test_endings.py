@@ -1,4 +1,4 @@
-"""However a mission ends, the robot stands still and the journal says why."""
+"""However a mission ends, the robot is at rest and the journal gives the reason."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The brick: requests, housekeeping, and leaving it in peace."""
+"""The brick: requests, keep-alive, and closing."""
 
 import threading
 

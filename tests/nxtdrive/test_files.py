@@ -1,4 +1,4 @@
-"""The file system, and that what the firmware stumbles over never reaches it."""
+"""The file system; requests that trigger firmware bugs never reach the brick."""
 
 import pytest
 from hypothesis import given, settings

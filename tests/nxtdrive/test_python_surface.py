@@ -1,4 +1,4 @@
-"""What people type: names where they look for them, one object a port, plain refusals."""
+"""The Python interface: where names are, one object per port, clear errors."""
 
 import threading
 import warnings

@@ -1,4 +1,4 @@
-"""A compass in the rover's heading: what it mends, what it does not believe, and what it costs."""
+"""The rover's compass correction: what it corrects, what it rejects, and what it costs."""
 
 import logging
 import math

@@ -1,4 +1,4 @@
-"""Wheels that something holds while the rover drives on, and everything that only looks like it."""
+"""Wheels that are blocked while the rover drives, and cases that only look like it."""
 
 from itertools import count
 

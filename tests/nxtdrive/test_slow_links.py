@@ -1,4 +1,4 @@
-"""Radio links: what waits and what gives up goes by the link's own pace."""
+"""Radio links: waits and timeouts adapt to the latency of the link."""
 
 import random
 

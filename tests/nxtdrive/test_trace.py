@@ -1,4 +1,4 @@
-"""Recording conversations, and using a recording as a brick."""
+"""Recording dialogues, and using a recording as a brick."""
 
 import json
 

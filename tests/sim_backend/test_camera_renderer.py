@@ -1,4 +1,4 @@
-"""The renderer against the pinhole equations, and who hides whom."""
+"""The renderer against the pinhole equations, and occlusion."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Eyes without pictures: their geometry, their luck, and whether they agree with the real detector."""
+"""Geometric eyes: their geometry, their random misses, and their agreement with the real detector."""
 
 import math
 from statistics import fmean, pstdev

@@ -1,4 +1,4 @@
-"""What could be done next, on maps drawn by hand: ways round, places to look from, targets that may be had sooner."""
+"""Candidates on maps drawn by hand: detours, viewpoints, and other targets that take less time."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ SLACK = 1e-6
 
 @st.composite
 def mixtures(draw: st.DrawFn) -> list[BlockerHypothesis]:
-    """Anything that things may be, weights adding up to 1."""
+    """Any set of hypotheses, with weights that add up to 1."""
     stays_s = draw(st.lists(st.floats(0.2, 3600.0) | st.just(math.inf), min_size=1, max_size=5))
     shares = draw(st.lists(st.floats(0.01, 1.0), min_size=len(stays_s), max_size=len(stays_s)))
     return [BlockerHypothesis(stay_s, share / sum(shares)) for stay_s, share in zip(stays_s, shares, strict=True)]

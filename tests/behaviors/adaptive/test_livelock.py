@@ -137,7 +137,7 @@ def test_any_sequence_of_facts_in_which_nothing_is_reached_ends_the_mission(seed
 
 
 class Ports:
-    """A robot, its camera and a clock to which anything may happen; all that is certain is that a frame takes time.
+    """A robot, camera and clock with random faults; the only certainty is that a frame takes time.
 
     Args:
         seed: Seeds luck, and how bad it is.
@@ -266,7 +266,7 @@ class Made:
 
 @dataclass
 class Witness:
-    """Hears the journal and keeps the choices."""
+    """Observes the journal and keeps the choices."""
 
     ports: Ports
     made: list[Made] = field(default_factory=list)

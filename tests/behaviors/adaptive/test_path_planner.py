@@ -1,4 +1,4 @@
-"""Ways over the floor map: how long they take, that they lead round what is solid, and where none leads."""
+"""Paths over the grid: their duration, how they avoid obstacles, and places without a path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The sequential test: what is found steadily is the target, what is found now and then is not."""
+"""The sequential test accepts steady detections and rejects occasional ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Memory: what was seen is put where it was when the frame was taken, settles, and moves when the target does."""
+"""World model: a sighting is placed by the pose at its frame, settles, and moves with the target."""
 
 from __future__ import annotations
 

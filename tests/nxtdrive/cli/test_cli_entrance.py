@@ -1,4 +1,4 @@
-"""The entrance: help for everybody, one sentence for every mistake, nothing heavy before it is needed."""
+"""The command line: help, one sentence for each error, and no heavy imports before they are needed."""
 
 import os
 import re

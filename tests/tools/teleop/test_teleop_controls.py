@@ -1,4 +1,4 @@
-"""Hands, map and the loop between hands and robot, without a terminal."""
+"""Controls, map and the control loop, without a terminal."""
 
 import pytest
 
