@@ -42,6 +42,7 @@ def test_a_mission_outlasts_a_camera_that_is_away(perform, mission_for, profile,
     assert not done.of(Kind.CHOICE), "it goes on with what it was doing"
 
 
+@pytest.mark.slow
 @PROFILES
 def test_real_eyes_outlast_it_too(perform, mission_for, profile):
     done = perform("open", mission_for("lena", profile=profile), arrange=_camera_away(APPROACHING_S, 4.0))
@@ -69,6 +70,7 @@ def test_a_brick_that_answers_nonsense_is_a_lost_link(perform, mission_for, prof
     assert done.of(Kind.TRANSITION, event="link_back")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("during", ["turn", "advance"])
 def test_an_interrupted_move_to_is_completed(perform, mission_for, during):
     """The thesis's move_to turns 90 degrees and advances 1.5 m, whatever comes between."""

@@ -146,6 +146,7 @@ class _Button:
         return 200 if self.down[0] else 1023
 
 
+@pytest.mark.slow
 def test_sleeping_on_the_wall_clock_is_warned_of_once_while_the_robot_moves(lab):
     def rest():
         threading.Event().wait(0.15)

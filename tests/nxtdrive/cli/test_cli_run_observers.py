@@ -65,6 +65,7 @@ def _limit_files() -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (FILE_LIMIT, FILE_LIMIT))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [(), ("--json",)], ids=["text", "json"])
 def test_a_reader_that_leaves_changes_nothing(tmp_path, small, words):
     run = subprocess.Popen(
@@ -83,6 +84,7 @@ def test_a_reader_that_leaves_changes_nothing(tmp_path, small, words):
     assert "suspended" not in _summary(tmp_path)["path"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 @pytest.mark.parametrize("words", [(), ("--json",)], ids=["text", "json"])
 def test_output_that_cannot_be_written_is_reported_once(tmp_path, small, words):
@@ -108,6 +110,7 @@ def test_a_full_disk_does_not_end_the_mission(tmp_path, small):
     assert main(["explain-run", str(_folder(tmp_path))]) == DONE, "a journal that was cut short is still read"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs limits of the operating system")
 def test_a_video_that_cannot_be_written_is_reported(tmp_path, small):
     command = [word for word in _command(small) if word != "--no-video"]
@@ -116,6 +119,7 @@ def test_a_video_that_cannot_be_written_is_reported(tmp_path, small):
     assert "camera.mp4" in _summary(tmp_path)["observer_failures"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs limits of the operating system")
 def test_a_mission_that_is_not_achieved_keeps_its_exit_code(tmp_path, small):
     small.write_text(MISSION.format(target="rilakkuma").replace("60", "5"), encoding="utf-8")

@@ -2,6 +2,7 @@
 
 import cv2
 import numpy as np
+import pytest
 
 from nxtdrive.tools.dev.drawings import PAINTERS, write_pictures
 from sim_backend.bundled import PICTURES
@@ -9,6 +10,7 @@ from sim_backend.bundled import PICTURES
 A4_PX = (594, 420)
 
 
+@pytest.mark.slow
 def test_the_files_are_what_the_code_draws():
     assert {path.stem for path in PICTURES.glob("*.png")} == set(PAINTERS)
     for name, paint in PAINTERS.items():
@@ -18,6 +20,7 @@ def test_the_files_are_what_the_code_draws():
         assert np.abs(shipped.astype(int) - paint()).mean() < 0.5, f"{name}: run python -m tools.dev.drawings"
 
 
+@pytest.mark.slow
 def test_pictures_are_written_to_their_folder(tmp_path, monkeypatch):
     monkeypatch.setattr("nxtdrive.tools.dev.drawings.PICTURES", tmp_path / "prints")
     write_pictures()
