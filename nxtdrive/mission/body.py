@@ -11,6 +11,7 @@ from firmware_protocol.errors import BrickNotFound, LinkError, RemoteProtocolErr
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
+    from nxtdrive.link.link import Link
     from nxtdrive.motion.rover import Rover
 
 SAFETY_SENSORS = frozenset({"sonar", "bumper"})
@@ -37,6 +38,11 @@ class MissionClock:
 
     def __init__(self, brick: Brick) -> None:
         self._brick = brick
+
+    @property
+    def link(self) -> Link:
+        """The brick's link, whose transport has a simulated robot's camera."""
+        return self._brick.link
 
     def now(self) -> float:
         """Seconds since an arbitrary start."""

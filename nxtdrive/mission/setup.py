@@ -96,25 +96,15 @@ def open_mission_camera(source: str, brick: Brick) -> Camera:
     """Open the camera of a mission.
 
     Args:
-        source: ``sim``, or whatever `nxtdrive.vision.sources.open_camera` takes.
+        source: As for `nxtdrive.vision.sources.open_camera`.
         brick: Its transport gives the time and, when simulated, the frames.
 
     Raises:
         CameraError: It cannot be opened.
     """
-    if source != SIMULATED:
-        from nxtdrive.vision.sources import open_camera
+    from nxtdrive.vision.sources import open_camera
 
-        return open_camera(source, clock=MissionClock(brick))
-    from nxtdrive.vision.camera import SimulatedCamera
-
-    frames = _simulated_webcam(brick)
-    if frames is None:
-        raise CameraError(
-            f"{brick.link.transport.address} has no simulated camera.",
-            remedy="Name a camera: --camera 0 is the first webcam; `nxtdrive sim serve` prints its camera's URL.",
-        )
-    return SimulatedCamera(frames, MissionClock(brick), frames.size)
+    return open_camera(source, clock=MissionClock(brick))
 
 
 def watch(camera: Camera, brick: Brick, observer: Callable[[Frame], None], fps: float) -> None:
