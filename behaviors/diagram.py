@@ -55,10 +55,9 @@ def transition_table() -> str:
 
 def recovery_table() -> str:
     """Return a Markdown table of all recoveries."""
-    lines = ["| recovery | state | in words | on the console | fits the cause |", "|---|---|---|---|---|"]
+    lines = ["| recovery | state | in words | fits the cause |", "|---|---|---|---|"]
     lines += [
-        f"| {each.name} | {each.state or each.name} | {each.label} | {each.said} | {each.fits} |"
-        for each in RECOVERIES.values()
+        f"| {each.name} | {each.state or each.name} | {each.label} | {each.fits} |" for each in RECOVERIES.values()
     ]
     return "\n".join(lines)
 

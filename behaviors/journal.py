@@ -29,6 +29,7 @@ class Kind(StrEnum):
     STEP = "step"
     CHOICE = "choice"
     SENSOR = "sensor"
+    OUTAGE = "outage"
     END = "end"
 
 

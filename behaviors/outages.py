@@ -6,6 +6,7 @@ The robot stands, the outage is reported, and what failed is tried again until i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TypeVar
 
@@ -17,6 +18,9 @@ T = TypeVar("T")
 
 RETRY_S = 0.5
 """How often it is tried whether what failed works again."""
+
+NOTE_S = 5.0
+"""How often the journal says how much longer an outage may last."""
 
 PARTS: dict[type[Outage], str] = {BodyLost: "link", Blind: "camera", SensorLost: "sensor"}
 """What has failed, as the names of events, reasons and endings begin."""
@@ -81,11 +85,16 @@ class OutageSupervisor:
         """
         part, begun_s, lost_sensors = part_of(outage), self._clock.now(), set(self._lost_sensors)
         self._report(Fact(Event(f"{part}_lost"), Reason(f"{part}_lost"), {"error": str(outage)}))
-        slept = True
+        slept, noted_s = True, -math.inf
         while not self._works_again(part, lost_sensors):
             self._check_time()
-            if outage.permanent or self._clock.now() - begun_s >= self._timeout_s:
+            now_s = self._clock.now()
+            left_s = begun_s + self._timeout_s - now_s
+            if outage.permanent or left_s <= 0:
                 raise outage from None
+            if now_s - noted_s >= NOTE_S:
+                self._note(Kind.OUTAGE, part=part, left_s=left_s)
+                noted_s = now_s
             try:
                 self._clock.sleep(RETRY_S)
                 slept = True

@@ -24,7 +24,6 @@ class Recovery:
     Attributes:
         name: Its name in the journal.
         label: A short imperative, for the status line and the map.
-        said: What the console says.
         describe: Says what a choice of it does, with the choice's numbers.
         color: Of its path and its mark on the map: blue, green, red, each 0..255.
         marker: Shape of its mark on the map: the end of one of OpenCV's names ``MARKER_...``, in lower case.
@@ -35,7 +34,6 @@ class Recovery:
 
     name: str
     label: str
-    said: str
     describe: Callable[[Choice], str]
     color: tuple[int, int, int]
     marker: str
@@ -95,7 +93,6 @@ def _describe_move(choice: Choice) -> str:
 WAIT = Recovery(
     "wait",
     label="wait",
-    said="Waiting",
     describe=lambda choice: f"wait up to {choice.wait_s:.1f} s",
     color=(40, 160, 230),
     marker="square",
@@ -104,7 +101,6 @@ WAIT = Recovery(
 DETOUR = Recovery(
     "detour",
     label="go round",
-    said="Going round",
     describe=lambda choice: "go round" + (f", to {place_words(choice.route[-1])}" if choice.route else ""),
     color=(30, 90, 150),
     marker="diamond",
@@ -113,7 +109,6 @@ DETOUR = Recovery(
 MOVE_TO = Recovery(
     "move_to",
     label="look elsewhere",
-    said="Looking from elsewhere",
     describe=_describe_move,
     color=(180, 60, 150),
     marker="triangle_up",
@@ -122,7 +117,6 @@ MOVE_TO = Recovery(
 RESCAN = Recovery(
     "rescan",
     label="look again",
-    said="Looking again",
     describe=lambda _: "look again from here",
     color=(160, 160, 40),
     marker="cross",
@@ -131,7 +125,6 @@ RESCAN = Recovery(
 CHANGE_TARGET = Recovery(
     "change_target",
     label="give up",
-    said="Leaving it for now",
     describe=lambda choice: "leave this target for now" + (f" and go for {choice.instead}" if choice.instead else ""),
     color=(40, 40, 200),
     marker="triangle_down",

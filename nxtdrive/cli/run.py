@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Callable
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -39,6 +40,8 @@ EXAMPLES = """\
   nxtdrive run --json --no-video"""
 
 OUTPUT = "standard output"
+GREETINGS = {"progress": "connecting to {}", "thesis": "[client2] Connecting to NXT"}
+"""The first line, before there is a mission, by the style of the console."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -60,13 +63,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="after each failure show what could be done and wait for you to confirm it or choose; in a terminal",
     )
+    parser.add_argument(
+        "--console",
+        choices=sorted(GREETINGS),
+        default="progress",
+        help="what is printed meanwhile: 'progress', with the time and the reason of what the robot does (default), "
+        "or 'thesis', the lines of the thesis's agent, word for word",
+    )
     parser.add_argument("--no-video", action="store_true", help="do not record camera.mp4")
     add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the mission; returns the exit code."""
-    from behaviors.console import Console
     from behaviors.executive import Executive
     from behaviors.observers import Observers
     from nxtdrive.brick import open_brick
@@ -79,10 +88,9 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.recording.video import VIDEO_FPS
 
     mission = _mission(args)
-    console = Console(print_line, choices=mission.mission.profile != "thesis")
     observers = Observers(on_failure=_say_failure)
     if not args.json:
-        observers.attempt(OUTPUT, console.say, "Connecting to NXT")
+        observers.attempt(OUTPUT, print_line, GREETINGS[args.console].format(args.nxt))
     with ExitStack() as stack:
         stack.enter_context(termination_as_interrupt())
         brick = stack.enter_context(open_brick(args.nxt))
@@ -96,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
         setup.watch(camera, brick, observers.guarded(VIDEO, recording.frame), VIDEO_FPS)
         status = stack.enter_context(StatusLine())
         observers.add(JOURNAL, recording)
-        observers.add(OUTPUT, _print_json if args.json else console)
+        observers.add(OUTPUT, _print_json if args.json else _console(args.console))
         if not args.json:
             observers.add("status line", status)
         make_profile = _supervised(mission, status) if args.confirm_recovery else None
@@ -123,6 +131,13 @@ def _mission(args: argparse.Namespace) -> Mission:
         return mission
     table = mission.mission.model_copy(update={"profile": args.profile})
     return mission.model_copy(update={"mission": table})
+
+
+def _console(style: str) -> Callable[[Record], None]:
+    from behaviors.console import Console
+    from nxtdrive.recording.progress_lines import ProgressLines
+
+    return Console(print_line) if style == "thesis" else ProgressLines(print_line)
 
 
 def _supervised(mission: Mission, status: StatusLine) -> MakeProfile:

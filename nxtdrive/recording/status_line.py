@@ -11,17 +11,11 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from behaviors.events import Reason
 from behaviors.journal import Kind, Record
 from behaviors.recoveries import Recovery, recovery_in
+from nxtdrive.recording.wording import outage_words
 
 REDRAWS_PER_S = 8
-OUTAGES: dict[object, str] = {
-    Reason.LINK_LOST: "the link is lost; waiting for the brick",
-    Reason.CAMERA_LOST: "no picture; waiting for the camera",
-    Reason.SENSOR_LOST: "no sensor for the safety stop; waiting for one",
-}
-"""Why a mission is suspended."""
 
 
 class StatusLine:
@@ -69,8 +63,8 @@ class StatusLine:
             return
         if record.kind is Kind.CHOICE:
             self._why = str(record.data["why"])
-        if record.kind is Kind.TRANSITION:
-            self._outage = OUTAGES.get(record.data.get("reason"), self._outage)
+        if record.kind is Kind.OUTAGE:
+            self._outage = outage_words(record)
         if record.kind is Kind.LOOK:
             sighting = record.data.get("sighting")
             self._sighting = _sighting(sighting) if isinstance(sighting, dict) else "-"

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from behaviors.events import Reason
 from behaviors.evidence import Evidence
 from behaviors.failures import Blocker
+from behaviors.journal import Record
 
 FAILURES: dict[Reason, str] = {
     Reason.FULL_TURN_WITHOUT_SIGHTING: "a full turn did not bring it into view",
@@ -22,6 +23,12 @@ FAILURES: dict[Reason, str] = {
     Reason.APPROACH_TIMEOUT: "the approach took too long",
 }
 """What the names of failures mean."""
+OUTAGES = {
+    "link": "the link to the brick is lost",
+    "camera": "the camera gives no picture",
+    "sensor": "no sensor is left that could stop the robot",
+}
+"""Why a mission is suspended, by the part that failed."""
 UNITS = {"mm": 0, "s": 1, "deg": 0}
 """Units at the end of names in the journal, and the decimals to show."""
 
@@ -29,6 +36,11 @@ UNITS = {"mm": 0, "s": 1, "deg": 0}
 def failure_words(reason: str) -> str:
     """Say what a failure's name means, or the name itself."""
     return next((text for known, text in FAILURES.items() if known == reason), spaced(reason))
+
+
+def outage_words(record: Record) -> str:
+    """Say what a suspended mission waits for, and for how much longer."""
+    return f"{OUTAGES[str(record.data['part'])]}; waiting for {record.data['left_s']:.0f} s more"
 
 
 def measured_words(measured: Mapping[str, object]) -> str:

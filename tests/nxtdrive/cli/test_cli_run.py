@@ -56,7 +56,7 @@ def small(tmp_path) -> str:
 
 @pytest.mark.slow
 def test_the_built_in_mission_shows_every_behaviour_in_one_go(capsys):
-    code, folder = _run()
+    code, folder = _run("--console", "thesis")
     assert code == 0
     lines = capsys.readouterr().out.splitlines()
     said = [line for line in lines if line.startswith("[client2] ")]
@@ -107,9 +107,7 @@ def test_the_policy_can_be_chosen_whatever_the_mission_says(capsys, small):
     assert json.loads((folder / "mission.json").read_text(encoding="utf-8"))["mission"]["profile"] == "adaptive"
     first = next(record for record in _journal(folder) if record["kind"] == "choice")
     assert "spent_s" in first["evidence"]
-    said = [line for line in capsys.readouterr().out.splitlines() if line.startswith("[client2] ")]
-    failed = said.index("[client2] Failed")
-    assert said[failed + 1].endswith(f": {first['why']}")
+    assert f": {first['why']}" in capsys.readouterr().out
 
 
 def test_mission_files_may_name_every_profile_there_is():
@@ -181,8 +179,8 @@ def test_ctrl_c_leaves_a_complete_folder(tmp_path, number):
         text=True,
     )
     try:
-        assert process.stdout.readline() == "[client2] Connecting to NXT\n"
-        assert process.stdout.readline() == "[client2] Arriving at lena\n"
+        assert process.stdout.readline() == "connecting to sim://?pace=realtime\n"
+        assert process.stdout.readline() == "    0.0 s  searching for lena\n"
         process.send_signal(number)
         _, errors = process.communicate(timeout=60)
     finally:

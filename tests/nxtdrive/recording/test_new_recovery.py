@@ -10,19 +10,18 @@ from rich.console import Console as Terminal
 from statemachine import State, StateChart
 
 from behaviors.chart import MissionChart
-from behaviors.console import Console
 from behaviors.events import Reason
 from behaviors.evidence import Evidence
 from behaviors.journal import Kind, Record
 from behaviors.recoveries import RECOVERIES, WAIT, Choice, Recovery
 from nxtdrive.recording.decisions import decisions
 from nxtdrive.recording.map_picture import draw_map, gather
+from nxtdrive.recording.progress_lines import ProgressLines
 from nxtdrive.recording.status_line import StatusLine
 
 BACK_UP = Recovery(
     "back_up",
     label="drive back",
-    said="Driving back",
     describe=lambda _: "drive back a little",
     color=(11, 222, 133),
     marker="star",
@@ -63,10 +62,13 @@ def test_the_charts_guard_leads_to_its_state(recovery):
     assert [state.id for state in chart.configuration] == [recovery.name]
 
 
-def test_the_console_says_it():
+def test_the_progress_lines_say_it():
     lines: list[str] = []
-    Console(lines.append, choices=True)(RECORDS[0])
-    assert lines == ["[client2] Driving back: it is free there"]
+    progress = ProgressLines(lines.append)
+    failed = {"source": "arrive", "to": "select", "event": "arrive_failed", "reason": "blocked_short", "evidence": {}}
+    for record in (RECORDS[0], Record(2.0, Kind.TRANSITION, "select", "lena", failed)):
+        progress(record)
+    assert lines[-1].endswith("drive back a little: it is free there")
 
 
 def test_the_status_line_names_it_with_its_reason():

@@ -47,30 +47,8 @@ def test_a_recovery_is_named_in_words_and_says_why_it_was_chosen():
     assert "waiting does not pay" not in _shown(choice, later).rpartition("arrive")[2]
 
 
-@pytest.mark.parametrize(
-    ("reason", "says"), [("link_lost", "waiting for the brick"), ("camera_lost", "waiting for the camera")]
-)
-def test_a_suspended_mission_says_what_it_waits_for(reason, says):
-    shown = _shown(
-        Record(3.0, Kind.TRANSITION, "search", "lena", {"source": "up", "to": "down", "reason": reason}),
-        Record(3.0, Kind.TRANSITION, "suspended", "lena", {"source": "active", "to": "suspended"}),
-    )
+@pytest.mark.parametrize(("part", "says"), [("link", "brick"), ("camera", "camera"), ("sensor", "sensor")])
+def test_a_suspended_mission_says_what_it_waits_for_and_how_long(part, says):
+    shown = _shown(Record(3.0, Kind.OUTAGE, "suspended", "lena", {"part": part, "left_s": 42.5}))
     assert says in shown
-
-
-def test_it_gives_the_terminal_free_and_takes_it_again():
-    screen = io.StringIO()
-    with StatusLine(Console(file=screen, force_terminal=True, width=100)) as line:
-        with line.paused():
-            before = len(screen.getvalue())
-            line(Record(12.5, Kind.LOOK, "arrive", "lena", {"sighting": SIGHTING}))
-            assert "arrive" not in screen.getvalue()[before:]
-        line(Record(13.5, Kind.LOOK, "search", "lena", {"sighting": None}))
-    assert "13.5 s" in screen.getvalue()
-
-
-def test_pausing_where_there_is_no_terminal_draws_nothing():
-    screen = io.StringIO()
-    with StatusLine(Console(file=screen, force_terminal=False)) as line, line.paused():
-        pass
-    assert screen.getvalue() == ""
+    assert "waiting for 42 s more" in shown

@@ -1,0 +1,77 @@
+"""What `nxtdrive run` prints while a mission runs: when, what the robot does, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from behaviors.events import Event
+from behaviors.journal import Kind, Record
+from behaviors.recoveries import choice_from
+from nxtdrive.recording.wording import failure_words, outage_words
+
+BACK: dict[object, str] = {
+    Event.LINK_BACK: "the brick answers again",
+    Event.CAMERA_BACK: "the camera works again",
+    Event.SENSOR_BACK: "a sensor answers again",
+}
+INDENT = " " * 11
+
+
+class ProgressLines:
+    """Turns the records of a mission into lines for people.
+
+    Args:
+        write: Takes one line, without its end.
+    """
+
+    def __init__(self, write: Callable[[str], None]) -> None:
+        self._write = write
+        self._choice = ""
+
+    def __call__(self, record: Record) -> None:
+        """Print what a record says, if it says something new."""
+        if record.kind is Kind.CHOICE:
+            # the failure that it answers comes with the next record
+            self._choice = f"{choice_from(record.data).words()}: {record.data['why']}"
+            return
+        for number, line in enumerate(self._lines(record)):
+            self._write(f"{INDENT}{line}" if number else f"{record.time_s:7.1f} s  {line}")
+
+    def _lines(self, record: Record) -> Iterator[str]:
+        data = record.data
+        match record.kind:
+            case Kind.TRANSITION if data["to"] == "select":
+                yield f"{record.target}: {failure_words(str(data.get('reason', 'failed')))}"
+                yield f"-> {self._choice}"
+            case Kind.TRANSITION:
+                yield from _transition(record.target, data)
+            case Kind.OUTAGE:
+                yield f"suspended: {outage_words(record)}"
+            case Kind.SENSOR if data["answers"]:
+                yield f"the {data['sensor']} answers again"
+            case Kind.SENSOR:
+                yield f"going on without the {data['sensor']}: {data['error']}"
+
+
+def _transition(target: str, data: Mapping[str, Any]) -> Iterator[str]:
+    match data["to"], data["event"]:
+        case "search", event if event != Event.RESUME:
+            yield f"searching for {target}"
+        case "arrive", Event.TARGET_SEEN:
+            yield f"{target} seen{_where(data['evidence'].get('sighting'))}; driving to it"
+        case "reached", _:
+            yield f"{target} reached"
+        case "down", _:
+            yield str(data["evidence"]["error"])
+        case "up", event if event in BACK:
+            yield f"{BACK[event]} after {data['evidence']['silent_s']:.1f} s; going on"
+
+
+def _where(sighting: Mapping[str, float] | None) -> str:
+    if sighting is None:
+        return ""
+    bearing_deg = sighting["bearing_deg"]
+    side = "right" if bearing_deg > 0 else "left"
+    aside = f"{abs(bearing_deg):.0f}° to the {side}" if abs(bearing_deg) >= 1 else "straight ahead"
+    return f" {sighting['distance_mm'] / 1000:.1f} m away, {aside}"

@@ -1,0 +1,81 @@
+"""The lines that `nxtdrive run` prints while a mission runs."""
+
+from __future__ import annotations
+
+import pytest
+
+from behaviors.journal import Kind, Record
+from nxtdrive.recording.progress_lines import ProgressLines
+
+
+def _lines(*records: Record) -> list[str]:
+    lines: list[str] = []
+    progress = ProgressLines(lines.append)
+    for record in records:
+        progress(record)
+    return lines
+
+
+def _transition(source: str, to: str, event: str | None = None, reason: str = "", **evidence: object) -> Record:
+    data = {"source": source, "to": to, "event": event}
+    return Record(57.72, Kind.TRANSITION, to, "lena", data | ({"reason": reason, "evidence": evidence} if event else {}))
+
+
+@pytest.mark.parametrize(
+    ("sighting", "where"),
+    [
+        ({"bearing_deg": 5.26, "distance_mm": 2361.6}, " 2.4 m away, 5° to the right"),
+        ({"bearing_deg": -21.7, "distance_mm": 940.0}, " 0.9 m away, 22° to the left"),
+        ({"bearing_deg": -0.2, "distance_mm": 1646.2}, " 1.6 m away, straight ahead"),
+        (None, ""),
+    ],
+)
+def test_a_sighting_says_where(sighting, where):
+    seen = _transition("search", "arrive", "target_seen", "sighted", sighting=sighting)
+    assert _lines(seen) == [f"   57.7 s  lena seen{where}; driving to it"]
+
+
+def test_a_failure_is_followed_by_what_is_done_about_it_and_why():
+    choice = Record(57.72, Kind.CHOICE, "select", "lena", {"choice": "wait", "why": "it may leave", "wait_s": 15.0})
+    lines = _lines(choice, _transition("arrive", "select", "arrive_failed", "target_lost"))
+    assert lines == [
+        "   57.7 s  lena: it went out of view on the way there",
+        "           -> wait up to 15.0 s: it may leave",
+    ]
+
+
+def test_targets_that_are_searched_for_and_reached_are_named():
+    lines = _lines(_transition("idle", "search", "start", "mission_started"), _transition("arrive", "reached", "arrived"))
+    assert lines == ["   57.7 s  searching for lena", "   57.7 s  lena reached"]
+
+
+def test_an_outage_says_what_happened_and_the_seconds_left():
+    lines = _lines(
+        _transition("up", "down", "link_lost", "link_lost", error="The brick has gone away."),
+        Record(57.72, Kind.OUTAGE, "suspended", "lena", {"part": "link", "left_s": 60.0}),
+        _transition("active", "suspended"),
+        Record(62.8, Kind.OUTAGE, "suspended", "lena", {"part": "link", "left_s": 54.9}),
+        _transition("down", "up", "link_back", "link_back", silent_s=6.2),
+        _transition("suspended", "search", "resume", ""),
+    )
+    assert lines == [
+        "   57.7 s  The brick has gone away.",
+        "   57.7 s  suspended: the link to the brick is lost; waiting for 60 s more",
+        "   62.8 s  suspended: the link to the brick is lost; waiting for 55 s more",
+        "   57.7 s  the brick answers again after 6.2 s; going on",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("data", "line"),
+    [
+        ({"answers": False, "error": "no cable"}, "going on without the sonar: no cable"),
+        ({"answers": True, "error": ""}, "the sonar answers again"),
+    ],
+)
+def test_a_sensor_that_fails_or_works_again_is_named(data, line):
+    assert _lines(Record(1.0, Kind.SENSOR, "search", "lena", {"sensor": "sonar", **data})) == [f"    1.0 s  {line}"]
+
+
+def test_an_approach_that_goes_on_says_nothing_new():
+    assert _lines(_transition("arrive", "arrive", "continued", "driving_on")) == []
