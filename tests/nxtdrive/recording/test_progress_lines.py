@@ -18,7 +18,9 @@ def _lines(*records: Record) -> list[str]:
 
 def _transition(source: str, to: str, event: str | None = None, reason: str = "", **evidence: object) -> Record:
     data = {"source": source, "to": to, "event": event}
-    return Record(57.72, Kind.TRANSITION, to, "lena", data | ({"reason": reason, "evidence": evidence} if event else {}))
+    return Record(
+        57.72, Kind.TRANSITION, to, "lena", data | ({"reason": reason, "evidence": evidence} if event else {})
+    )
 
 
 @pytest.mark.parametrize(
@@ -45,7 +47,9 @@ def test_a_failure_is_followed_by_what_is_done_about_it_and_why():
 
 
 def test_targets_that_are_searched_for_and_reached_are_named():
-    lines = _lines(_transition("idle", "search", "start", "mission_started"), _transition("arrive", "reached", "arrived"))
+    lines = _lines(
+        _transition("idle", "search", "start", "mission_started"), _transition("arrive", "reached", "arrived")
+    )
     assert lines == ["   57.7 s  searching for lena", "   57.7 s  lena reached"]
 
 
