@@ -155,18 +155,18 @@ def _may_move() -> bool:
 
 
 def _fix_udev(*, install: bool) -> int:
-    from nxtdrive.tools.doctor import computer
-    from nxtdrive.transports.usb_port import UDEV_FILE
+    from nxtdrive.host.access import UDEV_FILE
+    from nxtdrive.tools.doctor import udev
 
     if not install:
-        print(computer.udev_instructions())
+        print(udev.instructions())
         return DONE
     if not sys.platform.startswith("linux"):
         raise ConfigError("only Linux has udev.", remedy="Other systems need no rule.")
     if os.geteuid() != 0:
         raise ConfigError("writing the rule needs root.", remedy=f"Run: sudo {_myself()} doctor --fix-udev --install")
     try:
-        print(computer.install_udev_rule(Path(UDEV_FILE), computer.UDEV_COMMANDS))
+        print(udev.install(Path(UDEV_FILE), udev.UDEV_COMMANDS, os.environ.get("SUDO_USER", "")))
     except OSError as error:
         raise ConfigError(
             f"the rule could not be installed: {error}.", remedy="See `nxtdrive doctor --fix-udev`."
@@ -181,6 +181,7 @@ def _myself() -> str:
 
 
 def _print(finding: Finding) -> None:
-    print(f"{finding.verdict:<8} {finding.topic:<13} {finding.text}", flush=True)
-    if finding.remedy:
-        print(f"{'':<8} {'':<13} -> {finding.remedy}", flush=True)
+    from nxtdrive.tools.doctor.finding import lines
+
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+    print("\n".join(lines(finding, width)), flush=True)

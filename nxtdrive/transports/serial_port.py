@@ -19,6 +19,7 @@ from firmware_protocol.errors import (
     NXTError,
     PermissionDenied,
 )
+from nxtdrive.host.access import device_remedy
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.stream import SEND_TIMEOUT_S, StreamTransport
 
@@ -90,10 +91,8 @@ def _cannot_open(device: str, error: Exception) -> NXTError:
             f"{device} is in use.",
             remedy="Close the other program that has it open: another nxtdrive, a terminal, ModemManager.",
         )
-    if number == errno.EACCES:
-        return PermissionDenied(
-            f"this user may not open {device}.", remedy="Add the user to the group 'dialout' and log in again."
-        )
+    if number in (errno.EACCES, errno.EPERM):
+        return PermissionDenied(f"this user may not open {device}.", remedy=device_remedy(device, "dialout"))
     if number == errno.ENOENT or "FileNotFoundError" in text:
         return BrickNotFound(
             f"there is no serial port {device}.",

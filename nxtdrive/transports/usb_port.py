@@ -23,6 +23,7 @@ from firmware_protocol.errors import (
     PermissionDenied,
 )
 from firmware_protocol.framing import USB_TELEGRAM_LIMIT
+from nxtdrive.host.access import usb_remedy
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.base import WallClock
 
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
     from usb.core import Device
 
 VENDOR, PRODUCT = 0x0694, 0x0002
+SAMBA = 0x03EB, 0x6124
+"""Vendor and product of the brick's processor while it waits for a firmware. Source: Atmel, AT91SAM7S data sheet."""
 ENDPOINT_OUT, ENDPOINT_IN = 0x01, 0x82
 """Source of all of these: docs/firmware.md section 2."""
 
@@ -38,17 +41,14 @@ SEND_TIMEOUT_MS = 1000
 STALE_PACKETS = 8
 """Upper bound of the replies that can be left over from a program that died."""
 
-UDEV_RULE = 'SUBSYSTEM=="usb", ATTR{idVendor}=="0694", ATTR{idProduct}=="0002", MODE="0660", TAG+="uaccess"'
-UDEV_FILE = "/etc/udev/rules.d/60-nxtdrive.rules"
-
 _PLUG_IN = "Plug the brick in and switch it on; it needs some seconds before USB sees it."
 _HOLDERS = (
     "Close the other program that holds the brick: another nxtdrive, an nxt-server, LEGO's or Bricx's software, "
     "or a virtual machine that has taken it over."
 )
 _NO_LIBUSB = (
-    "Install libusb 1.0 (Debian: apt install libusb-1.0-0; macOS: brew install libusb; "
-    "Windows: pip install libusb-package)."
+    "Install libusb 1.0 (Debian: `sudo apt install libusb-1.0-0`; macOS: `brew install libusb`; "
+    "Windows: install nxtdrive again, which brings it)."
 )
 
 
@@ -169,6 +169,32 @@ def _bricks(backend: IBackend) -> list[Any]:
     return list(usb.core.find(find_all=True, idVendor=VENDOR, idProduct=PRODUCT, backend=backend))
 
 
+def lego_devices(backend: IBackend | None = None) -> list[tuple[int, int, str]]:
+    """Return vendor, product and name of all LEGO devices on USB, and of bricks that wait for a firmware (`SAMBA`).
+
+    Raises:
+        BrickNotFound: There is no libusb to search with.
+    """
+    import usb.core
+
+    def match(device: Device) -> bool:
+        return device.idVendor == VENDOR or (device.idVendor, device.idProduct) == SAMBA
+
+    with _translated("usb://"):
+        found = usb.core.find(find_all=True, custom_match=match, backend=backend or _fresh_backend())
+        return [(device.idVendor, device.idProduct, _product_name(device)) for device in found]
+
+
+def _product_name(device: Device) -> str:
+    """Return the name that a device gives itself; an NXT has none, and others may not be readable."""
+    import usb.core
+
+    try:
+        return device.product or ""
+    except (ValueError, usb.core.USBError):
+        return ""
+
+
 def _find(wanted: str, backend: IBackend) -> Device:
     bricks = _bricks(backend)
     if not bricks:
@@ -215,11 +241,7 @@ def _no_libusb() -> BrickNotFound:
 
 
 def _not_allowed() -> PermissionDenied:
-    return PermissionDenied(
-        "this user may not open the brick on USB.",
-        remedy=f"Write the line\n    {UDEV_RULE}\ninto {UDEV_FILE}, run `sudo udevadm control --reload`, "
-        "and plug the brick in again.",
-    )
+    return PermissionDenied("this user may not open the brick on USB.", remedy=usb_remedy())
 
 
 @contextlib.contextmanager

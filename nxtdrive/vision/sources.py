@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterator
 from itertools import repeat
@@ -13,6 +14,7 @@ import numpy as np
 
 from behaviors.ports import Clock
 from firmware_protocol.errors import CameraError
+from nxtdrive.host.access import device_remedy, is_denied
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.base import WallClock
 from nxtdrive.transports.record import recorded
@@ -53,8 +55,7 @@ def open_camera(
     if source == "sim":
         return _open_simulated(clock)
     clock = clock or WallClock()
-    if source.isdecimal():
-        number = int(source)
+    if (number := _webcam_number(source)) is not None:
         return LiveCamera(
             f"Camera {number}",
             "Is it plugged in, and does no other program use it? Other cameras have the numbers 0, 1, 2...",
@@ -101,6 +102,22 @@ def read_image(path: Path) -> Image:
     if image is None:
         raise CameraError(f"{path} is not an image OpenCV can read.", remedy="Use a PNG or JPEG file.")
     return image.astype(np.uint8, copy=False)
+
+
+def _webcam_number(source: str) -> int | None:
+    """Return the number of a webcam, given by its number or as ``/dev/video0``; None for other sources.
+
+    Raises:
+        CameraError: The webcam is there, but this user may not open it.
+    """
+    node = re.fullmatch(r"/dev/video(\d+)", os.path.realpath(source) if source.startswith("/dev/") else "")
+    if node is None and not source.isdecimal():
+        return None
+    number = int(node[1] if node else source)
+    device = f"/dev/video{number}"
+    if is_denied(device):
+        raise CameraError(f"this user may not open {device}.", remedy=device_remedy(device, "video"))
+    return number
 
 
 def _open_webcam(number: int) -> cv2.VideoCapture:

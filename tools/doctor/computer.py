@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import os
-import shutil
-import subprocess
+import re
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from importlib.metadata import distributions
 from pathlib import Path
 
 from firmware_protocol.errors import CameraError, LinkError, NXTError
+from nxtdrive.host.access import device_remedy, usb_remedy
+from nxtdrive.host.environment import pip_command
 from nxtdrive.transports.base import WallClock
 from nxtdrive.transports.pairing import paired_bricks
-from nxtdrive.transports.usb_port import UDEV_FILE, UDEV_RULE, UsbTransport
+from nxtdrive.transports.usb_port import UsbTransport
 
-from .finding import Finding, ok, problem, trouble, warning
+from .finding import Finding, Verdict, ok, problem, trouble, warning
+from .udev import udev
+from .usb_devices import other_devices
 
-RULE_FOLDERS = ("/etc/udev/rules.d", "/run/udev/rules.d", "/lib/udev/rules.d", "/usr/lib/udev/rules.d")
-COMMAND_TIMEOUT_S = 5.0
 FRAME_TIMEOUT_S = 5.0
+RADIOS = Path("/sys/class/rfkill")
+"""Where Linux lists radios and whether they are switched off."""
+OPENCV = re.compile(r"opencv-(contrib-)?python(-headless)?")
+"""Distributions of OpenCV for Python, which all install the same package ``cv2``."""
 
 _PAIR = "Switch the brick's Bluetooth on, then: bluetoothctl, in it `scan on`, `pair 00:16:53:...`; the PIN is 1234."
 
@@ -30,11 +36,15 @@ def examine(scheme: str, camera: str | None) -> Iterator[Finding]:
         scheme: Scheme of the brick's address: a failed check that it does not need is only a warning.
         camera: Source of a camera to try, or None.
     """
-    yield from usb(needed=scheme == "usb")
+    on_usb = list(usb(needed=scheme == "usb"))
+    yield from on_usb
     if sys.platform.startswith("linux"):
-        yield udev(RULE_FOLDERS, needed=scheme == "usb" and os.geteuid() != 0)
+        opened = any(finding.topic == "USB" and finding.verdict is Verdict.OK for finding in on_usb)
+        yield udev(needed=scheme == "usb" and os.geteuid() != 0, opened=opened)
+        yield from radio(needed=scheme == "bt")
         yield bluetooth(needed=scheme == "bt")
     yield from serial_ports(needed=scheme == "serial")
+    yield from opencv()
     if camera is not None:
         yield webcam(camera)
 
@@ -47,23 +57,28 @@ def usb(*, needed: bool) -> Iterator[Finding]:
         yield trouble("libusb", error.args[0], error.remedy, needed=needed)
         return
     yield ok("libusb", "found")
+    yield from other_devices()
     if not addresses:
         yield trouble("USB", "no brick on USB.", _no_brick(), needed=needed)
     for address in addresses:
         if address == "usb://":
-            yield problem("permissions", "this user may not open the brick on USB.", _not_allowed())
+            yield problem("permissions", "this user may not open the brick on USB.", usb_remedy())
         else:
             yield ok("USB", f"{address}, and this user may open it")
 
 
-def udev(folders: Sequence[str], *, needed: bool) -> Finding:
-    """Check for a udev rule that lets users other than root open the brick."""
-    for folder in folders:
-        for rules in sorted(Path(folder).glob("*.rules")):
-            text = rules.read_text(encoding="utf-8", errors="replace")
-            if any("0694" in line and "0002" in line for line in text.splitlines() if not line.startswith("#")):
-                return ok("udev", f"a rule for the brick in {rules}")
-    return trouble("udev", "no rule lets you open the brick without being root.", _not_allowed(), needed=needed)
+def radio(*, needed: bool) -> Iterator[Finding]:
+    """Check whether all Bluetooth radios are switched off."""
+    radios = [folder for folder in sorted(RADIOS.glob("rfkill*")) if _read(folder / "type") == "bluetooth"]
+    blocked = [folder for folder in radios if "1" in (_read(folder / "soft"), _read(folder / "hard"))]
+    if not radios or len(blocked) < len(radios):
+        return
+    if any(_read(folder / "hard") == "1" for folder in blocked):
+        remedy = "Use the computer's switch or key for wireless or flight mode, or its firmware's settings."
+        yield trouble("radio", "Bluetooth is switched off by a switch of the computer.", remedy, needed=needed)
+    else:
+        remedy = "Run `sudo rfkill unblock bluetooth`, or switch Bluetooth on in the settings."
+        yield trouble("radio", "Bluetooth is switched off by software.", remedy, needed=needed)
 
 
 def bluetooth(*, needed: bool) -> Finding:
@@ -89,8 +104,8 @@ def serial_ports(*, needed: bool) -> Iterator[Finding]:
         return
     for port in ports:
         if os.path.exists(port) and not os.access(port, os.R_OK | os.W_OK):
-            remedy = "sudo usermod -aG dialout $USER, then log out and in again."
-            yield trouble("serial ports", f"this user may not open {port}.", remedy, needed=needed)
+            denied = f"this user may not open {port}."
+            yield trouble("serial ports", denied, device_remedy(port, "dialout"), needed=needed)
         else:
             yield ok("serial ports", f"serial://{port}")
 
@@ -110,48 +125,22 @@ def webcam(source: str) -> Finding:
     return ok("camera", f"camera {source} gives pictures of {width}x{height}")
 
 
-def udev_instructions() -> str:
-    """Return the shell commands that install the rule."""
-    return (
-        f"echo '{UDEV_RULE}' | sudo tee {UDEV_FILE}\n"
-        "sudo udevadm control --reload\n"
-        "sudo udevadm trigger --subsystem-match=usb\n"
-        "# then unplug the brick and plug it in again"
-    )
+def opencv() -> Iterator[Finding]:
+    """Check whether several distributions of OpenCV have overwritten each other's files."""
+    installed = {found.name.lower().replace("_", "-") for found in distributions()}
+    names = sorted(filter(OPENCV.fullmatch, installed))
+    if len(names) > 1:
+        wanted = "opencv-python-headless>=4.11,<5"
+        commands = f"`{pip_command('uninstall', *names)}`, `{pip_command('install', wanted)}`"
+        remedy = f"Remove them and install one again: {commands}."
+        yield warning("OpenCV", f"{' and '.join(names)} are installed and overwrite each other's files.", remedy)
 
 
-def install_udev_rule(file: Path, commands: Sequence[Sequence[str]]) -> str:
-    """Write the rule and make udev read it.
-
-    Args:
-        file: Where the rule goes.
-        commands: What to run afterwards; commands that are not installed are skipped.
-
-    Returns:
-        What was done and what was not; a udev that is not running reads the rule when it starts.
-
-    Raises:
-        OSError: The file cannot be written; root can.
-    """
-    file.write_text(UDEV_RULE + "\n", encoding="utf-8")
-    done = [f"wrote {file}"]
-    done += [_ran(command) for command in commands if shutil.which(command[0])]
-    return "\n".join([*done, "unplug the brick and plug it in again"])
-
-
-def _ran(command: Sequence[str]) -> str:
-    words = " ".join(command)
+def _read(file: Path) -> str:
     try:
-        ran = subprocess.run(command, check=False, timeout=COMMAND_TIMEOUT_S, capture_output=True, text=True)  # noqa: S603 - ours
-    except subprocess.TimeoutExpired:
-        return f"{words} does not end; the rule counts from the next start of this computer"
-    if ran.returncode:
-        reason = ran.stderr.strip() or f"exit code {ran.returncode}"
-        return f"{words} failed ({reason}); the rule counts from the next start of udev"
-    return f"ran {words}"
-
-
-UDEV_COMMANDS = (("udevadm", "control", "--reload"), ("udevadm", "trigger", "--subsystem-match=usb"))
+        return file.read_text(encoding="ascii").strip()
+    except OSError:
+        return ""
 
 
 def _no_brick() -> str:
@@ -159,7 +148,3 @@ def _no_brick() -> str:
     if sys.platform == "win32":
         hint += " If LEGO's own driver is installed, put WinUSB in its place with Zadig (zadig.akeo.ie)."
     return hint
-
-
-def _not_allowed() -> str:
-    return "Run `nxtdrive doctor --fix-udev`, do what it says, and plug the brick in again."

@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import re
+import textwrap
 from dataclasses import dataclass
 from enum import StrEnum
+
+INDENT = " " * 23
+"""Width of the columns for verdict and topic."""
+_COMMAND = re.compile(r"`[^`]*`")
+_UNBROKEN = "\N{NO-BREAK SPACE}"
 
 
 class Verdict(StrEnum):
@@ -49,3 +56,33 @@ def problem(topic: str, text: str, remedy: str) -> Finding:
 def trouble(topic: str, text: str, remedy: str, *, needed: bool) -> Finding:
     """Return a problem if the part is needed for what the user wants, else a warning."""
     return (problem if needed else warning)(topic, text, remedy)
+
+
+def lines(finding: Finding, width: int | None) -> list[str]:
+    """Return a finding as lines for people, its text and its remedy indented below each other.
+
+    Args:
+        finding: The finding.
+        width: Characters per line, or None for lines of any length; commands in backticks stay whole, for copying.
+    """
+    begins = f"{finding.verdict:<8} {finding.topic:<13} "
+    shown = _wrapped(finding.text, begins, INDENT, width)
+    if finding.remedy:
+        shown += _wrapped(finding.remedy, f"{INDENT}-> ", f"{INDENT}   ", width)
+    return shown
+
+
+def _wrapped(text: str, first: str, rest: str, width: int | None) -> list[str]:
+    whole = [_COMMAND.sub(lambda command: command[0].replace(" ", _UNBROKEN), line) for line in text.splitlines()]
+    wrapped: list[str] = []
+    for line in whole:
+        indent = rest if wrapped else first
+        limits = textwrap.TextWrapper(
+            width or len(indent) + len(line) + 1,
+            initial_indent=indent,
+            subsequent_indent=rest,
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+        wrapped += limits.wrap(line) or [indent]
+    return [line.replace(_UNBROKEN, " ") for line in wrapped]

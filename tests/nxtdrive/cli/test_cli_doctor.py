@@ -2,19 +2,28 @@
 
 import json
 import sys
+from types import SimpleNamespace
 
 import pytest
 import usb.backend.libusb1
 import usb.core
 
 from nxtdrive.cli.main import DONE, NO_BRICK, USAGE, main
+from nxtdrive.host import access
+from nxtdrive.host.access import UDEV_RULE
 from nxtdrive.mission.setup import load
 from nxtdrive.tools.doctor import brick as patient
-from nxtdrive.tools.doctor import computer
-from nxtdrive.transports.usb_port import UDEV_RULE
+from nxtdrive.tools.doctor import computer, finding, udev
 from sim_backend.firmware.bench_motor import BenchMotor
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="udev and bluetoothctl are Linux's")
+
+
+@pytest.fixture
+def rules(monkeypatch, tmp_path):
+    """The only file of udev rules on this computer; empty at first."""
+    monkeypatch.setattr(access, "RULE_FOLDERS", (str(tmp_path),))
+    return tmp_path / "60-nxtdrive.rules"
 
 
 def _examine(capsys, *words):
@@ -83,8 +92,12 @@ def test_no_libusb_is_a_problem_only_for_a_brick_on_usb(monkeypatch):
     assert "libusb" in finding.remedy
 
 
-def test_a_brick_this_user_may_not_open(monkeypatch):
+def test_a_brick_this_user_may_not_open(monkeypatch, rules):
+    monkeypatch.setattr("os.geteuid", lambda: 65534)
+
     class Locked:
+        idVendor, idProduct, product = 0x0694, 0x0002, None
+
         @property
         def serial_number(self):
             raise ValueError("The device has no langid")
@@ -95,20 +108,34 @@ def test_a_brick_this_user_may_not_open(monkeypatch):
     assert "--fix-udev" in findings["permissions"].remedy
 
 
-def test_a_rule_counts_unless_it_is_a_comment(tmp_path):
-    assert computer.udev([str(tmp_path)], needed=True).verdict == "problem"
-    rules = tmp_path / "60-some.rules"
-    rules.write_text(f"# {UDEV_RULE}\n")
-    assert computer.udev([str(tmp_path)], needed=False).verdict == "warning"
-    rules.write_text(f"{UDEV_RULE}\n")
-    assert computer.udev([str(tmp_path)], needed=True).verdict == "ok"
+def test_without_a_rule_it_is_a_problem_for_those_who_need_it(rules):
+    assert udev.udev(needed=True, opened=False).verdict == "problem"
+    assert udev.udev(needed=False, opened=False).verdict == "warning"
 
 
-def test_installing_the_rule_makes_the_doctor_content(tmp_path):
-    said = computer.install_udev_rule(tmp_path / "60-nxtdrive.rules", [("true",), ("no-such-program-here",)])
+def test_a_rule_without_a_group_is_renewed_unless_the_brick_could_be_opened(rules):
+    rules.write_text(UDEV_RULE.replace(' GROUP="plugdev",', ""))
+    found = udev.udev(needed=True, opened=False)
+    assert (found.verdict, "--fix-udev" in found.remedy) == ("warning", True)
+    assert udev.udev(needed=True, opened=True).verdict == "ok"
+
+
+def test_a_rule_with_a_group_needs_its_members(rules, monkeypatch):
+    rules.write_text(UDEV_RULE)
+    monkeypatch.setattr("os.geteuid", lambda: 65534)
+    monkeypatch.setattr("os.getgroups", list)
+    found = udev.udev(needed=True, opened=False)
+    assert (found.verdict, "usermod -aG plugdev" in found.remedy) == ("warning", True)
+    rules.write_text(UDEV_RULE.replace("0660", "0666"))
+    assert udev.udev(needed=True, opened=False).verdict == "ok"
+
+
+def test_installing_the_rule_makes_the_doctor_content(rules):
+    said = udev.install(rules, [("true",), ("no-such-program-here",)], "pi")
     assert "ran true" in said
     assert "no-such-program" not in said
-    assert computer.udev([str(tmp_path)], needed=True).verdict == "ok"
+    assert "sudo usermod -aG plugdev pi" in said
+    assert udev.udev(needed=True, opened=True).verdict == "ok"
 
 
 def test_the_udev_instructions_hold_rule_and_commands(capsys):
@@ -116,6 +143,8 @@ def test_the_udev_instructions_hold_rule_and_commands(capsys):
     out = capsys.readouterr().out
     assert UDEV_RULE in out
     assert "udevadm control --reload" in out
+    assert "groupadd --system --force plugdev" in out
+    assert "usermod -aG plugdev $USER" in out
 
 
 @pytest.mark.parametrize("installed", [True, False])
@@ -138,16 +167,16 @@ def test_install_belongs_to_fix_udev(capsys):
 
 def test_a_rule_that_root_cannot_write_is_an_error_with_a_way_out(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr("os.geteuid", lambda: 0)
-    monkeypatch.setattr("nxtdrive.transports.usb_port.UDEV_FILE", str(tmp_path / "nowhere" / "60-nxtdrive.rules"))
+    monkeypatch.setattr("nxtdrive.host.access.UDEV_FILE", str(tmp_path / "nowhere" / "60-nxtdrive.rules"))
     assert main(["doctor", "--fix-udev", "--install"]) == USAGE
     assert "could not be installed" in (err := capsys.readouterr().err)
     assert "doctor --fix-udev" in err
 
 
 def test_a_udev_that_does_not_listen_does_not_undo_the_rule(tmp_path, monkeypatch):
-    monkeypatch.setattr(computer, "COMMAND_TIMEOUT_S", 0.05)
+    monkeypatch.setattr(udev, "COMMAND_TIMEOUT_S", 0.05)
     file = tmp_path / "60-nxtdrive.rules"
-    said = computer.install_udev_rule(file, [("sh", "-c", "echo deaf >&2; exit 3"), ("cat", "/dev/zero"), ("true",)])
+    said = udev.install(file, [("sh", "-c", "echo deaf >&2; exit 3"), ("cat", "/dev/zero"), ("true",)])
     assert file.exists()
     assert "failed (deaf)" in said
     assert "cat /dev/zero does not end" in said
@@ -213,3 +242,66 @@ def test_a_motor_that_is_not_there(lab):
     assert findings["motor B"].verdict == "problem"
     assert findings["motor A"].verdict == "ok"
     assert findings["motor C"].verdict == "ok"
+
+
+@pytest.mark.parametrize(
+    ("vendor", "product", "name", "says"),
+    [
+        (0x0694, 0x0002, "LEGO MINDSTORMS NXT + Pybricks", "runs Pybricks"),
+        (0x0694, 0x0005, "EV3", "an EV3"),
+        (0x0694, 0xFF00, "", "leJOS"),
+        (0x0694, 0x0009, "LEGO Technic Large Hub", "LEGO Technic Large Hub (0694:0009)"),
+        (0x03EB, 0x6124, "", "firmware update mode"),
+        (0x0694, 0x0002, None, None),
+    ],
+)
+def test_a_device_that_is_no_nxt_with_lego_s_firmware_is_named(monkeypatch, vendor, product, name, says):
+    device = SimpleNamespace(idVendor=vendor, idProduct=product, product=name, serial_number="0016530A1B2C")
+
+    def find(*, custom_match=lambda _: True, **_):
+        return iter([device] if custom_match(device) else [])
+
+    monkeypatch.setattr(usb.core, "find", find)
+    others = [each for each in computer.usb(needed=True) if each.topic == "USB device"]
+    assert [says in each.text and bool(each.remedy) for each in others] == ([True] if says else [])
+
+
+def test_two_opencvs_in_one_environment_are_a_conflict(tmp_path, monkeypatch):
+    assert not list(computer.opencv())
+    monkeypatch.syspath_prepend(str(tmp_path))
+    for name in ("opencv_python", "opencv_contrib_python_headless"):
+        folder = tmp_path / f"{name}-4.11.0.dist-info"
+        folder.mkdir()
+        (folder / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 4.11.0\n")
+    (found,) = computer.opencv()
+    assert "opencv-contrib-python-headless and opencv-python and opencv-python-headless are" in found.text
+    assert "uninstall opencv-contrib-python-headless opencv-python opencv-python-headless" in found.remedy
+
+
+@pytest.mark.parametrize(
+    ("states", "says"),
+    [([("1", "0")], "rfkill unblock"), ([("0", "1")], "switch"), ([("0", "0")], ""), ([("1", "0"), ("0", "0")], "")],
+)
+def test_a_radio_that_is_switched_off_is_said_to_be(tmp_path, monkeypatch, states, says):
+    monkeypatch.setattr(computer, "RADIOS", tmp_path)
+    for number, (soft, hard) in enumerate([*states, ("1", "1")]):
+        folder = tmp_path / f"rfkill{number}"
+        folder.mkdir()
+        (folder / "type").write_text("bluetooth\n" if number < len(states) else "wlan\n")
+        (folder / "soft").write_text(f"{soft}\n")
+        (folder / "hard").write_text(f"{hard}\n")
+    found = list(computer.radio(needed=True))
+    assert [says in each.remedy for each in found] == ([True] if says else [])
+
+
+def test_long_findings_are_wrapped_below_each_other_and_commands_stay_whole():
+    command = "`sudo usermod -aG plugdev somebody-with-a-long-name`"
+    made = finding.problem(
+        "permissions", "this user may not open the brick on USB.", f"First line:\n{command}, then {command}"
+    )
+    shown = finding.lines(made, 72)
+    assert shown[0].startswith("problem  permissions   this user")
+    assert shown[1] == f"{finding.INDENT}-> First line:"
+    assert all(line.startswith(f"{finding.INDENT}   ") for line in shown[2:])
+    assert sum(command in line for line in shown) == 2
+    assert len(finding.lines(made, None)) == 3

@@ -3,6 +3,7 @@
 There this user is root, the folders of udev are empty, a real systemd-udevd runs, and the brick is one of umockdev's.
 """
 
+import grp
 import os
 import shutil
 import subprocess
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from nxtdrive.transports.usb_port import UDEV_FILE, UDEV_RULE
+from nxtdrive.host.access import UDEV_FILE, UDEV_GROUP, UDEV_RULE
 
 WITHIN_S = 60
 UDEVD = next(
@@ -40,6 +41,7 @@ ROOM = """
 set -e
 seat=$(cat /lib/udev/rules.d/73-seat-late.rules)
 mount -t tmpfs none /run && mkdir -p /run/udev
+cp /etc/group /run/group && mount --bind /run/group /etc/group
 mount -t tmpfs none /etc/udev && mkdir /etc/udev/rules.d
 mount -t tmpfs none /lib/udev/rules.d && echo "$seat" > /lib/udev/rules.d/73-seat-late.rules
 """
@@ -97,7 +99,9 @@ def test_without_a_running_udev_the_rule_is_there_all_the_same(room):
 
 
 @pytest.mark.parametrize(("product", "granted"), [("0002", True), ("0005", False)], ids=["NXT", "EV3"])
-def test_udev_gives_the_brick_to_who_sits_at_the_computer_and_no_other_device(room, device, product, granted):
+def test_udev_gives_the_brick_to_the_group_and_the_person_at_the_screen_and_no_other_device(
+    room, device, product, granted
+):
     done = room(
         f"$DOCTOR --fix-udev --install >/dev/null\numockdev-run -d $DEVICE -- udevadm test /sys{BRICK} 2>&1",
         DEVICE=device(product),
@@ -107,6 +111,7 @@ def test_udev_gives_the_brick_to_who_sits_at_the_computer_and_no_other_device(ro
     assert f"Reading rules file: {UDEV_FILE}" in done.stdout
     assert not [line for line in done.stdout.splitlines() if UDEV_FILE in line and ("nvalid" in line or "gnor" in line)]
     assert (f"{UDEV_FILE}:1 MODE 0660" in done.stdout) is granted
+    assert (f"{UDEV_FILE}:1 GROUP {grp.getgrnam(UDEV_GROUP).gr_gid}" in done.stdout) is granted
     assert ("run: 'uaccess'" in done.stdout) is granted
 
 
