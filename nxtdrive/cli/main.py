@@ -171,12 +171,14 @@ def _overwritten(error: Exception) -> str:
         return ""
     from importlib.metadata import packages_distributions
 
+    from nxtdrive.host.environment import pip_command
+
     others = sorted(set(packages_distributions().get("behaviors", ())) - {"nxtdrive"})
     culprit = " and ".join(others) or "another package"
     return (
         f"{culprit} installed a package that is also called 'behaviors' and hides the one of nxtdrive ({error}). "
-        f"To fix it: pip uninstall {' '.join(others) or 'that package'}, "
-        "then pip install --force-reinstall --no-deps nxtdrive; or give nxtdrive a virtual environment of its own."
+        f"Give nxtdrive a virtual environment of its own, or remove the other: {pip_command('uninstall', *others)}, "
+        "and install nxtdrive again."
     )
 
 

@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument(
         "--dask",
         metavar="ADDRESS",
-        help='a running Dask cluster, tcp://host:8786; needs pip install "nxtdrive[cluster]"',
+        help="a running Dask cluster, tcp://host:8786; needs the extra nxtdrive[cluster]",
     )
     parser.add_argument(
         "--out", metavar="FILE", type=Path, help=f"file for the results, one line per mission (default: {DEFAULT_OUT})"
@@ -74,7 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--resume", action="store_true", help="keep the results in the file and run only missing missions"
     )
     parser.add_argument("--map", metavar="CLASS:SEED:POLICY", help="draw the map of this one run instead")
-    parser.add_argument("--plot", metavar="FILE", type=Path, help='also draw plots; needs pip install "nxtdrive[plot]"')
+    parser.add_argument("--plot", metavar="FILE", type=Path, help="also draw plots; needs the extra nxtdrive[plot]")
     add_json_argument(parser)
 
 

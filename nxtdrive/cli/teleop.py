@@ -33,8 +33,6 @@ EXAMPLES = """\
   nxtdrive teleop --target lena
   nxtdrive teleop --mission my-mission.toml --camera 0 --nxt serial:///dev/rfcomm0"""
 
-_NO_TEXTUAL = "pip install 'nxtdrive[tui]', or pip install 'textual>=6,<9'."
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
@@ -85,8 +83,13 @@ def _check(args: argparse.Namespace) -> None:
     """Check what can be checked before the program takes over the screen."""
     from importlib.util import find_spec
 
+    from nxtdrive.host.environment import pip_command
+
     if find_spec("textual") is None:
-        raise ConfigError("teleop draws with textual, which is not installed.", remedy=f"Install it: {_NO_TEXTUAL}")
+        raise ConfigError(
+            "teleop draws with textual, which is not installed.",
+            remedy=f"Install it: {pip_command('install', 'nxtdrive[tui]')}",
+        )
     if not 20 <= args.speed <= 350:
         raise ConfigError(f"--speed must be from 20 to 350 mm/s, not {args.speed:g}.")
     if not (sys.stdin.isatty() and sys.stdout.isatty()):

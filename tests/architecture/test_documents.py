@@ -53,6 +53,14 @@ def test_commands_and_options_that_are_mentioned_exist(path, capsys):
         assert not unknown.search(_misunderstood(command, capsys)), command
 
 
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_what_is_to_be_installed_goes_into_a_named_environment(path):
+    """README's first command makes one without pip: there a bare `pip install` would reach another Python."""
+    named = re.compile(r"pip3? --python \.venv install|\.venv[/\\](bin[/\\]pip|Scripts[/\\]python -m pip) install")
+    for line in re.findall(r".*\bpip3? .*install.*", path.read_text(encoding="utf-8")):
+        assert named.search(line), line
+
+
 @pytest.mark.parametrize("name", ["README.md", "docs/sensors.md"])
 def test_python_that_opens_a_brick_runs(name):
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / name).read_text(encoding="utf-8"), flags=re.DOTALL)

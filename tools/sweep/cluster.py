@@ -20,6 +20,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import nxtdrive
 from firmware_protocol.errors import AddressError, ConfigError
+from nxtdrive.host.environment import pip_command
 
 from .runner import WorkersDied
 
@@ -187,7 +188,8 @@ def _connect(address: str) -> Any:  # noqa: ANN401 - a distributed.Client
     try:
         from distributed import Client
     except ImportError as error:
-        raise ConfigError("a cluster needs Dask.", remedy='Install it: pip install "nxtdrive[cluster]".') from error
+        install = pip_command("install", "nxtdrive[cluster]")
+        raise ConfigError("a cluster needs Dask.", remedy=f"Install it: {install}") from error
     if not logging.getLogger().isEnabledFor(logging.DEBUG):
         for name in ("distributed", "distributed.client"):
             logging.getLogger(name).setLevel(logging.CRITICAL)  # we report each error ourselves, once

@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.host.environment import pip_command
 from nxtdrive.vision.detection import Detection, Image
 from nxtdrive.vision.detectors.correlation import distinct
 from nxtdrive.vision.detectors.spec import DetectorSpec
@@ -36,7 +37,8 @@ class HaarDetector:
         if not hasattr(cv2, "CascadeClassifier"):
             raise ConfigError(
                 f"OpenCV {cv2.__version__} has no Haar detector.",
-                remedy='Install one that has: pip install "opencv-python-headless<5"; or use a picture target.',
+                remedy="Use a picture target, or install an OpenCV that has one: "
+                + pip_command("install", "opencv-python-headless<5"),
             )
         path = _find(cascade)
         self._classifier = cv2.CascadeClassifier()

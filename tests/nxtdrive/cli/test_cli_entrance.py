@@ -162,7 +162,7 @@ def test_another_package_called_behaviors_is_named_with_the_remedy(tmp_path):
     done = _run_with(tmp_path, "mission", "show")
     assert done.returncode == USAGE
     assert "django-behaviors" in done.stderr
-    assert "pip uninstall django-behaviors" in done.stderr
+    assert "uninstall django-behaviors" in done.stderr
     assert "Traceback" not in done.stderr
 
 

@@ -102,7 +102,7 @@ def test_without_pygame_it_names_the_command(monkeypatch):
     monkeypatch.setitem(sys.modules, "pygame", None)
     with pytest.raises(ConfigError) as refusal:
         Gamepad()
-    assert "pip install 'nxtdrive[gamepad]'" in str(refusal.value)
+    assert "install 'nxtdrive[gamepad]'" in str(refusal.value)
 
 
 WITHOUT_PYGAME = "import sys; sys.modules['pygame'] = None; from nxtdrive.cli.main import main; sys.exit(main())"
@@ -126,7 +126,7 @@ def test_asked_for_a_gamepad_without_pygame_teleop_says_what_to_install():
         os.close(master)
         os.close(slave)
     assert done.returncode == USAGE
-    assert "pip install 'nxtdrive[gamepad]'" in done.stderr
+    assert "install 'nxtdrive[gamepad]'" in done.stderr
 
 
 @pytest.mark.slow

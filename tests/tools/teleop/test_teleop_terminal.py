@@ -142,7 +142,7 @@ def test_without_a_terminal_it_says_so(capsys):
 def test_without_textual_it_names_the_command(capsys, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert main(["teleop"]) == USAGE
-    assert "pip install 'nxtdrive[tui]'" in capsys.readouterr().err
+    assert "install 'nxtdrive[tui]'" in capsys.readouterr().err
 
 
 @pytest.mark.slow
