@@ -1,8 +1,8 @@
 """Run an agent in AgentSpeak against ``nxtdrive serve``.
 
 This program is separate from nxtdrive: neither imports the other, and the two communicate over TCP only. It imports
-python-agentspeak (``pip3 --python .venv install agentspeak``), whose licence is the GPL, version 3 or later; distributing
-both together is subject to that licence.
+python-agentspeak (``pip3 --python .venv install agentspeak``), whose licence is the GPL, version 3 or later;
+distributing both together is subject to that licence.
 
     nxtdrive serve                                   # in one terminal
     python run_agent.py client.asl                   # in another

@@ -1,7 +1,7 @@
-"""Bluetooth on Linux without extra packages: an RFCOMM socket to a paired brick.
+"""Bluetooth on Linux and Windows without extra packages: an RFCOMM socket to a paired brick.
 
-Many builds of Python lack ``socket.AF_BLUETOOTH``, but the kernel still supports it: the socket is created by number,
-connected through the C library, and then used as an ordinary socket.
+On Linux many builds of Python lack ``socket.AF_BLUETOOTH``, but the kernel still supports it: the socket is created by
+number, connected through the C library, and then used as an ordinary socket. On Windows Python has it since 3.9.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ CHANNEL = 1
 """The brick's serial port service. Source: docs/firmware.md section 2."""
 
 _MAC = re.compile(r"([0-9A-F]{2}:){5}[0-9A-F]{2}", re.IGNORECASE)
-_PAIR = "Is it on, in range and paired? `bluetoothctl pair {mac}`, the brick's default PIN is 1234."
+_PAIR = "Is it on, in range and paired ({how})? The brick's default PIN is 1234."
 
 
 class _SockaddrRc(ctypes.Structure):
@@ -47,28 +47,45 @@ class BluetoothTransport(SocketTransport):
             AddressError: Not a Bluetooth address.
             BrickNotFound: The brick does not answer.
             LinkBusy: Another program is connected to it.
-            LinkError: This computer has no Bluetooth adapter, or does not run Linux.
+            LinkError: This computer has no Bluetooth adapter, or its Python cannot use it.
         """
         address.read_options({})
         mac = address.target.upper()
         if not _MAC.fullmatch(mac):
             raise AddressError(f"{address}: a Bluetooth address looks like bt://00:16:53:0A:1B:2C.")
-        if not sys.platform.startswith("linux"):
-            raise LinkError(
-                f"{address} cannot be opened directly on this system.",
-                remedy="Pair the brick, then use its serial port, e.g. serial://COM5 or serial:///dev/tty.NXT-DevB.",
-            )
-        return cls(str(address), _connect(mac, max(timeout_s, 10.0)))
+        if sys.platform.startswith("linux"):
+            return cls(str(address), _connect(mac, max(timeout_s, 10.0)))
+        if sys.platform == "win32" and hasattr(socket, "AF_BLUETOOTH"):
+            return cls(str(address), _connect_on_windows(mac, max(timeout_s, 10.0)))
+        raise LinkError(
+            f"{address} cannot be opened directly on this system.",
+            remedy="Pair the brick, then use its serial port, e.g. serial://COM5 or serial:///dev/cu.NXT-DevB.",
+        )
 
 
-def _connect(mac: str, timeout_s: float) -> socket.socket:
+def _socket(family: int, protocol: int) -> socket.socket:
     try:
-        connection = socket.socket(AF_BLUETOOTH, socket.SOCK_STREAM, BTPROTO_RFCOMM)
+        return socket.socket(family, socket.SOCK_STREAM, protocol)
     except OSError as error:
         raise LinkError(
             f"this computer offers no Bluetooth: {error.strerror}.",
             remedy="Plug in a Bluetooth adapter, or use usb://.",
         ) from error
+
+
+def _connect_on_windows(mac: str, timeout_s: float) -> socket.socket:
+    connection = _socket(getattr(socket, "AF_BLUETOOTH"), getattr(socket, "BTPROTO_RFCOMM"))  # noqa: B009 - not Linux's
+    connection.settimeout(timeout_s)
+    try:
+        connection.connect((mac, CHANNEL))
+    except OSError as error:
+        connection.close()
+        raise _refused(mac, error.errno or 0, error.strerror or str(error)) from error
+    return connection
+
+
+def _connect(mac: str, timeout_s: float) -> socket.socket:
+    connection = _socket(AF_BLUETOOTH, BTPROTO_RFCOMM)
     connection.setblocking(False)
     try:
         failure = _connect_by_number(connection.fileno(), mac)
@@ -80,7 +97,7 @@ def _connect(mac: str, timeout_s: float) -> socket.socket:
         raise
     if failure:
         connection.close()
-        raise _refused(mac, failure)
+        raise _refused(mac, failure, os.strerror(failure))
     return connection
 
 
@@ -94,10 +111,10 @@ def _connect_by_number(descriptor: int, mac: str) -> int:
     return ctypes.get_errno()
 
 
-def _refused(mac: str, failure: int) -> Exception:
-    reason = os.strerror(failure)
+def _refused(mac: str, failure: int, reason: str) -> Exception:
     if failure == errno.EBUSY:
         return LinkBusy(
             f"the brick {mac} is busy: {reason}.", remedy="Close the other program that is connected to it."
         )
-    return BrickNotFound(f"the brick {mac} does not answer: {reason}.", remedy=_PAIR.format(mac=mac))
+    how = "in the Bluetooth settings" if sys.platform == "win32" else f"`bluetoothctl pair {mac}`"
+    return BrickNotFound(f"the brick {mac} does not answer: {reason}.", remedy=_PAIR.format(how=how))

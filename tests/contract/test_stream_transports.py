@@ -133,6 +133,41 @@ def test_a_bluetooth_brick_is_asked_for_by_its_bytes_in_reverse(mocker):
     assert bytes(target) == bytes.fromhex("1f00 2c1b0a531600 01 00")
 
 
+@pytest.fixture
+def on_windows(monkeypatch, mocker):
+    """Returns what `socket.socket` makes where Python has Bluetooth of its own, as on Windows."""
+    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setattr(socket, "AF_BLUETOOTH", 32, raising=False)
+    monkeypatch.setattr(socket, "BTPROTO_RFCOMM", 3, raising=False)
+    return mocker.patch("socket.socket")
+
+
+def test_on_windows_python_s_own_bluetooth_is_used(on_windows):
+    transport = open_transport("bt://00:16:53:0a:1b:2c")
+    on_windows.assert_called_once_with(32, socket.SOCK_STREAM, 3)
+    on_windows.return_value.connect.assert_called_once_with(("00:16:53:0A:1B:2C", 1))
+    transport.send(b"\x00\x0b")
+    on_windows.return_value.sendall.assert_called_once_with(b"\x02\x00\x00\x0b")
+
+
+@pytest.mark.parametrize(
+    "error", [TimeoutError("timed out"), OSError(10064, "A socket operation failed because the destination was down")]
+)
+def test_on_windows_an_absent_brick_is_paired_in_the_settings(on_windows, error):
+    on_windows.return_value.connect.side_effect = error
+    with pytest.raises(BrickNotFound, match=r"00:16:53:0A:1B:2C does not answer.*in the Bluetooth settings"):
+        open_transport("bt://00:16:53:0A:1B:2C")
+    on_windows.return_value.close.assert_called_once()
+
+
+@pytest.mark.parametrize("platform", ["darwin", "win32"])
+def test_where_python_has_no_bluetooth_the_serial_port_is_the_way(monkeypatch, platform):
+    monkeypatch.setattr(sys, "platform", platform)
+    monkeypatch.delattr(socket, "AF_BLUETOOTH", raising=False)
+    with pytest.raises(LinkError, match=r"serial://COM5 or serial:///dev/cu\.NXT"):
+        open_transport("bt://00:16:53:0A:1B:2C")
+
+
 @pytest.mark.parametrize(
     ("answer", "error", "said"),
     [
