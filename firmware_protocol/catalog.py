@@ -18,6 +18,18 @@ AnyCommand = type[Command[Any]]
 ALL_COMMANDS: tuple[AnyCommand, ...] = tuple(COMMANDS[key] for key in sorted(COMMANDS))
 """Direct commands first, each kind in the order of the opcodes, independent of the order of imports."""
 
+DESTRUCTIVE: frozenset[AnyCommand] = frozenset(
+    {
+        system.Boot,
+        system.BluetoothFactoryReset,
+        system.CropDataFile,
+        system.Delete,
+        system.DeleteUserFlash,
+        system.IOMapWrite,
+    }
+)
+"""Commands that erase something, change the firmware's memory or end it: never suggested for a mistyped name."""
+
 _BY_NAME = {command.__name__.lower(): command for command in ALL_COMMANDS}
 
 
@@ -29,8 +41,9 @@ def command_named(name: str) -> AnyCommand:
     """
     found = _BY_NAME.get(name.lower())
     if found is None:
-        close = [_BY_NAME[key].__name__ for key in get_close_matches(name.lower(), _BY_NAME, cutoff=0.5)]
-        hint = f"Did you mean {' or '.join(close)}?" if close else f"There are {', '.join(names())}."
+        safe = {command.__name__.lower(): command.__name__ for command in ALL_COMMANDS if command not in DESTRUCTIVE}
+        close = [safe[key] for key in get_close_matches(name.lower(), safe, cutoff=0.5)]
+        hint = f"Did you mean {' or '.join(close)}?" if close else f"There are {', '.join(safe.values())}."
         raise LocalProtocolError(f"there is no command {name!r}.", remedy=hint)
     return found
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_action, add_json_argument
+from nxtdrive.cli.options import add_action, add_json_argument, number
 
 if TYPE_CHECKING:
     from nxtdrive.vision.camera import Frame
@@ -22,10 +23,12 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Try a detector on an image, a video, a folder of images, a stream's URL or a
 webcam's number, without a brick: draws what it sees, prints where that is and
-how long it takes. Bearings are positive to the right."""
+how long it takes. The source `sim` is the camera of the simulated robot. Bearings
+are positive to the right."""
 EXAMPLES = """\
   nxtdrive detect try 0 --picture my-cat.jpg
   nxtdrive detect try photo.jpg --target lena
+  nxtdrive detect try sim --color orange --frames 5
   nxtdrive detect try 0 --marker 7 --height-mm 150 --frames 50
   nxtdrive detect try film.mp4 --haar haarcascade_frontalface_alt2 --out seen.mp4
   nxtdrive detect try http://127.0.0.1:8081/camera.mjpg --color red"""
@@ -75,19 +78,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``try`` and its arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     try_ = add_action(actions, "try", "run a detector and draw what it sees", _try)
-    try_.add_argument("source", metavar="SOURCE", help="image, video, folder of images, URL, or a webcam's number")
+    try_.add_argument("source", metavar="SOURCE", help="image, video, folder of images, URL, a webcam's number, or sim")
     target = try_.add_mutually_exclusive_group(required=True)
     target.add_argument("--target", metavar="NAME", help="a target of a mission (of the built-in one: lena, rilakkuma)")
     target.add_argument("--picture", metavar="FILE", nargs="+", help="photographs of something flat")
     target.add_argument("--haar", metavar="NAME", help="a cascade of OpenCV's, or an XML file")
-    target.add_argument("--marker", metavar="ID", type=int, help="an ArUco marker of the dictionary 4x4_50")
+    identifier = number("id", int, 0, 49)
+    target.add_argument("--marker", metavar="ID", type=identifier, help="an ArUco marker of the dictionary 4x4_50")
     target.add_argument("--color", metavar="NAME", help="red, orange, yellow, green, cyan, blue or magenta")
     try_.add_argument("--mission", metavar="FILE", type=Path, help="where --target is described")
-    try_.add_argument("--height-mm", metavar="MM", type=float, help="real height of the target (default: A4, 297)")
-    try_.add_argument("--hfov-deg", metavar="DEG", type=float, help="the camera's horizontal view (default: 60)")
+    try_.add_argument(
+        "--height-mm",
+        metavar="MM",
+        type=number("height", float, 10, 3000),
+        help="real height of the target (default: A4, 297)",
+    )
+    try_.add_argument(
+        "--hfov-deg",
+        metavar="DEG",
+        type=number("angle", float, 1, 179),
+        help="the camera's horizontal view (default: 60)",
+    )
     try_.add_argument("--out", metavar="FILE", type=Path, help="*.png or *.mp4 (default: detected.png or detected.mp4)")
     try_.add_argument(
-        "--frames", metavar="N", type=int, help="most frames (default: all of a recording, 100 of a camera)"
+        "--frames",
+        metavar="N",
+        type=number("frames", int, 1, math.inf),
+        help="most frames (default: all of a recording, 100 of a camera)",
     )
     add_json_argument(try_)
 
@@ -158,9 +175,10 @@ def _frames(source: str, limit: int | None) -> Iterator[Frame]:
     from nxtdrive.vision.camera import EndOfFrames
     from nxtdrive.vision.sources import open_camera
 
-    if limit is None and (source.isdecimal() or "://" in source):
+    simulated = source == "sim"
+    if limit is None and (simulated or source.isdecimal() or "://" in source):
         limit = CAMERA_FRAMES
-    camera = open_camera(source, clock=WallClock(), paced=False)
+    camera = open_camera(source, clock=None if simulated else WallClock(), paced=False)
     try:
         taken = 0
         while limit is None or taken < limit:

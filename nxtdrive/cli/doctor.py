@@ -62,6 +62,10 @@ def run(args: argparse.Namespace) -> int:
         raise ConfigError("--install belongs to --fix-udev.", remedy="Give both.")
     if args.fix_udev:
         return _fix_udev(install=args.install)
+    if args.mission is not None:
+        from nxtdrive.mission.setup import load
+
+        load(args.mission)  # a file that is missing or wrong is told before the examination
     examination, findings = _Examination(args), []
     for finding in examination.findings():
         findings.append(finding)

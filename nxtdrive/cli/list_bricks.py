@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
-from firmware_protocol.errors import NXTError
+from firmware_protocol.errors import LinkBusy, NXTError
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import DEFAULT_ADDRESS, add_json_argument
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 List the bricks on USB, those paired over Bluetooth (Linux), the serial ports a
-paired brick may be behind, and the simulated brick, as addresses for --nxt.
-Nothing is opened: a paired brick may be off, and a port says nothing about the
-brick behind it; `nxtdrive info --nxt ADDRESS` does."""
+paired brick may be behind, and the simulated brick, as addresses for --nxt. Only
+bricks on USB are asked for their names: a paired brick may be off, and a port says
+nothing about the brick behind it; `nxtdrive info --nxt ADDRESS` does."""
 EXAMPLES = """\
   nxtdrive list
   nxtdrive list --json"""
@@ -79,8 +79,23 @@ def _on_usb() -> Iterator[Place]:
     from nxtdrive.transports.usb_port import UsbTransport
 
     for address in UsbTransport.discover():
-        readable = address != "usb://"
-        yield Place(address, "brick on USB" if readable else "brick on USB that this user may not open")
+        if address == "usb://":
+            yield Place(address, "brick on USB that this user may not open")
+        else:
+            yield Place(address, f"brick on USB{_name(address)}")
+
+
+def _name(address: str) -> str:
+    """Return what to add to the description of a brick on USB: its name, or why it could not be asked."""
+    from nxtdrive.brick import open_brick
+
+    try:
+        with open_brick(address) as brick:
+            return f", called {brick.name}"
+    except LinkBusy:
+        return ", in use by another program"
+    except NXTError:
+        return ", but it does not answer"
 
 
 def _paired() -> Iterator[Place]:

@@ -11,7 +11,7 @@ import importlib
 import logging
 import sys
 from collections.abc import Sequence
-from typing import NoReturn, Protocol, cast
+from typing import Any, NoReturn, Protocol, cast
 
 from firmware_protocol.errors import (
     AddressError,
@@ -39,6 +39,7 @@ COMMANDS = {
     "serve": ("serve", "serve the robot to an agent of your own, over TCP"),
     "list": ("list_bricks", "find bricks and print their addresses"),
     "info": ("info", "name, firmware and battery of a brick"),
+    "name": ("name", "print or change the name of a brick"),
     "motor": ("motor", "turn a motor for a time or by an angle, or stop it"),
     "explain": ("explain", "decode the bytes of a telegram"),
     "trace": ("trace", "show, compare and replay recorded traffic with a brick"),
@@ -183,6 +184,15 @@ def _overwritten(error: Exception) -> str:
 
 
 def _parse(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = make_parser(next((word for word in arguments if word in COMMANDS), None))
+    args, unknown = parser.parse_known_args(arguments)
+    if unknown:
+        args.parser.reject(unknown)
+    return args
+
+
+def make_parser(named: str | None) -> argparse.ArgumentParser:
+    """Make the parser of the command line; of the commands only `named` is imported and has its arguments."""
     parser = _Parser(
         prog="nxtdrive",
         description="A LEGO MINDSTORMS NXT that searches for what you showed it and drives there.",
@@ -192,16 +202,12 @@ def _parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--version", action=_Version)
     parser.add_argument("-v", "--verbose", action="store_true", help="log what happens; show tracebacks")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    named = next((word for word in arguments if word in COMMANDS), None)
     for name, (module, summary) in COMMANDS.items():
         if name == named:
             _add_command(commands, name, module, summary)
         else:
             commands.add_parser(name, help=summary)
-    args, unknown = parser.parse_known_args(arguments)
-    if unknown:
-        commands.choices[args.command].error(f"unrecognized arguments: {' '.join(unknown)}")
-    return args
+    return parser
 
 
 def _add_command(commands: argparse._SubParsersAction[_Parser], name: str, module: str, summary: str) -> None:
@@ -214,17 +220,37 @@ def _add_command(commands: argparse._SubParsersAction[_Parser], name: str, modul
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("-v", "--verbose", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+    parser.set_defaults(parser=parser)
     command.add_arguments(parser)
     if hasattr(command, "run"):
         parser.set_defaults(run=command.run)
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose error messages point to the help."""
+    """A parser whose error messages suggest what was meant and point to the help."""
+
+    def reject(self, unknown: Sequence[str]) -> NoReturn:
+        """Refuse the arguments that are left over, suggesting options."""
+        options = [option for option in self._option_string_actions if option.startswith("--")]
+        wrong = next((word.partition("=")[0] for word in unknown if word.startswith("--")), "")
+        self.error(f"unrecognized arguments: {' '.join(unknown)}{_suggestion(wrong, options)}")
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:  # noqa: ANN401 - argparse's
+        if action.choices is not None and value not in action.choices:
+            known = [str(choice) for choice in action.choices]
+            hint = _suggestion(str(value), known) or f" (choose from {', '.join(known)})"
+            raise argparse.ArgumentError(action, f"invalid choice: {value!r}{hint}")
 
     def error(self, message: str) -> NoReturn:
         """Print the mistake and exit."""
         super().error(f"{message}\nSee `{self.prog} --help`.")
+
+
+def _suggestion(word: str, known: Sequence[str]) -> str:
+    from difflib import get_close_matches
+
+    close = get_close_matches(word, known, n=2)
+    return f". Did you mean {' or '.join(map(repr, close))}?" if close else ""
 
 
 class _Version(argparse.Action):

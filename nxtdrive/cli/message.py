@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import MailboxEmpty
-from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, on_brick
+from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -27,14 +27,21 @@ POLL_S = 0.1
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
+    box = number("box", int, 1, 10)
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     write = add_action(actions, "write", "write a message to a mailbox", on_brick(_write))
-    write.add_argument("box", metavar="BOX", type=int, help="1 to 10")
+    write.add_argument("box", metavar="BOX", type=box, help="1 to 10")
     write.add_argument("text", metavar="TEXT", help="at most 58 characters")
     read = add_action(actions, "read", "read a message from the program", on_brick(_read))
-    read.add_argument("box", metavar="BOX", type=int, help="1 to 10")
+    read.add_argument("box", metavar="BOX", type=box, help="1 to 10")
     read.add_argument("--keep", action="store_true", help="do not remove it from the mailbox")
-    read.add_argument("--wait", metavar="S", type=float, default=0.0, help="wait up to S seconds for one (default: 0)")
+    read.add_argument(
+        "--wait",
+        metavar="S",
+        type=number("seconds", float, 0, 3600),
+        default=0.0,
+        help="wait up to S seconds for one (default: 0)",
+    )
     add_json_argument(read)
     for action in (write, read):
         add_brick_arguments(action)

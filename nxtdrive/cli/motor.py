@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
-from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, on_brick
+from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick
 
 if TYPE_CHECKING:
     from behaviors.ports import StopReason
@@ -30,17 +30,32 @@ PORTS = ("A", "B", "C")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``run``, ``turn`` and ``stop`` with their arguments."""
+    from nxtdrive.motion.motor import ANGLE_RANGE_DEG, FASTEST_DEG_S
+
+    speed = number("speed", float, -FASTEST_DEG_S, FASTEST_DEG_S)
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     run_ = add_action(actions, "run", "turn for a time", on_brick(_run))
     run_.add_argument("port", metavar="PORT", type=str.upper, choices=PORTS, help="A, B or C")
     how = run_.add_mutually_exclusive_group()
-    how.add_argument("--speed", metavar="DEG_S", type=float, default=360.0, help="degrees per second (default: 360)")
-    how.add_argument("--power", metavar="PERCENT", type=int, help="duty cycle, -100..100, instead of a speed")
-    run_.add_argument("--seconds", metavar="S", type=float, default=2.0, help="for how long (default: 2)")
+    how.add_argument("--speed", metavar="DEG_S", type=speed, default=360.0, help="degrees per second (default: 360)")
+    how.add_argument(
+        "--power",
+        metavar="PERCENT",
+        type=number("power", int, -100, 100),
+        help="duty cycle, -100..100, instead of a speed",
+    )
+    run_.add_argument(
+        "--seconds", metavar="S", type=number("seconds", float, 0, 3600), default=2.0, help="for how long (default: 2)"
+    )
     turn = add_action(actions, "turn", "turn by an angle", on_brick(_turn))
     turn.add_argument("port", metavar="PORT", type=str.upper, choices=PORTS, help="A, B or C")
-    turn.add_argument("angle", metavar="DEGREES", type=float, help="how far; negative: backward")
-    turn.add_argument("--speed", metavar="DEG_S", type=float, default=360.0, help="degrees per second (default: 360)")
+    turn.add_argument(
+        "angle",
+        metavar="DEGREES",
+        type=number("angle", float, -ANGLE_RANGE_DEG, ANGLE_RANGE_DEG),
+        help="how far; negative: backward",
+    )
+    turn.add_argument("--speed", metavar="DEG_S", type=speed, default=360.0, help="degrees per second (default: 360)")
     stop = add_action(actions, "stop", "brake motors and switch them off", on_brick(_stop))
     stop.add_argument("ports", metavar="PORT", nargs="*", type=str.upper, help="A, B or C (default: all)")
     for action in (run_, turn, stop):
@@ -51,14 +66,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _run(args: argparse.Namespace, brick: Brick) -> int:
     from behaviors.ports import StopReason
     from nxtdrive.motion.motor import Then
-    from nxtdrive.ports import in_range
 
     motor = brick.motor(args.port)
     before = motor.angle
     if args.power is None:
         stop = motor.run_time(args.speed, args.seconds, Then.BRAKE)
     else:
-        in_range("seconds", args.seconds, 0, 3600)
         motor.dc(args.power)
         brick.sleep(args.seconds)
         stop = StopReason.STALLED if motor.done else StopReason.DONE

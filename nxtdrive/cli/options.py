@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -25,7 +26,7 @@ def add_action(actions: Any, name: str, summary: str, run: Run) -> argparse.Argu
     """Add an action to a command; its own help begins with its line in the list of actions."""
     description = f"{summary[0].upper()}{summary[1:]}."
     parser: argparse.ArgumentParser = actions.add_parser(name, help=summary, description=description)
-    parser.set_defaults(run=run)
+    parser.set_defaults(run=run, parser=parser)
     return parser
 
 
@@ -42,15 +43,27 @@ def on_brick(action: Callable[[argparse.Namespace, Brick], int | None]) -> Run:
 
 
 def number(name: str, convert: Callable[[str], T], low: float, high: float) -> Callable[[str], T]:
-    """Make a converter for argparse that refuses what is not from `low` to `high` with "invalid NAME value"."""
+    """Make a converter for argparse that refuses what is no number from `low` to `high`.
+
+    Args:
+        name: What is counted or measured, for the message: ``seconds``.
+        convert: `float`, or what makes a whole number of the text.
+        low: Smallest value allowed.
+        high: Largest value allowed; may be infinite, but the value may not.
+    """
+    kind = "a number" if convert is float else "a whole number"
+    limits = f"from {low:,.10g} to {high:,.10g}" if math.isfinite(high) else f"of at least {low:,.10g}"
 
     def read(text: str) -> T:
-        value = convert(text)
-        if not low <= value <= high:
-            raise ValueError
+        try:
+            value = convert(text)
+            fits = math.isfinite(value) and low <= value <= high
+        except (ValueError, OverflowError):
+            fits = False
+        if not fits:
+            raise argparse.ArgumentTypeError(f"{name} must be {kind} {limits}, not {text!r}")
         return value
 
-    read.__name__ = name
     return read
 
 

@@ -35,6 +35,8 @@ PORTS: tuple[SensorPort, ...] = (1, 2, 3, 4)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
+    from nxtdrive.sensors.i2c import I2C_RECEIVE_LIMIT
+
     byte = number("byte", lambda text: int(text, 0), 0, 0xFF)
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     read = add_action(actions, "read", "print one value", on_brick(_read))
@@ -50,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     watch.add_argument(
         "--every",
         metavar="S",
-        type=number("seconds", float, 0, 3600),
+        type=number("seconds", float, 0.01, 3600),
         default=0.0,
         help="seconds between values (default: as fast as it goes)",
     )
@@ -58,7 +60,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     registers.add_argument("port", metavar="PORT", type=int, choices=PORTS, help="1 to 4")
     registers.add_argument("register", metavar="REGISTER", type=byte, help="the first register, such as 0x42")
     registers.add_argument(
-        "size", metavar="SIZE", type=int, nargs="?", default=1, help="how many, 1 to 15 (default: 1)"
+        "size",
+        metavar="SIZE",
+        type=number("size", int, 1, I2C_RECEIVE_LIMIT),
+        nargs="?",
+        default=1,
+        help="how many, 1 to 15 (default: 1)",
     )
     registers.add_argument(
         "--address", metavar="A", type=byte, default=0x02, help="8-bit write address of the sensor (default: 0x02)"

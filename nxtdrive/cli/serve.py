@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments
+from nxtdrive.cli.options import add_brick_arguments, number
 from nxtdrive.cli.output import print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.signals import until_signal
@@ -41,9 +41,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_brick_arguments(parser)
     parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
-    parser.add_argument("--port", type=int, default=PORT, help=f"TCP port; 0 takes a free one (default: {PORT})")
     parser.add_argument(
-        "--host", default="127.0.0.1", help="address to listen at (default: 127.0.0.1, this computer only)"
+        "--port",
+        metavar="N",
+        type=number("port", int, 0, 65535),
+        default=PORT,
+        help=f"TCP port; 0 takes a free one (default: {PORT})",
+    )
+    parser.add_argument(
+        "--host",
+        metavar="ADDRESS",
+        default="127.0.0.1",
+        help="address to listen at (default: 127.0.0.1, this computer only)",
     )
 
 

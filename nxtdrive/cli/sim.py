@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 
 from nxtdrive.cli.options import add_action, add_json_argument, number
@@ -58,7 +59,11 @@ def _add_serve(serve: argparse.ArgumentParser) -> None:
         "--host", metavar="ADDRESS", default="127.0.0.1", help="local address to listen on (default: 127.0.0.1)"
     )
     serve.add_argument(
-        "--camera-port", metavar="N", type=int, default=0, help="port of the stream on 127.0.0.1 (default: a free one)"
+        "--camera-port",
+        metavar="N",
+        type=port,
+        default=0,
+        help="port of the stream on 127.0.0.1 (default: a free one)",
     )
     serve.add_argument(
         "--size",
@@ -87,7 +92,9 @@ def _add_exec(execute: argparse.ArgumentParser) -> None:
 
 def _add_simulation(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--world", metavar="FILE", help="a world file or the name of a bundled world")
-    parser.add_argument("--seed", metavar="N", type=int, default=0, help="random seed (default: 0)")
+    parser.add_argument(
+        "--seed", metavar="N", type=number("seed", int, 0, math.inf), default=0, help="random seed (default: 0)"
+    )
     parser.add_argument(
         "--latency-ms",
         metavar="MS",

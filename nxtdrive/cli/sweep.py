@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.options import add_json_argument
+from nxtdrive.cli.options import add_json_argument, number
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -61,7 +62,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="geometric skips rendering and detection, camera does both",
     )
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--workers", metavar="N", type=_count, default=1, help="processes (default: 1)")
+    where.add_argument(
+        "--workers", metavar="N", type=number("processes", int, 1, math.inf), default=1, help="processes (default: 1)"
+    )
     where.add_argument(
         "--dask",
         metavar="ADDRESS",
@@ -204,9 +207,3 @@ def _seeds(text: str) -> tuple[int, int]:
     if not (first.isdecimal() and (last or first).isdecimal() and int(first) <= int(last or first)):
         raise argparse.ArgumentTypeError(f"{text!r} is no range of seeds; write 100-119, or 7 for one")
     return int(first), int(last or first)
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number of processes; write 1 or more")
-    return int(text)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments
+from nxtdrive.cli.options import add_brick_arguments, number
 from nxtdrive.cli.pace import in_real_time
 
 if TYPE_CHECKING:
@@ -45,7 +45,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`; only with a target")
     parser.add_argument(
-        "--speed", metavar="MM_S", type=float, default=300.0, help="highest speed, 20 to 350 (default: 300)"
+        "--speed",
+        metavar="MM_S",
+        type=number("speed", float, 20, 350),
+        default=300.0,
+        help="highest speed, 20 to 350 (default: 300)",
     )
     parser.add_argument(
         "--gamepad",
@@ -56,7 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Drive until the user quits."""
-    _check(args)
+    _check()
     from nxtdrive.brick import open_brick
     from nxtdrive.mission.setup import build_rover, load
     from nxtdrive.tools.teleop.app import Teleop
@@ -79,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
     return DONE
 
 
-def _check(args: argparse.Namespace) -> None:
+def _check() -> None:
     """Check what can be checked before the program takes over the screen."""
     from importlib.util import find_spec
 
@@ -90,8 +94,6 @@ def _check(args: argparse.Namespace) -> None:
             "teleop draws with textual, which is not installed.",
             remedy=f"Install it: {pip_command('install', 'nxtdrive[tui]')}",
         )
-    if not 20 <= args.speed <= 350:
-        raise ConfigError(f"--speed must be from 20 to 350 mm/s, not {args.speed:g}.")
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise ConfigError("teleop needs a terminal to draw on and to read keys from.", remedy="Run it in one.")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments
+from nxtdrive.cli.options import add_brick_arguments, number
 
 DESCRIPTION = """\
 Play a tone on the brick, and wait until it has ended. This is the quickest way to
@@ -17,11 +17,23 @@ EXAMPLES = """\
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    from nxtdrive.onboard.speaker import TONE_HZ
+
     parser.add_argument(
-        "frequency_hz", metavar="HZ", type=int, nargs="?", default=440, help="220 to 14080 (default: 440)"
+        "frequency_hz",
+        metavar="HZ",
+        type=number("frequency", int, *TONE_HZ),
+        nargs="?",
+        default=440,
+        help="220 to 14080 (default: 440)",
     )
     parser.add_argument(
-        "duration_ms", metavar="MS", type=int, nargs="?", default=500, help="10 to 65535 (default: 500)"
+        "duration_ms",
+        metavar="MS",
+        type=number("duration", int, 10, 0xFFFF),
+        nargs="?",
+        default=500,
+        help="10 to 65535 (default: 500)",
     )
     add_brick_arguments(parser)
 

@@ -49,7 +49,7 @@ def test_words_become_commands(line, command):
     ("line", "message"),
     [
         ("GetOutputStat", r"no command 'GetOutputStat'\. Did you mean GetOutputState"),
-        ("xyzzy", r"There are StartProgram, StopProgram, .*BluetoothFactoryReset"),
+        ("xyzzy", r"There are StartProgram, StopProgram, .*Poll"),
         ("GetOutputState prt=1", r"no field 'prt'\. Did you mean 'port'\? Usage: GetOutputState port=<A\|B\|C\|ALL>"),
         ("GetOutputState zzz=1", r"no field 'zzz'\. Usage"),
         ("GetOutputState 1", "not of the form field=value"),

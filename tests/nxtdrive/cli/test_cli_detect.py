@@ -121,7 +121,6 @@ def test_the_built_in_targets(tmp_path, capsys):
         (["SCENE", "--picture", "missing.jpg"], "missing.jpg"),
         (["SCENE", "--haar", "nonsense"], "nonsense"),
         (["SCENE", "--color", "red", "--out", "x.gif"], "mp4"),
-        (["SCENE", "--color", "red", "--hfov-deg", "200"], "degrees"),
     ],
 )
 def test_mistakes_are_one_sentence_that_helps(words, hint, picture, tmp_path, monkeypatch, capsys):

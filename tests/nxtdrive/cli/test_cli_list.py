@@ -2,16 +2,17 @@
 
 import json
 import sys
-from types import SimpleNamespace
 
 import pytest
 import serial.tools.list_ports
 import usb.backend.libusb1
-import usb.core
 from serial.tools.list_ports_common import ListPortInfo
 
+from firmware_protocol.system import SetBrickName
 from nxtdrive.cli.main import DONE, main
 from nxtdrive.transports.address import Address
+from sim_backend.doors.usb_backend import UsbBackend
+from sim_backend.firmware.brick import SimBrick
 
 LINUX = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="bluetoothctl is Linux's")
 
@@ -38,17 +39,32 @@ def _listed(capsys):
     return json.loads(capsys.readouterr().out)
 
 
-class Bus:
-    """Stands for libusb."""
+class Cable:
+    """A cable to a simulated brick; `reason` is why it cannot be used."""
 
-    def __init__(self, library):
+    def __init__(self, brick, reason):
+        self._brick, self._replies = brick, []
+        if reason:
+            raise reason
+
+    def write(self, packet, timeout_s):
+        reply = self._brick.receive(packet)
+        self._replies += [] if reply is None else [reply]
+        self._brick.tick()
+
+    def read(self, timeout_s):
+        return self._replies.pop(0) if self._replies else None
+
+    def close(self):
         pass
 
 
-def _plug(monkeypatch, *devices):
-    monkeypatch.setattr(usb.backend.libusb1, "get_backend", lambda *_, **__: Bus(None))
-    monkeypatch.setattr(usb.backend.libusb1, "_LibUSB", Bus)
-    monkeypatch.setattr(usb.core, "find", lambda **_: iter(devices))
+def _plug(monkeypatch, serial_number, reason=None):
+    """Put a bus with one brick below pyusb; returns the brick."""
+    brick = SimBrick()
+    bus = UsbBackend(lambda: Cable(brick, reason), serial_number)
+    monkeypatch.setattr(usb.backend.libusb1, "get_backend", lambda *_, **__: bus)
+    return brick
 
 
 def test_the_simulated_brick_is_always_there(no_libusb, capsys):
@@ -61,11 +77,20 @@ def test_a_missing_libusb_is_a_note(no_libusb, capsys):
     assert "note: " in capsys.readouterr().out
 
 
-def test_bricks_on_usb_go_by_their_serial_number(monkeypatch, capsys):
-    _plug(monkeypatch, SimpleNamespace(serial_number="0016530a1b2c"), SimpleNamespace(serial_number="001653000001"))
+def test_a_brick_on_usb_goes_by_its_serial_number_and_says_its_name(monkeypatch, capsys):
+    brick = _plug(monkeypatch, "0016530a1b2c")
+    brick.receive(SetBrickName("Robot 7").encode())
     found = _listed(capsys)
-    assert [place["address"] for place in found["bricks"]] == ["usb://0016530A1B2C", "usb://001653000001", "sim://"]
+    assert found["bricks"][0] == {"address": "usb://0016530A1B2C", "what": "brick on USB, called Robot 7"}
     assert found["notes"] == []
+
+
+@pytest.mark.parametrize(("reason", "says"), [(BlockingIOError(), "in use"), (OSError(), "does not answer")])
+def test_a_brick_on_usb_that_cannot_be_asked_is_listed_all_the_same(monkeypatch, capsys, reason, says):
+    _plug(monkeypatch, "0016530a1b2c", reason)
+    (place, _) = _listed(capsys)["bricks"]
+    assert place["address"] == "usb://0016530A1B2C"
+    assert says in place["what"]
 
 
 def test_bluetooth_ports_come_before_others_and_say_so(no_libusb, monkeypatch, capsys):

@@ -100,7 +100,6 @@ def test_a_port_that_is_taken_is_one_sentence(capsys):
         (["nowhere.toml"], 2, "nowhere.toml: cannot be read"),
         (["--nxt", "sim://nowhere"], 2, "nowhere"),
         (["--nxt", "sim://?sede=7"], 2, "sede"),
-        (["--port", "70000"], 2, "70000"),
         (["--nxt", "tcp://127.0.0.1:9", "--camera", "sim"], 3, "127.0.0.1"),
     ],
 )

@@ -144,7 +144,6 @@ def test_wrong_numbers_are_refused_before_anything_is_opened(words, tmp_path):
     ("words", "hint"),
     [
         (["--world", "atlantis"], "atlantis"),
-        (["--camera-port", "99999"], "port"),
         (["--host", "192.0.2.1", "--tcp", "0"], "192.0.2.1"),
         (["--faults", "/nowhere.toml"], "/nowhere.toml"),
         (["--pty", "/nowhere/nxt"], "/nowhere/nxt"),

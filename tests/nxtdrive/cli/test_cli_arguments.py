@@ -1,0 +1,188 @@
+"""Arguments that cannot be meant are refused in a sentence, with exit code 2, before anything is opened."""
+
+import argparse
+import contextlib
+import json
+
+import pytest
+
+from nxtdrive.cli.main import COMMANDS, DONE, USAGE, main, make_parser
+
+NO_NUMBERS = ("nan", "inf", "1e400", "", " ", "text", "0x", "1,5")
+EXTREMES = ("-1", "0", "1e9", "1000000000000000")
+
+
+def _leaves(parser):
+    """Yield the parser, or those of its actions."""
+    below = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    if not below:
+        yield parser
+    for action in below:
+        for sub in action.choices.values():
+            yield from _leaves(sub)
+
+
+def _numeric_arguments():
+    """Every argument of every command that is converted to a number; a new one is here by itself."""
+    for command in sorted(COMMANDS):
+        top = make_parser(command)
+        (commands,) = (action for action in top._actions if isinstance(action, argparse._SubParsersAction))
+        for parser in _leaves(commands.choices[command]):
+            for action in parser._actions:
+                made_by_number = getattr(action.type, "__qualname__", "").startswith("number.")
+                if made_by_number or action.type in (int, float, complex):
+                    name = "/".join(action.option_strings) or action.metavar
+                    yield pytest.param(parser, action, id=f"{parser.prog} {name}")
+
+
+NUMERIC = list(_numeric_arguments())
+
+
+def _refusal(parser, action, text, capsys):
+    """What the parser says to the argument when it is `text`, or an empty string if it has no objection to it."""
+    if action.option_strings:
+        words = [f"{action.option_strings[0]}={text}"]
+    else:
+        positional = [each for each in parser._actions if not each.option_strings]
+        before = positional[: positional.index(action)]
+        words = [str(next(iter(each.choices or ("240",)))) for each in before] + [text]
+    with contextlib.suppress(SystemExit):
+        parser.parse_args(words)
+    said = capsys.readouterr().err
+    return said if f"argument {'/'.join(action.option_strings) or action.metavar}: " in said else ""
+
+
+@pytest.mark.parametrize(("parser", "action"), NUMERIC)
+def test_what_is_no_finite_number_is_refused(parser, action, capsys):
+    for text in NO_NUMBERS:
+        said = _refusal(parser, action, text, capsys)
+        assert repr(text) in said, f"{text!r} is accepted"
+
+
+@pytest.mark.parametrize(("parser", "action"), NUMERIC)
+def test_every_number_has_limits_and_the_refusal_names_them(parser, action, capsys):
+    refusals = [_refusal(parser, action, text, capsys) for text in EXTREMES]
+    assert any(refusals), "use nxtdrive.cli.options.number"
+    assert all("must be" in said or "invalid choice" in said or "invalid int" in said for said in refusals if said)
+
+
+def test_there_are_numbers_to_test():
+    assert len(NUMERIC) >= 25
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        (["rnu"], "'run'"),
+        (["doctr"], "'doctor'"),
+        (["motor", "trun", "A", "5"], "'turn'"),
+        (["sensor", "wach", "4"], "'watch'"),
+        (["info", "--jsn"], "'--json'"),
+        (["motor", "turn", "A", "5", "--spede=4"], "'--speed'"),
+        (["mission", "show", "--profil"], None),
+        (["run", "--profile", "thessis"], "'thesis'"),
+        (["info", "--colour"], None),
+        (["xyzzy"], None),
+    ],
+)
+def test_a_mistyped_word_leads_to_the_one_that_was_meant(words, meant, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(words)
+    assert stopped.value.code == USAGE
+    said = capsys.readouterr().err
+    assert (f"Did you mean {meant}" in said or f"or {meant}?" in said) if meant else "Did you mean" not in said
+    assert "`nxtdrive" in said
+
+
+@pytest.mark.parametrize(
+    "name", ["Foo", "Boo", "Bot", "Boots", "Delet", "DeleteUserFlsh", "BluetoothFactoryRest", "IOMapWrit"]
+)
+def test_a_mistyped_name_never_leads_to_a_command_that_destroys(name, capsys):
+    assert main(["send", name, "--nxt", "sim://"]) == USAGE
+    said = capsys.readouterr().err
+    hint = said.split("Did you mean" if "Did you mean" in said else "There are")[1]
+    for word in ("Boot", "Delete", "DeleteUserFlash", "BluetoothFactoryReset", "CropDataFile", "IOMapWrite"):
+        assert word not in hint.replace(",", " ").replace("?", " ").replace(".", " ").split()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["motor", "turn", "A", "1e9"],
+        ["motor", "turn", "A", "-inf"],
+        ["motor", "run", "A", "--seconds", "-1"],
+        ["sensor", "watch", "4", "--every", "0"],
+        ["monitor", "--every", "0"],
+        ["motor", "run", "A", "--power", "300"],
+        ["motor", "turn", "A", "90", "--speed", "5000"],
+        ["message", "read", "1", "--wait", "-1"],
+        ["message", "write", "11", "hello"],
+        ["tone", "44"],
+        ["serve", "--port", "70000"],
+        ["sim", "serve", "--tcp", "0", "--camera-port", "99999"],
+        ["detect", "try", "sim", "--color", "red", "--hfov-deg", "200"],
+        ["detect", "try", "sim", "--color", "red", "--frames", "0"],
+    ],
+)
+def test_values_out_of_range_are_usage_errors(words, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(words)
+    assert stopped.value.code == USAGE
+    assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["doctor", "--nxt", "sim://", "--mission", "nosuch.toml"], "nosuch.toml"),
+        (["monitor", "--once", "--sensor", "4=ultrasonic", "--sensor", "4=touch"], "port 4 twice"),
+    ],
+)
+def test_mistakes_between_arguments_are_told_at_once(words, says, capsys):
+    assert main(words) == USAGE
+    captured = capsys.readouterr()
+    assert says in captured.err
+    assert captured.out == ""
+
+
+def test_a_brick_is_renamed_and_nothing_on_it_is_lost(capsys, tmp_path):
+    from nxtdrive.brick import Brick
+    from nxtdrive.cli import name as command
+    from nxtdrive.cli.main import _parse
+    from nxtdrive.transports import open_transport
+
+    args = _parse(["name", "Robot 7", "--json"])
+    with Brick(open_transport("sim://")) as brick:
+        brick.files.write("diary.txt", b"dear diary")
+        before = brick.info()
+        command.rename(args, brick)
+        after = brick.info()
+        assert brick.files.read("diary.txt") == b"dear diary"
+    assert json.loads(capsys.readouterr().out) == {"name": "Robot 7", "before": before.name}
+    assert (after.name, after.free_flash, after.bluetooth_address) == (
+        "Robot 7",
+        before.free_flash,
+        before.bluetooth_address,
+    )
+
+
+def test_without_a_new_name_the_present_one_is_printed(capsys):
+    assert main(["name", "--nxt", "sim://"]) == DONE
+    assert capsys.readouterr().out == "NXT\n"
+
+
+@pytest.mark.parametrize("name", ["", " ", "1234567890123456", "Röbot", "a\nb", "\x1b[31m", " x", "a\0b"])
+def test_a_name_that_the_brick_cannot_show_is_refused(name, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["name", name])
+    assert stopped.value.code == USAGE
+    assert "1 to 15" in capsys.readouterr().err
+
+
+def test_a_detector_is_tried_on_the_simulated_camera(capsys, tmp_path):
+    seen = tmp_path / "seen.png"
+    assert main(["detect", "try", "sim", "--color", "orange", "--frames", "2", "--out", str(seen)]) == DONE
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("frame    0  orange at ")
+    assert lines[-1].startswith("seen in 2 of 2 frames")
+    assert seen.exists()
