@@ -2,19 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from firmware_protocol.direct import GetInputValues, GetOutputState
-from firmware_protocol.enums import InputPort, OutputMode, OutputPort
+from firmware_protocol.direct import GetInputValues, GetOutputState, InputValues, SetInputMode
+from firmware_protocol.enums import InputPort, OutputMode, OutputPort, SensorMode, SensorType
 from firmware_protocol.errors import BrickError
 from nxtdrive.brick import Brick
-from nxtdrive.sensors import Measuring
-from nxtdrive.sensors.kinds import in_words, plain
+from nxtdrive.ports import SensorPort
+from nxtdrive.sensors import Measuring, identify
+from nxtdrive.sensors.kinds import KINDS, in_words, kind_of, make_sensor, plain
+from nxtdrive.sensors.port import SensorTimeout
 
-SENSOR_PORTS = (1, 2, 3, 4)
+SENSOR_PORTS: tuple[SensorPort, ...] = (1, 2, 3, 4)
 MOTOR_PORTS = (OutputPort.A, OutputPort.B, OutputPort.C)
+
+DIGITAL = "I2C sensor (digital)"
+TYPES = {
+    SensorType.NONE: "not set up",
+    SensorType.SWITCH: "touch sensor",
+    SensorType.TEMPERATURE: "temperature sensor (RCX)",
+    SensorType.REFLECTION: "light sensor (RCX)",
+    SensorType.ANGLE: "rotation sensor (RCX)",
+    SensorType.LIGHT_ACTIVE: "light sensor, lamp on",
+    SensorType.LIGHT_INACTIVE: "light sensor, lamp off",
+    SensorType.SOUND_DB: "sound sensor (dB)",
+    SensorType.SOUND_DBA: "sound sensor (dBA)",
+    SensorType.CUSTOM: "sensor of another maker",
+    SensorType.LOW_SPEED: DIGITAL,
+    SensorType.LOW_SPEED_9V: DIGITAL,
+    SensorType.HIGH_SPEED: "RS-485 device",
+    SensorType.COLOR_FULL: "color sensor",
+    SensorType.COLOR_RED: "color sensor, red lamp",
+    SensorType.COLOR_GREEN: "color sensor, green lamp",
+    SensorType.COLOR_BLUE: "color sensor, blue lamp",
+    SensorType.COLOR_NONE: "color sensor, lamp off",
+}
+"""What an input port is set up for, in plain words."""
+_WITHOUT_CONVERTER = frozenset(
+    kind.label for kind, name in TYPES.items() if name in (DIGITAL, TYPES[SensorType.NONE], "RS-485 device")
+)
+MODE_BITS = 0xE0
+"""The other bits of a sensor mode are a slope. Source: docs/firmware.md section 6."""
+UNITS: dict[int, str] = {SensorMode.PERCENT: " %", SensorMode.CELSIUS: " °C", SensorMode.FAHRENHEIT: " °F"}
+
+
+@dataclass(frozen=True, slots=True)
+class Digital:
+    """A digital sensor that has said what it is.
+
+    Attributes:
+        name: What it is, for people.
+        sensor: The driver's object for it; None if the driver has no class for it.
+    """
+
+    name: str
+    sensor: Measuring[Any] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +85,7 @@ class SensorState:
     Attributes:
         port: 1 to 4.
         type: Sensor type that the firmware is configured for.
+        name: What is plugged in, as far as it is known, in plain words.
         raw: Converter value, 0..1023; meaningless for digital sensors.
         value: Measurement of the named sensor, in its unit; None for other ports, and without an echo.
         text: The value with its quantity and unit, or why there is none.
@@ -48,9 +93,15 @@ class SensorState:
 
     port: int
     type: str
+    name: str
     raw: int
     value: object
     text: str
+
+    @property
+    def analog(self) -> bool:
+        """Whether the port is set up for an analog sensor, whose converter value has a meaning."""
+        return self.type not in _WITHOUT_CONVERTER
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,36 +123,80 @@ class Snapshot:
     sensors: tuple[SensorState, ...]
 
 
-def look(brick: Brick, sensors: Mapping[int, Measuring[Any]]) -> Snapshot:
+def recognize(brick: Brick, ports: Collection[int]) -> dict[int, Digital]:
+    """Find out which digital sensors are plugged in; other ports are left as they are configured.
+
+    While a program runs on the brick, its sensors are left alone and nothing is found.
+
+    Args:
+        brick: An open brick.
+        ports: The ports to look at.
+
+    Raises:
+        LinkError: The link is lost.
+    """
+    found: dict[int, Digital] = {}
+    if brick.programs.running is not None:
+        return found
+    for port in (port for port in SENSOR_PORTS if port in ports):
+        before = brick.request(GetInputValues(InputPort(port - 1)))
+        if TYPES.get(before.type) not in (DIGITAL, TYPES[SensorType.NONE]):
+            continue
+        try:
+            identity = identify(brick.link, port)
+        except BrickError:
+            identity = None
+        if identity is None:
+            mode = SetInputMode(InputPort(port - 1), before.type, before.mode)
+            brick.request(mode)
+            brick.link.restore_mode(mode)
+        elif identity.kind in KINDS:
+            found[port] = Digital(f"{identity.kind} sensor", make_sensor(identity.kind, brick.link, port))
+        else:
+            found[port] = Digital(f"{identity.vendor} {identity.product} (digital)".strip(), None)
+    return found
+
+
+def look(
+    brick: Brick, sensors: Mapping[int, Measuring[Any]], recognized: Mapping[int, Digital] | None = None
+) -> Snapshot:
     """Read everything once.
 
     Args:
         brick: An open brick.
         sensors: Sensor by port. Other ports are read as they are configured, without disturbing a program's sensors.
+        recognized: As from `recognize`; not used while a program runs on the brick.
 
     Raises:
         LinkError: The link is lost; also when a named sensor gives no valid values.
     """
+    digital = recognized if recognized and brick.programs.running is None else {}
     return Snapshot(
         time_s=round(brick.now(), 3),
         battery_mv=round(brick.battery_v * 1000),
         latency_ms=round(brick.link.latency_s * 1000, 1),
         motors=tuple(_motor(brick, port) for port in MOTOR_PORTS),
-        sensors=tuple(_sensor(brick, port, sensors.get(port)) for port in SENSOR_PORTS),
+        sensors=tuple(_sensor(brick, port, sensors.get(port), digital.get(port)) for port in SENSOR_PORTS),
     )
 
 
-def watch(brick: Brick, sensors: Mapping[int, Measuring[Any]], every_s: float) -> Iterator[Snapshot]:
+def watch(
+    brick: Brick,
+    sensors: Mapping[int, Measuring[Any]],
+    every_s: float,
+    recognized: Mapping[int, Digital] | None = None,
+) -> Iterator[Snapshot]:
     """Yield snapshots forever; errors as for `look`.
 
     Args:
         brick: An open brick.
         sensors: As for `look`.
+        recognized: As for `look`.
         every_s: Time between snapshots; one takes some ten requests, which may last longer over a slow link.
     """
     due = brick.now()
     while True:
-        yield look(brick, sensors)
+        yield look(brick, sensors, recognized)
         due = max(due + every_s, brick.now())
         brick.sleep(due - brick.now())
 
@@ -117,15 +212,30 @@ def _motor(brick: Brick, port: OutputPort) -> MotorState:
     return MotorState(port.name, state.power, doing, state.rotation_count)
 
 
-def _sensor(brick: Brick, port: int, sensor: Measuring[Any] | None) -> SensorState:
+def _sensor(brick: Brick, port: SensorPort, named: Measuring[Any] | None, digital: Digital | None) -> SensorState:
+    sensor = named or (digital.sensor if digital else None)
     value, text = None, ""
     if sensor is not None:
         try:
             value = sensor.value
-            text = f"{sensor.quantity} {in_words(value, sensor.unit)}"
-        except BrickError as error:
-            text = error.status.label
+            text = f"{sensor.quantity}: {in_words(value, sensor.unit)}"
+        except (BrickError, SensorTimeout):
+            text = "does not answer: is it plugged in?"
     values = brick.request(GetInputValues(InputPort(port - 1)))
-    if sensor is None and values.valid:
-        text = str(values.scaled)
-    return SensorState(port, values.type.label, values.raw, plain(value), text)
+    if sensor is None and digital is None and values.valid:
+        text = _scaled(values)
+    name = TYPES.get(values.type, values.type.label)
+    if name == DIGITAL:
+        name = digital.name if digital else f"{kind_of(sensor)} sensor" if sensor else DIGITAL
+    return SensorState(port, values.type.label, name, values.raw, plain(value), text)
+
+
+def _scaled(values: InputValues) -> str:
+    """Return the value as the firmware has scaled it, in words; nothing for ports without an analog sensor."""
+    if values.type.label in _WITHOUT_CONVERTER:
+        return ""
+    mode = values.mode & MODE_BITS
+    if mode == SensorMode.BOOLEAN:
+        return "yes" if values.scaled else "no"
+    number = values.scaled / 10 if mode in (SensorMode.CELSIUS, SensorMode.FAHRENHEIT) else values.scaled
+    return f"{number:g}{UNITS.get(mode, '')}"

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import nullcontext
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.csv_file import CsvFile, add_csv_argument, column
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number
 from nxtdrive.cli.pace import in_real_time
@@ -21,11 +23,14 @@ if TYPE_CHECKING:
     from nxtdrive.tools.monitor import Snapshot
 
 DESCRIPTION = """\
-Show motors, input ports, battery and link of a brick until Ctrl-C. Input ports
-are read as they are configured; --sensor sets one up and shows its measurements."""
+Show motors, input ports, battery and link of a brick until Ctrl-C. Digital sensors,
+such as the ultrasonic one, say what they are; touch, light, sound and color
+sensors do not: --sensor names one, sets its port up and shows its measurements.
+While a program runs on the brick, other ports are only read as it has set them up."""
 EXAMPLES = """\
   nxtdrive monitor
-  nxtdrive monitor --sensor 4=ultrasonic --sensor 1=touch --nxt usb://
+  nxtdrive monitor --sensor 1=touch --sensor 3=light --nxt usb://
+  nxtdrive monitor --every 1 --csv robot.csv
   nxtdrive monitor --once --json"""
 
 REDRAWS_PER_S = 8
@@ -49,27 +54,54 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="time between updates (default: 0.25)",
     )
     parser.add_argument("--once", action="store_true", help="print one snapshot and exit")
+    add_csv_argument(parser)
     add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Show snapshots until Ctrl-C, or one with --once."""
     from nxtdrive.brick import open_brick
-    from nxtdrive.tools.monitor import look, watch
+    from nxtdrive.tools.monitor import SENSOR_PORTS, recognize, watch
 
-    with open_brick(in_real_time(args.nxt)) as brick:
+    with CsvFile(args.csv) if args.csv else nullcontext() as table, open_brick(in_real_time(args.nxt)) as brick:
         sensors = _named(args.sensor, brick)
         for sensor in sensors.values():
             sensor.set_up()
+        recognized = recognize(brick, {*SENSOR_PORTS} - {*sensors})
+        snapshots = watch(brick, sensors, args.every, recognized)
+        if table:
+            snapshots = _kept(snapshots, table, {port: each.sensor for port, each in recognized.items()} | sensors)
         if args.once:
-            snapshot = look(brick, sensors)
-            _print(snapshot, as_json=args.json)
+            _print(next(snapshots), as_json=args.json)
         elif args.json:
-            for snapshot in watch(brick, sensors, args.every):
+            for snapshot in snapshots:
                 print(json.dumps(asdict(snapshot)), flush=True)
         else:
-            _show(watch(brick, sensors, args.every))
+            _show(snapshots)
     return DONE
+
+
+def _kept(
+    snapshots: Iterator[Snapshot], table: CsvFile, sensors: Mapping[int, Measuring[Any] | None]
+) -> Iterator[Snapshot]:
+    """Pass on snapshots, each of them written as a row first; the measuring sensors have a column each."""
+    begun: float | None = None
+    for snapshot in snapshots:
+        begun = snapshot.time_s if begun is None else begun
+        row: dict[str, object] = {
+            "time_s": round(snapshot.time_s - begun, 3),
+            "battery_mv": snapshot.battery_mv,
+            "latency_ms": snapshot.latency_ms,
+        }
+        for motor in snapshot.motors:
+            row |= {f"{motor.port}_power_percent": motor.power, f"{motor.port}_angle_deg": motor.angle_deg}
+        for port in snapshot.sensors:
+            sensor = sensors.get(port.port)
+            row[f"port{port.port}_raw"] = port.raw
+            if sensor:
+                row[f"port{port.port}_{column(sensor.quantity, sensor.unit)}"] = port.value
+        table.write(row)
+        yield snapshot
 
 
 def _named(words: list[str], brick: Brick) -> dict[int, Measuring[Any]]:
@@ -112,5 +144,5 @@ def _table(snapshot: Snapshot) -> Table:
     for motor in snapshot.motors:
         table.add_row(motor.port, f"motor, {motor.state}", f"{motor.power} %", f"{motor.angle_deg}°")
     for sensor in snapshot.sensors:
-        table.add_row(str(sensor.port), sensor.type, str(sensor.raw), sensor.text)
+        table.add_row(str(sensor.port), sensor.name, str(sensor.raw) if sensor.analog else "", sensor.text)
     return table

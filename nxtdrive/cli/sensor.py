@@ -5,11 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 import math
+from contextlib import nullcontext
 from dataclasses import asdict
+from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.csv_file import CsvFile, add_csv_argument, column
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick
 
 if TYPE_CHECKING:
@@ -26,6 +29,7 @@ units and ranges."""
 EXAMPLES = """\
   nxtdrive sensor read 4 ultrasonic
   nxtdrive sensor watch 1 touch --every 0.1 --count 20
+  nxtdrive sensor watch 4 --every 0.5 --csv distances.csv
   nxtdrive sensor watch 4 --json --nxt serial:///dev/rfcomm0
   nxtdrive sensor identify
   nxtdrive sensor registers 4 0x10 8"""
@@ -40,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     byte = number("byte", lambda text: int(text, 0), 0, 0xFF)
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     read = add_action(actions, "read", "print one value", on_brick(_read))
-    watch = add_action(actions, "watch", "print values until Ctrl-C", on_brick(_watch))
+    watch = add_action(actions, "watch", "print values until Ctrl-C", _watch)
     identify = add_action(actions, "identify", "print which digital sensor is on each port", on_brick(_identify))
     registers = add_action(actions, "registers", "print registers of a digital sensor", on_brick(_registers))
     for action in (read, watch, identify, registers):
@@ -48,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         add_json_argument(action)
     for action in (read, watch):
         action.add_argument("port", metavar="PORT", type=int, choices=PORTS, help="1 to 4")
-        action.add_argument("kind", metavar="KIND", nargs="?", help="what is plugged in (default: identify it)")
+        action.add_argument("kind", metavar="KIND", nargs="?", help="what is plugged in; a digital sensor says so")
     watch.add_argument(
         "--every",
         metavar="S",
@@ -56,6 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=0.0,
         help="seconds between values (default: as fast as it goes)",
     )
+    add_csv_argument(watch)
     watch.add_argument("--count", metavar="N", type=number("count", int, 1, math.inf), help="stop after N values")
     registers.add_argument("port", metavar="PORT", type=int, choices=PORTS, help="1 to 4")
     registers.add_argument("register", metavar="REGISTER", type=byte, help="the first register, such as 0x42")
@@ -78,10 +83,21 @@ def _read(args: argparse.Namespace, brick: Brick) -> None:
     _print(sensor, sensor.measure(), as_json=args.json)
 
 
-def _watch(args: argparse.Namespace, brick: Brick) -> None:
+def _watch(args: argparse.Namespace) -> int:
+    with CsvFile(args.csv) if args.csv else nullcontext() as table:
+        return on_brick(partial(_watch_into, table))(args)
+
+
+def _watch_into(table: CsvFile | None, args: argparse.Namespace, brick: Brick) -> None:
+    from nxtdrive.sensors.kinds import plain
+
     sensor = _sensor(brick, args.port, args.kind)
+    name, begun = column(sensor.quantity, sensor.unit), None
     for reading in islice(sensor.watch(args.every), args.count):
         _print(sensor, reading, as_json=args.json)
+        if table:
+            begun = reading.time_s if begun is None else begun
+            table.write({"time_s": round(reading.time_s - begun, 3), name: plain(reading.value)})
 
 
 def _sensor(brick: Brick, port: SensorPort, kind: str | None) -> Measuring[Any]:

@@ -41,10 +41,15 @@ def make_sensor(kind: str, link: SensorLink, port: SensorPort) -> Measuring[Any]
     return KINDS[kind](link, port)
 
 
+def kind_of(sensor: Measuring[Any]) -> str:
+    """Return the name of a sensor's kind, regardless of its settings; an empty string if it is not listed."""
+    return next((kind for kind, make in KINDS.items() if make is type(sensor)), "")
+
+
 def in_words(value: object, unit: str = "") -> str:
-    """Format a measured value for display: ``310 mm``, ``yes``, ``red``, ``nothing`` for None."""
+    """Format a measured value for display: ``310 mm``, ``yes``, ``red``, ``no echo`` for None."""
     if value is None:
-        return "nothing"
+        return "no echo"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, Color):

@@ -126,3 +126,19 @@ def test_sensors_are_set_up_again_after_a_program(room):
     room.brick.programs.stop()
     assert not sensor.pressed
     assert room.brick.request(GetInputValues(InputPort.IN_1)).type is SensorType.SWITCH
+
+
+def test_the_monitor_leaves_the_sensors_of_a_running_program_alone(room):
+    from nxtdrive.tools.monitor import look, recognize
+    from sim_backend.devices import UltrasonicSensor
+
+    brick, sonar = room.brick, room.attach(4, UltrasonicSensor(lambda: 40))
+    found = recognize(brick, {1, 2, 3, 4})
+    assert look(brick, {}, found).sensors[3].value == 400
+    brick.programs.start("loop.rxe")
+    assert recognize(brick, {1, 2, 3, 4}) == {}
+    before = vars(sonar).copy()
+    row = look(brick, {}, found).sensors[3]
+    assert (row.name, row.value) == ("not set up", None)
+    assert vars(sonar) == before
+    assert brick.request(GetInputValues(InputPort.IN_4)).type is SensorType.NONE

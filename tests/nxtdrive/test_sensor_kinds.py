@@ -227,7 +227,7 @@ def test_every_kind_can_be_made_by_name(lab):
 
 @pytest.mark.parametrize(
     ("value", "unit", "words"),
-    [(None, "mm", "nothing"), (310.0, "mm", "310 mm"), (True, "", "yes"), (Color.RED, "", "red"), (7, "°", "7°")],
+    [(None, "mm", "no echo"), (310.0, "mm", "310 mm"), (True, "", "yes"), (Color.RED, "", "red"), (7, "°", "7°")],
 )
 def test_values_in_words(value, unit, words):
     assert in_words(value, unit) == words

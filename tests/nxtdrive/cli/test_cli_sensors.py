@@ -82,7 +82,8 @@ def test_a_snapshot_of_the_whole_brick(capsys):
     assert snapshot["latency_ms"] == pytest.approx(2, abs=1)
     sonar = snapshot["sensors"][3]
     assert sonar["type"] == "low speed 9v"
-    assert sonar["text"] == f"distance {sonar['value']:g} mm"
+    assert sonar["name"] == "ultrasonic sensor"
+    assert sonar["text"] == f"distance: {sonar['value']:g} mm"
 
 
 def test_the_monitor_is_a_table(capsys):

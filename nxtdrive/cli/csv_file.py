@@ -1,0 +1,61 @@
+"""CSV files of measurements, for spreadsheets: one row per reading, each written at once."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from nxtdrive.cli.options import writing
+
+UNITS = {"mm": "mm", "%": "percent", "°C": "celsius", "°": "deg", "": ""}
+"""Units as they are written in the names of columns."""
+_NO_ROOM = "Name a file in a folder that exists, on a disk with room."
+
+
+def add_csv_argument(parser: argparse.ArgumentParser) -> None:
+    """Add ``--csv FILE``."""
+    parser.add_argument(
+        "--csv", metavar="FILE", type=Path, help="also write each reading as a row of this CSV file, which is replaced"
+    )
+
+
+def column(quantity: str, unit: str) -> str:
+    """Return the name of a column: ``distance_mm``."""
+    return "_".join(part for part in (quantity, UNITS.get(unit, unit)) if part)
+
+
+class CsvFile:
+    """A CSV file; its header are the names of the first row.
+
+    Raises:
+        ConfigError: The file cannot be written; also raised by `write`.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        with writing(path, _NO_ROOM):
+            self._file = path.open("w", encoding="utf-8", newline="")
+        self._rows: csv.DictWriter[str] | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with contextlib.suppress(OSError):  # what could not be written has been reported
+            self._file.close()
+
+    def write(self, row: Mapping[str, object]) -> None:
+        """Write a row at once; True and False become 1 and 0, None an empty cell."""
+        with writing(self._path, _NO_ROOM):
+            if self._rows is None:
+                self._rows = csv.DictWriter(self._file, list(row), lineterminator="\n")
+                self._rows.writeheader()
+            self._rows.writerow({name: int(value) if isinstance(value, bool) else value for name, value in row.items()})
+            self._file.flush()

@@ -1,0 +1,113 @@
+"""What the monitor recognises by itself, and the CSV files of ``monitor`` and ``sensor watch``."""
+
+import csv
+import os
+
+import pytest
+
+from firmware_protocol.direct import GetInputValues
+from firmware_protocol.enums import InputPort, SensorType
+from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.tools.monitor import TYPES, look, recognize
+from sim_backend.devices import GenericI2CDevice, TemperatureSensor, UltrasonicSensor
+
+FAST = ("--nxt", "sim://?pace=fast")
+PORTS = (1, 2, 3, 4)
+
+
+def _types(brick):
+    return [brick.request(GetInputValues(InputPort(port))).type for port in range(4)]
+
+
+def test_an_ultrasonic_sensor_needs_no_name(lab):
+    room = lab()
+    room.attach(4, UltrasonicSensor(lambda: 34))
+    found = recognize(room.brick, PORTS)
+    assert sorted(found) == [4]
+    row = look(room.brick, {}, found).sensors[3]
+    assert (row.name, row.value, row.text) == ("ultrasonic sensor", 340.0, "distance: 340 mm")
+
+
+def test_a_port_without_a_digital_sensor_stays_as_it_was(lab):
+    room = lab()
+    room.attach(4, None)
+    room.brick.touch(1).set_up()
+    before = _types(room.brick)
+    assert before[0] is SensorType.SWITCH
+    assert recognize(room.brick, PORTS) == {}
+    assert _types(room.brick) == before
+    row = look(room.brick, {}).sensors[0]
+    assert (row.name, row.text) == ("touch sensor", "no")
+
+
+def test_digital_sensors_say_what_they_are_as_far_as_they_can(lab):
+    room = lab()
+    room.attach(2, TemperatureSensor(lambda: 21.5))
+    room.attach(3, GenericI2CDevice())
+    rows = look(room.brick, {}, recognize(room.brick, PORTS)).sensors
+    assert (rows[1].name, rows[1].text) == ("temperature sensor", "temperature: 21.5 °C")
+    assert rows[2].name.endswith("(digital)")
+    assert (rows[0].name, rows[0].analog) == ("not set up", False)
+
+
+def test_a_sensor_that_was_pulled_out_leaves_its_row(lab):
+    room = lab()
+    room.attach(4, UltrasonicSensor(lambda: 34))
+    found = recognize(room.brick, PORTS)
+    room.attach(4, None)
+    assert "plugged in?" in look(room.brick, {}, found).sensors[3].text
+
+
+def test_an_echo_that_is_missing_is_said_in_words(lab):
+    room = lab()
+    room.attach(4, UltrasonicSensor(lambda: None))
+    assert look(room.brick, {}, recognize(room.brick, PORTS)).sensors[3].text == "distance: no echo"
+
+
+def test_every_type_of_the_firmware_has_plain_words():
+    assert set(TYPES) == set(SensorType)
+    assert not [name for name in TYPES.values() if "low speed" in name]
+
+
+def _rows(path):
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_watched_values_are_kept_as_rows_with_their_units(capsys, tmp_path):
+    table = tmp_path / "distances.csv"
+    assert main(["sensor", "watch", "4", "--every", "0.5", "--count", "3", "--csv", str(table), *FAST]) == DONE
+    rows = _rows(table)
+    assert list(rows[0]) == ["time_s", "distance_mm"]
+    assert [float(row["time_s"]) for row in rows] == pytest.approx([0, 0.5, 1], abs=0.01)
+    assert all(float(row["distance_mm"]) > 0 for row in rows)
+    assert capsys.readouterr().out.count("distance") == 3
+
+
+def test_yes_and_no_are_numbers_in_a_table(capsys, tmp_path):
+    table = tmp_path / "touch.csv"
+    assert main(["sensor", "watch", "1", "touch", "--count", "2", "--csv", str(table), *FAST]) == DONE
+    assert [row["pressed"] for row in _rows(table)] == ["0", "0"]
+
+
+def test_a_snapshot_is_a_row_with_a_column_for_each_sensor(capsys, tmp_path):
+    table = tmp_path / "robot.csv"
+    assert main(["monitor", "--once", "--sensor", "1=touch", "--csv", str(table), *FAST]) == DONE
+    (row,) = _rows(table)
+    assert {"time_s", "battery_mv", "A_angle_deg", "port1_pressed", "port2_raw", "port4_distance_mm"} <= set(row)
+    assert "ultrasonic sensor" in capsys.readouterr().out
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full here")
+@pytest.mark.parametrize("words", [["sensor", "watch", "4", "--count", "3"], ["monitor", "--once"]])
+def test_a_full_disk_is_a_sentence(words, capsys):
+    assert main([*words, "--csv", "/dev/full", *FAST]) == USAGE
+    said = capsys.readouterr().err
+    assert "/dev/full cannot be written (No space left on device)" in said
+    assert "Traceback" not in said
+
+
+def test_a_table_in_a_missing_folder_is_refused_before_the_brick_is_opened(capsys, tmp_path):
+    path = tmp_path / "nowhere" / "x.csv"
+    assert main(["sensor", "watch", "4", "--csv", str(path), "--nxt", "tcp://127.0.0.1:1"]) == USAGE
+    assert "nowhere" in capsys.readouterr().err
