@@ -30,7 +30,7 @@ EXAMPLES = """\
   nxtdrive detect try photo.jpg --target lena
   nxtdrive detect try sim --color orange --frames 5
   nxtdrive detect try 0 --marker 7 --height-mm 150 --frames 50
-  nxtdrive detect try film.mp4 --haar haarcascade_frontalface_alt2 --out seen.mp4
+  nxtdrive detect try film.mp4 --haar haarcascade_eye --out seen.mp4
   nxtdrive detect try http://127.0.0.1:8081/camera.mjpg --color red"""
 
 CAMERA_FRAMES = 100
@@ -79,13 +79,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     try_ = add_action(actions, "try", "run a detector and draw what it sees", _try)
     try_.add_argument("source", metavar="SOURCE", help="image, video, folder of images, URL, a webcam's number, or sim")
+    try_.usage = (
+        "%(prog)s [options] SOURCE\n    (--target NAME | --picture FILE ... | --haar NAME | --marker ID | --color C)"
+    )
     target = try_.add_mutually_exclusive_group(required=True)
     target.add_argument("--target", metavar="NAME", help="a target of a mission (of the built-in one: lena, rilakkuma)")
     target.add_argument("--picture", metavar="FILE", nargs="+", help="photographs of something flat")
     target.add_argument("--haar", metavar="NAME", help="a cascade of OpenCV's, or an XML file")
     identifier = number("id", int, 0, 49)
     target.add_argument("--marker", metavar="ID", type=identifier, help="an ArUco marker of the dictionary 4x4_50")
-    target.add_argument("--color", metavar="NAME", help="red, orange, yellow, green, cyan, blue or magenta")
+    target.add_argument("--color", metavar="C", help="red, orange, yellow, green, cyan, blue or magenta")
     try_.add_argument("--mission", metavar="FILE", type=Path, help="where --target is described")
     try_.add_argument(
         "--height-mm",

@@ -197,7 +197,7 @@ def make_parser(named: str | None) -> argparse.ArgumentParser:
         prog="nxtdrive",
         description="A LEGO MINDSTORMS NXT that searches for what you showed it and drives there.",
         epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=_Help,
     )
     parser.add_argument("--version", action=_Version)
     parser.add_argument("-v", "--verbose", action="store_true", help="log what happens; show tracebacks")
@@ -217,13 +217,30 @@ def _add_command(commands: argparse._SubParsersAction[_Parser], name: str, modul
         help=summary,
         description=command.DESCRIPTION,
         epilog="examples:\n" + command.EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=_Help,
     )
     parser.add_argument("-v", "--verbose", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
     parser.set_defaults(parser=parser)
     command.add_arguments(parser)
     if hasattr(command, "run"):
         parser.set_defaults(run=command.run)
+
+
+class _Help(argparse.HelpFormatter):
+    """Fills paragraphs to the terminal's width; those with indented lines, such as examples, stay as they are."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        import textwrap
+
+        paragraphs = text.split("\n\n")
+        return "\n\n".join(
+            paragraph
+            if "\n " in f"\n{paragraph}"
+            else textwrap.fill(
+                paragraph, width, initial_indent=indent, subsequent_indent=indent, break_on_hyphens=False
+            )
+            for paragraph in paragraphs
+        )
 
 
 class _Parser(argparse.ArgumentParser):

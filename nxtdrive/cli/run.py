@@ -34,9 +34,9 @@ explain-run` tells afterwards why the robot did what it did."""
 EXAMPLES = """\
   nxtdrive run
   nxtdrive run --nxt "sim://?seed=7" --profile adaptive
-  nxtdrive run --confirm-recovery        # you have the last word after each failure
+  nxtdrive run --confirm-recovery     # confirm each recovery
   nxtdrive run my-mission.toml --nxt usb:// --camera 0
-  nxtdrive run --nxt serial:///tmp/nxt --camera http://127.0.0.1:8081/camera.mjpg
+  nxtdrive run --nxt /tmp/nxt --camera http://127.0.0.1:8081/camera.mjpg
   nxtdrive run --json --no-video"""
 
 OUTPUT = "standard output"

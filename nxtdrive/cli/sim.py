@@ -16,7 +16,7 @@ serve  opens ports until Ctrl-C: a serial port as a brick's Bluetooth has, TCP,
        nxt-python's nxt-server; any number at once, all of them connected to one
        brick. Its camera is a stream.
 exec   runs a program that looks for a brick on USB; it finds the simulated one.
-check  replays a recorded conversation with a real brick and reports differences."""
+check  replays a recorded conversation with a real brick, reports differences."""
 EXAMPLES = """\
   nxtdrive sim serve --pty /tmp/nxt
   nxtdrive sim serve --pty /tmp/nxt --tcp 2728 --nxt-server 2727 --world arena

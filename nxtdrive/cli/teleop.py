@@ -31,7 +31,7 @@ EXAMPLES = """\
   nxtdrive teleop --nxt usb:// --speed 150
   nxtdrive teleop --gamepad
   nxtdrive teleop --target lena
-  nxtdrive teleop --mission my-mission.toml --camera 0 --nxt serial:///dev/rfcomm0"""
+  nxtdrive teleop --mission my-mission.toml --camera 0 --nxt usb://"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -124,7 +124,7 @@ def usb_remedy() -> str:
 def is_denied(device: str) -> bool:
     """Whether the device exists and this user may not open it; it is opened for a moment."""
     try:
-        os.close(os.open(device, os.O_RDWR | os.O_NONBLOCK | getattr(os, "O_NOCTTY", 0)))
+        os.close(os.open(device, os.O_RDWR | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)))
     except OSError as error:
         return error.errno in (errno.EACCES, errno.EPERM)
     return False

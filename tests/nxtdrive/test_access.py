@@ -155,3 +155,10 @@ def test_a_member_who_is_denied_is_led_to_the_container(pi, monkeypatch):
     assert access.is_denied("/dev/video0")
     assert not access.is_denied("/dev/no-such-camera")
     assert not access.is_denied("/dev/null")
+
+
+def test_a_system_without_device_files_denies_none(monkeypatch):
+    """As Windows, whose `os` lacks these flags."""
+    monkeypatch.delattr(os, "O_NONBLOCK")
+    monkeypatch.delattr(os, "O_NOCTTY")
+    assert not access.is_denied("/dev/no-such-camera")

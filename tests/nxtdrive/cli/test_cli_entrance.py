@@ -1,5 +1,6 @@
 """The command line: help, one sentence for each error, and no heavy imports before they are needed."""
 
+import argparse
 import os
 import re
 import shlex
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from nxtdrive.cli.main import COMMANDS, DONE, NO_BRICK, USAGE, _parse, main
+from nxtdrive.cli.main import COMMANDS, DONE, NO_BRICK, USAGE, _parse, main, make_parser
 from nxtdrive.transports import SCHEMES
 
 ROOT = Path(__file__).parents[3]
@@ -177,3 +178,18 @@ def test_the_package_runs_as_a_module():
     ran = subprocess.run([sys.executable, "-m", "nxtdrive", "--version"], capture_output=True, text=True, check=False)
     assert (ran.returncode, ran.stderr) == (DONE, "")
     assert ran.stdout.startswith("nxtdrive ")
+
+
+def _parsers(parser):
+    yield parser
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for below in action.choices.values():
+                yield from _parsers(below)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_help_fits_into_80_columns(command, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    for parser in _parsers(make_parser(command)):
+        assert not [line for line in parser.format_help().splitlines() if len(line) > 80]
