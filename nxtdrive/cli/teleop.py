@@ -87,12 +87,12 @@ def _check() -> None:
     """Check what can be checked before the program takes over the screen."""
     from importlib.util import find_spec
 
-    from nxtdrive.host.environment import pip_command
+    from nxtdrive.host.environment import install_extra
 
     if find_spec("textual") is None:
         raise ConfigError(
             "teleop draws with textual, which is not installed.",
-            remedy=f"Install it: {pip_command('install', 'nxtdrive[tui]')}",
+            remedy=f"Install it: {install_extra('tui')}",
         )
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise ConfigError("teleop needs a terminal to draw on and to read keys from.", remedy="Run it in one.")

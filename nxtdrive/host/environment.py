@@ -5,14 +5,27 @@ from __future__ import annotations
 import os
 import shlex
 import sys
+from importlib.metadata import PackageNotFoundError, distribution
 from importlib.util import find_spec
+from pathlib import Path
+
+CHECKOUT = Path(__file__).parents[2]
+
+
+def install_extra(extra: str) -> str:
+    """Return a shell command that installs what an optional part of nxtdrive needs, such as ``tui``."""
+    try:
+        distribution("nxtdrive")
+    except PackageNotFoundError:  # run in a checkout without installation; the name may be another's elsewhere
+        return pip_command("install", f"{CHECKOUT}[{extra}]")
+    return pip_command("install", f"nxtdrive[{extra}]")
 
 
 def pip_command(*words: str) -> str:
     """Return a shell command that runs pip on this environment, for remedies; pip need not be installed in it.
 
     Args:
-        words: Such as ``"install", "nxtdrive[tui]"``.
+        words: Such as ``"install", "textual"``.
     """
     if find_spec("pip"):
         command = [sys.executable, "-m", "pip", *words]

@@ -122,7 +122,7 @@ def test_black_pixels_are_squares_of_ink(tmp_path):
     [
         (["nxt.xyz"], "no image format ends in '.xyz'"),
         (["nowhere/nxt.png"], "No such file or directory"),
-        (["nxt.png", "--scale", "0"], "invalid scale value"),
+        (["nxt.png", "--scale", "0"], "scale must be a whole number"),
     ],
 )
 def test_what_cannot_be_written_is_said(tmp_path, monkeypatch, capsys, arguments, sentence):

@@ -4,9 +4,12 @@ import shlex
 import subprocess
 import sys
 import venv
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
 import pytest
+
+from nxtdrive.host.environment import install_extra
 
 ROOT = Path(__file__).parents[2]
 PRINT = "from nxtdrive.host.environment import pip_command; print(pip_command('debug'))"
@@ -22,3 +25,15 @@ def test_the_printed_command_works_on_the_environment_that_printed_it(tmp_path, 
     printed = subprocess.run([python, "-c", PRINT], capture_output=True, text=True, check=True, cwd=ROOT).stdout
     done = subprocess.run(shlex.split(printed), capture_output=True, text=True, check=True)
     assert f"sys.executable: {python}" in done.stdout
+
+
+def test_an_extra_is_that_of_the_installed_package(monkeypatch):
+    assert shlex.split(install_extra("tui"))[-1] == "nxtdrive[tui]"
+
+
+def test_without_an_installation_the_extra_is_the_checkout_s_and_no_index_is_asked_for_the_name(monkeypatch):
+    def missing(name):
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr("nxtdrive.host.environment.distribution", missing)
+    assert shlex.split(install_extra("tui"))[-1] == f"{ROOT}[tui]"

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import nxtdrive
 from firmware_protocol.errors import AddressError, ConfigError
-from nxtdrive.host.environment import pip_command
+from nxtdrive.host.environment import install_extra
 
 from .runner import WorkersDied
 
@@ -188,7 +188,7 @@ def _connect(address: str) -> Any:  # noqa: ANN401 - a distributed.Client
     try:
         from distributed import Client
     except ImportError as error:
-        install = pip_command("install", "nxtdrive[cluster]")
+        install = install_extra("cluster")
         raise ConfigError("a cluster needs Dask.", remedy=f"Install it: {install}") from error
     if not logging.getLogger().isEnabledFor(logging.DEBUG):
         for name in ("distributed", "distributed.client"):

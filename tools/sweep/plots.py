@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.host.environment import pip_command
+from nxtdrive.host.environment import install_extra
 
 from .performance import Line
 from .scenarios import TIME_LIMIT_S
@@ -23,7 +23,7 @@ def check_plotting() -> None:
         ConfigError: matplotlib is not installed.
     """
     if find_spec("matplotlib") is None:
-        raise ConfigError("plots need matplotlib.", remedy=f"Install it: {pip_command('install', 'nxtdrive[plot]')}")
+        raise ConfigError("plots need matplotlib.", remedy=f"Install it: {install_extra('plot')}")
 
 
 def write_plot(lines: Sequence[Line], path: Path) -> None:

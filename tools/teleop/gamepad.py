@@ -13,7 +13,7 @@ from enum import Enum, auto
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.host.environment import pip_command
+from nxtdrive.host.environment import install_extra
 
 from .sticks import Sticks
 
@@ -74,7 +74,7 @@ class Gamepad:
         except ImportError as error:
             raise ConfigError(
                 f"gamepads are read with pygame-ce, which cannot be loaded: {error}.",
-                remedy=f"Install it: {pip_command('install', 'nxtdrive[gamepad]')}",
+                remedy=f"Install it: {install_extra('gamepad')}",
             ) from error
         self._pygame, self._controllers = pygame, controller
         self._meanings = {
