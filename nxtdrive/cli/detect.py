@@ -179,7 +179,7 @@ def _frames(source: str, limit: int | None) -> Iterator[Frame]:
     from nxtdrive.vision.sources import open_camera
 
     simulated = source == "sim"
-    if limit is None and (simulated or source.isdecimal() or "://" in source):
+    if limit is None and (simulated or source.isdecimal() or "://" in source or source.startswith("/dev/")):
         limit = CAMERA_FRAMES
     camera = open_camera(source, clock=None if simulated else WallClock(), paced=False)
     try:

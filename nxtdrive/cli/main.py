@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import logging
+import re
 import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn, Protocol, cast
@@ -245,6 +246,11 @@ class _Help(argparse.HelpFormatter):
 
 class _Parser(argparse.ArgumentParser):
     """A parser whose error messages suggest what was meant and point to the help."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:  # noqa: ANN401 - argparse's
+        super().__init__(*args, **options)
+        # argparse takes other negative numbers, such as -1e3, for options
+        self._negative_number_matcher = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 
     def reject(self, unknown: Sequence[str]) -> NoReturn:
         """Refuse the arguments that are left over, suggesting options."""

@@ -140,9 +140,9 @@ def _table(snapshot: Snapshot) -> Table:
     from rich.table import Table
 
     caption = f"battery {snapshot.battery_mv / 1000:.2f} V   link {snapshot.latency_ms:.1f} ms"
-    table = Table("port", "what", "raw", "value", caption=caption)
+    table = Table("port", "what", "reading", "raw", caption=caption)
     for motor in snapshot.motors:
-        table.add_row(motor.port, f"motor, {motor.state}", f"{motor.power} %", f"{motor.angle_deg}°")
+        table.add_row(motor.port, f"motor, {motor.state}", f"power {motor.power} %, angle {motor.angle_deg}°", "")
     for sensor in snapshot.sensors:
-        table.add_row(str(sensor.port), sensor.name, str(sensor.raw) if sensor.analog else "", sensor.text)
+        table.add_row(str(sensor.port), sensor.name, sensor.text, str(sensor.raw) if sensor.analog else "")
     return table

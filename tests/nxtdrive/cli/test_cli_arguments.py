@@ -8,7 +8,7 @@ import pytest
 
 from nxtdrive.cli.main import COMMANDS, DONE, USAGE, main, make_parser
 
-NO_NUMBERS = ("nan", "inf", "1e400", "", " ", "text", "0x", "1,5")
+NO_NUMBERS = ("nan", "inf", "-inf", "-nan", "1e400", "", " ", "text", "0x", "1,5")
 EXTREMES = ("-1", "0", "1e9", "1000000000000000")
 
 

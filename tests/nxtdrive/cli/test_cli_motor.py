@@ -35,6 +35,11 @@ def test_motors_started_by_other_programs_are_stopped(words, stopped, capsys):
     assert _answer(capsys) == {"stopped": stopped}
 
 
+def test_a_negative_angle_may_be_written_as_any_number(capsys):
+    assert main(["motor", "turn", "A", "-1e2", "--nxt", "sim://", "--json"]) == DONE
+    assert _answer(capsys)["turned_deg"] == pytest.approx(-100, abs=2)
+
+
 def test_a_port_without_a_motor_is_refused(capsys):
     assert main(["motor", "stop", "D", "--nxt", "sim://"]) == USAGE
     assert "no motor port" in capsys.readouterr().err
