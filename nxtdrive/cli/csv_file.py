@@ -30,7 +30,7 @@ def column(quantity: str, unit: str) -> str:
 
 
 class CsvFile:
-    """A CSV file; its header are the names of the first row.
+    """A CSV file; the keys of its first row are the header.
 
     Raises:
         ConfigError: The file cannot be written; also raised by `write`.

@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
     if args.mission is not None:
         from nxtdrive.mission.setup import load
 
-        load(args.mission)  # a file that is missing or wrong is told before the examination
+        load(args.mission)  # report a missing or wrong file before the examination
     examination, findings = _Examination(args), []
     for finding in examination.findings():
         findings.append(finding)

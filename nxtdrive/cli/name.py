@@ -22,7 +22,7 @@ EXAMPLES = """\
   nxtdrive name "Robot 7" --nxt usb://"""
 
 LENGTH = 15
-"""Source: docs/firmware.md section 4, SetBrickName."""
+"""Source: docs/firmware.md, SetBrickName."""
 BEEP_HZ, BEEP_MS = 880, 200
 
 

@@ -1,4 +1,4 @@
-"""Access rights of devices on Linux: which udev rule and which group let this user in, and what is missing."""
+"""Access rights of devices on Linux: which udev rule and group grant it, and what is missing."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ UDEV_RULE = (
     'SUBSYSTEM=="usb", ATTR{idVendor}=="0694", ATTR{idProduct}=="0002", '
     f'MODE="0660", GROUP="{UDEV_GROUP}", TAG+="uaccess"'
 )
-"""``uaccess`` lets in the person at the screen; only the group also lets in ssh sessions and services."""
+"""``uaccess`` gives access to the person at the screen; ssh sessions and services need the group."""
 UDEV_FILE = "/etc/udev/rules.d/60-nxtdrive.rules"
 RULE_FOLDERS = ("/etc/udev/rules.d", "/run/udev/rules.d", "/lib/udev/rules.d", "/usr/lib/udev/rules.d")
 
@@ -43,8 +43,8 @@ class UdevRule:
 
     Attributes:
         file: Where it stands.
-        group: The group that it lets in, or an empty string.
-        everyone: Whether it lets all users in.
+        group: The group that it gives access to, or an empty string.
+        everyone: Whether it gives access to all users.
     """
 
     file: Path
@@ -76,7 +76,7 @@ def user_name() -> str:
 
 
 def join_remedy(group: str) -> str:
-    """Return what brings this user into a group, as a sentence; an empty string if nothing is missing."""
+    """Return how this user becomes a member of a group, as a sentence; an empty string for a member."""
     join = f"`sudo usermod -aG {group} {user_name()}`, {_AGAIN}"
     match membership(group):
         case Membership.NO_GROUP:
@@ -91,7 +91,7 @@ def join_remedy(group: str) -> str:
 
 
 def find_rule() -> UdevRule | None:
-    """Return the udev rule for the brick that lets in most users, or None."""
+    """Return the udev rule for the brick that gives access to most users, or None."""
     found = []
     for folder in RULE_FOLDERS:
         for file in sorted(Path(folder).glob("*.rules")):
@@ -104,9 +104,11 @@ def find_rule() -> UdevRule | None:
 
 
 def usb_remedy() -> str:
-    """Return what lets this user open the brick on USB after that was denied."""
+    """Return what to do when this user may not open the brick on USB."""
     if not sys.platform.startswith("linux"):
-        return "Close other programs that use the brick, and plug it in again."
+        return (
+            "Close other programs that use the brick; on Windows, give it the WinUSB driver with Zadig (zadig.akeo.ie)."
+        )
     if os.geteuid() == 0:
         return "Pass the device /dev/bus/usb to this container or virtual machine: even root may not open it here."
     rule = find_rule()
@@ -131,7 +133,7 @@ def is_denied(device: str) -> bool:
 
 
 def device_remedy(device: str, usual_group: str) -> str:
-    """Return what lets this user open a device file after that was denied.
+    """Return what to do when this user may not open a device file.
 
     Args:
         device: Such as ``/dev/video0``.

@@ -43,7 +43,7 @@ def udev(*, needed: bool, opened: bool) -> Finding:
 
 
 def instructions() -> str:
-    """Return the shell commands that install the rule and let this user in."""
+    """Return the shell commands that install the rule and add this user to its group."""
     return (
         f"sudo groupadd --system --force {UDEV_GROUP}\n"
         f"echo '{UDEV_RULE}' | sudo tee {UDEV_FILE}\n"
