@@ -184,6 +184,7 @@ def watch(
     brick: Brick,
     sensors: Mapping[int, Measuring[Any]],
     every_s: float,
+    *,
     recognized: Mapping[int, Digital] | None = None,
 ) -> Iterator[Snapshot]:
     """Yield snapshots forever; errors as for `look`.
@@ -191,8 +192,8 @@ def watch(
     Args:
         brick: An open brick.
         sensors: As for `look`.
-        recognized: As for `look`.
         every_s: Time between snapshots; one takes some ten requests, which may last longer over a slow link.
+        recognized: As for `look`.
     """
     due = brick.now()
     while True:

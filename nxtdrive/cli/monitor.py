@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
         for sensor in sensors.values():
             sensor.set_up()
         recognized = recognize(brick, {*SENSOR_PORTS} - {*sensors})
-        snapshots = watch(brick, sensors, args.every, recognized)
+        snapshots = watch(brick, sensors, args.every, recognized=recognized)
         if table:
             snapshots = _kept(snapshots, table, {port: each.sensor for port, each in recognized.items()} | sensors)
         if args.once:
