@@ -19,7 +19,13 @@ UDEV_RULE = (
 )
 """``uaccess`` gives access to the person at the screen; ssh sessions and services need the group."""
 UDEV_FILE = "/etc/udev/rules.d/60-nxtdrive.rules"
-RULE_FOLDERS = ("/etc/udev/rules.d", "/run/udev/rules.d", "/lib/udev/rules.d", "/usr/lib/udev/rules.d")
+RULE_FOLDERS = (
+    "/etc/udev/rules.d",
+    "/run/udev/rules.d",
+    "/usr/local/lib/udev/rules.d",
+    "/lib/udev/rules.d",
+    "/usr/lib/udev/rules.d",
+)
 
 _GROUP = re.compile(r'\bGROUP:?="([^"]+)"')
 _EVERYONE = re.compile(r'\bMODE:?="0?\d\d[67]"')
@@ -95,7 +101,10 @@ def find_rule() -> UdevRule | None:
     found = []
     for folder in RULE_FOLDERS:
         for file in sorted(Path(folder).glob("*.rules")):
-            text = file.read_text(encoding="utf-8", errors="replace").replace("\\\n", "")
+            try:
+                text = file.read_text(encoding="utf-8", errors="replace").replace("\\\n", "")
+            except OSError:  # only root may read it
+                continue
             for line in text.splitlines():
                 if _is_for_brick(line):
                     group = _GROUP.search(line)

@@ -41,6 +41,9 @@ SEND_TIMEOUT_MS = 1000
 STALE_PACKETS = 8
 """Upper bound of the replies that can be left over from a program that died."""
 
+_UNREADABLE = (ValueError, NotImplementedError)
+"""What pyusb raises, besides its own error, for texts of a device that cannot be opened."""
+
 _PLUG_IN = "Plug the brick in and switch it on; it needs some seconds before USB sees it."
 _HOLDERS = (
     "Close the other program that holds the brick: another nxtdrive, an nxt-server, LEGO's or Bricx's software, "
@@ -191,7 +194,7 @@ def _product_name(device: Device) -> str:
 
     try:
         return device.product or ""
-    except (ValueError, usb.core.USBError):
+    except (*_UNREADABLE, usb.core.USBError):
         return ""
 
 
@@ -215,7 +218,7 @@ def _serial_number(device: Device) -> str:
 
     try:
         return str(device.serial_number).upper()
-    except (ValueError, usb.core.USBError):  # pyusb raises ValueError "no langid" if the device cannot be opened
+    except (*_UNREADABLE, usb.core.USBError):
         return ""
 
 
@@ -253,6 +256,11 @@ def _translated(address: str) -> Iterator[None]:
         yield
     except usb.core.NoBackendError as error:
         raise _no_libusb() from error
+    except NotImplementedError as error:  # what pyusb makes of LIBUSB_ERROR_NOT_SUPPORTED
+        raise LinkError(
+            f"{address}: another driver has the brick ({error}).",
+            remedy="On Windows put WinUSB in the place of LEGO's driver, with Zadig (zadig.akeo.ie).",
+        ) from error
     except usb.core.USBTimeoutError as error:
         raise LinkTimeout(f"{address} takes no more telegrams.", remedy="Is the brick still on?") from error
     except usb.core.USBError as error:

@@ -16,7 +16,7 @@ from firmware_protocol.errors import (
     PermissionDenied,
 )
 from nxtdrive.transports.address import Address
-from nxtdrive.transports.usb_port import UsbTransport
+from nxtdrive.transports.usb_port import UsbTransport, lego_devices
 
 BATTERY = GetBatteryLevel().encode()
 
@@ -75,6 +75,22 @@ def test_a_brick_that_may_not_be_opened_is_listed_without_its_id(usb_bus):
     assert UsbTransport.discover(bus) == ["usb://"]
     with pytest.raises(PermissionDenied, match="may not open"):
         open_usb(bus, "usb://001653010203")
+
+
+def test_another_driver_than_libusb_s_is_named_with_the_remedy(usb_bus, monkeypatch):
+    """As on Windows while LEGO's own driver has the brick; pyusb has no error of its own for it."""
+    bus = usb_bus()
+
+    def open_device(dev):
+        raise NotImplementedError("Operation not supported or unimplemented on this platform")
+
+    monkeypatch.setattr(bus, "open_device", open_device)
+    with pytest.raises(LinkError, match=r"another driver has the brick.*Zadig"):
+        open_usb(bus)
+    with pytest.raises(PermissionDenied):
+        open_usb(bus, "usb://001653010203")
+    assert UsbTransport.discover(bus) == ["usb://"]
+    assert lego_devices(bus) == [(0x0694, 0x0002, "")]
 
 
 def test_what_a_dead_program_left_unread_is_no_answer(usb_bus):

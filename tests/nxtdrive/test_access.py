@@ -107,6 +107,12 @@ def test_comments_and_rules_for_other_devices_do_not_count(rules, line):
     assert access.find_rule() is None
 
 
+def test_a_file_of_rules_that_cannot_be_read_is_left_out(rules, tmp_path):
+    (tmp_path / "10-secret.rules").mkdir()
+    rules(access.UDEV_RULE)
+    assert access.find_rule().group == "plugdev"
+
+
 def test_of_several_rules_the_most_generous_counts(rules):
     rules(f"{access.UDEV_RULE}\n{OLD_RULE}")
     assert access.find_rule().group == "plugdev"

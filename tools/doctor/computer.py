@@ -52,12 +52,12 @@ def examine(scheme: str, camera: str | None) -> Iterator[Finding]:
 def usb(*, needed: bool) -> Iterator[Finding]:
     """Check libusb, the bricks on USB, and whether this user may open them."""
     try:
-        addresses = UsbTransport.discover()
+        addresses, others = UsbTransport.discover(), list(other_devices())
     except NXTError as error:
         yield trouble("libusb", error.args[0], error.remedy, needed=needed)
         return
     yield ok("libusb", "found")
-    yield from other_devices()
+    yield from others
     if not addresses:
         yield trouble("USB", "no brick on USB.", _no_brick(), needed=needed)
     for address in addresses:
