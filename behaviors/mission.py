@@ -5,15 +5,18 @@ TOML, checked as a whole: every mistake is reported at once, with its path. Unit
 
 from __future__ import annotations
 
-import tomllib
+import os
 from collections.abc import Iterable, Sequence
-from itertools import combinations
+from itertools import chain, combinations
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from behaviors.mission_mistakes import mistakes
+from input_files.mistakes import listed, shown
+from input_files.plain import InputFileError
+from input_files.toml_file import read_toml
 
 BUILT_IN = Path(__file__).parent / "missions" / "lena_rilakkuma.toml"
 """The mission that runs by default."""
@@ -27,7 +30,7 @@ class MissionError(ValueError):
 
 
 class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
 class ThesisParameters(_Table):
@@ -253,21 +256,20 @@ def load_mission(path: Path, picture_folders: Sequence[Path] = ()) -> Mission:
         MissionError: The file cannot be read or has mistakes; the message lists all of them.
     """
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise MissionError(f"{path}: cannot be read ({error.strerror}). Check the path.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise MissionError(f"{path}: not a TOML file: {error}") from None
+        table = read_toml(path)
+    except InputFileError as error:
+        raise MissionError(str(error)) from None
     folders = [path.resolve().parent, *picture_folders]
     problems = list(_resolve_pictures(table, folders))
     try:
         mission = Mission.model_validate(table)
     except ValidationError as error:
-        problems = [*mistakes(error, Mission), *problems]
-    if problems:
-        count = "1 mistake" if len(problems) == 1 else f"{len(problems)} mistakes"
-        raise MissionError("\n".join([f"{path}: {count}", *(f"  {problem}" for problem in problems)]))
-    return mission
+        lines = listed(error.error_count() + len(problems), chain(mistakes(error, Mission), problems))
+    else:
+        if not problems:
+            return mission
+        lines = listed(len(problems), problems)
+    raise MissionError(f"{path}: " + "\n  ".join(lines))
 
 
 def _resolve_pictures(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[str]:
@@ -278,11 +280,11 @@ def _resolve_pictures(table: dict[str, Any], folders: Sequence[Path]) -> Iterabl
         if not isinstance(pictures, list):
             continue
         for i, picture in enumerate(pictures):
-            found = [folder / str(picture) for folder in folders if (folder / str(picture)).is_file()]
+            found = [folder / str(picture) for folder in folders if os.path.isfile(folder / str(picture))]
             if found:
                 pictures[i] = str(found[0])
             else:
                 yield (
-                    f"target.{name}.pictures[{i}]: there is no picture {str(picture)!r}; "
+                    f"target.{name}.pictures[{i}]: there is no picture {shown(str(picture))}; "
                     f"put it beside the mission file ({folders[0]})"
                 )

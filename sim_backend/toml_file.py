@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import difflib
-import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -12,6 +11,9 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from firmware_protocol.errors import ConfigError
+from input_files.mistakes import listed, shown
+from input_files.plain import InputFileError
+from input_files.toml_file import read_toml
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -25,11 +27,9 @@ def read_tables(path: Path) -> dict[str, Any]:
         ConfigError: The file cannot be read, or is not TOML.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path} is not TOML: {error}.", remedy="Correct it there.") from error
-    except OSError as error:
-        raise ConfigError(f"{path} cannot be read: {error.strerror}.", remedy="Check the path.") from error
+        return read_toml(path)
+    except InputFileError as error:
+        raise ConfigError(str(error)) from None
 
 
 def validate(model: type[Model], tables: Mapping[str, Any], path: Path) -> Model:
@@ -46,13 +46,14 @@ def validate(model: type[Model], tables: Mapping[str, Any], path: Path) -> Model
     try:
         return model.model_validate(tables)
     except ValidationError as error:
-        raise mistakes(path, [_sentence(model, each) for each in error.errors(include_url=False)]) from None
+        found = error.errors(include_url=False)
+        raise mistakes(path, len(found), (_sentence(model, each) for each in found)) from None
 
 
-def mistakes(path: Path, sentences: Sequence[str]) -> ConfigError:
-    """The error that lists all mistakes."""
-    count = "1 mistake" if len(sentences) == 1 else f"{len(sentences)} mistakes"
-    return ConfigError("\n  ".join([f"{path} has {count}:", *sentences]))
+def mistakes(path: Path, count: int, sentences: Iterable[str]) -> ConfigError:
+    """The error that lists the mistakes."""
+    number, *lines = listed(count, sentences)
+    return ConfigError("\n  ".join([f"{path} has {number}:", *lines]))
 
 
 def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
@@ -68,10 +69,10 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
         case "union_tag_invalid":
             tag, key = error["ctx"]["tag"], error["ctx"]["discriminator"].strip(_QUOTE)
             known = [name.strip(_QUOTE) for name in error["ctx"]["expected_tags"].split(", ")]
-            return f"{path}.{key}: there is no {tag!r}; {hint(tag, known)}"
+            return f"{path}.{key}: there is no {shown(tag)}; {hint(tag, known)}"
         case "value_error":
             return f"{path}: {error['ctx']['error']}"
-    return f"{path}: {error['msg'][0].lower()}{error['msg'][1:]}, not {error['input']!r}"
+    return f"{path}: {error['msg'][0].lower()}{error['msg'][1:]}, not {shown(error['input'])}"
 
 
 def hint(name: str, known: Iterable[str]) -> str:

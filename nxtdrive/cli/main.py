@@ -143,7 +143,7 @@ def _recorded(address: str, trace: str, arguments: Sequence[str]) -> str:
 def _log(*, verbose: bool) -> None:
     """Send log messages to standard error; those of libraries only from warnings on."""
     logging.basicConfig(format="%(name)s: %(message)s")
-    for room in ("firmware_protocol", "nxtdrive", "behaviors", "sim_backend"):
+    for room in ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend"):
         logging.getLogger(room).setLevel(logging.DEBUG if verbose else logging.WARNING)
 
 

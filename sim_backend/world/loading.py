@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -43,13 +44,13 @@ def parse_world(tables: Mapping[str, Any], path: Path) -> WorldFile:
         *_missing_images(world, path.parent),
     ]
     if found:
-        raise mistakes(path, found)
+        raise mistakes(path, len(found), found)
     return _with_image_paths(world, path.parent)
 
 
 def _find(path: Path) -> Path:
     for candidate in (path, WORLDS / path.name, WORLDS / f"{path.name}.toml"):
-        if candidate.is_file():
+        if os.path.isfile(candidate):
             return candidate
     names = ", ".join(sorted(entry.stem for entry in WORLDS.glob("*.toml")))
     raise ConfigError(f"there is no world file {path}.", remedy=f"Give a path, or one of: {names}.")
@@ -122,7 +123,7 @@ def _missing_images(world: WorldFile, folder: Path) -> Iterator[str]:
     for index, picture in enumerate(world.pictures):
         if picture.file is None and picture.name not in known:
             yield f"pictures[{index}].name: no picture {picture.name!r} here ({', '.join(known)}); give its file"
-        elif picture.file is not None and not (folder / picture.file).is_file():
+        elif picture.file is not None and not os.path.isfile(folder / picture.file):
             yield f"pictures[{index}].file: there is no file {folder / picture.file}"
 
 

@@ -55,4 +55,4 @@ Paint = Annotated[tuple[Percent, Percent, Percent], BeforeValidator(_paint)]
 class Table(BaseModel):
     """A table of the world file; unknown keys are rejected."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)

@@ -83,7 +83,7 @@ def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
         ("", "there is no [mission] table"),
         ("[mission]\ntargets = []\n[target]", "a mission needs at least one target"),
         ('[mission]\ntargets = ["lena"]\n[target]', "target 'lena' has no table [target.lena]"),
-        ("mission = [", "not a TOML file"),
+        ("mission = [", "is not TOML"),
         (GOOD + "[robot]\ntouch = 4\n", "ultrasonic and touch both use port 4"),
         (GOOD + "[robot]\ncompass = 1\n", "touch and compass both use port 1"),
         (GOOD + "[robot]\nleft = 'D'\n", "robot.left: Input should be 'A', 'B' or 'C', not 'D'"),
@@ -114,7 +114,7 @@ def test_the_timeout_of_outages_may_have_its_old_name(tmp_path, key):
 
 
 def test_a_missing_file_is_named():
-    with pytest.raises(MissionError, match=r"nowhere\.toml: cannot be read"):
+    with pytest.raises(MissionError, match=r"nowhere\.toml cannot be read"):
         load_mission(Path("nowhere.toml"))
 
 

@@ -1,0 +1,157 @@
+"""Files with mistakes of any kind: exit code 2 and sentences, never a traceback, within bounded time and memory."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from nxtdrive.cli.main import DONE, USAGE, main
+from sim_backend.faults_file import load_faults
+
+MISSION = '[mission]\ntargets = ["spot"]\n[target.spot]\ndetector = "color"\ncolor = "red"\n'
+WORLD = "[floor]\nsize_mm = [3000, 3000]\n[robot]\nstart_mm = [1000, 1500]\n"
+FAULTS = "drop_replies = [3]\n"
+
+READERS = {
+    "mission": (MISSION, lambda path: ["mission", "check", path]),
+    "world": (WORLD, lambda path: ["info", "--nxt", f"sim://{path}"]),
+    "faults": (FAULTS, lambda path: ["sim", "serve", "--tcp", "0", "--faults", path]),
+}
+"""Kind of TOML file -> a good one, and a command that reads it."""
+
+BAD_TOML = {
+    "arrays": b"x = " + b"[" * 5000 + b"]" * 5000,
+    "tables": b"x = " + b"{a=" * 5000 + b"1" + b"}" * 5000,
+    "dots": b".".join([b"a"] * 20_000) + b" = 1\n",
+    "quoted dots": b" . ".join([b'"a"'] * 2000) + b" = 1\n",
+    "header": b"[" + b".".join([b"a"] * 2000) + b"]\n",
+    "not UTF-8": b"title = '\xff'\n",
+    "UTF-16": MISSION.encode("utf-16"),
+    "NUL": b"x = 1\n\x00\n",
+    "nothing but NUL": bytes(1000),
+    "too large": b"# comment\n" * 200_000,
+    "digits": b"x = " + b"9" * 5000,
+    "hex digits": b"x = 0x" + b"f" * 5000,
+    "many keys": b"".join(b"k%d = 1\n" % i for i in range(3000)),
+    "long text": b"mission = '" + b"x" * 200_000 + b"'\nrobot = 1\nsilent_ms = 1\n",
+}
+
+
+def _refused(words, capsys):
+    """Run a command that must refuse a file; returns what it says."""
+    assert main([str(word) for word in words]) == USAGE
+    said = capsys.readouterr()
+    assert said.err
+    assert "Traceback" not in said.err
+    assert len(said.err) < 12_000
+    return said.err
+
+
+@pytest.mark.parametrize("kind", READERS)
+@pytest.mark.parametrize("fault", BAD_TOML)
+def test_bad_toml_is_refused_with_a_sentence(tmp_path, capsys, kind, fault):
+    path = tmp_path / "bad.toml"
+    path.write_bytes(BAD_TOML[fault])
+    assert "bad.toml" in _refused(READERS[kind][1](path), capsys)
+
+
+@pytest.mark.parametrize("kind", READERS)
+def test_a_byte_order_mark_does_no_harm(tmp_path, capsys, kind):
+    good, words = READERS[kind]
+    path = tmp_path / "good.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + good.replace("\n", "\r\n").encode())
+    if kind == "faults":  # the command would serve until Ctrl-C
+        assert load_faults(path).drop_replies.numbers == (3,)
+    else:
+        assert main([str(word) for word in words(path)]) == DONE
+
+
+@pytest.mark.parametrize("number", ["nan", "inf", "-inf", "1e999"])
+@pytest.mark.parametrize(
+    ("kind", "key"),
+    [
+        ("mission", "[adaptive]\napproach_limit_s = {}\n"),
+        ("mission", "[camera]\nhfov_deg = {}\n"),
+        ("world", "heading_deg = {}\n"),
+        (
+            "world",
+            'slip = {{ veer_deg_per_m = {} }}\n[[pictures]]\nname = "lena"\nat_mm = [100, 100]\nfacing_deg = 0\n',
+        ),
+        ("world", '[[pictures]]\nname = "lena"\nat_mm = [100, 100]\nfacing_deg = {}\n'),
+        ("world", '[[boxes]]\nname = "box"\nat_mm = [{}, 100]\nsize_mm = [10, 10]\nheight_mm = 10\n'),
+        ("faults", "delay_replies_ms = {{ 3 = {} }}\n"),
+    ],
+)
+def test_a_number_that_is_not_finite_is_refused_by_its_key(tmp_path, capsys, kind, key, number):
+    good, words = READERS[kind]
+    path = tmp_path / "bad.toml"
+    path.write_text(good + key.format(number), encoding="utf-8")
+    assert key.split(" = {")[0].split("\n")[-1].split(" ")[-1] in _refused(words(path), capsys)
+
+
+def _fifo(folder):
+    os.mkfifo(folder / "file")
+
+
+NOT_A_FILE = {
+    "folder": lambda folder: (folder / "file").mkdir(),
+    "pipe": _fifo,
+    "device": lambda folder: (folder / "file").symlink_to("/dev/zero"),
+    "missing": lambda folder: None,
+    "loop": lambda folder: (folder / "file").symlink_to(folder / "file"),
+}
+NAMED = {
+    "mission": lambda path: ["mission", "check", path],
+    "show": lambda path: ["mission", "show", path],
+    "run": lambda path: ["run", path, "--nxt", "sim://open"],
+    "world": lambda path: ["info", "--nxt", f"sim://{path}"],
+    "faults": lambda path: ["sim", "serve", "--tcp", "0", "--faults", path],
+    "trace": lambda path: ["trace", "show", path],
+    "replay": lambda path: ["info", "--nxt", f"replay://{path}"],
+    "journal": lambda path: ["explain-run", path],
+    "recording": lambda path: ["sim", "check", path],
+    "upload": lambda path: ["files", "put", path, "--nxt", "sim://open"],
+    "sweep": lambda path: ["sweep", "--classes", "open", "--profiles", "oracle", "--resume", "--out", path],
+    "picture": lambda path: ["detect", "try", path, "--color", "red"],
+    "target": lambda path: ["detect", "try", "x.png", "--picture", path],
+    "cascade": lambda path: ["detect", "try", "x.png", "--haar", path],
+}
+"""Commands that are given a file's name."""
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes in the file system")
+@pytest.mark.parametrize("kind", sorted(NAMED.keys() - {"sweep"}))
+@pytest.mark.parametrize("what", NOT_A_FILE)
+def test_what_is_no_file_is_refused(tmp_path, capsys, kind, what):
+    NOT_A_FILE[what](tmp_path)
+    _refused(NAMED[kind](tmp_path / "file"), capsys)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes in the file system")
+@pytest.mark.parametrize("what", sorted(NOT_A_FILE.keys() - {"missing"}))
+def test_a_sweep_does_not_go_on_with_what_is_no_file(tmp_path, capsys, what):
+    NOT_A_FILE[what](tmp_path)
+    _refused(NAMED["sweep"](tmp_path / "file"), capsys)
+
+
+@pytest.mark.parametrize("kind", NAMED)
+@pytest.mark.parametrize("name", ["x" * 300, "y/" * 3000, "nul\0byte"], ids=["long name", "long path", "NUL"])
+def test_a_name_no_file_can_have_is_refused(capsys, kind, name):
+    _refused(NAMED[kind](Path(name)), capsys)
+
+
+def test_a_mission_that_names_pictures_and_cascades_no_file_can_be_called(tmp_path, capsys):
+    path = tmp_path / "bad.toml"
+    for name in ("x" * 300 + ".png", "a\\u0000b.png"):
+        path.write_text(f'[mission]\ntargets=["a"]\n[target.a]\ndetector="picture"\npictures=["{name}"]\n')
+        assert "there is no picture" in _refused(["mission", "check", path], capsys)
+        path.write_text(f'[mission]\ntargets=["a"]\n[target.a]\ndetector="haar"\ncascade="{name}"\n')
+        assert "there is no cascade" in _refused(["mission", "check", path], capsys).lower()
+
+
+def test_a_long_mission_name_makes_a_shorter_folder_name(tmp_path):
+    from nxtdrive.recording.run_folder import new_run_folder
+
+    folder = new_run_folder(tmp_path, "find the cat " * 100)
+    assert folder.path.name.startswith("find-the-cat-")
+    folder.close()
