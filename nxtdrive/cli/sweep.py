@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import sys
 from concurrent.futures import BrokenExecutor
 from pathlib import Path
@@ -102,7 +103,7 @@ def run(args: argparse.Namespace) -> int:
         args.eyes,
     )
     out = args.out or DEFAULT_OUT
-    if out.exists() and not args.resume:
+    if os.path.lexists(out) and not args.resume:
         raise ConfigError(f"{out} exists already.", remedy="Go on with it (--resume), or name another file (--out).")
     swept = _sweep(tasks, out, args)
     if args.plot:
@@ -118,7 +119,8 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from nxtdrive.tools.sweep.runner import key_of, read_lines, sweep
+    from nxtdrive.tools.sweep.result_file import key_of, read_lines
+    from nxtdrive.tools.sweep.runner import sweep
 
     known = {key_of(line) for line in read_lines(out)}
     done = sum(task.key in known for task in tasks)

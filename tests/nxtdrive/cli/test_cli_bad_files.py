@@ -1,5 +1,6 @@
 """Files with mistakes of any kind: exit code 2 and sentences, never a traceback, within bounded time and memory."""
 
+import json
 import os
 from pathlib import Path
 
@@ -155,3 +156,84 @@ def test_a_long_mission_name_makes_a_shorter_folder_name(tmp_path):
     folder = new_run_folder(tmp_path, "find the cat " * 100)
     assert folder.path.name.startswith("find-the-cat-")
     folder.close()
+
+
+HEADER = {"nxttrace": 1, "address": "usb://", "max_telegram": 64}
+DEEP = '{"t": ' + '{"a":' * 5000 + "1" + "}" * 5001
+TRACES = {
+    "deep header": DEEP,
+    "command is a number": json.dumps({**HEADER, "command": 5}),
+    "command of numbers": json.dumps({**HEADER, "command": [1]}),
+    "address is a list": json.dumps({**HEADER, "address": ["usb://"]}),
+    "size is true": json.dumps({**HEADER, "max_telegram": True}),
+    "size is infinite": '{"nxttrace": 1, "max_telegram": 1e999}',
+    "size is huge": json.dumps({**HEADER, "max_telegram": 10**300}),
+    "header is a list": "[1]",
+    "nothing": "",
+}
+ENTRIES = {
+    "deep entry": DEEP,
+    "NaN": '{"t": NaN, "to": "000d"}',
+    "infinite": '{"t": 1e999, "to": "000d"}',
+    "never": '{"t": 1e300, "to": "000d"}',
+    "negative": '{"t": -1, "to": "000d"}',
+    "time in words": '{"t": "nan", "to": "000d"}',
+    "digits": '{"t": ' + "9" * 5000 + ', "to": "000d"}',
+    "telegram is a number": '{"t": 0, "to": 13}',
+    "error is a list": '{"t": 0, "error": ["LinkLost"]}',
+    "surrogates": '{"t": 0, "to": "\\ud800"}',
+}
+JOURNALS = {
+    "nothing": "",
+    "deep": DEEP,
+    "time is infinite": '{"t": 1e999, "kind": "start", "state": "idle", "target": ""}',
+    "time is a text": '{"t": "nan", "kind": "start", "state": "idle", "target": ""}',
+    "kind is a list": '{"t": 0, "kind": ["start"], "state": "idle", "target": ""}',
+    "state is a number": '{"t": 0, "kind": "start", "state": 3, "target": ""}',
+    "digits": '{"t": 0, "kind": "start", "state": "", "target": "", "format": ' + "9" * 5000 + "}",
+    "later format": '{"t": 0, "kind": "start", "state": "", "target": "", "format": 1000000}',
+}
+RECORDINGS = {
+    "deep": DEEP,
+    "not finite": '{"request": "000b", "reply": "020b00", "step": NaN}',
+    "digits": '{"request": "000b", "reply": "020b00", "step": ' + "9" * 5000 + "}",
+    "nothing": "",
+}
+GOOD_START = '{"t": 0.5, "kind": "start", "state": "idle", "target": "", "mission": "m", "targets": []}\n'
+
+
+@pytest.mark.parametrize("text", TRACES.values(), ids=TRACES.keys())
+@pytest.mark.parametrize("kind", ["trace", "replay"])
+def test_a_trace_with_a_bad_header_is_refused(tmp_path, capsys, kind, text):
+    path = tmp_path / "bad.nxttrace"
+    path.write_text(text + "\n", encoding="utf-8")
+    _refused(NAMED[kind](path), capsys)
+
+
+@pytest.mark.parametrize("text", ENTRIES.values(), ids=ENTRIES.keys())
+def test_a_trace_with_a_bad_entry_is_refused_by_its_line(tmp_path, capsys, text):
+    path = tmp_path / "bad.nxttrace"
+    path.write_text("\n".join((json.dumps(HEADER), text, '{"t": 0.1, "to": "000d"}', "")), encoding="utf-8")
+    assert "line 2" in _refused(["trace", "show", path], capsys)
+
+
+@pytest.mark.parametrize("text", JOURNALS.values(), ids=JOURNALS.keys())
+def test_a_journal_without_a_record_is_refused(tmp_path, capsys, text):
+    path = tmp_path / "journal.jsonl"
+    path.write_text(text + "\n", encoding="utf-8")
+    _refused(["explain-run", path], capsys)
+
+
+@pytest.mark.parametrize("text", sorted(ENTRIES.values()))
+def test_a_journals_bad_lines_are_left_out_and_named(tmp_path, capsys, text):
+    (tmp_path / "journal.jsonl").write_text(GOOD_START + text + "\n", encoding="utf-8")
+    (tmp_path / "mission.json").write_text(DEEP, encoding="utf-8")
+    assert main(["explain-run", str(tmp_path), "--json"]) == DONE
+    assert json.loads(capsys.readouterr().out)["damaged_lines"] == [2]
+
+
+@pytest.mark.parametrize("text", RECORDINGS.values(), ids=RECORDINGS.keys())
+def test_a_bad_recording_of_a_conversation_is_refused(tmp_path, capsys, text):
+    path = tmp_path / "bad.jsonl"
+    path.write_text(text + "\n", encoding="utf-8")
+    _refused(["sim", "check", path], capsys)
