@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import os
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
+from input_files.plain import MEGABYTE, InputFileError, read_bytes
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, on_brick, writing
 
 if TYPE_CHECKING:
@@ -29,6 +31,9 @@ EXAMPLES = """\
   nxtdrive files put melody.rso --as alarm.rso --nxt usb://
   nxtdrive files rm "old*.rxe" --nxt usb://
   nxtdrive files df --nxt usb://"""
+
+MAX_UPLOAD = MEGABYTE
+"""The brick's flash is a quarter of it."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -62,12 +67,14 @@ def _ls(args: argparse.Namespace, brick: Brick) -> None:
 
 def _get(args: argparse.Namespace, brick: Brick) -> None:
     target: Path = args.to or Path(args.name)
-    if target.is_dir():
+    if os.path.isdir(target):
         target = target / args.name
+    from nxtdrive.recording.output_file import write_file
+
     with _progress(args.name) as progress:
         content = brick.files.read(args.name, progress)
     with writing(target, "Name another with --to."):
-        target.write_bytes(content)
+        write_file(target, content)
     _say(args, {"name": args.name, "size": len(content), "path": str(target)})
 
 
@@ -76,9 +83,9 @@ def _put(args: argparse.Namespace, brick: Brick) -> None:
         raise ConfigError("--as names a single file.", remedy="Send the files one by one.")
     for path in args.paths:
         try:
-            content = path.read_bytes()
-        except OSError as error:
-            raise ConfigError(f"{path} cannot be read ({error.strerror}).", remedy="Check the path.") from error
+            content = read_bytes(path, MAX_UPLOAD)
+        except InputFileError as error:
+            raise ConfigError(str(error)) from None
         name = args.name or path.name
         with _progress(name) as progress:
             brick.files.write(name, content, progress, replace=args.replace)

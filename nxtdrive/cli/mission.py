@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -123,10 +124,11 @@ def _short(value: object) -> str:
 
 def _new(args: argparse.Namespace) -> int:
     from nxtdrive.cli.mission_template import template
+    from nxtdrive.recording.output_file import write_file
 
-    if args.file.exists():
+    if os.path.lexists(args.file):
         raise ConfigError(f"{args.file} exists already.", remedy="Choose another name.")
     with writing(args.file):
-        args.file.write_text(template(), encoding="utf-8")
+        write_file(args.file, template().encode())
     print(f"Wrote {args.file}. Change the targets, then run: nxtdrive mission check {args.file}")
     return DONE

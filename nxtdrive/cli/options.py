@@ -73,7 +73,7 @@ def writing(path: Path, remedy: str = "Name a file in a folder that exists.") ->
     try:
         yield
     except OSError as error:
-        raise ConfigError(f"{path} cannot be written ({error.strerror}).", remedy=remedy) from error
+        raise ConfigError(f"{path} cannot be written ({error.strerror or error}).", remedy=remedy) from error
 
 
 def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_ADDRESS) -> None:

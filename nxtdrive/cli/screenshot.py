@@ -7,7 +7,6 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number, writing
 
@@ -55,16 +54,11 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _save(image: Picture, scale: int, path: Path) -> None:
-    import cv2
     import numpy as np
+
+    from nxtdrive.recording.output_file import write_picture
 
     colored = np.where(image[:, :, None], np.array(INK, np.uint8), np.array(GLASS, np.uint8))
     enlarged = colored.repeat(scale, axis=0).repeat(scale, axis=1)
-    try:
-        coded, data = cv2.imencode(path.suffix, enlarged)
-    except cv2.error:
-        coded = False
-    if not coded:
-        raise ConfigError(f"{path} cannot be written: no image format ends in {path.suffix!r}.", remedy="Use .png.")
     with writing(path):
-        path.write_bytes(data.tobytes())
+        write_picture(path, enlarged)

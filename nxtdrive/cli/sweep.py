@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.options import add_json_argument, number
+from nxtdrive.cli.options import add_json_argument, number, writing
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -168,8 +168,7 @@ def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:
 
 
 def _draw_map(args: argparse.Namespace) -> int:
-    import cv2
-
+    from nxtdrive.recording.output_file import write_picture
     from nxtdrive.tools.sweep.performance import perform
     from nxtdrive.tools.sweep.policies import ALL_NAMES
     from nxtdrive.tools.sweep.scenarios import CLASSES, draw_scenario
@@ -183,12 +182,8 @@ def _draw_map(args: argparse.Namespace) -> int:
     _known("profile", [policy], ALL_NAMES)
     out = args.out or Path(f"{kind}-{seed}-{policy}.png")
     play, _ = perform(draw_scenario(kind, int(seed)), policy, args.eyes)
-    try:
-        written = cv2.imwrite(str(out), draw_true_map(play, f"{kind} {seed}, {policy}"))
-    except cv2.error:
-        written = False
-    if not written:
-        raise ConfigError(f"{out} cannot be written.", remedy="Name a PNG in a folder that exists, with --out.")
+    with writing(out, "Name a PNG in a folder that exists, with --out."):
+        write_picture(out, draw_true_map(play, f"{kind} {seed}, {policy}"))
     print(out)
     return 0
 

@@ -58,13 +58,14 @@ class VideoRecorder:
         """Finish the file; may be called again.
 
         Raises:
-            OSError: It is damaged, as on a full disk; OpenCV does not say so earlier.
+            OSError: It is damaged, as on a full disk, and removed; OpenCV does not say so earlier.
         """
         if self._writer is not None:
             self._write(1)
             self._writer.release()
             self._writer = None
             if not cv2.VideoCapture(str(self._path)).isOpened():
+                self._path.unlink(missing_ok=True)  # which makes room for the rest of a run's folder
                 raise OSError(f"{self._path} cannot be written")
 
     def _open(self, image: Image) -> None:

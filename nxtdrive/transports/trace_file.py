@@ -12,13 +12,16 @@ JSON lines. The first describes the recording, the others are its events, with s
 
 from __future__ import annotations
 
+import errno
 import json
+import logging
+import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any, Self
+from typing import Any, Self
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.telegram import NO_REPLY
@@ -35,6 +38,8 @@ _RECORD = "Record one with --trace FILE.nxttrace."
 
 HOUSEKEEPING = bytes((NO_REPLY, 0x0D))
 """KeepAlive without a reply: sent by the clock, so it is ignored when traces are compared or replayed."""
+
+log = logging.getLogger(__name__)
 
 
 class Kind(StrEnum):
@@ -128,38 +133,66 @@ class Trace:
         return [Exchange(entry.time_s, entry.telegram, tuple(outcome)) for entry, outcome in groups]
 
 
+incomplete: set[Path] = set()
+"""Traces of this process that could not be written to their end."""
+
+
 class TraceWriter:
-    """Writes a trace line by line, so that it survives a crash."""
+    """Writes a trace line by line, so that it survives a crash.
 
-    def __init__(self, path: Path, header: Trace | None) -> None:
-        """Open the file.
+    When a line cannot be written, as on a full disk, the trace ends there with a log message, and the program goes on.
 
-        Args:
-            path: The file; an existing one is replaced, unless it is continued.
-            header: Describes the recording; None continues a trace.
+    Args:
+        path: The file; an existing one is replaced.
+        header: Describes the recording.
 
-        Raises:
-            ConfigError: The file cannot be written.
-        """
+    Raises:
+        ConfigError: The file cannot be written.
+    """
+
+    def __init__(self, path: Path, header: Trace) -> None:
+        self._path = path
+        incomplete.discard(path)
         try:
-            self._file: IO[str] = path.open("a" if header is None else "w", encoding="utf-8")
+            self._file = path.open("wb", buffering=0)
+            self._add(header.header())
         except OSError as error:
             raise ConfigError(
                 f"the trace {path} cannot be written ({error.strerror}).", remedy="Name a file in a folder that exists."
             ) from error
-        if header is not None:
-            self._file.write(header.header() + "\n")
 
     def write(self, entry: Entry) -> None:
         """Add a line; do nothing if the file is closed."""
         if self._file.closed:
             return
-        self._file.write(entry.to_json() + "\n")
-        self._file.flush()
+        try:
+            self._add(entry.to_json())
+        except OSError as error:
+            self._end(error)
+
+    def reopen(self) -> None:
+        """Continue after `close`."""
+        if self._path not in incomplete:
+            try:
+                self._file = self._path.open("ab", buffering=0)
+            except OSError as error:
+                self._end(error)
 
     def close(self) -> None:
         """Close the file; may be called again."""
+        if not self._file.closed and not os.path.exists(self._path):
+            self._end(FileNotFoundError(errno.ENOENT, "it was removed"))
         self._file.close()
+
+    def _add(self, line: str) -> None:
+        left = f"{line}\n".encode(errors="backslashreplace")
+        while left:
+            left = left[self._file.write(left) :]
+
+    def _end(self, error: OSError) -> None:
+        self._file.close()
+        incomplete.add(self._path)
+        log.warning("the trace %s is incomplete: it cannot be written (%s).", self._path, error.strerror)
 
     def __enter__(self) -> Self:
         return self

@@ -265,7 +265,7 @@ class RecordRig(SimRig):
         path = Path(self.stack.enter_context(tempfile.TemporaryDirectory())) / "talk.nxttrace"
         inner = super().connect(faults)
         header = Trace(inner.address, inner.max_telegram)
-        return RecordTransport(inner, TraceWriter(path, header), path, inner.now())
+        return RecordTransport(inner, TraceWriter(path, header), inner.now())
 
 
 class SimulatedUsb(UsbBackend):

@@ -136,7 +136,7 @@ def test_a_sweep_does_not_go_on_with_what_is_no_file(tmp_path, capsys, what):
 
 
 @pytest.mark.parametrize("kind", NAMED)
-@pytest.mark.parametrize("name", ["x" * 300, "y/" * 3000, "nul\0byte"], ids=["long name", "long path", "NUL"])
+@pytest.mark.parametrize("name", ["x" * 300, "y/" * 3000], ids=["long name", "long path"])
 def test_a_name_no_file_can_have_is_refused(capsys, kind, name):
     _refused(NAMED[kind](Path(name)), capsys)
 
