@@ -12,8 +12,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firmware_protocol.errors import ConfigError
+from firmware_protocol.errors import BrickError, ConfigError, LocalProtocolError
 from input_files.plain import MEGABYTE, InputFileError, read_bytes
+from nxtdrive.cli.main import DONE, USAGE, exit_code
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, on_brick, writing
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ EXAMPLES = """\
   nxtdrive files rm "old*.rxe" --nxt usb://
   nxtdrive files df --nxt usb://"""
 
+SYSTEM_SUFFIX = ".sys"
 MAX_UPLOAD = MEGABYTE
 """The brick's flash is a quarter of it."""
 
@@ -49,6 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     put.add_argument("--as", dest="name", metavar="NAME", help="name on the brick, of a single file")
     put.add_argument("--replace", action="store_true", help="delete files of the same name first")
     rm = add_action(actions, "rm", "delete files", on_brick(_rm))
+    rm.add_argument("--force", action="store_true", help="delete system files (*.sys), too, without a question")
     rm.add_argument("patterns", metavar="PATTERN", nargs="+", help="a name, or a pattern such as 'old*.rxe'")
     df = add_action(actions, "df", "free and used space", on_brick(_df))
     for action in (ls, get, put, rm, df):
@@ -92,13 +95,36 @@ def _put(args: argparse.Namespace, brick: Brick) -> None:
         _say(args, {"name": name, "size": len(content), "path": str(path)})
 
 
-def _rm(args: argparse.Namespace, brick: Brick) -> None:
+def _rm(args: argparse.Namespace, brick: Brick) -> int:
+    code = DONE
     for pattern in args.patterns:
         wild = set(pattern) & set("*?[")
         names = [entry.name for entry in brick.files.ls(pattern)] if wild else [pattern]
         for name in names:
-            brick.files.delete(name)
-            _say(args, {"deleted": name})
+            try:
+                _check_deletion(name, force=args.force)
+                brick.files.delete(name)
+            except (BrickError, ConfigError, LocalProtocolError) as error:
+                print(f"nxtdrive: {name} is kept: {error}", file=sys.stderr)
+                code = code or exit_code(error) or USAGE
+            else:
+                _say(args, {"deleted": name})
+    return code
+
+
+def _check_deletion(name: str, *, force: bool) -> None:
+    """Ask before a file of the brick's own is deleted.
+
+    Raises:
+        ConfigError: The answer is no, or there is no terminal to ask in.
+    """
+    if force or not name.lower().endswith(SYSTEM_SUFFIX):
+        return
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise ConfigError("it is a system file of the brick.", remedy="Add --force to delete it.")
+    print(f"{name} is a system file of the brick. Delete it? [y/N] ", end="", file=sys.stderr, flush=True)
+    if sys.stdin.readline().strip().lower() not in ("y", "yes"):
+        raise ConfigError("you did not say yes.")
 
 
 def _df(args: argparse.Namespace, brick: Brick) -> None:

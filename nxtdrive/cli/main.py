@@ -11,7 +11,10 @@ import importlib
 import logging
 import re
 import sys
+import traceback
 from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
 from typing import Any, NoReturn, Protocol, cast
 
 from firmware_protocol.errors import (
@@ -26,13 +29,17 @@ from firmware_protocol.errors import (
     NXTError,
     PermissionDenied,
 )
-from nxtdrive.cli.output import drop_output
+from input_files.plain import InputFileError
+from nxtdrive.cli.output import drop_output, escape_unprintable, finish_output
 
 DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED, INCOMPLETE = range(7)
 """Exit codes."""
 
 INTERRUPTED = 130
 """Exit code of a command that Ctrl-C ended before it had anything to report; 128 + SIGINT, as in shells."""
+
+BUG = "This is a bug of nxtdrive. Please report it with this traceback, the command and the files it was given."
+"""Added to the traceback of an error that is none of those above."""
 
 COMMANDS = {
     "run": ("run", "run a mission: search, drive there, recover (default: the built-in mission, simulated)"),
@@ -100,15 +107,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit code.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
-    verbose = on_usb = False
+    args = argparse.Namespace(verbose=False)
     try:
-        args = _parse(arguments)
-        on_usb = str(getattr(args, "nxt", "")).startswith("usb:")
-        if getattr(args, "trace", None):
-            args.nxt = _recorded(args.nxt, args.trace, arguments)
-        verbose = args.verbose
-        _log(verbose=verbose)
-        return cast("int", args.run(args))
+        escape_unprintable()
+        args = _parse_aloud(arguments)
+        return _run(args, arguments)
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
@@ -116,18 +119,66 @@ def main(argv: Sequence[str] | None = None) -> int:
         drop_output()
         return DONE
     except Exception as error:
-        code = _exit_code(error)
-        if verbose or code is None:
+        code = exit_code(error)
+        if code is None:
+            error.add_note(BUG)
             raise
-        further = " `nxtdrive doctor` looks for the cause." if isinstance(error, BrickNotFound) and on_usb else ""
-        print(f"nxtdrive: {_overwritten(error) or error}{further}", file=sys.stderr)
+        with suppress(OSError):  # of a standard error that cannot be written
+            if args.verbose:
+                traceback.print_exc()
+            print(f"nxtdrive: {_sentence(error, args)}", file=sys.stderr)
+        with suppress(OSError, ConfigError):
+            finish_output()
         return code
+
+
+def _parse_aloud(arguments: Sequence[str]) -> argparse.Namespace:
+    """Parse the arguments, and write what that has printed: help, the version."""
+    try:
+        return _parse(arguments)
+    except SystemExit:
+        finish_output()
+        raise
+
+
+def _run(args: argparse.Namespace, arguments: Sequence[str]) -> int:
+    """Run the command, and write what it has printed."""
+    trace = getattr(args, "trace", None)
+    if trace:
+        args.nxt = _recorded(args.nxt, trace, arguments)
+    _log(verbose=args.verbose)
+    code = cast("int", args.run(args))
+    finish_output()
+    if trace and code == DONE:
+        from nxtdrive.transports.trace_file import incomplete
+
+        return INCOMPLETE if Path(trace) in incomplete else DONE
+    return code
+
+
+def _sentence(error: Exception, args: argparse.Namespace) -> str:
+    """Say what is wrong and what to do."""
+    if said := _overwritten(error):
+        return said
+    if isinstance(error, BrickNotFound) and str(getattr(args, "nxt", "")).startswith("usb:"):
+        return f"{error} `nxtdrive doctor` looks for the cause."
+    if isinstance(error, NXTError):
+        return str(error)
+    match error:
+        case OSError(filename=None):
+            return f"standard output or a file cannot be used ({error.strerror or error}). -v shows which."
+        case OSError():
+            return f"{error.filename} cannot be used: {error.strerror}. Check the path, its owner and the free space."
+        case MemoryError():
+            return "there is not enough memory for it. Try smaller files."
+        case RecursionError():
+            return "something in the file or command is nested too deeply. Make it flatter; -v shows where."
+    return str(error)
 
 
 def _recorded(address: str, trace: str, arguments: Sequence[str]) -> str:
     """Return the address that opens `address` and records its traffic, and the command, to the file `trace`."""
     import shlex
-    from pathlib import Path
 
     from nxtdrive.transports.record import recording_address
 
@@ -147,7 +198,7 @@ def _log(*, verbose: bool) -> None:
         logging.getLogger(room).setLevel(logging.DEBUG if verbose else logging.WARNING)
 
 
-def _exit_code(error: Exception) -> int | None:
+def exit_code(error: Exception) -> int | None:
     """Return the exit code of a known error; None for a bug, which keeps its traceback."""
     # importing the module here would cost every command a third of a second
     missions = sys.modules.get("behaviors.mission")
@@ -164,6 +215,8 @@ def _exit_code(error: Exception) -> int | None:
             return USAGE
         case NXTError():
             return LINK_LOST
+        case InputFileError() | OSError() | MemoryError() | RecursionError():
+            return USAGE
     return None
 
 

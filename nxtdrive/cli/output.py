@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import sys
+
+from firmware_protocol.errors import ConfigError
 
 
 def print_line(text: str) -> None:
@@ -20,6 +23,33 @@ def print_line(text: str) -> None:
     except OSError:
         drop_output()
         raise
+
+
+def finish_output() -> None:
+    """Write what is still buffered.
+
+    Raises:
+        BrokenPipeError: The reader has left.
+        ConfigError: It cannot be written, as on a full disk; it is dropped.
+    """
+    try:
+        if sys.stdout is not None:  # closed when the program began
+            sys.stdout.flush()
+    except BrokenPipeError:
+        drop_output()
+        raise
+    except OSError as error:
+        drop_output()
+        raise ConfigError(
+            f"standard output cannot be written ({error.strerror}).", remedy="Send it somewhere else."
+        ) from None
+
+
+def escape_unprintable() -> None:
+    """Let both outputs escape what their encoding lacks, such as bytes in a file's name that are not UTF-8."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def drop_output() -> None:

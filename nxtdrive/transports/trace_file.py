@@ -17,6 +17,7 @@ import json
 import logging
 import os
 from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
@@ -155,7 +156,10 @@ class TraceWriter:
         incomplete.discard(path)
         try:
             self._file = path.open("wb", buffering=0)
-            self._add(header.header())
+            with ExitStack() as on_error:
+                on_error.callback(self._file.close)
+                self._add(header.header())
+                on_error.pop_all()
         except OSError as error:
             raise ConfigError(
                 f"the trace {path} cannot be written ({error.strerror}).", remedy="Name a file in a folder that exists."

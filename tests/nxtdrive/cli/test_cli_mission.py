@@ -6,7 +6,7 @@ import pytest
 
 from behaviors.diagram import mermaid, transition_table
 from behaviors.mission import AdaptiveParameters, MissionError, ThesisParameters, load_mission
-from nxtdrive.cli.main import DONE, USAGE, _exit_code, main
+from nxtdrive.cli.main import DONE, USAGE, exit_code, main
 from nxtdrive.cli.mission_template import meanings, template
 
 GOOD = '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "color"\ncolor = "red"\n'
@@ -122,4 +122,4 @@ def test_every_number_of_a_profile_has_a_meaning(profile):
 
 
 def test_a_mission_error_is_a_usage_error():
-    assert _exit_code(MissionError("two mistakes")) == USAGE
+    assert exit_code(MissionError("two mistakes")) == USAGE
