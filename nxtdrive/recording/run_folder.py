@@ -37,6 +37,7 @@ class RunFolder:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.records: list[Record] = []
+        self._mission = b""
         self._journal: TextIO = (path / JOURNAL).open("w", encoding="utf-8", newline="\n")
         self._reserve = path / RESERVE
         with suppress(OSError):
@@ -50,15 +51,17 @@ class RunFolder:
 
     def write_mission(self, mission: Mission) -> None:
         """Write ``mission.json``: the mission with all parameters it runs with."""
-        write_file(self.path / MISSION, (mission.model_dump_json(indent=2) + "\n").encode())
+        self._mission = (mission.model_dump_json(indent=2) + "\n").encode()
+        write_file(self.path / MISSION, self._mission)
 
     def close(self) -> None:
-        """Close the journal; if the folder was removed in the meantime, make it and the journal again."""
+        """Close the journal; if the folder was removed in the meantime, make it and its files again."""
         self._journal.close()
         if not os.path.exists(self.path / JOURNAL):
             self.path.mkdir(parents=True, exist_ok=True)
             journal = "".join(record.to_json() + "\n" for record in self.records)
             write_file(self.path / JOURNAL, journal.encode())
+            write_file(self.path / MISSION, self._mission)
 
     def write_summary(self, report: Report | None, error: str, details: dict[str, object]) -> None:
         """Write ``summary.json``, on a full disk in the space that was reserved for it.

@@ -60,7 +60,7 @@ def read_run(path: Path) -> PastRun:
     """
     if os.path.isdir(path):
         folder, path = path, path / JOURNAL
-        if not os.path.lexists(path):
+        if JOURNAL not in os.listdir(folder):
             raise ConfigError(
                 f"{folder} holds no {JOURNAL}.", remedy="Name the folder of one run, such as runs/my-mission-001."
             )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import stat
 from collections.abc import Callable, Iterator
 from itertools import repeat
 from pathlib import Path
@@ -143,13 +144,15 @@ def _open_recording(path: Path, clock: Clock, paced: bool) -> Camera:
         if not files:
             raise CameraError(f"The folder {path} holds no images.", remedy="Put PNG or JPEG files there.")
         return ReplayCamera(f"The folder {path}", map(read_image, files), FOLDER_FPS if paced else None, clock)
-    if not os.path.lexists(path):
+    try:
+        mode = os.stat(path).st_mode
+    except OSError as error:
         raise CameraError(
-            f"There is no camera, file or folder {str(path)!r}.",
+            f"There is no camera, file or folder {str(path)!r} ({error.strerror}).",
             remedy="Give a webcam's number (0), a video, an image, a folder of images or a URL.",
-        )
-    if not os.path.isfile(path):
-        raise CameraError(f"{path} is a device or a pipe, or leads nowhere.", remedy="Name a regular file.")
+        ) from None
+    if not stat.S_ISREG(mode):
+        raise CameraError(f"{path} is a device or a pipe.", remedy="Name a regular file.")
     if path.suffix.lower() in IMAGE_SUFFIXES:
         return ReplayCamera(f"The image {path}", repeat(read_image(path)), FOLDER_FPS if paced else None, clock)
     return _open_video(path, clock, paced)

@@ -18,6 +18,7 @@ from behaviors.journal import Kind, Record
 from behaviors.observers import Observers
 from behaviors.target_queue import TargetOutcome, TargetProgress
 from firmware_protocol.errors import ConfigError
+from nxtdrive.mission.setup import load
 from nxtdrive.recording.map_picture import STATE_COLORS, draw_map, gather
 from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import new_run_folder
@@ -84,6 +85,7 @@ def test_runs_that_begin_at_once_get_folders_of_their_own(tmp_path):
 def _recorded(folder, **options):
     """A recording of a short run, not finished yet."""
     recording = Recording(new_run_folder(folder, "x"), **options)
+    recording.folder.write_mission(load(None))
     for record in RECORDS:
         recording(record)
     recording.frame(Frame(np.zeros((48, 64, 3), np.uint8), 0.5, 0))
@@ -95,7 +97,7 @@ def test_a_folder_that_is_removed_during_the_run_is_made_again(tmp_path, video):
     recording, observers = _recorded(tmp_path, video=video), Observers(on_failure=lambda *_: None)
     shutil.rmtree(tmp_path / "x-001")
     recording.finish(None, "", {}, observers)
-    assert [path.name for path in recording.files()] == ["journal.jsonl", "map.png", "summary.json"]
+    assert [path.name for path in recording.files()] == ["journal.jsonl", "map.png", "mission.json", "summary.json"]
     assert (tmp_path / "x-001" / "journal.jsonl").read_text().count("\n") == len(RECORDS)
     assert list(observers.failures) == ["camera.mp4"] * video
 
@@ -130,7 +132,7 @@ def test_a_full_disk_has_room_for_the_summary(small_disk):
         journal(RECORDS[0])
     recording.finish(None, "", {}, observers)
     assert list(observers.failures) == ["journal.jsonl", "map.png"]
-    assert [path.name for path in recording.files()] == ["journal.jsonl", "summary.json"]
+    assert [path.name for path in recording.files()] == ["journal.jsonl", "mission.json", "summary.json"]
     summary = json.loads((small_disk / "x-001" / "summary.json").read_text(encoding="utf-8"))
     assert "No space left" in summary["observer_failures"]["journal.jsonl"]
 
