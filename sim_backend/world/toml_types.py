@@ -6,8 +6,11 @@ from typing import Annotated
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-Point = tuple[float, float]
-Length = Annotated[float, Field(gt=0)]
+FARTHEST_MM = 1e6
+"""A kilometre: larger numbers are mistakes, and those near the end of the floating-point range break computations."""
+Coordinate = Annotated[float, Field(ge=-FARTHEST_MM, le=FARTHEST_MM)]
+Point = tuple[Coordinate, Coordinate]
+Length = Annotated[float, Field(gt=0, le=FARTHEST_MM)]
 Name = Annotated[str, Field(min_length=1)]
 Seconds = Annotated[float, Field(ge=0)]
 Percent = Annotated[float, Field(ge=0, le=100)]

@@ -90,6 +90,17 @@ def test_a_number_that_is_not_finite_is_refused_by_its_key(tmp_path, capsys, kin
     assert key.split(" = {")[0].split("\n")[-1].split(" ")[-1] in _refused(words(path), capsys)
 
 
+@pytest.mark.parametrize(
+    ("key", "number"),
+    [("from_mm", "[1e300, 1]"), ("to_mm", "[1, -2e6]"), ("height_mm", "1e300"), ("thickness_mm", "1e7")],
+)
+def test_a_world_larger_than_a_kilometre_is_refused_by_its_key(tmp_path, capsys, key, number):
+    wall = {"from_mm": "[100, 100]", "to_mm": "[900, 100]", "height_mm": "500", "thickness_mm": "20"} | {key: number}
+    path = tmp_path / "bad.toml"
+    path.write_text("\n".join([WORLD, "[[walls]]", *(f"{name} = {value}" for name, value in wall.items())]))
+    assert f"walls[0].{key}" in _refused(["info", "--nxt", f"sim://{path}"], capsys)
+
+
 def _fifo(folder):
     os.mkfifo(folder / "file")
 

@@ -36,7 +36,8 @@ from sim_backend.simulation import Simulation
 
 from ...conformance.recording import load as load_recording
 from ...conformance.replay import replay
-from ...sweep.performance import Task, evaluate
+from ...sweep.causes import Cause
+from ...sweep.performance import Task, evaluate, failed
 from ...sweep.policies import drive, equipped
 from ...sweep.result_file import read_lines
 from ...sweep.robot import build_robot
@@ -226,7 +227,13 @@ def _run_folder() -> dict[str, bytes]:
 
 @cache
 def _result_lines() -> bytes:
-    lines = [evaluate(Task(index, "open", 100, name, "geometric")) for index, name in enumerate(("oracle", "adaptive"))]
+    reached = evaluate(Task(0, "open", 100, "oracle", "geometric"))
+    choices = [{"cause": cause, "choice": "wait", "regret_s": 1.5, "fits": False} for cause in Cause]
+    lines = [
+        reached,
+        {**reached, "policy": "thesis", "choices": choices},
+        failed(Task(2, "far", 1, "thesis", "camera"), OSError()),
+    ]
     return "".join(json.dumps(line) + "\n" for line in lines).encode()
 
 

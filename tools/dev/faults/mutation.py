@@ -67,6 +67,7 @@ BYTES = (
     b"\xe2\x80\xa8",
 )
 _VALUE = re.compile(rb"""(?<=[=:\[,])[ \t]*(?:"[^"\n]*"|'[^'\n]*'|-?[\w.+-]+|\[[^\[\]\n]*\])""")
+_NUMBER = re.compile(rb"(?<![\w.])-?\d{1,15}(?:\.\d{1,15})?(?![\w.])")
 
 
 def mutated(content: bytes, random: Random) -> bytes:
@@ -82,6 +83,16 @@ def _value(content: bytes, random: Random) -> bytes:
         return _flip(content, random)
     chosen = random.choice(found)
     return content[: chosen.start()] + b" " + random.choice(VALUES) + content[chosen.end() :]
+
+
+def _scale(content: bytes, random: Random) -> bytes:
+    found = list(_NUMBER.finditer(content))
+    if not found:
+        return _flip(content, random)
+    chosen = random.choice(found)
+    factor = random.choice((0, -1, 2, 0.5, 1000, 1e-3, 1e6, 1e-9, 1e200))
+    scaled = f"{float(chosen[0]) * factor:g}".encode()
+    return content[: chosen.start()] + scaled + content[chosen.end() :]
 
 
 def _swap_values(content: bytes, random: Random) -> bytes:
@@ -145,5 +156,6 @@ def _nest(content: bytes, random: Random) -> bytes:
 
 
 _WAYS: tuple[Callable[[bytes, Random], bytes], ...] = (
-    *(_value, _value, _value, _value, _swap_values, _flip, _insert, _insert, _delete, _repeat, _lines, _cut, _nest),
+    *(_scale, _scale, _scale, _scale, _value, _value, _value, _value, _swap_values),
+    *(_flip, _insert, _insert, _delete, _repeat, _lines, _cut, _nest),
 )
