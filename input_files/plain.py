@@ -28,20 +28,20 @@ def read_bytes(path: Path, limit: int) -> bytes:
         InputFileError: It cannot be read, or is too large.
     """
     try:
-        mode = os.stat(path).st_mode
-        if stat.S_ISDIR(mode):
+        found = os.stat(path)
+        if stat.S_ISDIR(found.st_mode):
             raise InputFileError(f"{path} is a folder. Name a file in it.")
-        if not stat.S_ISREG(mode):
+        if not stat.S_ISREG(found.st_mode):
             raise InputFileError(f"{path} is a device or a pipe. Name a regular file.")
         with open(path, "rb") as file:
-            content = file.read(limit + 1)
+            content = file.read(limit + 1) if found.st_size <= limit else None
     except OSError as error:
         raise InputFileError(f"{path} cannot be read ({error.strerror}). Check the path.") from None
     except InputFileError:
         raise
     except ValueError as error:  # a NUL in the path
         raise InputFileError(f"{str(path)!r} cannot be read ({error}). Check the path.") from None
-    if len(content) > limit:
+    if content is None or len(content) > limit:
         raise InputFileError(f"{path} is too large: more than {limit / MEGABYTE:g} MB. Name another file.")
     return content
 

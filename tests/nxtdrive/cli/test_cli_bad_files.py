@@ -105,7 +105,13 @@ def _fifo(folder):
     os.mkfifo(folder / "file")
 
 
+def _huge(folder):
+    with open(folder / "file", "wb") as file:
+        file.truncate(10**11)
+
+
 NOT_A_FILE = {
+    "huge": _huge,
     "folder": lambda folder: (folder / "file").mkdir(),
     "pipe": _fifo,
     "device": lambda folder: (folder / "file").symlink_to("/dev/zero"),
