@@ -1,7 +1,7 @@
 """Entry point of the command line: finds the command, runs it, turns errors into a message and an exit code.
 
 Exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick, 4 link lost or not available, 5 the
-brick refused, 6 mission achieved, but its record is incomplete.
+brick refused, 6 done, but the record of it (run folder, trace) is incomplete.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ examples:
 
 exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick,
 4 link, camera or sensors lost or not available, 5 the brick refused,
-6 mission achieved, but its record is incomplete"""
+6 done, but the record of it (run folder, trace) is incomplete"""
 
 
 class CommandModule(Protocol):
