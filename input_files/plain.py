@@ -36,7 +36,7 @@ def read_bytes(path: Path, limit: int) -> bytes:
         with open(path, "rb") as file:
             content = file.read(limit + 1) if found.st_size <= limit else None
     except OSError as error:
-        raise InputFileError(f"{path} cannot be read ({error.strerror}). Check the path.") from None
+        raise InputFileError(f"{path}: cannot be read ({error.strerror}). Check the path.") from None
     except InputFileError:
         raise
     except ValueError as error:  # a NUL in the path

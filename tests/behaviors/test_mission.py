@@ -114,7 +114,7 @@ def test_the_timeout_of_outages_may_have_its_old_name(tmp_path, key):
 
 
 def test_a_missing_file_is_named():
-    with pytest.raises(MissionError, match=r"nowhere\.toml cannot be read"):
+    with pytest.raises(MissionError, match=r"nowhere\.toml: cannot be read"):
         load_mission(Path("nowhere.toml"))
 
 
