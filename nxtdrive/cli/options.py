@@ -68,7 +68,7 @@ def number(name: str, convert: Callable[[str], T], low: float, high: float) -> C
 
 
 @contextmanager
-def writing(path: Path, remedy: str = "Name a file in a folder that exists.") -> Iterator[None]:
+def writing(path: Path, remedy: str = "Name a file in a folder that exists and has room.") -> Iterator[None]:
     """Turn an `OSError` of the block, which writes `path`, into a `ConfigError`."""
     try:
         yield

@@ -182,7 +182,7 @@ def _draw_map(args: argparse.Namespace) -> int:
     _known("profile", [policy], ALL_NAMES)
     out = args.out or Path(f"{kind}-{seed}-{policy}.png")
     play, _ = perform(draw_scenario(kind, int(seed)), policy, args.eyes)
-    with writing(out, "Name a PNG in a folder that exists, with --out."):
+    with writing(out, "Name a PNG in a folder that exists and has room, with --out."):
         write_picture(out, draw_true_map(play, f"{kind} {seed}, {policy}"))
     print(out)
     return 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 import cv2
@@ -66,7 +67,7 @@ class VideoRecorder:
             self._writer = None
             if not cv2.VideoCapture(str(self._path)).isOpened():
                 self._path.unlink(missing_ok=True)  # which makes room for the rest of a run's folder
-                raise OSError(f"{self._path} cannot be written")
+                raise OSError(errno.EIO, "the video is incomplete, as on a full disk", str(self._path))
 
     def _open(self, image: Image) -> None:
         height, width = image.shape[:2]
