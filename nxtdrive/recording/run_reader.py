@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from codecs import BOM_UTF8
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,7 +66,7 @@ def read_run(path: Path) -> PastRun:
                 f"{folder} holds no {JOURNAL}.", remedy="Name the folder of one run, such as runs/my-mission-001."
             )
     try:
-        lines = read_bytes(path, MAX_BYTES).split(b"\n")
+        lines = read_bytes(path, MAX_BYTES).removeprefix(BOM_UTF8).split(b"\n")
     except InputFileError as error:
         raise ConfigError(str(error)) from None
     records, damaged = _records(lines)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
 from sim_backend.faults_file import load_faults
 
 MISSION = '[mission]\ntargets = ["spot"]\n[target.spot]\ndetector = "color"\ncolor = "red"\n'
@@ -247,6 +247,33 @@ def test_a_journals_bad_lines_are_left_out_and_named(tmp_path, capsys, text):
     (tmp_path / "mission.json").write_text(DEEP, encoding="utf-8")
     assert main(["explain-run", str(tmp_path), "--json"]) == DONE
     assert json.loads(capsys.readouterr().out)["damaged_lines"] == [2]
+
+
+def test_a_byte_order_mark_before_json_lines_does_no_harm(tmp_path, capsys):
+    (tmp_path / "journal.jsonl").write_text("\ufeff" + GOOD_START.replace("\n", "\r\n"), encoding="utf-8")
+    assert main(["explain-run", str(tmp_path), "--json"]) == DONE
+    assert json.loads(capsys.readouterr().out)["damaged_lines"] == []
+    (tmp_path / "x.nxttrace").write_text("\ufeff" + json.dumps(HEADER), encoding="utf-8")
+    assert main(["trace", "show", str(tmp_path / "x.nxttrace")]) == DONE
+
+
+@pytest.mark.parametrize("content", [b"", b"no picture", bytes(1000)])
+def test_a_world_whose_picture_is_none_is_refused(tmp_path, capsys, monkeypatch, content):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "poster.png").write_bytes(content)
+    table = '[[pictures]]\nname = "poster"\nfile = "poster.png"\nat_mm = [2000, 1500]\nfacing_deg = 180\n'
+    (tmp_path / "world.toml").write_text(WORLD + table)
+    (tmp_path / "mission.toml").write_text(MISSION)
+    assert "poster.png" in _refused(["run", "mission.toml", "--nxt", "sim://world.toml"], capsys)
+
+
+@pytest.mark.parametrize("control", ["!tick", "!trace", "!mkfiles", "!fill 00"])
+def test_a_recording_that_would_take_hours_is_not_carried_out(tmp_path, capsys, control):
+    line = f"{control} 999999999" + " 100" * (control == "!trace")
+    path = tmp_path / "long.jsonl"
+    path.write_text(json.dumps({"control": line, "reply": "ok"}) + "\n", encoding="utf-8")
+    assert main(["sim", "check", str(path)]) == NOT_ACHIEVED
+    assert "cannot be carried out" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("text", RECORDINGS.values(), ids=RECORDINGS.keys())

@@ -200,7 +200,10 @@ TRACE = b"""{"nxttrace": 1, "address": "usb://0016530A1B2C", "max_telegram": 64,
 """
 RECORDING = b"""{"scenario": "a", "request": "000b", "reply": "020b001f40", "mask": "ffffff0000"}
 {"scenario": "a", "request": "000400640100000000000000", "reply": "020400"}
-{"scenario": "b", "control": "advance 10", "reply": ""}
+{"scenario": "b", "control": "!tick 10", "reply": "ok t=10"}
+{"scenario": "b", "control": "!trace 20 5", "reply": ""}
+{"scenario": "b", "control": "!mkfiles 3", "reply": "ok"}
+{"scenario": "b", "control": "!i2c 1 attach 02", "reply": "ok"}
 {"scenario": "b", "request": "01872a2e2a00000000000000000000000000000000", "reply": "028700", "step": 3}
 """
 
