@@ -97,7 +97,7 @@ class Bench:
             raise NotSupportedOnBench(f"the control line {line!r} is not known; see docs/firmware.md section 0.1")
         try:
             return action(*arguments)
-        except (ValueError, TypeError, IndexError) as error:
+        except (ValueError, TypeError, IndexError, ZeroDivisionError) as error:
             raise NotSupportedOnBench(f"the control line {line!r} cannot be carried out: {error}") from error
 
     def _tick(self, passes: str) -> str:
