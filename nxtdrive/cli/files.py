@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import json
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, on_brick, writing
+from nxtdrive.cli.output import make_console, write_json, write_line
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -54,10 +54,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _ls(args: argparse.Namespace, brick: Brick) -> None:
     entries = brick.files.ls(args.pattern)
     if args.json:
-        print(json.dumps([asdict(entry) for entry in entries], indent=2))
+        write_json([asdict(entry) for entry in entries], indent=2)
         return
     for entry in entries:
-        print(f"{entry.size:>7}  {entry.name}")
+        write_line(f"{entry.size:>7}  {entry.name}")
 
 
 def _get(args: argparse.Namespace, brick: Brick) -> None:
@@ -98,19 +98,19 @@ def _df(args: argparse.Namespace, brick: Brick) -> None:
     used = brick.files.ls()
     free = brick.files.free_bytes
     if args.json:
-        print(json.dumps({"free_bytes": free, "files": len(used), "used_bytes": sum(entry.size for entry in used)}))
+        write_json({"free_bytes": free, "files": len(used), "used_bytes": sum(entry.size for entry in used)})
     else:
         files = "1 file" if len(used) == 1 else f"{len(used)} files"
-        print(f"{free} bytes free; {files} with {sum(entry.size for entry in used)} bytes")
+        write_line(f"{free} bytes free; {files} with {sum(entry.size for entry in used)} bytes")
 
 
 def _say(args: argparse.Namespace, what: dict[str, object]) -> None:
     if args.json:
-        print(json.dumps(what))
+        write_json(what)
     elif "deleted" in what:
-        print(f"deleted {what['deleted']}")
+        write_line(f"deleted {what['deleted']}")
     else:
-        print(f"{what['name']}: {what['size']} bytes, {what['path']}")
+        write_line(f"{what['name']}: {what['size']} bytes, {what['path']}")
 
 
 @contextlib.contextmanager
@@ -119,9 +119,10 @@ def _progress(name: str) -> Iterator[Progress | None]:
     if not sys.stderr.isatty():
         yield None
         return
-    from rich.console import Console
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
     from rich.progress import Progress as Bars
 
-    with Bars(console=Console(stderr=True), transient=True) as bars:
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Bars(*columns, console=make_console(stderr=True), transient=True) as bars:
         task = bars.add_task(name, total=None)
         yield lambda done, total: bars.update(task, completed=done, total=total)

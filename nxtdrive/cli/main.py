@@ -26,7 +26,8 @@ from firmware_protocol.errors import (
     NXTError,
     PermissionDenied,
 )
-from nxtdrive.cli.output import drop_output
+from firmware_protocol.printable import printable
+from nxtdrive.cli.output import complain, drop_output, guarded_output, write_line
 
 DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED, INCOMPLETE = range(7)
 """Exit codes."""
@@ -90,6 +91,7 @@ class CommandModule(Protocol):
         ...
 
 
+@guarded_output()
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line.
 
@@ -120,7 +122,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if verbose or code is None:
             raise
         further = " `nxtdrive doctor` looks for the cause." if isinstance(error, BrickNotFound) and on_usb else ""
-        print(f"nxtdrive: {_overwritten(error) or error}{further}", file=sys.stderr)
+        complain(f"{_overwritten(error) or error}{further}")
         return code
 
 
@@ -142,7 +144,9 @@ def _recorded(address: str, trace: str, arguments: Sequence[str]) -> str:
 
 def _log(*, verbose: bool) -> None:
     """Send log messages to standard error; those of libraries only from warnings on."""
-    logging.basicConfig(format="%(name)s: %(message)s")
+    handler = logging.StreamHandler()
+    handler.setFormatter(_LogFormatter("%(name)s: %(message)s"))
+    logging.basicConfig(handlers=[handler])
     for room in ("firmware_protocol", "nxtdrive", "behaviors", "sim_backend"):
         logging.getLogger(room).setLevel(logging.DEBUG if verbose else logging.WARNING)
 
@@ -251,6 +255,7 @@ class _Parser(argparse.ArgumentParser):
         super().__init__(*args, **options)
         # argparse takes other negative numbers, such as -1e3, for options
         self._negative_number_matcher = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
+        self.color = False  # from Python 3.14 on its texts would have colours, which `guarded_output` escapes
 
     def reject(self, unknown: Sequence[str]) -> NoReturn:
         """Refuse the arguments that are left over, suggesting options."""
@@ -276,6 +281,14 @@ def _suggestion(word: str, known: Sequence[str]) -> str:
     return f". Did you mean {' or '.join(map(repr, close))}?" if close else ""
 
 
+class _LogFormatter(logging.Formatter):
+    """Escapes messages; a traceback keeps its lines."""
+
+    def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802 - logging's name
+        """Return the message's line."""
+        return printable(super().formatMessage(record))
+
+
 class _Version(argparse.Action):
     """Prints the version."""
 
@@ -286,7 +299,7 @@ class _Version(argparse.Action):
         """Print it and exit."""
         import nxtdrive
 
-        print(f"nxtdrive {nxtdrive.__version__}")
+        write_line(f"nxtdrive {nxtdrive.__version__}")
         parser.exit()
 
 

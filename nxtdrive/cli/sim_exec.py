@@ -17,6 +17,7 @@ from pathlib import Path
 
 import sim_backend.doors
 from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.output import complain
 from nxtdrive.cli.sim_serve import links, wait_for_news
 from nxtdrive.signals import handling
 from nxtdrive.transports.base import WallClock
@@ -59,7 +60,7 @@ def execute(args: argparse.Namespace, program: Sequence[str]) -> int:
         with child, handling(lambda number, _: _pass_on(child, number)):
             server.run(lambda: child.poll() is not None, lambda _: None)
     if not switchboard.telegrams:
-        print("nxtdrive: the program sent nothing to the brick on USB.", file=sys.stderr)
+        complain("the program sent nothing to the brick on USB.")
     return child.returncode if child.returncode >= 0 else SIGNALLED - child.returncode
 
 

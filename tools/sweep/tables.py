@@ -9,6 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
+
+from firmware_protocol.printable import printable
 
 from .causes import FITTING, Cause
 from .performance import FAILED, Line
@@ -151,7 +154,8 @@ def print_tables(lines: Sequence[Line], console: Console) -> None:
         _print(console, "success beyond the thesis's, paired", ["policy", "difference [95 %]"], differences)
     for line in lines:
         if line["ending"] == FAILED:
-            console.print(f"{line['class']}:{line['seed']}:{line['policy']} failed: {line['error']}", markup=False)
+            failure = f"{line['class']}:{line['seed']}:{line['policy']} failed: {line['error']}"
+            console.print(printable(failure), markup=False)
 
 
 def interval(value: Estimate, *, signed: bool = False) -> str:
@@ -165,9 +169,9 @@ def interval(value: Estimate, *, signed: bool = False) -> str:
 def _print(console: Console, title: str, columns: Sequence[str], rows: Rows) -> None:
     table = Table(title=title, title_justify="left")
     for column in columns:
-        table.add_column(column, no_wrap=True)
+        table.add_column(Text(printable(column)), no_wrap=True)
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*(Text(printable(cell)) for cell in row))
     console.print(table)
 
 
