@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import select
 import shlex
 import sys
 from collections.abc import Callable, Iterator
@@ -15,12 +14,12 @@ from nxtdrive.cli.main import DONE
 from nxtdrive.cli.output import complain, make_console, write_json, write_line, write_text
 from nxtdrive.signals import until_signal
 from nxtdrive.transports.base import WallClock
-from sim_backend.doors.door import Door
+from sim_backend.doors.door import Door, wait_readable
 from sim_backend.doors.mjpeg import MjpegDoor
 from sim_backend.doors.pty import PtyDoor
 from sim_backend.doors.server import RealTimeServer, Status
 from sim_backend.doors.sockets import NxtServerClient, SocketDoor, StreamClient, is_loopback
-from sim_backend.doors.switchboard import Switchboard, Visit
+from sim_backend.doors.switchboard import CLIENT_LIMIT, Switchboard, Visit
 from sim_backend.faults_file import load_faults
 from sim_backend.simulation import DEFAULT_WORLD, LinkFaults, SimLink, Simulation
 
@@ -44,7 +43,7 @@ def serve(args: argparse.Namespace) -> int:
         camera = closing.enter_context(contextlib.closing(MjpegDoor(args.camera_port)))
         switchboard = closing.enter_context(contextlib.closing(Switchboard(doors, plug_in, out.visit)))
         server = RealTimeServer(
-            simulation, switchboard, camera, fps=simulation.webcam.fps, now=clock.now, wait=wait_for_news
+            simulation, switchboard, camera, fps=simulation.webcam.fps, now=clock.now, wait=wait_readable
         )
         if not is_loopback(args.host):
             complain(f"warning: anyone who can reach {args.host} can drive this brick.")
@@ -75,11 +74,6 @@ def links(args: argparse.Namespace, simulation: Simulation) -> Callable[[bool], 
         return SimLink(simulation, args.latency_ms, faults, bluetooth=bluetooth)
 
     return plug_in
-
-
-def wait_for_news(files: list[int], duration_s: float) -> None:
-    """Sleep for `duration_s`, or until one of the files is readable."""
-    select.select(files, [], [], max(0.0, duration_s))
 
 
 def _doors(args: argparse.Namespace, clock: WallClock) -> Iterator[Door]:
@@ -119,6 +113,10 @@ class Output:
         if self._json:
             values = asdict(visit)
             self._event(values.pop("event"), **values)
+            return
+        if visit.event == "refused":
+            full = f"and further ones: {CLIENT_LIMIT} programs are connected"
+            write_line(f"refused: {visit.name} at {visit.door}, {full}", flush=True)
             return
         count = f" after {visit.telegrams} telegrams" if visit.event == "disconnected" else ""
         write_line(f"{visit.event}: program {visit.client} at {visit.door}{count}", flush=True)
