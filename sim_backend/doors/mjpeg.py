@@ -109,25 +109,26 @@ class MjpegDoor:
     async def _serve(self, started: threading.Event) -> None:
         self._loop = asyncio.get_running_loop()
         self._ended, self._published = asyncio.Event(), asyncio.Event()
-        accepting = asyncio.create_task(self._accept())
+        self._listener.setblocking(False)
+        self._loop.add_reader(self._listener, self._accept)
         started.set()
         await self._ended.wait()
-        accepting.cancel()
+        self._loop.remove_reader(self._listener)
+        self._listener.close()
 
-    async def _accept(self) -> None:
-        self._listener.setblocking(False)
-        with self._listener:
-            while True:
-                try:
-                    connection, (host, port) = await self._loop.sock_accept(self._listener)
-                except OSError:  # too many open files, or the client has left already
-                    await asyncio.sleep(ACCEPT_AGAIN_S)
-                    continue
-                if len(self._waiting) >= WAITING_LIMIT:
-                    next(iter(self._waiting)).cancel()
-                task = asyncio.create_task(self._answer(connection, f"{host}:{port}"))
-                self._waiting[task] = None
-                task.add_done_callback(partial(self._disconnected, connection))
+    def _accept(self) -> None:
+        try:
+            connection, (host, port) = self._listener.accept()
+        except OSError:  # the client has left already, or too many files are open
+            self._loop.remove_reader(self._listener)
+            self._loop.call_later(ACCEPT_AGAIN_S, self._loop.add_reader, self._listener, self._accept)
+            return
+        connection.setblocking(False)
+        if len(self._waiting) >= WAITING_LIMIT:
+            next(iter(self._waiting)).cancel()
+        task = asyncio.create_task(self._answer(connection, f"{host}:{port}"))
+        self._waiting[task] = None
+        task.add_done_callback(partial(self._disconnected, connection))
 
     def _disconnected(self, connection: socket.socket, task: asyncio.Task[None]) -> None:
         self._waiting.pop(task, None)

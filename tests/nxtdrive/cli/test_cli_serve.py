@@ -85,6 +85,18 @@ def test_listening_on_all_interfaces_prints_a_warning(server):
     assert "anyone who can reach 0.0.0.0 can drive this robot" in errors
 
 
+@pytest.mark.slow
+def test_a_camera_that_refuses_is_one_sentence_and_nothing_from_ffmpeg():
+    with socket.create_server(("127.0.0.1", 0)) as closed:
+        url = f"http://127.0.0.1:{closed.getsockname()[1]}/camera.mjpg"
+    command = [sys.executable, "-m", "nxtdrive", "serve", "--port", "0", "--nxt", "sim://open", "--camera", url]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"nxtdrive: The stream {url} gives no frames.")
+    assert done.stderr.count("\n") == 1
+    assert done.stdout == ""
+
+
 def test_a_port_that_is_taken_is_one_sentence(capsys):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
