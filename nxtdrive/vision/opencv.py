@@ -11,10 +11,11 @@ FFMPEG_LOG = "OPENCV_FFMPEG_LOGLEVEL"
 
 
 def configure() -> None:
-    """Set one thread and no log output, neither of OpenCV nor of its FFmpeg; called before cameras and detectors are made, may be repeated.
+    """Set one thread and no log output; called before cameras and detectors are made, may be repeated.
 
     One thread keeps results and times repeatable and leaves the other cores to other programs; the detectors gain
-    little from more (docs/vision.md). What OpenCV would print about cameras, our errors say.
+    little from more (docs/vision.md). What OpenCV and its FFmpeg would print about cameras, our
+    errors say.
     """
     os.environ.setdefault(FFMPEG_LOG, "-8")  # AV_LOG_QUIET; read when the first video or stream is opened
     cv2.setNumThreads(1)
