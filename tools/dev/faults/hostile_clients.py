@@ -79,8 +79,9 @@ class Port(Connection):
 
     def reset(self) -> None:
         """Close."""
-        with contextlib.suppress(OSError):
-            os.close(self._file)
+        file, self._file = self._file, -1
+        if file >= 0:
+            os.close(file)
 
 
 class Hostile:
