@@ -137,7 +137,7 @@ class LineServer:
         self._passing = passing
         self._clients: list[_Client] = []
         self._served: _Client | None = None
-        self._moving = False
+        self._moving = self._crowded = False
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._listener, selectors.EVENT_READ)
         brick.link.before_request = self._look_up
@@ -230,13 +230,16 @@ class LineServer:
         client = _Client(connection, "{}:{}".format(*address[:2]))
         if len(self._clients) == CLIENT_LIMIT:
             oldest = next(each for each in self._clients if each is not self._served)
-            self._say(f"client {oldest.name} was sent away: more than {CLIENT_LIMIT} are connected")
+            if not self._crowded:  # one message until there is room
+                self._say(f"client {oldest.name} was sent away: more than {CLIENT_LIMIT} are connected")
             self._dismiss(oldest)
+            self._crowded = True
         self._clients.append(client)
         self._selector.register(connection, selectors.EVENT_READ, client)
 
     def _dismiss(self, client: _Client) -> None:
         self._clients.remove(client)
+        self._crowded = False
         if client.connection in self._selector.get_map():
             self._selector.unregister(client.connection)
         client.connection.close()

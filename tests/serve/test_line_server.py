@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 from behaviors.line_protocol import ErrorReply, Status, Why
 from behaviors.ports import Glimpse
+from firmware_protocol import status
+from firmware_protocol.errors import BrickBusy, BrickError
 from nxtdrive.brick import Brick
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.base import WallClock
@@ -297,18 +299,33 @@ def test_a_client_that_does_not_read_is_disconnected_and_holds_up_no_other(serve
 
 
 class Broken:
-    """A camera whose driver has a defect."""
+    """A camera that raises."""
+
+    def __init__(self, error):
+        self.error = error
 
     def look(self, target):
-        raise ZeroDivisionError
+        raise self.error
 
     def glance(self, targets):
-        raise ZeroDivisionError
+        raise self.error
+
+
+REFUSALS = [BrickError(status.Status.NO_MORE_HANDLES, "OpenRead"), BrickBusy("it is busy"), OSError("gone")]
+
+
+@pytest.mark.parametrize("error", REFUSALS, ids=repr)
+def test_a_search_that_the_brick_or_the_camera_refuses_has_failed(serving, mission_for, error):
+    simulation, eyes = Simulation("open", seed=1), Broken(error)
+    with Brick(SimTransport(simulation)) as brick, serving(brick, simulation, mission_for("lena"), eyes) as served:
+        client = served.client()
+        assert client.ask("arrive lena") == 2
+        assert client.ask("why") == Why.FAULT
 
 
 def test_an_internal_error_is_answered_and_logged(serving, mission_for, caplog):
-    simulation = Simulation("open", seed=1)
-    with Brick(SimTransport(simulation)) as brick, serving(brick, simulation, mission_for("lena"), Broken()) as served:
+    simulation, eyes = Simulation("open", seed=1), Broken(ZeroDivisionError())
+    with Brick(SimTransport(simulation)) as brick, serving(brick, simulation, mission_for("lena"), eyes) as served:
         client = served.client()
         assert client.ask("arrive lena") == 2
         assert client.ask("why") == Why.FAULT
