@@ -79,7 +79,7 @@ def _replay(tmp_path):
 
 @pytest.mark.parametrize("json_", [[], ["--json"]], ids=["text", "json"])
 @pytest.mark.parametrize(
-    "words", [["info"], ["files", "ls"], ["monitor", "--once"], ["doctor"], ["list"]], ids=" ".join
+    "words", [["info"], ["name"], ["files", "ls"], ["monitor", "--once"], ["doctor"], ["list"]], ids=" ".join
 )
 def test_names_on_a_brick(run, brick, monkeypatch, words, json_):
     port = ListPortInfo("/dev/rfcomm" + HOSTILE, skip_link_detection=True)
