@@ -126,7 +126,9 @@ class Output:
         if self._json:
             self._event("status", **{name: round(value, 3) for name, value in asdict(status).items()})
         elif self._live:
-            self._live.update(_line(status), refresh=True)
+            from rich.text import Text
+
+            self._live.update(Text(_line(status), no_wrap=True, overflow="ellipsis"), refresh=True)
 
     def switched_off(self) -> None:
         """Report, once, that the brick has switched itself off."""
@@ -139,7 +141,8 @@ class Output:
         write_line("the brick has switched itself off; start the server again to switch it on", flush=True)
 
     def ended(self, status: Status) -> None:
-        """Report the totals."""
+        """Report the totals, below what was reported before."""
+        self.close()
         if self._json:
             self._event("ended", simulated_s=status.simulated_s, telegrams=status.telegrams)
             return
