@@ -70,6 +70,7 @@ class Switchboard:
 
     Attributes:
         telegrams: Number of received telegrams.
+        last: The last of them.
     """
 
     def __init__(
@@ -87,6 +88,7 @@ class Switchboard:
             on_visit: Called when a program connects or disconnects.
         """
         self.telegrams = 0
+        self.last = b""
         self._doors, self._plug_in, self._on_visit = doors, plug_in, on_visit
         self._sessions: list[_Session] = []
         self._arrived = 0
@@ -160,6 +162,7 @@ class Switchboard:
             for telegram in session.client.receive():
                 session.telegrams += 1
                 self.telegrams += 1
+                self.last = telegram
                 session.link.send(telegram)
         except ConnectionError:
             session.client.hang_up()
