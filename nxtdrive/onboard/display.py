@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from firmware_protocol.iomap import DISPLAY, DISPLAY_HEIGHT, DISPLAY_WIDTH, DisplayFlag
 from firmware_protocol.system import IO_MAP_READ_HEADER, IOMapRead
 from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.transfer import in_step
 
 Picture = NDArray[np.bool_]
 
@@ -33,11 +34,17 @@ class Display:
         Raises:
             LinkError: The link is lost or closed, or there was no reply in time.
             BrickError: The brick refused.
+            RemoteProtocolError: Replies got out of step, repeatedly.
         """
+        return in_step(self.link, self._image)
+
+    def _image(self) -> Picture:
         flags = DISPLAY.field("Flags")
         popup = flags.decode(self.link.request(flags.read()).data) & DisplayFlag.POPUP
         start = DISPLAY.field("Popup" if popup else "Normal").offset
-        lines = np.frombuffer(self._read(start, LINES * DISPLAY_WIDTH), np.uint8).reshape(LINES, 1, DISPLAY_WIDTH)
+        pixels = self._read(start, LINES * DISPLAY_WIDTH)
+        self.link.request(flags.read())  # its reply is shorter than those before it
+        lines = np.frombuffer(pixels, np.uint8).reshape(LINES, 1, DISPLAY_WIDTH)
         bits = np.arange(8, dtype=np.uint8).reshape(1, 8, 1)
         return (lines >> bits & 1).astype(bool).reshape(DISPLAY_HEIGHT, DISPLAY_WIDTH)
 

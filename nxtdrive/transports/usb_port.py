@@ -38,6 +38,9 @@ ENDPOINT_OUT, ENDPOINT_IN = 0x01, 0x82
 """Source of all of these: docs/firmware.md section 2."""
 
 SEND_TIMEOUT_MS = 1000
+LOOK_EVERY_S = 1.0
+LOOK_MS = 1
+"""How often a surplus packet is looked for, and how long a look takes; USB itself delivers each packet once."""
 STALE_PACKETS = 8
 """Upper bound of the replies that can be left over from a program that died."""
 
@@ -64,6 +67,8 @@ class UsbTransport(WallClock):
         self.address = address
         self._device: Device | None = device
         self._backend = backend
+        self._looked_at = self.now()
+        self._found = b""
 
     @classmethod
     def open(
@@ -117,13 +122,23 @@ class UsbTransport(WallClock):
 
     def receive(self, timeout_s: float) -> bytes | None:
         """Read one packet."""
+        packet, self._found = self._found, b""
+        return packet or self._read(max(1, round(timeout_s * 1000)))  # libusb interprets 0 as "no timeout"
+
+    def waiting(self) -> bool:
+        """Look for a packet once a second; between the looks return False."""
+        if not self._found and self.now() >= self._looked_at + LOOK_EVERY_S:
+            self._looked_at = self.now()
+            self._found = self._read(LOOK_MS) or b""
+        return bool(self._found)
+
+    def _read(self, timeout_ms: int) -> bytes | None:
         import usb.core
 
         device = self._opened()
         with _translated(self.address):
             try:
-                # libusb interprets 0 as "no timeout"
-                return bytes(device.read(ENDPOINT_IN, USB_TELEGRAM_LIMIT, max(1, round(timeout_s * 1000))))
+                return bytes(device.read(ENDPOINT_IN, USB_TELEGRAM_LIMIT, timeout_ms))
             except usb.core.USBTimeoutError:
                 return None
             except usb.core.USBError as error:

@@ -68,6 +68,9 @@ class Radio:
     def receive(self, timeout_s):
         return self._replies.next()
 
+    def waiting(self):
+        return self._replies.incomplete > 0
+
     def now(self):
         self._now_s += 0.001
         return self._now_s
