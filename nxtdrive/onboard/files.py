@@ -153,7 +153,10 @@ class Files:
         while True:
             entry = self._find(name)
             if entry is not None and not entry.size:
-                return b""  # opening it would close handle 0, used or not, and lose its own handle
+                if doubted == (0, 0):
+                    return b""  # opening it would close handle 0, used or not, and lose its own handle
+                doubted = 0, 0
+                continue
             opened = self._link.request(OpenRead(name))
             with self._closing(opened.handle):
                 listed = entry.size if entry else 0

@@ -115,10 +115,19 @@ class UsbTransport(WallClock):
             raise LocalProtocolError(
                 f"a telegram over USB has at most {USB_TELEGRAM_LIMIT} bytes, not {len(telegram)}."
             )
+        import usb.core
+
         device = self._opened()
         with _translated(self.address):
-            if device.write(ENDPOINT_OUT, telegram, SEND_TIMEOUT_MS) != len(telegram):
-                raise LinkTimeout(f"{self.address} took only part of a telegram.")
+            try:
+                written = device.write(ENDPOINT_OUT, telegram, SEND_TIMEOUT_MS)
+            except usb.core.USBError as error:
+                if error.errno != errno.EPIPE:
+                    raise
+                device.clear_halt(ENDPOINT_OUT)  # the halted endpoint has not taken the telegram
+                written = device.write(ENDPOINT_OUT, telegram, SEND_TIMEOUT_MS)
+        if written != len(telegram):
+            raise LinkTimeout(f"{self.address} took only part of a telegram.")
 
     def receive(self, timeout_s: float) -> bytes | None:
         """Read one packet."""
@@ -252,6 +261,10 @@ def _discard_stale(device: Device) -> None:
             device.read(ENDPOINT_IN, USB_TELEGRAM_LIMIT, 1)
         except usb.core.USBTimeoutError:
             return
+        except usb.core.USBError as error:
+            if error.errno != errno.EPIPE:
+                raise
+            device.clear_halt(ENDPOINT_IN)
 
 
 def _no_libusb() -> BrickNotFound:
@@ -283,6 +296,6 @@ def _translated(address: str) -> Iterator[None]:
             raise _not_allowed() from error
         if error.errno == errno.EBUSY:
             raise LinkBusy(f"{address} is in use.", remedy=_HOLDERS) from error
-        if error.errno in (errno.ENODEV, errno.EIO, errno.ENOENT, errno.ESHUTDOWN, errno.EPROTO):
+        if error.errno in (errno.ENODEV, errno.EIO, errno.ENOENT, errno.ESHUTDOWN, errno.EPROTO, errno.EPIPE):
             raise LinkLost(f"the cable to {address} is unplugged: {error}.", remedy=_PLUG_IN) from error
         raise LinkError(f"{address}: {error}.", remedy="Unplug the brick and plug it in again.") from error
