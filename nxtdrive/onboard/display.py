@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.iomap import DISPLAY, DISPLAY_HEIGHT, DISPLAY_WIDTH, DisplayFlag
 from firmware_protocol.system import IO_MAP_READ_HEADER, IOMapRead
 from nxtdrive.link.protocol import RequestLink
-from nxtdrive.link.transfer import in_step
+from nxtdrive.link.transfer import in_step, pieces
 
 Picture = NDArray[np.bool_]
 
@@ -49,9 +50,11 @@ class Display:
         return (lines >> bits & 1).astype(bool).reshape(DISPLAY_HEIGHT, DISPLAY_WIDTH)
 
     def _read(self, start: int, size: int) -> bytes:
-        portion = self.link.max_telegram - IO_MAP_READ_HEADER
-        offsets = range(start, start + size, portion)
-        return b"".join(self._portion(offset, min(portion, start + size - offset)) for offset in offsets)
+        limit = self.link.max_telegram - IO_MAP_READ_HEADER
+        return b"".join(self._portion(start + offset, length) for offset, length in pieces(size, limit))
 
     def _portion(self, offset: int, size: int) -> bytes:
-        return self.link.request(IOMapRead(DISPLAY.module_id, offset, size)).data[:size]
+        data = self.link.request(IOMapRead(DISPLAY.module_id, offset, size)).data
+        if len(data) != size:
+            raise RemoteProtocolError(f"{size} bytes of the display were asked for", data)
+        return data

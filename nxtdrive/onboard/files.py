@@ -29,7 +29,7 @@ from firmware_protocol.system import (
     Write,
 )
 from nxtdrive.link.protocol import RequestLink
-from nxtdrive.link.transfer import in_step
+from nxtdrive.link.transfer import in_step, pieces
 
 NAME_LIMIT = 19
 """Characters of a name, the dot included. Source: docs/firmware.md section 5, "File system"."""
@@ -174,8 +174,7 @@ class Files:
 
     def _content(self, handle: int, size: int, progress: Progress | None) -> bytes:
         content = bytearray()
-        while len(content) < size:
-            wanted = min(self._link.max_telegram - READ_OVERHEAD, size - len(content))
+        for _, wanted in pieces(size, self._link.max_telegram - READ_OVERHEAD):
             piece = self._link.request(Read(handle, wanted)).data
             if len(piece) < wanted:
                 raise RemoteProtocolError(f"{wanted} bytes of a file were asked for", piece)
@@ -208,6 +207,8 @@ class Files:
                     found.append(entry)
                     entry = self._link.request(FindNext(found[0].handle))
                 raise RemoteProtocolError(f"the list of files has no end after {LISTED_LIMIT} names.")
+        if len({entry.name for entry in found}) < len(found):
+            raise RemoteProtocolError("the list of files has a name twice.", remedy="Try again.")
         if not found:
             self._link.request(GetVersions())  # shows whether the refusal was an earlier one
         return found

@@ -1,18 +1,21 @@
 """A link that delivers one reply twice: no wrong data, whatever is read and wherever the second copy arrives."""
 
+import contextlib
 from collections import deque
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort
-from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.errors import LinkTimeout, RemoteProtocolError
 from firmware_protocol.iomap import DISPLAY
 from firmware_protocol.system import IOMapWrite
 from nxtdrive.brick import Brick
+from nxtdrive.link.transfer import pieces
 from nxtdrive.onboard.display import Display
-from nxtdrive.onboard.files import FileEntry
+from nxtdrive.onboard.files import FileEntry, Files
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
@@ -29,8 +32,8 @@ class Stutter(SimTransport):
 
     def __init__(self, simulation, *, behind=0, tells=True):
         super().__init__(simulation)
-        self.behind, self.tells = behind, tells
-        self.doubled = range(0)
+        self.simulation, self.behind, self.tells = simulation, behind, tells
+        self.doubled, self.lost = range(0), -1
         self.number = 0
         self.copies = deque()
 
@@ -38,6 +41,9 @@ class Stutter(SimTransport):
         if self.copies and self.copies[0][0] <= self.number:
             return self.copies.popleft()[1]
         reply = super().receive(timeout_s)
+        if reply is not None and self.number == self.lost:
+            self.number += 1
+            return self.receive(timeout_s)
         if reply is not None:
             if self.number in self.doubled:
                 self.copies.append((self.number + self.behind + 1 if self.behind else self.number, reply))
@@ -60,8 +66,9 @@ def stutter():
         brick.files.write("b.bin", b"b")
         bricks.append(brick)
 
-        def start(*numbers):
+        def start(*numbers, lost=-1):
             transport.doubled = [transport.number + number for number in numbers]
+            transport.lost = transport.number + lost if lost >= 0 else -1
             return brick
 
         return start
@@ -87,6 +94,28 @@ def test_what_is_written_is_right_whichever_reply_arrives_twice(stutter, behind,
     for position in POSITIONS:
         start(position).files.write("a.bin", CONTENT[::-1], replace=True)
         assert start().files.read("a.bin") == CONTENT[::-1], position
+
+
+@pytest.mark.parametrize("lost", range(1, 12))
+def test_one_reply_twice_and_another_one_lost_do_not_make_up_for_each_other(stutter, lost):
+    start = stutter(tells=False)
+    for twice in range(lost):
+        for read, right in ((Files.ls, LISTED), (lambda files: files.read("a.bin"), CONTENT)):
+            brick = start(twice, lost=lost)
+            with contextlib.suppress(LinkTimeout):
+                assert read(brick.files) == right, (twice, lost)
+            brick.link.transport.simulation.unplug()  # closes the handle whose number was lost
+
+
+@pytest.mark.parametrize("size", [1, 2, 54, 55, 56, 108, 109, 110, 163, 164, 165, 800, 1000])
+@pytest.mark.parametrize("limit", [55, 58, 119, 122])
+def test_neighbouring_pieces_differ_in_length(size, limit):
+    found = list(pieces(size, limit))
+    lengths = [length for _, length in found]
+    assert [start for start, _ in found] == [sum(lengths[:i]) for i in range(len(lengths))]
+    assert sum(lengths) == size
+    assert all(0 < length <= limit for length in lengths)
+    assert all(first != second for first, second in pairwise(lengths))
 
 
 @pytest.mark.parametrize("tells", [True, False])
