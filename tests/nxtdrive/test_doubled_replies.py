@@ -16,7 +16,9 @@ from nxtdrive.brick import Brick
 from nxtdrive.link.transfer import pieces
 from nxtdrive.onboard.display import Display
 from nxtdrive.onboard.files import FileEntry, Files
+from nxtdrive.tools.dev.faults.assembler import sample_program
 from nxtdrive.transports.sim import SimTransport
+from sim_backend.devices import AnalogInput
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
 
@@ -170,3 +172,27 @@ def test_a_motion_ends_where_it_should_although_a_reply_arrives_twice(lab, posit
     assert abs(room.output("A").rotation - 360) < 10
     room.brick.files.write("x.bin", CONTENT)
     assert room.brick.files.read("x.bin") == CONTENT
+
+
+@pytest.mark.parametrize("way", ["stepped", "threaded"])
+def test_sensors_are_read_right_although_every_third_reply_arrives_twice(lab):
+    room = lab("touch_port = 1\nultrasonic_port = 4", faults=LinkFaults(duplicate_replies=range(0, 1000, 3)))
+    sonar, touch = room.brick.ultrasonic(4), room.brick.touch(1)
+    distances = []
+    for pressed in (0, 1) * 10:
+        room.attach(1, AnalogInput(lambda pressed=pressed: 180 if pressed else 1023))
+        room.brick.sleep(0.05)
+        assert touch.pressed == pressed
+        distances.append(sonar.distance_mm)
+    assert len(set(distances)) <= 2
+
+
+@pytest.mark.parametrize("way", ["stepped", "threaded"])
+@pytest.mark.parametrize("position", range(12))
+def test_programs_start_and_stop_although_a_reply_arrives_twice(lab, position):
+    room = lab(faults=LinkFaults(duplicate_replies=range(13 + position, 15 + position)))
+    room.brick.files.write("a.rxe", sample_program())
+    room.brick.programs.start("a.rxe")
+    assert room.simulation.brick.command.active
+    assert room.brick.programs.stop()
+    assert not room.simulation.brick.command.active

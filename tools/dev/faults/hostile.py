@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import resource
 import struct
+import sys
 from random import Random
 from typing import Any
 
@@ -25,6 +27,11 @@ _COMMANDS = (*COMMANDS.values(), *_BUSY * 5)
 
 _MAPS = tuple(IO_MAPS.values())
 _EDGES = (0, 0, 1, 1, 2, 3, 100, 101, 0x7F, 0x80, 0xFF, 0x7FFF, 0x8000, 0xFFFF, 0x7FFF_FFFF, 0x8000_0000, 0xFFFF_FFFF)
+
+
+def peak_memory_kb() -> int:
+    """Return the most memory that this process has used."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // (1024 if sys.platform == "darwin" else 1)
 
 
 def random_request(rng: Random) -> bytes:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import resource
 import time
 from random import Random
 
@@ -18,7 +17,7 @@ from sim_backend.firmware.vm.syscalls import TABLE
 
 from .assembler import Variables, Words, assemble, instruction
 from .campaign import Campaign, Tally, Violation
-from .hostile import mutated
+from .hostile import mutated, peak_memory_kb
 
 BATCH = 20
 """Programs that one brick gets."""
@@ -77,7 +76,7 @@ def run(seed: int, numbers: range) -> Tally:
     tally = Tally()
     rng = Random(f"{seed} {numbers.start // BATCH}")  # noqa: S311 - repeatable
     brick = _brick(rng)
-    before_kb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    before_kb = peak_memory_kb()
     for number in numbers:
         content = random_program(rng)
         for _ in range(rng.choice((0, 0, 0, 1, 3))):
@@ -89,9 +88,9 @@ def run(seed: int, numbers: range) -> Tally:
             outcome = f"violated: {error!r}"
         if time.perf_counter() - begun > TIME_LIMIT_S:
             outcome = f"violated: it took {time.perf_counter() - begun:.0f} s"
-        if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before_kb > MEMORY_LIMIT_KB:
+        if peak_memory_kb() - before_kb > MEMORY_LIMIT_KB:
             outcome = "violated: the batch needs more than 64 MB"
-            before_kb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+            before_kb = peak_memory_kb()
         if outcome.startswith("violated: "):
             tally.violations.append(Violation(number, f"{outcome} {content.hex()}"))
             brick = _brick(rng)

@@ -30,15 +30,18 @@ from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.loader import HANDLES
 
 from .campaign import Campaign, Tally, Violation
-from .hostile import mutated
+from .hostile import mutated, peak_memory_kb
 
 BATCH = 250
 """Operations over one link."""
 
-TIMEOUT_S, LATE_S, LIMIT_S = 0.5, 0.8, 4.0
+TIMEOUT_S, LATE_S, LIMIT_S = 1.0, 1.6, 5.0
 """Timeout of a reply, delay of a late one, and most time of one request: two timeouts, and a drained stream."""
 
-TRANSFER_LIMIT_S = 30.0
+MEMORY_LIMIT_KB = 64 * 1024
+"""Most memory that a batch may need."""
+
+TRANSFER_LIMIT_S = 60.0
 """Most time of a transfer of many requests; each attempt ends at its first missing reply."""
 
 CHANGES = ("changed", "truncated", "extended", "wrong size")
@@ -240,13 +243,15 @@ def run(seed: int, numbers: range) -> Tally:
     """Tamper with the replies to these operations, each batch over a link of its own."""
     tally = Tally()
     rng = Random(f"{seed} {numbers.start // BATCH}")  # noqa: S311 - repeatable
-    rig = _Rig(rng)
+    rig, before_kb = _Rig(rng), peak_memory_kb()
     for number in numbers:
         try:
             outcome = _transfer(rig, rng) if rng.random() < 0.1 else _request(rig, rng)
             outcome = _after(rig, outcome)
         except Exception as error:  # noqa: BLE001 - that is what the campaign looks for
             outcome = f"violated: {error!r}"
+        if peak_memory_kb() - before_kb > MEMORY_LIMIT_KB:
+            outcome, before_kb = "violated: the batch needs more than 64 MB", peak_memory_kb()
         if outcome.startswith("violated: "):
             tally.violations.append(Violation(number, outcome))
             rig = _Rig(rng)
