@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import math
 from collections.abc import Iterator
 from importlib import import_module
 from importlib.util import find_spec
@@ -67,7 +68,7 @@ class UsbTransport(WallClock):
         self.address = address
         self._device: Device | None = device
         self._backend = backend
-        self._looked_at = self.now()
+        self._looked_at = -math.inf
         self._found = b""
 
     @classmethod
