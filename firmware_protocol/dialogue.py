@@ -54,8 +54,8 @@ class Dialogue:
 
     Attributes:
         deadline: When the open request times out, on the caller's clock, seconds.
-        surplus: How many telegrams belonged to no request although no reply was missing. A reply taken since the last
-            but one of them may have been that of an earlier request.
+        surplus: How many telegrams belonged to no request although no reply was missing. When it grows, replies taken
+            before may have been those of earlier requests.
     """
 
     __slots__ = (
