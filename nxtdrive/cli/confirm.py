@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.text import Text
 
+from firmware_protocol.printable import printable
 from nxtdrive.cli.decision_view import candidate_table, known_lines
+from nxtdrive.cli.output import make_console
 from nxtdrive.recording.wording import failure_words
 
 if TYPE_CHECKING:
@@ -30,7 +32,7 @@ class TerminalOperator:
 
     def __init__(self, status: StatusLine, console: Console | None = None) -> None:
         self._status = status
-        self._console = console or Console(stderr=True, highlight=False)
+        self._console = console or make_console(stderr=True)
 
     def __call__(self, question: Question) -> Choice:
         """Ask until the answer is valid.
@@ -45,11 +47,11 @@ class TerminalOperator:
     def _show(self, question: Question) -> None:
         evidence, console = question.evidence, self._console
         console.print()
-        console.print(Text(f"{evidence.target}: {failure_words(evidence.reason)}", style="bold"))
+        console.print(Text(printable(f"{evidence.target}: {failure_words(evidence.reason)}"), style="bold"))
         console.print(known_lines(evidence))
         numbers = [str(i) for i in range(1, len(question.candidates) + 1)]
         console.print(candidate_table(question.candidates, numbers, chosen=0))
-        console.print(Text(f"proposed: 1, {question.proposed.why}"))
+        console.print(Text(printable(f"proposed: 1, {question.proposed.why}")))
 
     def _answer(self, question: Question) -> Choice:
         count = len(question.candidates)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import os
 from collections.abc import Iterator
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_action, add_json_argument, number, writing
+from nxtdrive.cli.output import write_json, write_line
 
 if TYPE_CHECKING:
     from nxtdrive.vision.camera import Frame
@@ -128,7 +128,7 @@ def _try(args: argparse.Namespace) -> int:
             film.add(_drawn(frame, name, look, detections), seen=bool(look.found))
             looks.append(look)
             if not args.json:
-                print(_line(name, look))
+                write_line(_line(name, look))
     except KeyboardInterrupt:
         pass  # write what has been recorded so far
     finally:
@@ -229,9 +229,9 @@ def _report(looks: list[Look], path: Path, as_json: bool) -> int:
     ms = round(median(look.ms for look in looks), 2) if looks else None
     if as_json:
         details = {"frames": len(looks), "seen": seen, "median_ms": ms, "out": str(path) if looks else None}
-        print(json.dumps({**details, "looks": [asdict(look) for look in looks]}, indent=2))
+        write_json({**details, "looks": [asdict(look) for look in looks]}, indent=2)
     elif looks:
-        print(f"seen in {seen} of {len(looks)} frames, {ms} ms per frame (median); drawn into {path}")
+        write_line(f"seen in {seen} of {len(looks)} frames, {ms} ms per frame (median); drawn into {path}")
     return DONE
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import json
 import os
 import sys
 from collections.abc import Iterator
@@ -16,6 +15,7 @@ from firmware_protocol.errors import BrickError, ConfigError, LocalProtocolError
 from input_files.plain import MEGABYTE, InputFileError, read_bytes
 from nxtdrive.cli.main import DONE, USAGE, exit_code
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, on_brick, writing
+from nxtdrive.cli.output import complain, make_console, write_json, write_line
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -62,10 +62,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _ls(args: argparse.Namespace, brick: Brick) -> None:
     entries = brick.files.ls(args.pattern)
     if args.json:
-        print(json.dumps([asdict(entry) for entry in entries], indent=2))
+        write_json([asdict(entry) for entry in entries], indent=2)
         return
     for entry in entries:
-        print(f"{entry.size:>7}  {entry.name}")
+        write_line(f"{entry.size:>7}  {entry.name}")
 
 
 def _get(args: argparse.Namespace, brick: Brick) -> None:
@@ -105,7 +105,7 @@ def _rm(args: argparse.Namespace, brick: Brick) -> int:
                 _check_deletion(name, force=args.force)
                 brick.files.delete(name)
             except (BrickError, ConfigError, LocalProtocolError) as error:
-                print(f"nxtdrive: {name} is kept: {error}", file=sys.stderr)
+                complain(f"{name} is kept: {error}")
                 code = code or exit_code(error) or USAGE
             else:
                 _say(args, {"deleted": name})
@@ -122,7 +122,7 @@ def _check_deletion(name: str, *, force: bool) -> None:
         return
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
         raise ConfigError("it is a system file of the brick.", remedy="Add --force to delete it.")
-    print(f"{name} is a system file of the brick. Delete it? [y/N] ", end="", file=sys.stderr, flush=True)
+    complain(f"{name} is a system file of the brick. Delete it? [y/N]", sender="")
     if sys.stdin.readline().strip().lower() not in ("y", "yes"):
         raise ConfigError("you did not say yes.")
 
@@ -131,19 +131,19 @@ def _df(args: argparse.Namespace, brick: Brick) -> None:
     used = brick.files.ls()
     free = brick.files.free_bytes
     if args.json:
-        print(json.dumps({"free_bytes": free, "files": len(used), "used_bytes": sum(entry.size for entry in used)}))
+        write_json({"free_bytes": free, "files": len(used), "used_bytes": sum(entry.size for entry in used)})
     else:
         files = "1 file" if len(used) == 1 else f"{len(used)} files"
-        print(f"{free} bytes free; {files} with {sum(entry.size for entry in used)} bytes")
+        write_line(f"{free} bytes free; {files} with {sum(entry.size for entry in used)} bytes")
 
 
 def _say(args: argparse.Namespace, what: dict[str, object]) -> None:
     if args.json:
-        print(json.dumps(what))
+        write_json(what)
     elif "deleted" in what:
-        print(f"deleted {what['deleted']}")
+        write_line(f"deleted {what['deleted']}")
     else:
-        print(f"{what['name']}: {what['size']} bytes, {what['path']}")
+        write_line(f"{what['name']}: {what['size']} bytes, {what['path']}")
 
 
 @contextlib.contextmanager
@@ -152,9 +152,10 @@ def _progress(name: str) -> Iterator[Progress | None]:
     if not sys.stderr.isatty():
         yield None
         return
-    from rich.console import Console
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
     from rich.progress import Progress as Bars
 
-    with Bars(console=Console(stderr=True), transient=True) as bars:
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Bars(*columns, console=make_console(stderr=True), transient=True) as bars:
         task = bars.add_task(name, total=None)
         yield lambda done, total: bars.update(task, completed=done, total=total)

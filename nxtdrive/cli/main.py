@@ -29,8 +29,9 @@ from firmware_protocol.errors import (
     NXTError,
     PermissionDenied,
 )
+from firmware_protocol.printable import printable
 from input_files.plain import InputFileError
-from nxtdrive.cli.output import drop_output, escape_unprintable, finish_output
+from nxtdrive.cli.output import complain, drop_output, finish_output, guarded_output, write_line
 
 DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED, INCOMPLETE = range(7)
 """Exit codes."""
@@ -97,6 +98,7 @@ class CommandModule(Protocol):
         ...
 
 
+@guarded_output()
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line.
 
@@ -109,7 +111,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     args = argparse.Namespace(verbose=False)
     try:
-        escape_unprintable()
         args = _parse_aloud(arguments)
         return _run(args, arguments)
     except KeyboardInterrupt:
@@ -126,7 +127,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         with suppress(OSError):  # of a standard error that cannot be written
             if args.verbose:
                 traceback.print_exc()
-            print(f"nxtdrive: {_sentence(error, args)}", file=sys.stderr)
+            complain(_sentence(error, args))
         with suppress(OSError, ConfigError):
             finish_output()
         return code
@@ -193,7 +194,9 @@ def _recorded(address: str, trace: str, arguments: Sequence[str]) -> str:
 
 def _log(*, verbose: bool) -> None:
     """Send log messages to standard error; those of libraries only from warnings on."""
-    logging.basicConfig(format="%(name)s: %(message)s")
+    handler = logging.StreamHandler()
+    handler.setFormatter(_LogFormatter("%(name)s: %(message)s"))
+    logging.basicConfig(handlers=[handler])
     for room in ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend"):
         logging.getLogger(room).setLevel(logging.DEBUG if verbose else logging.WARNING)
 
@@ -304,6 +307,7 @@ class _Parser(argparse.ArgumentParser):
         super().__init__(*args, **options)
         # argparse takes other negative numbers, such as -1e3, for options
         self._negative_number_matcher = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
+        self.color = False  # from Python 3.14 on its texts would have colours, which `guarded_output` escapes
 
     def reject(self, unknown: Sequence[str]) -> NoReturn:
         """Refuse the arguments that are left over, suggesting options."""
@@ -329,6 +333,14 @@ def _suggestion(word: str, known: Sequence[str]) -> str:
     return f". Did you mean {' or '.join(map(repr, close))}?" if close else ""
 
 
+class _LogFormatter(logging.Formatter):
+    """Escapes messages; a traceback keeps its lines."""
+
+    def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802 - logging's name
+        """Return the message's line."""
+        return printable(super().formatMessage(record))
+
+
 class _Version(argparse.Action):
     """Prints the version."""
 
@@ -339,7 +351,7 @@ class _Version(argparse.Action):
         """Print it and exit."""
         import nxtdrive
 
-        print(f"nxtdrive {nxtdrive.__version__}")
+        write_line(f"nxtdrive {nxtdrive.__version__}")
         parser.exit()
 
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
+from firmware_protocol.printable import printable
 from nxtdrive.cli.main import DONE, USAGE
 from nxtdrive.cli.options import add_action, add_json_argument, writing
+from nxtdrive.cli.output import CONTINUED, complain, write_json, write_line, write_text
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
@@ -42,13 +42,13 @@ def _check(args: argparse.Namespace) -> int:
     complaints = {str(path): complaint for path in args.files if (complaint := _complaint(path))}
     if args.json:
         results = [{"file": str(path), "mistakes": _lines(complaints.get(str(path), ""))} for path in args.files]
-        print(json.dumps(results, indent=2, ensure_ascii=False))
+        write_json(results, indent=2)
         return USAGE if complaints else DONE
     for path in args.files:
         if str(path) in complaints:
-            print(complaints[str(path)], file=sys.stderr)
+            complain(complaints[str(path)], sender="")
         else:
-            print(f"{path}: good")
+            write_line(f"{path}: good")
     return USAGE if complaints else DONE
 
 
@@ -63,14 +63,14 @@ def _complaint(path: Path) -> str:
     try:
         build_detectors(mission)
     except ConfigError as error:
-        return "\n".join([f"{path}: a target cannot be looked for", *(f"  {line}" for line in str(error).split("\n"))])
+        return CONTINUED.join([f"{path}: a target cannot be looked for", *str(error).split(CONTINUED)])
     return ""
 
 
 def _lines(complaint: str) -> list[str]:
     """Split a message (a headline over indented lines, or a single sentence) into its mistakes."""
-    head, *rest = complaint.split("\n")
-    return [line.strip() for line in rest] or [head] * bool(head)
+    head, *rest = complaint.split(CONTINUED)
+    return rest or [head] * bool(head)
 
 
 def _show(args: argparse.Namespace) -> int:
@@ -79,15 +79,15 @@ def _show(args: argparse.Namespace) -> int:
 
     mission = load(args.file)
     if args.json:
-        print(mission.model_dump_json(indent=2))
+        write_json(mission.model_dump(mode="json"), indent=2)
         return DONE
-    print(_described(mission))
-    print("\nTransitions\n")
-    print(transition_table())
-    print("\nRecoveries\n")
-    print(recovery_table())
-    print("\nDiagram (Mermaid)\n")
-    print(mermaid())
+    write_text(_described(mission))
+    write_text("\nTransitions\n")
+    write_text(transition_table())
+    write_text("\nRecoveries\n")
+    write_text(recovery_table())
+    write_text("\nDiagram (Mermaid)\n")
+    write_text(mermaid())
     return DONE
 
 
@@ -106,11 +106,11 @@ def _described(mission: Mission) -> str:
     lines = ["Parameters; * marks those that the file sets, the others are defaults"]
     idle = {"adaptive", "thesis"} - {mission.mission.profile}
     for title, table in tables.items():
-        lines += ["", f"[{title}]" + "   no effect: the mission has the other profile" * (title in idle)]
+        lines += ["", printable(f"[{title}]") + "   no effect: the mission has the other profile" * (title in idle)]
         about = meanings(type(table))
         for name, value in table:
             star = "*" if name in table.model_fields_set else " "
-            lines.append(f"{star} {name:<17}  {_short(value):<15}  {about.get(name, '')}".rstrip())
+            lines.append(printable(f"{star} {name:<17}  {_short(value):<15}  {about.get(name, '')}".rstrip()))
     return "\n".join(lines)
 
 
@@ -130,5 +130,5 @@ def _new(args: argparse.Namespace) -> int:
         raise ConfigError(f"{args.file} exists already.", remedy="Choose another name.")
     with writing(args.file):
         write_file(args.file, template().encode())
-    print(f"Wrote {args.file}. Change the targets, then run: nxtdrive mission check {args.file}")
+    write_line(f"Wrote {args.file}. Change the targets, then run: nxtdrive mission check {args.file}")
     return DONE

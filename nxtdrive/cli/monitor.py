@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import asdict
@@ -13,6 +12,7 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.csv_file import CsvFile, add_csv_argument, column
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number
+from nxtdrive.cli.output import make_console, write_json
 from nxtdrive.cli.pace import in_real_time
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
             _print(next(snapshots), as_json=args.json)
         elif args.json:
             for snapshot in snapshots:
-                print(json.dumps(asdict(snapshot)), flush=True)
+                write_json(asdict(snapshot), flush=True)
         else:
             _show(snapshots)
     return DONE
@@ -120,17 +120,15 @@ def _named(words: list[str], brick: Brick) -> dict[int, Measuring[Any]]:
 
 def _print(snapshot: Snapshot, *, as_json: bool) -> None:
     if as_json:
-        print(json.dumps(asdict(snapshot), indent=2))
+        write_json(asdict(snapshot), indent=2)
         return
-    from rich.console import Console
-
-    Console().print(_table(snapshot))
+    make_console().print(_table(snapshot))
 
 
 def _show(snapshots: Iterator[Snapshot]) -> None:
     from rich.live import Live
 
-    with Live(_table(next(snapshots)), refresh_per_second=REDRAWS_PER_S) as live:
+    with Live(_table(next(snapshots)), console=make_console(), refresh_per_second=REDRAWS_PER_S) as live:
         for snapshot in snapshots:
             live.update(_table(snapshot))
 

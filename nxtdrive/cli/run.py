@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, INCOMPLETE, LINK_LOST, NOT_ACHIEVED
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_profile_argument
-from nxtdrive.cli.output import print_line
+from nxtdrive.cli.output import complain, make_console, print_line
 from nxtdrive.signals import termination_as_interrupt
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
         observers.attempt(MISSION, recording.folder.write_mission, mission)
         eyes.on_look(observers.guarded(VIDEO, recording.look))
         setup.watch(camera, brick, observers.guarded(VIDEO, recording.frame), VIDEO_FPS)
-        status = stack.enter_context(StatusLine())
+        status = stack.enter_context(StatusLine(make_console(stderr=True)))
         observers.add(JOURNAL, recording)
         observers.add(OUTPUT, _print_json if args.json else _console(args.console))
         if not args.json:
@@ -149,7 +149,7 @@ def _supervised(mission: Mission, status: StatusLine) -> MakeProfile:
 
 def _say_failure(name: str, error: Exception) -> None:
     with suppress(OSError):
-        print(f"nxtdrive: {name} failed and is left out; the mission goes on: {error}", file=sys.stderr)
+        complain(f"{name} failed and is left out; the mission goes on: {error}")
 
 
 def _pursue(executive: Executive, recording: Recording, details: dict[str, object], observers: Observers) -> Report:
@@ -166,7 +166,7 @@ def _pursue(executive: Executive, recording: Recording, details: dict[str, objec
 
 
 def _print_json(record: Record) -> None:
-    print_line(record.to_json())
+    print_line(json.dumps(json.loads(record.to_json())))
 
 
 def _say_where(report: Report, recording: Recording, details: dict[str, object], *, as_json: bool) -> None:
@@ -176,14 +176,14 @@ def _say_where(report: Report, recording: Recording, details: dict[str, object],
     folder = recording.folder.path
     if as_json:
         values = {"kind": "summary", **summary(report, "", details), "folder": str(folder)}
-        print_line(json.dumps(values, ensure_ascii=False))
+        print_line(json.dumps(values))
         return
     print_line(f"{report.ending.replace('_', ' ')} after {report.duration_s:.1f} s")
     for progress in report.targets:
         when = "" if progress.time_s is None else f" at {progress.time_s:.1f} s"
         print_line(f"  {progress.target}: {progress.outcome.replace('_', ' ')}{when}, searches: {progress.attempts}")
     if report.error:
-        print(f"nxtdrive: {report.error}", file=sys.stderr)
+        complain(report.error)
     for path in recording.files():
         print_line(str(path))
 

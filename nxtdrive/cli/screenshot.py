@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number, writing
+from nxtdrive.cli.output import write_json, write_line
 
 if TYPE_CHECKING:
     from nxtdrive.onboard.display import Picture
@@ -47,9 +47,9 @@ def run(args: argparse.Namespace) -> int:
     _save(image, args.scale, args.out)
     height, width = (side * args.scale for side in image.shape)
     if args.json:
-        print(json.dumps({"address": address, "file": str(args.out), "width": width, "height": height}))
+        write_json({"address": address, "file": str(args.out), "width": width, "height": height})
     else:
-        print(f"{args.out}: {width} x {height}")
+        write_line(f"{args.out}: {width} x {height}")
     return DONE
 
 

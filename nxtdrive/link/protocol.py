@@ -45,6 +45,11 @@ class RequestLink(Protocol):
         """How long a reply takes."""
         ...
 
+    @property
+    def surplus(self) -> int:
+        """How many telegrams arrived that belong to no request."""
+        ...
+
 
 class SensorLink(RequestLink, Protocol):
     """Requests, and modes of input ports that are restored after a reconnection."""

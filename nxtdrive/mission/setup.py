@@ -83,7 +83,7 @@ def build_detectors(mission: Mission) -> dict[str, TargetDetector]:
         except ConfigError as error:
             mistakes.append(f"target.{name}: {error}")
     if mistakes:
-        raise ConfigError("\n".join(mistakes))
+        raise ConfigError("\n  ".join(mistakes))
     return detectors
 
 

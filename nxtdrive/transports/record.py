@@ -71,6 +71,10 @@ class RecordTransport:
             self._write(Kind.FROM_BRICK, telegram)
         return telegram
 
+    def waiting(self) -> bool:
+        """See the recorded transport."""
+        return self.inner.waiting()
+
     def close(self) -> None:
         """Close the transport and the file."""
         try:

@@ -150,6 +150,10 @@ class SimTransport:
         self._leave()
         return reply
 
+    def waiting(self) -> bool:
+        """Return whether a reply has arrived."""
+        return self._link.arrived
+
     def close(self) -> None:
         """Close the link."""
         self._link.close()

@@ -9,6 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
+
+from firmware_protocol.printable import printable
 
 from .causes import FITTING, Cause
 from .performance import FAILED, Line
@@ -153,7 +156,8 @@ def print_tables(lines: Sequence[Line], console: Console) -> None:
         _print(console, "success beyond the thesis's, paired", ["policy", "difference [95 %]"], differences)
     for line in lines:
         if line["ending"] == FAILED:
-            console.print(f"{line['class']}:{line['seed']}:{line['policy']} failed: {line['error']}", markup=False)
+            failure = f"{line['class']}:{line['seed']}:{line['policy']} failed: {line['error']}"
+            console.print(printable(failure), markup=False)
 
 
 def interval(value: Estimate, *, signed: bool = False) -> str:
@@ -169,9 +173,9 @@ def _print(console: Console, title: str, columns: Sequence[str], rows: Rows, key
     for number, chosen in enumerate(_groups([columns, *rows], keys, console.width)):
         table = Table(title=title if number == 0 else f"{title}, continued", title_justify="left")
         for index in chosen:
-            table.add_column(columns[index], overflow="fold")
+            table.add_column(Text(printable(columns[index])), overflow="fold")
         for row in rows:
-            table.add_row(*(row[index] for index in chosen))
+            table.add_row(*(Text(printable(row[index])) for index in chosen))
         console.print(table)
 
 

@@ -15,6 +15,7 @@ from textual.message import Message
 from textual.widgets import Footer, Header, Static
 
 from firmware_protocol.errors import NXTError
+from firmware_protocol.printable import printable
 
 from .controls import STEP_PERCENT, Controls, Direction
 from .gamepad import Button, Gamepad
@@ -86,7 +87,7 @@ class Teleop(App[None]):
         gamepad: Gamepad | None = None,
     ) -> None:
         super().__init__()
-        self.sub_title = name
+        self.sub_title = printable(name)
         self.failure: NXTError | None = None
         self._pilot, self._controls, self._now = pilot, controls, now
         self._gamepad, self._gamepad_words = gamepad, ""
@@ -208,4 +209,4 @@ def describe(view: View, gamepad: str = "") -> str:
     keys = "\narrows, WASD: drive  Q E: bend\nhold to go on, let go to stop"
     if gamepad:
         keys += "\nsticks: drive  B: STOP  A: release\nRB, LB: faster, slower"
-    return "\n".join(f"{label:<8} {text}" for label, text in rows.items()) + "\n" + keys
+    return "\n".join(printable(f"{label:<8} {text}") for label, text in rows.items()) + "\n" + keys
