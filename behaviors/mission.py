@@ -206,7 +206,7 @@ class MissionTable(_Table):
         targets: Names of targets, in order.
         profile: How to behave: adaptive, or exactly as the thesis does.
         rounds: Rounds of the list at most; later rounds try again what was given up.
-        time_limit_s: When the mission ends, whatever has been reached; without it there is no limit.
+        time_limit_s: When the mission ends, whatever has been reached.
         reconnect_timeout_s: A mission is suspended while brick or camera do not answer, and ends when that lasts
             longer. Files may still call it ``link_patience_s``.
     """
@@ -215,7 +215,7 @@ class MissionTable(_Table):
     targets: list[str] = Field(min_length=1)
     profile: Literal["thesis", "adaptive"] = "adaptive"
     rounds: int = Field(default=1, ge=1, le=20)
-    time_limit_s: float | None = Field(default=None, gt=0, le=86400)
+    time_limit_s: float = Field(default=600.0, gt=0, le=86400)
     reconnect_timeout_s: float = Field(
         default=30.0, ge=0, le=3600, validation_alias=AliasChoices("reconnect_timeout_s", "link_patience_s")
     )

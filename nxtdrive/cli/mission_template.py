@@ -23,7 +23,7 @@ name = "my mission"
 targets = ["box"]          # names of the [target.NAME] tables below, in order
 profile = "adaptive"       # weighs what to do after a failure; "thesis" follows the fixed rule of 2017
 rounds = 1                 # how often to go through the list for what was given up
-# time_limit_s = 300       # end then, whatever has been reached
+# time_limit_s = 600       # end then, whatever has been reached
 
 [target.box]
 detector = "color"         # a patch of strong colour:

@@ -124,3 +124,9 @@ def test_any_text_loads_or_is_refused_with_a_mission_error(tmp_path_factory, tex
     path.write_bytes(text.encode("utf-8", "surrogatepass"))
     with pytest.raises(MissionError):
         load_mission(path)
+
+
+def test_a_mission_has_a_time_limit_of_ten_minutes_unless_it_sets_another(tmp_path):
+    assert load_mission(_write(tmp_path, GOOD)).mission.time_limit_s == 600.0
+    longer = GOOD.replace("[mission]", "[mission]\ntime_limit_s = 1800")
+    assert load_mission(_write(tmp_path, longer)).mission.time_limit_s == 1800
