@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from behaviors.mission_mistakes import mistakes
+from behaviors.plausibility import TOLERANCE_MM
 
 BUILT_IN = Path(__file__).parent / "missions" / "lena_rilakkuma.toml"
 """The mission that runs by default."""
@@ -73,6 +74,8 @@ class AdaptiveParameters(_Table):
         lost_after_s: A target that should be in view and is not seen for this long is lost.
         approach_limit_s: An approach that takes longer has failed.
         arrive_mm: Apparent distance at which the target is reached.
+        sonar_tolerance_mm: An arrival counts when the sonar's echo and the apparent distance differ by no more than
+            this, or a third of the distance if that is more; without an echo it counts as well.
         search_budget_s: Longest search for a target without a sighting before another one gets its turn.
         rounds: Rounds of the list of targets at most, unless the mission asks for more.
         max_researches: Searches for one target after the first, in each round; without it there is no limit.
@@ -90,6 +93,7 @@ class AdaptiveParameters(_Table):
     lost_after_s: float = Field(default=1.2, ge=0.2, le=30)
     approach_limit_s: float = Field(default=60.0, ge=1, le=600)
     arrive_mm: float = Field(default=420.0, ge=100, le=2000)
+    sonar_tolerance_mm: float = Field(default=TOLERANCE_MM, ge=50, le=10000)
     search_budget_s: float = Field(default=42.0, ge=1, le=3600)
     rounds: int = Field(default=5, ge=1, le=20)
     max_researches: int | None = Field(default=None, ge=0, le=100)
