@@ -82,6 +82,8 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.mission import setup
     from nxtdrive.mission.body import MissionClock
     from nxtdrive.mission.run import reconnect_in_background
+    from nxtdrive.mission.truth import truth_of
+    from nxtdrive.mission.witness import Witness
     from nxtdrive.recording.recording import Recording
     from nxtdrive.recording.run_folder import JOURNAL, MISSION, VIDEO, new_run_folder
     from nxtdrive.recording.status_line import StatusLine
@@ -110,7 +112,10 @@ def run(args: argparse.Namespace) -> int:
         make_profile = _supervised(mission, status) if args.confirm_recovery else None
         body, clock = setup.build_body(brick, mission), MissionClock(brick)
         executive = Executive(mission, body, eyes, clock, observers, make_profile)
+        witness = Witness(mission, truth_of(brick), _say_nothing if args.json else _say_hint, args.mission)
+        observers.add("hints", witness)
         details: dict[str, object] = {"mission": mission.mission.name, "nxt": args.nxt, "camera": source}
+        details |= {"arrivals": witness.arrivals, "hints": witness.hints}
         report = _pursue(executive, recording, details, observers)
     observers.attempt(OUTPUT, _say_where, report, recording, {**details, **observers.summary()}, as_json=args.json)
     return _exit_code(report, observers)
@@ -145,6 +150,14 @@ def _supervised(mission: Mission, status: StatusLine) -> MakeProfile:
     from nxtdrive.cli.confirm import TerminalOperator
 
     return supervised(mission, TerminalOperator(status))
+
+
+def _say_hint(text: str) -> None:
+    print_line(f"hint: {text}")
+
+
+def _say_nothing(_text: str) -> None:
+    """Leave the hints to the summary."""
 
 
 def _say_failure(name: str, error: Exception) -> None:
