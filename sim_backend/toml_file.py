@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -43,10 +44,34 @@ def validate(model: type[Model], tables: Mapping[str, Any], path: Path) -> Model
     Raises:
         ConfigError: They have mistakes; the message lists all of them.
     """
+    valid, problems = check(model, tables)
+    if valid is None:
+        raise mistakes(path, [problem.sentence for problem in problems])
+    return valid
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """A mistake in tables.
+
+    Attributes:
+        kind: Pydantic's name of the kind.
+        location: Keys and indices that lead to it.
+        sentence: Path and mistake in words.
+    """
+
+    kind: str
+    location: tuple[str | int, ...]
+    sentence: str
+
+
+def check(model: type[Model], tables: Mapping[str, Any]) -> tuple[Model | None, list[Problem]]:
+    """Validate tables as a model; returns the model, or None and all problems."""
     try:
-        return model.model_validate(tables)
+        return model.model_validate(tables), []
     except ValidationError as error:
-        raise mistakes(path, [_sentence(model, each) for each in error.errors(include_url=False)]) from None
+        problems = error.errors(include_url=False)
+        return None, [Problem(each["type"], each["loc"], _sentence(model, each)) for each in problems]
 
 
 def mistakes(path: Path, sentences: Sequence[str]) -> ConfigError:

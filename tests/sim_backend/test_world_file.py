@@ -6,6 +6,7 @@ import pytest
 
 from firmware_protocol.errors import ConfigError
 from sim_backend.bundled import WORLDS
+from sim_backend.camera.textures import SURFACES
 from sim_backend.world.loading import load_world, parse_world
 from sim_backend.world.sensor_tables import (
     ColorMount,
@@ -22,6 +23,7 @@ from sim_backend.world.sensor_tables import (
     Ultrasonic,
     UltrasonicMount,
 )
+from sim_backend.world.toml_types import TEXTURES
 from sim_backend.world.world_file import (
     Box,
     Camera,
@@ -252,3 +254,126 @@ def test_picture_files_are_beside_the_world_file(tmp_path):
         GOOD + "[[pictures]]\nname = 'cat'\nfile = 'cat.png'\nat_mm = [900, 900]\nfacing_deg = 0"
     )
     assert load_world(tmp_path / "cats.toml").pictures[0].file == tmp_path / "cat.png"
+
+
+ROOM = """
+[floor]
+size_mm = [3000, 2000]
+[robot]
+start_mm = [400, 1000]
+[[walls]]
+from_mm = [1500, 0]
+to_mm = [1500, 1000]
+thickness_mm = 40
+[[boxes]]
+name = "desk"
+at_mm = [2500, 500]
+size_mm = [800, 400]
+height_mm = 700
+"""
+
+
+@pytest.mark.parametrize(
+    ("start_mm", "expected"),
+    [
+        ("[2500, 500]", "robot.start_mm: the robot stands in the box 'desk'"),
+        ("[2500, 780]", "robot.start_mm: the robot stands in the box 'desk'"),
+        ("[1500, 500]", "robot.start_mm: the robot stands in walls[0]"),
+        ("[1420, 500]", "robot.start_mm: the robot stands in walls[0]"),
+        ("[60, 1000]", "robot.start_mm: the robot stands in the wall of the room"),
+        ("[3100, 1000]", "robot.start_mm: (3100, 1000) is outside the floor of 3000 x 2000 mm"),
+    ],
+)
+def test_a_robot_that_cannot_stand_where_it_starts_is_refused(start_mm, expected):
+    [mistake] = mistakes_in(ROOM.replace("[400, 1000]", start_mm))
+    assert mistake.startswith(expected)
+    assert "115 mm" in mistake or "outside" in mistake
+
+
+@pytest.mark.parametrize("start_mm", ["[116, 1000]", "[1360, 500]", "[2500, 820]"])
+def test_a_robot_may_stand_close_to_things(start_mm):
+    parse_world(tomllib.loads(ROOM.replace("[400, 1000]", start_mm)), Path("test.toml"))
+
+
+@pytest.mark.parametrize(
+    ("picture", "expected"),
+    [
+        ("at_mm = [1500, 500]\nfacing_deg = 180", "'lena' is inside walls[0]"),
+        ("at_mm = [1515, 950]\nfacing_deg = 180", "'lena' is inside walls[0]"),
+        ("at_mm = [2500, 500]\nfacing_deg = 90", "'lena' is inside the box 'desk'"),
+        ("at_mm = [1000, 2]\nfacing_deg = 180", "'lena' sticks out of the room"),
+        ("at_mm = [420, 1000]\nfacing_deg = 180", "'lena' stands where the robot starts"),
+    ],
+)
+def test_a_picture_that_nobody_could_see_is_refused(picture, expected):
+    [mistake] = mistakes_in(ROOM + f"[[pictures]]\nname = 'lena'\n{picture}\n")
+    assert mistake.startswith("pictures[0].at_mm: ")
+    assert expected in mistake
+
+
+@pytest.mark.parametrize(
+    "picture",
+    [
+        "at_mm = [1475, 500]\nfacing_deg = 180",
+        "at_mm = [2500, 710]\nfacing_deg = 90",
+        "at_mm = [2500, 500]\nfacing_deg = 180\ncentre_height_mm = 900",
+        "at_mm = [2500, 500]\nfacing_deg = 180\npresent = false",
+        "at_mm = [1000, 6]\nfacing_deg = 90",
+    ],
+    ids=["on a wall", "before the desk", "on the desk", "absent", "on the wall of the room"],
+)
+def test_a_picture_may_hang_on_a_wall_or_stand_on_a_desk(picture):
+    parse_world(tomllib.loads(ROOM + f"[[pictures]]\nname = 'lena'\n{picture}\n"), Path("test.toml"))
+
+
+def test_a_box_or_wall_that_sticks_out_of_the_room_is_refused():
+    text = ROOM.replace("at_mm = [2500, 500]", "at_mm = [2700, 500]").replace("[1500, 1000]", "[1500, -200]")
+    assert [line.split(":")[0] for line in mistakes_in(text)] == ["walls[0].to_mm", "boxes[0].at_mm"]
+
+
+def test_mistakes_of_every_kind_are_reported_in_one_pass():
+    mistakes = mistakes_in(
+        """
+        [floor]
+        size_mm = [3000, 2000]
+        colour = "grey"
+        [robot]
+        start_mm = [60, 1000]
+        headng_deg = 90
+        [[pictures]]
+        name = "fox"
+        at_mm = "left"
+        facing_deg = 0
+        [[pictures]]
+        name = "lena"
+        at_mm = [3100, 1000]
+        facing_deg = 180
+        [[events]]
+        name = "gone"
+        when = { sees = "fox" }
+        picture = "lenna"
+        present = false
+        """
+    )
+    assert [line.split(":")[0] for line in mistakes] == [
+        "floor.colour",
+        "robot.headng_deg",
+        "pictures[0].at_mm",
+        "events[0].picture",
+        "pictures[1].at_mm",
+        "robot.start_mm",
+    ]
+
+
+def test_a_room_without_size_or_robot_still_has_its_other_mistakes_reported():
+    mistakes = mistakes_in("[[pictures]]\nname = 'leena'\nat_mm = [900, 900]\nfacing_deg = 0")
+    assert [line.split(":")[0] for line in mistakes] == ["floor", "robot", "pictures[0].name"]
+
+
+def test_a_texture_that_does_not_exist_is_named_with_the_likely_one():
+    [mistake] = mistakes_in(ROOM + "texture = 'wod'")
+    assert mistake == "boxes[0].texture: there is no texture 'wod'; did you mean wood?"
+
+
+def test_the_names_of_the_textures_are_those_that_can_be_drawn():
+    assert set(TEXTURES) == set(SURFACES)
