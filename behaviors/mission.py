@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Sequence
-from itertools import combinations
+from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import AliasChoices, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AliasChoices, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
+from behaviors.mission_misfits import misfits
 from behaviors.mission_mistakes import mistakes
 from behaviors.plausibility import TOLERANCE_MM
 
@@ -20,7 +21,7 @@ BUILT_IN = Path(__file__).parent / "missions" / "lena_rilakkuma.toml"
 """The mission that runs by default."""
 
 OutputPort = Literal["A", "B", "C"]
-InputPort = Literal[1, 2, 3, 4]
+InputPort = Literal[0, 1, 2, 3, 4]
 
 
 class MissionError(ValueError):
@@ -174,22 +175,12 @@ class RobotTable(_Table):
 
     left: OutputPort = "B"
     right: OutputPort = "C"
-    ultrasonic: InputPort | Literal[0] = 4
-    touch: InputPort | Literal[0] = 1
-    compass: InputPort | Literal[0] = 0
+    ultrasonic: InputPort = 4
+    touch: InputPort = 1
+    compass: InputPort = 0
     wheel_diameter_mm: float = Field(default=56.0, ge=10, le=300)
     axle_track_mm: float = Field(default=112.0, ge=30, le=600)
     stop_distance_mm: float = Field(default=200.0, ge=30, le=1000)
-
-    @model_validator(mode="after")
-    def _ports_differ(self) -> Self:
-        if self.left == self.right:
-            raise ValueError(f"left and right both use port {self.left}; give each motor a port of its own")
-        for one, other in combinations(("ultrasonic", "touch", "compass"), 2):
-            port = getattr(self, one)
-            if port and port == getattr(self, other):
-                raise ValueError(f"{one} and {other} both use port {port}; give each sensor a port of its own")
-        return self
 
 
 class CameraTable(_Table):
@@ -235,13 +226,6 @@ class Mission(_Table):
     robot: RobotTable = RobotTable()
     camera: CameraTable = CameraTable()
 
-    @model_validator(mode="after")
-    def _targets_are_described(self) -> Self:
-        missing = [name for name in self.mission.targets if name not in self.target]
-        if missing:
-            raise ValueError("; ".join(f"target {name!r} has no table [target.{name}]" for name in missing))
-        return self
-
 
 def load_mission(path: Path, picture_folders: Sequence[Path] = ()) -> Mission:
     """Read and check a mission file.
@@ -256,14 +240,9 @@ def load_mission(path: Path, picture_folders: Sequence[Path] = ()) -> Mission:
     Raises:
         MissionError: The file cannot be read or has mistakes; the message lists all of them.
     """
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise MissionError(f"{path}: cannot be read ({error.strerror}). Check the path.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise MissionError(f"{path}: not a TOML file: {error}") from None
+    table = _read(path)
     folders = [path.resolve().parent, *picture_folders]
-    problems = list(_resolve_pictures(table, folders))
+    problems = [*misfits(table, RobotTable().model_dump()), *_resolve_pictures(table, folders)]
     try:
         mission = Mission.model_validate(table)
     except ValidationError as error:
@@ -272,6 +251,31 @@ def load_mission(path: Path, picture_folders: Sequence[Path] = ()) -> Mission:
         count = "1 mistake" if len(problems) == 1 else f"{len(problems)} mistakes"
         raise MissionError("\n".join([f"{path}: {count}", *(f"  {problem}" for problem in problems)]))
     return mission
+
+
+def sound_targets(path: Path, picture_folders: Sequence[Path] = ()) -> dict[str, Target]:
+    """Return the targets of a mission file that are right by themselves, whatever else is wrong in it."""
+    try:
+        table = _read(path)
+    except MissionError:
+        return {}
+    folders = [path.resolve().parent, *picture_folders]
+    targets = table.get("target")
+    sound: dict[str, Target] = {}
+    for name, target in targets.items() if isinstance(targets, dict) else ():
+        if not list(_resolve_pictures({"target": {name: target}}, folders)):
+            with suppress(ValidationError):
+                sound[name] = TypeAdapter[Target](Target).validate_python(target)
+    return sound
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise MissionError(f"{path}: cannot be read ({error.strerror}). Check the path.") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise MissionError(f"{path}: not a TOML file: {error}") from None
 
 
 def _resolve_pictures(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[str]:

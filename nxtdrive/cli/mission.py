@@ -57,38 +57,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _check(args: argparse.Namespace) -> int:
-    complaints = {str(path): complaint for path in args.files if (complaint := _complaint(path))}
+    from nxtdrive.mission.checking import check_mission
+
+    found = {str(path): check_mission(path) for path in args.files}
     if args.json:
-        results = [{"file": str(path), "mistakes": _lines(complaints.get(str(path), ""))} for path in args.files]
+        results = [{"file": file, "mistakes": each.mistakes, "warnings": each.warnings} for file, each in found.items()]
         print(json.dumps(results, indent=2, ensure_ascii=False))
-        return USAGE if complaints else DONE
-    for path in args.files:
-        if str(path) in complaints:
-            print(complaints[str(path)], file=sys.stderr)
-        else:
-            print(f"{path}: good")
-    return USAGE if complaints else DONE
-
-
-def _complaint(path: Path) -> str:
-    """Return what is wrong with a mission file or the pictures and cascades it names; empty if nothing is."""
-    from nxtdrive.mission.setup import build_detectors, load
-
-    try:
-        mission = load(path)
-    except ConfigError as error:
-        return str(error)
-    try:
-        build_detectors(mission)
-    except ConfigError as error:
-        return "\n".join([f"{path}: a target cannot be looked for", *(f"  {line}" for line in str(error).split("\n"))])
-    return ""
-
-
-def _lines(complaint: str) -> list[str]:
-    """Split a message (a headline over indented lines, or a single sentence) into its mistakes."""
-    head, *rest = complaint.split("\n")
-    return [line.strip() for line in rest] or [head] * bool(head)
+    else:
+        for file, each in found.items():
+            count = f"{len(each.mistakes)} mistake{'s' * (len(each.mistakes) != 1)}"
+            lines = [f"{file}: {count if each.mistakes else 'good'}", *(f"  {mistake}" for mistake in each.mistakes)]
+            print("\n".join(lines), file=sys.stderr if each.mistakes else sys.stdout)
+            for warning in each.warnings:
+                print(f"  warning: {warning}")
+    return USAGE if any(each.mistakes for each in found.values()) else DONE
 
 
 def _show(args: argparse.Namespace) -> int:

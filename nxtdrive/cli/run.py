@@ -127,15 +127,18 @@ def _mission(args: argparse.Namespace) -> Mission:
     Raises:
         ConfigError: The file has mistakes, or there is no terminal for questions.
     """
+    from nxtdrive.mission.checking import warnings
     from nxtdrive.mission.setup import load
 
     if args.confirm_recovery and not (sys.stdin.isatty() and sys.stderr.isatty()):
         raise ConfigError("--confirm-recovery needs a terminal to ask you in.", remedy="Run it in one, or without it.")
     mission = load(args.mission)
-    if args.profile is None:
-        return mission
-    table = mission.mission.model_copy(update={"profile": args.profile})
-    return mission.model_copy(update={"mission": table})
+    if args.profile is not None:
+        table = mission.mission.model_copy(update={"profile": args.profile})
+        mission = mission.model_copy(update={"mission": table})
+    for warning in warnings(mission):
+        print(f"nxtdrive: warning: {warning}", file=sys.stderr)
+    return mission
 
 
 def _console(style: str) -> Callable[[Record], None]:

@@ -96,6 +96,7 @@ def test_a_photograph_becomes_a_mission_that_succeeds_in_its_room(name, capsys):
     assert main(["mission", "new", "m.toml", "--picture", str(_save(name)), "--height-mm", str(height_mm)]) == DONE
     assert "nxtdrive run m.toml --nxt sim://m-world.toml" in capsys.readouterr().out
     assert main(["mission", "check", "m.toml"]) == DONE
+    assert capsys.readouterr().out == "m.toml: good\n"
     assert nxtdrive.run_mission("m.toml", nxt="sim://m-world.toml?seed=0").achieved
 
 
