@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from behaviors.mission import MarkerTarget, Mission, MissionError, PictureTarget, load_mission, sound_targets
-from behaviors.mission_misfits import oddities
+from behaviors.mission_oddities import oddities
 from firmware_protocol.errors import CameraError
 from nxtdrive.mission.setup import PICTURES, make_detectors
 from nxtdrive.vision.geometry import A4_HEIGHT_MM
@@ -45,7 +45,7 @@ def check_mission(path: Path) -> Findings:
         mission = load_mission(path, [PICTURES])
     except MissionError as error:
         head, *rest = str(error).split("\n")
-        found.mistakes = [line.strip() for line in rest] or [head]
+        found.mistakes = [line.strip() for line in rest] or [head.removeprefix(f"{path}: ")]
         targets = sound_targets(path, [PICTURES])
     else:
         targets = mission.target

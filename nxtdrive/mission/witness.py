@@ -119,11 +119,15 @@ class Witness:
         """The search looked all round: say so if this world has no such thing."""
         if recognised(self._detectors[target].detector, truth):
             return
-        has = ", ".join(truth.fronts()) or "nothing to find"
+        has = ", ".join(truth.fronts()) or "nothing"
+        room = self._file and self._file.with_name(f"{self._file.stem}-world.toml")
+        advice = (
+            f"Open the mission's own with --nxt {shlex.quote(f'sim://{room}')}."
+            if room is not None and room.is_file()
+            else "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
+        )
         self._hint(
-            target,
-            f"Nothing all round looks like {target}, and nothing in this world does; it has: {has}. "
-            "Open another world with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world.",
+            target, f"Nothing all round looks like {target}, and nothing in this world does; it has: {has}. {advice}"
         )
 
     def _unseen(self, target: str) -> None:

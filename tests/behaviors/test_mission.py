@@ -21,8 +21,8 @@ from behaviors.mission import (
     ThesisParameters,
     load_mission,
 )
-from behaviors.mission_misfits import oddities
 from behaviors.mission_mistakes import mistakes
+from behaviors.mission_oddities import oddities
 
 GOOD = """
 [mission]

@@ -13,12 +13,12 @@ from nxtdrive.mission.witness import Witness
 from sim_backend.simulation import Simulation
 
 
-def _witnessed(perform, world: str, mission: Mission, *, geometric: bool = True) -> Witness:
+def _witnessed(perform, world: str, mission: Mission, *, geometric: bool = True, file: Path | None = None) -> Witness:
     """The witness of a mission in a bundled world."""
     made: list[Witness] = []
 
     def arrange(simulation: Simulation) -> None:
-        made.append(Witness(mission, simulation.truth, lambda _: None))
+        made.append(Witness(mission, simulation.truth, lambda _: None, file))
 
     def observe(record: Record) -> None:
         made[0](record)
@@ -43,6 +43,12 @@ def test_a_target_that_the_simulated_world_does_not_have_is_named_with_what_it_h
     [hint] = witness.hints
     assert "nothing in this world does; it has: lena." in hint
     assert "nxtdrive mission new" in hint
+
+
+def test_the_room_beside_the_mission_is_recommended(perform, mission_for, tmp_path):
+    (tmp_path / "bear-world.toml").touch()
+    witness = _witnessed(perform, "open", _with(mission_for("rilakkuma"), 297.0, "thesis"), file=tmp_path / "bear.toml")
+    assert f"--nxt sim://{tmp_path}/bear-world.toml" in witness.hints[0]
 
 
 def test_a_target_that_the_simulated_world_hides_is_no_reason_for_a_hint(perform, mission_for):
