@@ -198,13 +198,13 @@ def test_ports_may_not_collide():
             "kind = 'light'\nport = 2\n[[sensors]]\nkind = 'color'\nport = 2",
             ["sensors[1].port: sensors[0].port has port"],
         ),
-        ("kind = 'light'\nport = 5", ["sensors[0].port: input should be less than or equal to 4"]),
+        ("kind = 'light'\nport = 5", ["sensors[0].port: must be 4 or less"]),
         ("kind = 'lihgt'\nport = 2", ["sensors[0].kind: there is no 'lihgt'; did you mean light?"]),
         ("port = 2", ["sensors[0].kind: is missing"]),
         ("kind = 'light'\nport = 2\nlook = 'up'", ["sensors[0].look: there is no such key; did you mean looks?"]),
-        ("kind = 'light'\nport = 2\nlooks = 'up'", ["sensors[0].looks: input should be 'down' or 'ahead'"]),
+        ("kind = 'light'\nport = 2\nlooks = 'up'", ["sensors[0].looks: must be 'down' or 'ahead'"]),
         ("kind = 'compass'", ["sensors[0].port: is missing"]),
-        ("kind = 'i2c'\nport = 2\naddress = 3", ["sensors[0].address: input should be a multiple of 2"]),
+        ("kind = 'i2c'\nport = 2\naddress = 3", ["sensors[0].address: must be a multiple of 2"]),
         ("kind = 'i2c'\nport = 2\nregisters = { x = [1] }", ["sensors[0].registers: 'x' is not a register"]),
         (
             "kind = 'i2c'\nport = 2\nregisters = { 255 = 'ab' }",
@@ -229,7 +229,7 @@ def test_a_taken_port_comes_with_a_way_out():
         ("color = 'red'", "patches[0]: needs exactly one of at_mm (a rectangle) and along_mm (tape)"),
         ("color = 'red'\nat_mm = [1, 1]", "patches[0]: at_mm and size_mm belong together"),
         ("color = 'red'\nalong_mm = [[1, 1]]", "patches[0]: along_mm needs two points"),
-        ("color = [10, 20, 300]\nalong_mm = [[1, 1], [2, 2]]", "patches[0].color[2]: input should be less than"),
+        ("color = [10, 20, 300]\nalong_mm = [[1, 1], [2, 2]]", "patches[0].color[2]: must be 100 or less"),
     ],
 )
 def test_a_patch_that_makes_no_sense_is_refused(patch, sentence):
@@ -377,3 +377,23 @@ def test_a_texture_that_does_not_exist_is_named_with_the_likely_one():
 
 def test_the_names_of_the_textures_are_those_that_can_be_drawn():
     assert set(TEXTURES) == set(SURFACES)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (ROOM.replace("[[boxes]]", "[boxes]"), "boxes: needs two brackets, [[boxes]], once for each of them"),
+        (ROOM.replace("[400, 1000]", "400"), "robot.start_mm: must be a list in brackets, as in [1200, 800], not 400"),
+        (ROOM.replace("[400, 1000]", "[4, 5, 6]"), "robot.start_mm: must have 2 entries, not [4, 5, 6]"),
+        (ROOM.replace("[400, 1000]", "[400]"), "robot.start_mm[1]: is missing"),
+        (ROOM.replace("700", "-7"), "boxes[0].height_mm: must be more than 0, not -7"),
+        (ROOM.replace("700", "'high'"), "boxes[0].height_mm: must be a number, not 'high'"),
+        (ROOM.replace("'desk'", "7").replace('"desk"', "7"), "boxes[0].name: must be text in quotes, not 7"),
+        (ROOM + "present = 'maybe'", "boxes[0].present: must be true or false, not 'maybe'"),
+        (ROOM.replace("[robot]", "[robot]\nleft_port = 'D'"), "robot.left_port: must be 'A', 'B' or 'C', not 'D'"),
+        (ROOM.replace("[robot]", "[robot]\nbattery_mv = 9"), "robot.battery_mv: must be 5000 or more, not 9"),
+        ("light = 3\n" + ROOM, "light: must be a table, not 3"),
+    ],
+)
+def test_a_mistake_is_told_in_plain_words(text, expected):
+    assert mistakes_in(text) == [expected]
