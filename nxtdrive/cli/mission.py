@@ -29,6 +29,9 @@ EXAMPLES = """\
   nxtdrive mission check my.toml"""
 
 
+_height_mm = number("height", float, 10, 3000)
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the three subcommands."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
@@ -50,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     new.add_argument(
         "--height-mm",
         metavar="MM",
-        type=number("height", float, 10, 3000),
+        type=_height_mm,
         help="how high the real thing is: measure it; A4 upright is 297, A4 across 210, A5 upright 210",
     )
     new.add_argument("--force", action="store_true", help="overwrite files that exist")
@@ -173,13 +176,10 @@ def _pictured(picture: Path, height_mm: float | None) -> FirstTarget:
 def _asked_height_mm(across: bool) -> float:
     """Ask for the height of what the photograph shows, in a terminal."""
     usual = "an A4 sheet lying across is 210, A5 148" if across else "an upright A4 sheet is 297, A5 210"
-    unknown = ConfigError(
-        "How high is the real thing? All distances are measured by it.",
-        remedy=f"Measure it and give it in millimetres with --height-mm; {usual}.",
-    )
+    remedy = f"Measure it and give it in millimetres with --height-mm; {usual}."
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
-        raise unknown
+        raise ConfigError("How high is the real thing? All distances are measured by it.", remedy=remedy)
     try:
-        return number("height", float, 10, 3000)(input(f"How high is the real thing, in mm ({usual})? "))
-    except (ValueError, EOFError):
-        raise unknown from None
+        return _height_mm(input(f"How high is the real thing, in mm ({usual})? "))
+    except (argparse.ArgumentTypeError, EOFError) as error:
+        raise ConfigError(f"{error or 'no height was given'}.", remedy=remedy) from None

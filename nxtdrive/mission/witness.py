@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 from behaviors.adaptive.approach import N as APPROACH
 from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
-from behaviors.plausibility import contradicts
+from behaviors.plausibility import TOLERANCE_MM, contradicts
 from nxtdrive.mission.setup import build_detectors
 from nxtdrive.mission.truth import Truth, recognised
 
@@ -104,7 +104,9 @@ class Witness:
         if sighting is None or range_mm is None or abs(sighting["bearing_deg"]) > APPROACH.ahead_deg:
             return None
         distance_mm = sighting["distance_mm"]
-        return (range_mm, distance_mm) if contradicts(range_mm, distance_mm) else None
+        thesis = self._mission.mission.profile == "thesis"
+        tolerance_mm = TOLERANCE_MM if thesis else self._mission.adaptive.sonar_tolerance_mm
+        return (range_mm, distance_mm) if contradicts(range_mm, distance_mm, tolerance_mm) else None
 
     def _judge(self, target: str, believed_mm: float, truth: Truth) -> dict[str, object]:
         """Compare an arrival with the truth: with the object in view that is the target, else the nearest such."""

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import pty
+import subprocess
+import sys
 from pathlib import Path
 
 import cv2
@@ -163,3 +167,18 @@ def test_what_is_no_picture_is_refused(capsys):
     assert main(["mission", "new", "--picture", "cat.jpg", "--height-mm", "297"]) == USAGE
     assert "not an image" in capsys.readouterr().err
     assert main(["mission", "new", "--height-mm", "297"]) == USAGE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("answer", "written"), [("297", True), ("twelve", False), ("3", False)])
+def test_in_a_terminal_it_asks_for_the_height(answer, written):
+    keyboard, terminal = pty.openpty()
+    command = [sys.executable, "-m", "nxtdrive", "mission", "new", "--picture", str(_save("portrait.jpg"))]
+    with subprocess.Popen(command, stdin=terminal, stdout=terminal, stderr=subprocess.PIPE, text=True) as process:
+        os.write(keyboard, f"{answer}\n".encode())
+        _, error = process.communicate(timeout=60)
+    os.close(keyboard)
+    os.close(terminal)
+    assert process.returncode == (DONE if written else USAGE)
+    assert Path("portrait.toml").exists() is written
+    assert written or f"height must be a number from 10 to 3,000, not '{answer}'" in error
