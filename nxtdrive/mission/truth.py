@@ -27,7 +27,7 @@ class Truth(Protocol):
     """What is really in the room. Only ``sim://`` offers it, and reading it changes nothing."""
 
     def fronts(self) -> Mapping[str, Image]:
-        """Return what each object that is present looks like from the front, BGR pixels by name."""
+        """Return what each object of the world looks like from the front, BGR pixels by name; some may be absent."""
         ...
 
     def lens_distance_mm(self, name: str) -> float:
@@ -46,7 +46,7 @@ def truth_of(brick: Brick) -> Truth | None:
 
 
 def recognised(detector: Detector, truth: Truth) -> list[str]:
-    """Return the names of the objects in the room whose front a detector takes for its target."""
+    """Return the names of the objects of the world whose front a detector takes for its target."""
     return [name for name, front in truth.fronts().items() if shows(front, detector)]
 
 

@@ -89,9 +89,8 @@ class GroundTruth:
         return self._world.in_view(picture)
 
     def fronts(self) -> dict[str, Image]:
-        """What each picture, box and person that is present looks like from the front: pixels by name."""
-        panels = {name: each.panels() for name, each in self._objects().items()}
-        return {name: self._textures[sides[0].texture].pixels for name, sides in panels.items() if sides}
+        """What each picture, box and person looks like from the front, also those that are absent: pixels by name."""
+        return {name: self._textures[each.texture].pixels for name, each in self._objects().items()}
 
     def lens_distance_mm(self, name: str) -> float:
         """Distance between the camera's lens and a picture's center, or the surface of a box or person."""

@@ -55,6 +55,14 @@ def test_a_target_that_the_simulated_world_hides_is_no_reason_for_a_hint(perform
     assert _witnessed(perform, "arena", _with(mission_for("lena"), 297.0, "thesis")).hints == []
 
 
+def test_what_has_been_carried_off_belongs_to_the_world(mission_for):
+    simulation = Simulation("open")
+    simulation.world.place("lena", None, None, present=False)
+    witness = Witness(mission_for("lena"), simulation.truth, lambda _: None)
+    witness(_unsuccessful("lena"))
+    assert witness.hints == []
+
+
 def test_a_real_room_in_which_nothing_looks_like_the_target_leads_to_what_to_try(mission_for):
     said: list[str] = []
     witness = Witness(mission_for("lena"), None, said.append, Path("my mission.toml"))
