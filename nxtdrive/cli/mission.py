@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import re
 import shlex
 import sys
@@ -136,7 +137,7 @@ def _new(args: argparse.Namespace) -> int:
     mission = args.file or Path("my-mission.toml" if args.picture is None else f"{target.name}.toml")
     world = mission.with_name(f"{mission.stem}-world.toml")
     for path in (mission, world):
-        if path.exists() and not args.force:
+        if os.path.lexists(path) and not args.force:
             raise ConfigError(f"{path} exists already.", remedy="Choose another name, or --force to overwrite it.")
     text = world_text(target, world.parent, world.name)
     if target.picture is not None:

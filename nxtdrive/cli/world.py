@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import shlex
 import sys
 from pathlib import Path
@@ -88,7 +89,7 @@ def _show(args: argparse.Namespace) -> int:
 def _new(args: argparse.Namespace) -> int:
     from sim_backend.bundled import WORLDS
 
-    if args.file.exists() and not args.force:
+    if os.path.lexists(args.file) and not args.force:
         raise ConfigError(f"{args.file} exists already.", remedy="Choose another name, or --force to overwrite it.")
     with writing(args.file):
         args.file.write_text((WORLDS / f"{TEMPLATE}.toml").read_text(encoding="utf-8"), encoding="utf-8")

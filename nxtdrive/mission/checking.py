@@ -16,6 +16,12 @@ from nxtdrive.vision.geometry import A4_HEIGHT_MM
 A4_SHAPE = 210 / 297
 LIKE_A4 = 0.1
 """A picture whose width over height differs from an upright A4 sheet's by less than this share may be one."""
+SHEETS_MM = {"A3": (297, 420), "A4": (210, 297), "A5": (148, 210), "A6": (105, 148)}
+"""Short and long side of the usual sheets."""
+SHEET_SHAPE = 0.02
+"""A picture whose shape differs from a sheet's by less than this share fills a sheet."""
+SHEET_SIZE = 0.08
+"""A height within this share of a sheet's is that sheet's, measured roughly or printed with a margin."""
 LEAST_WIDTH_MM, GREATEST_WIDTH_MM = 30.0, 2500.0
 FRAME_SHAPE = 3 / 4
 """Height over width of a camera's frames."""
@@ -87,6 +93,14 @@ def _odd_shape(name: str, height_mm: float, shape: float, *, chosen: bool) -> It
         )
     elif not LEAST_WIDTH_MM <= width_mm <= GREATEST_WIDTH_MM:
         yield f"target.{name}: at height_mm = {height_mm:g} the picture is {width_mm:.0f} mm wide. Is that its height?"
+    elif abs(min(shape, 1 / shape) / A4_SHAPE - 1) < SHEET_SHAPE:
+        heights = {sheet: sides[shape < 1] for sheet, sides in SHEETS_MM.items()}
+        if all(abs(height_mm / each - 1) > SHEET_SIZE for each in heights.values()):
+            sheets = ", ".join(f"{sheet} {each}" for sheet, each in heights.items())
+            yield (
+                f"target.{name}: the picture has the shape of a sheet of paper, and no sheet is {height_mm:g} mm high "
+                f"({'upright' if shape < 1 else 'across'}: {sheets}). Measure the print."
+            )
 
 
 def _out_of_view(mission: Mission, name: str, width_mm: float, height_mm: float, share: float) -> Iterator[str]:

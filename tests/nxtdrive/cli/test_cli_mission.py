@@ -94,11 +94,14 @@ def _picture(folder, width, height):
         ((297, 210), "", "an A4 sheet across is 210"),
         ((200, 200), "", "height_mm is missing"),
         ((297, 210), "height_mm = 210", None),
+        ((210, 297), "height_mm = 205", None),
+        ((210, 297), "height_mm = 250", "no sheet is 250 mm high (upright: A3 420, A4 297, A5 210, A6 148)"),
+        ((297, 210), "height_mm = 250", "no sheet is 250 mm high (across: A3 297, A4 210, A5 148, A6 105)"),
         ((900, 60), "height_mm = 200", "3000 mm wide"),
         ((60, 900), "height_mm = 200", "13 mm wide"),
         ((300, 400), "height_mm = 1000", "Set arrive_mm = 1330"),
         ((300, 400), "height_mm = 1000\n[adaptive]\narrive_mm = 1330", None),
-        ((210, 297), "height_mm = 20", "Is it in centimetres?"),
+        ((210, 280), "height_mm = 20", "Is it in centimetres?"),
     ],
 )
 def test_a_size_that_is_hardly_meant_is_a_warning(size, keys, expected, tmp_path, capsys):
