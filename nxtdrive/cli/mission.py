@@ -25,7 +25,7 @@ statechart it runs in, or write a commented file to start from, with a
 simulated room to try it in."""
 EXAMPLES = """\
   nxtdrive mission show                  # the built-in mission
-  nxtdrive mission new my.toml           # every key, with its meaning, and a room
+  nxtdrive mission new my.toml           # every key explained, and a room
   nxtdrive mission new --picture my-cat.jpg --height-mm 297
   nxtdrive mission check my.toml"""
 
