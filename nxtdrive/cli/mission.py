@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import re
 import shlex
@@ -12,8 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
+from firmware_protocol.printable import printable
 from nxtdrive.cli.main import DONE, USAGE
 from nxtdrive.cli.options import add_action, add_json_argument, number, writing
+from nxtdrive.cli.output import CONTINUED, complain, write_json, write_line, write_text
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
@@ -66,15 +67,22 @@ def _check(args: argparse.Namespace) -> int:
     found = {str(path): check_mission(path) for path in args.files}
     if args.json:
         results = [{"file": file, "mistakes": each.mistakes, "warnings": each.warnings} for file, each in found.items()]
-        print(json.dumps(results, indent=2, ensure_ascii=False))
-    else:
-        for file, each in found.items():
-            count = f"{len(each.mistakes)} mistake{'s' * (len(each.mistakes) != 1)}"
-            lines = [f"{file}: {count if each.mistakes else 'good'}", *(f"  {mistake}" for mistake in each.mistakes)]
-            print("\n".join(lines), file=sys.stderr if each.mistakes else sys.stdout)
-            for warning in each.warnings:
-                print(f"  warning: {warning}")
+        write_json(results, indent=2)
+        return USAGE if any(each.mistakes for each in found.values()) else DONE
+    for file, each in found.items():
+        report_file(file, each.mistakes)
+        for warning in each.warnings:
+            write_line(f"  warning: {warning}")
     return USAGE if any(each.mistakes for each in found.values()) else DONE
+
+
+def report_file(file: str, mistakes: list[str]) -> None:
+    """Print that a file is good, or its mistakes."""
+    if mistakes:
+        count = "1 mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
+        complain(CONTINUED.join([f"{file}: {count}", *mistakes]), sender="")
+    else:
+        write_line(f"{file}: good")
 
 
 def _show(args: argparse.Namespace) -> int:
@@ -83,15 +91,15 @@ def _show(args: argparse.Namespace) -> int:
 
     mission = load(args.file)
     if args.json:
-        print(mission.model_dump_json(indent=2))
+        write_json(mission.model_dump(mode="json"), indent=2)
         return DONE
-    print(_described(mission))
-    print("\nTransitions\n")
-    print(transition_table())
-    print("\nRecoveries\n")
-    print(recovery_table())
-    print("\nDiagram (Mermaid)\n")
-    print(mermaid())
+    write_text(_described(mission))
+    write_text("\nTransitions\n")
+    write_text(transition_table())
+    write_text("\nRecoveries\n")
+    write_text(recovery_table())
+    write_text("\nDiagram (Mermaid)\n")
+    write_text(mermaid())
     return DONE
 
 
@@ -110,11 +118,11 @@ def _described(mission: Mission) -> str:
     lines = ["Parameters; * marks those that the file sets, the others are defaults"]
     idle = {"adaptive", "thesis"} - {mission.mission.profile}
     for title, table in tables.items():
-        lines += ["", f"[{title}]" + "   no effect: the mission has the other profile" * (title in idle)]
+        lines += ["", printable(f"[{title}]") + "   no effect: the mission has the other profile" * (title in idle)]
         about = meanings(type(table))
         for name, value in table:
             star = "*" if name in table.model_fields_set else " "
-            lines.append(f"{star} {name:<17}  {_short(value):<15}  {about.get(name, '')}".rstrip())
+            lines.append(printable(f"{star} {name:<17}  {_short(value):<15}  {about.get(name, '')}".rstrip()))
     return "\n".join(lines)
 
 
@@ -147,10 +155,10 @@ def _new(args: argparse.Namespace) -> int:
         with writing(path):
             path.write_text(content, encoding="utf-8")
     run = f"nxtdrive run {shlex.quote(str(mission))}"
-    print(f"Wrote {mission}, and {world}, a simulated room with {target.name} in it. Try it there:")
-    print(f"  {run} --nxt {shlex.quote(f'sim://{world}')}")
-    print("Then with your robot:")
-    print(f"  {run} --nxt usb:// --camera 0")
+    write_line(f"Wrote {mission}, and {world}, a simulated room with {target.name} in it. Try it there:")
+    write_line(f"  {run} --nxt {shlex.quote(f'sim://{world}')}")
+    write_line("Then with your robot:")
+    write_line(f"  {run} --nxt usb:// --camera 0")
     return DONE
 
 

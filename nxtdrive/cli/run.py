@@ -137,7 +137,7 @@ def _mission(args: argparse.Namespace) -> Mission:
         table = mission.mission.model_copy(update={"profile": args.profile})
         mission = mission.model_copy(update={"mission": table})
     for warning in warnings(mission):
-        print(f"nxtdrive: warning: {warning}", file=sys.stderr)
+        complain(f"warning: {warning}")
     return mission
 
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import shlex
-import sys
 from pathlib import Path
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE
+from nxtdrive.cli.mission import report_file
 from nxtdrive.cli.options import add_action, add_json_argument, writing
+from nxtdrive.cli.output import CONTINUED, write_json, write_line, write_text
 
 DESCRIPTION = """\
 Check the simulated rooms that sim:// opens, draw one with everything in it, or
@@ -43,12 +43,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _check(args: argparse.Namespace) -> int:
     mistakes = {file: _mistakes(file) for file in args.files}
     if args.json:
-        print(json.dumps([{"file": file, "mistakes": found} for file, found in mistakes.items()], indent=2))
+        write_json([{"file": file, "mistakes": found} for file, found in mistakes.items()], indent=2)
     else:
         for file, found in mistakes.items():
-            count = f"{len(found)} mistake{'s' * (len(found) != 1)}"
-            lines = [f"{file}: {count if found else 'good'}", *(f"  {each}" for each in found)]
-            print("\n".join(lines), file=sys.stderr if found else sys.stdout)
+            report_file(file, found)
     return USAGE if any(mistakes.values()) else DONE
 
 
@@ -61,8 +59,8 @@ def _mistakes(file: str) -> list[str]:
         simulation.truth.fronts()
         simulation.webcam.frame()
     except ConfigError as error:
-        head, *rest = str(error).split("\n")
-        return [line.strip() for line in rest] or [head]
+        head, *rest = str(error).split(CONTINUED)
+        return rest or [head]
     return []
 
 
@@ -72,7 +70,7 @@ def _show(args: argparse.Namespace) -> int:
 
     world = load_world(args.file)
     if args.out is None:
-        print(sketch(world))
+        write_text(sketch(world))
         return DONE
     import cv2
 
@@ -82,7 +80,7 @@ def _show(args: argparse.Namespace) -> int:
         written = False
     if not written:
         raise ConfigError(f"{args.out} cannot be written.", remedy="Name a PNG or JPEG file in a folder that exists.")
-    print(args.out)
+    write_line(args.out)
     return DONE
 
 
@@ -93,9 +91,9 @@ def _new(args: argparse.Namespace) -> int:
         raise ConfigError(f"{args.file} exists already.", remedy="Choose another name, or --force to overwrite it.")
     with writing(args.file):
         args.file.write_text((WORLDS / f"{TEMPLATE}.toml").read_text(encoding="utf-8"), encoding="utf-8")
-    print(f"Wrote {args.file}, a room with lena and rilakkuma. Draw it, change it, check it, and run in it:")
+    write_line(f"Wrote {args.file}, a room with lena and rilakkuma. Draw it, change it, check it, and run in it:")
     file = shlex.quote(str(args.file))
-    print(f"  nxtdrive world show {file}")
-    print(f"  nxtdrive world check {file}")
-    print(f"  nxtdrive run --profile adaptive --nxt {shlex.quote(f'sim://{args.file}')}")
+    write_line(f"  nxtdrive world show {file}")
+    write_line(f"  nxtdrive world check {file}")
+    write_line(f"  nxtdrive run --profile adaptive --nxt {shlex.quote(f'sim://{args.file}')}")
     return DONE

@@ -50,8 +50,8 @@ def check_mission(path: Path) -> Findings:
     try:
         mission = load_mission(path, [PICTURES])
     except MissionError as error:
-        head, *rest = str(error).split("\n")
-        found.mistakes = [line.strip() for line in rest] or [head.removeprefix(f"{path}: ")]
+        head, *rest = str(error).split("\n  ")
+        found.mistakes = rest or [head.removeprefix(f"{path}: ")]
         targets = sound_targets(path, [PICTURES])
     else:
         targets = mission.target
