@@ -107,8 +107,7 @@ class Executive:
         self._clock = clock
         self._observers = observers if isinstance(observers, Observers) else Observers(observers)
         self._start_s = clock.now()
-        limit_s = mission.mission.time_limit_s
-        deadline_s = math.inf if limit_s is None else self._start_s + limit_s
+        deadline_s = self._start_s + mission.mission.time_limit_s
         self._context = SkillContext(body, eyes, clock, mission.thesis, self.note, self._report, deadline_s)
         self._outages = OutageSupervisor(
             body,

@@ -8,6 +8,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from behaviors.mission_words import words
 from input_files.mistakes import shown
 
 UNITS = {"_mm": "millimetres", "_s": "seconds", "_deg": "degrees", "_mm_s": "millimetres per second"}
@@ -26,9 +27,10 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
         if len(path) > 2 and path[0] == "target":
             del path[2]  # the kind of detector, which is in no path of the file
         where = ".".join(str(part) for part in path) or "mission file"
-        message = problem["msg"].removeprefix("Value error, ")
+        message = words(problem["type"], problem.get("ctx", {}), problem["msg"])
         if problem["type"] == "extra_forbidden":
-            message = f"unknown key; {_advice(path, model)}"
+            homes = _homes(str(path[-1]), model)
+            message = f"belongs into the table {homes}" if homes else f"unknown key; {_advice(path, model)}"
         elif problem["type"] in ("union_tag_not_found", "union_tag_invalid"):
             message = _detector_advice(problem["input"])
         elif problem["type"] in ("model_type", "model_attributes_type", "dict_type"):
@@ -59,6 +61,13 @@ def _unit(key: str) -> str:
         if key.endswith(ending):
             return f" ({key} is a number in {UNITS[ending]})"
     return ""
+
+
+def _homes(key: str, model: type[BaseModel]) -> str:
+    """Name the tables that have a key; empty if none has."""
+    tables = {name: _known_keys([name, "NAME"], model) for name in model.model_fields}
+    names = [f"[{'target.NAME' if name == 'target' else name}]" for name, keys in tables.items() if key in keys]
+    return " or ".join(names)
 
 
 def _advice(path: Sequence[int | str], model: type[BaseModel]) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -18,6 +19,31 @@ from input_files.toml_file import read_toml
 Model = TypeVar("Model", bound=BaseModel)
 
 _QUOTE = "'"
+
+_WORDS = {
+    "greater_than": "must be more than {gt:g}",
+    "greater_than_equal": "must be {ge:g} or more",
+    "less_than": "must be less than {lt:g}",
+    "less_than_equal": "must be {le:g} or less",
+    "float_type": "must be a number",
+    "float_parsing": "must be a number",
+    "int_type": "must be a whole number",
+    "int_parsing": "must be a whole number",
+    "int_from_float": "must be a whole number",
+    "bool_type": "must be true or false",
+    "bool_parsing": "must be true or false",
+    "string_type": "must be text in quotes",
+    "string_too_short": "must not be empty",
+    "path_type": "must be a file name in quotes",
+    "tuple_type": "must be a list in brackets, as in [1200, 800]",
+    "too_long": "must have {max_length} entries",
+    "multiple_of": "must be a multiple of {multiple_of:g}",
+    "model_type": "must be a table",
+    "model_attributes_type": "must be a table",
+    "dict_type": "must be a table",
+    "literal_error": "must be {expected}",
+}
+"""What is wrong with a value, by pydantic's name for it, with pydantic's context to be filled in."""
 
 
 def read_tables(path: Path) -> dict[str, Any]:
@@ -43,16 +69,39 @@ def validate(model: type[Model], tables: Mapping[str, Any], path: Path) -> Model
     Raises:
         ConfigError: They have mistakes; the message lists all of them.
     """
+    valid, problems = check(model, tables)
+    if valid is None:
+        raise mistakes(path, [problem.sentence for problem in problems])
+    return valid
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """A mistake in tables.
+
+    Attributes:
+        kind: Pydantic's name of the kind.
+        location: Keys and indices that lead to it.
+        sentence: Path and mistake in words.
+    """
+
+    kind: str
+    location: tuple[str | int, ...]
+    sentence: str
+
+
+def check(model: type[Model], tables: Mapping[str, Any]) -> tuple[Model | None, list[Problem]]:
+    """Validate tables as a model; returns the model, or None and all problems."""
     try:
-        return model.model_validate(tables)
+        return model.model_validate(tables), []
     except ValidationError as error:
-        found = error.errors(include_url=False)
-        raise mistakes(path, len(found), (_sentence(model, each) for each in found)) from None
+        problems = error.errors(include_url=False)
+        return None, [Problem(each["type"], each["loc"], _sentence(model, each)) for each in problems]
 
 
-def mistakes(path: Path, count: int, sentences: Iterable[str]) -> ConfigError:
+def mistakes(path: Path, sentences: Sequence[str]) -> ConfigError:
     """The error that lists the mistakes."""
-    number, *lines = listed(count, sentences)
+    number, *lines = listed(len(sentences), sentences)
     return ConfigError("\n  ".join([f"{path} has {number}:", *lines]))
 
 
@@ -72,7 +121,11 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
             return f"{path}.{key}: there is no {shown(tag)}; {hint(tag, known)}"
         case "value_error":
             return f"{path}: {error['ctx']['error']}"
-    return f"{path}: {error['msg'][0].lower()}{error['msg'][1:]}, not {shown(error['input'])}"
+        case "tuple_type" if len(location) == 1:
+            return f"{path}: needs two brackets, [[{path}]], once for each of them"
+    context = error.get("ctx", {})
+    message = _WORDS[error["type"]].format(**context) if error["type"] in _WORDS else error["msg"]
+    return f"{path}: {message}, not {shown(error['input'])}"
 
 
 def hint(name: str, known: Iterable[str]) -> str:

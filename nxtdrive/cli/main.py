@@ -63,6 +63,7 @@ COMMANDS = {
     "message": ("message", "write messages to mailboxes, and read them"),
     "screenshot": ("screenshot", "save what a brick's display shows as an image"),
     "mission": ("mission", "check, show and create mission files"),
+    "world": ("world", "check, draw and create simulated rooms"),
     "detect": ("detect", "try a detector on a picture, a video or a camera"),
     "sim": ("sim", "offer the simulated brick to other programs"),
     "sweep": ("sweep", "compare policies on many simulated missions"),

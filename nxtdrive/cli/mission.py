@@ -4,25 +4,34 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
+import shlex
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.printable import printable
 from nxtdrive.cli.main import DONE, USAGE
-from nxtdrive.cli.options import add_action, add_json_argument, writing
+from nxtdrive.cli.options import add_action, add_json_argument, number, writing
 from nxtdrive.cli.output import CONTINUED, complain, write_json, write_line, write_text
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
+    from nxtdrive.cli.first_world import FirstTarget
 
 DESCRIPTION = """\
 Check mission files, show a mission with every number it runs with and the
-statechart it runs in, or write a commented file to start from."""
+statechart it runs in, or write a commented file to start from, with a
+simulated room to try it in."""
 EXAMPLES = """\
   nxtdrive mission show                  # the built-in mission
-  nxtdrive mission new my.toml           # every key, with its meaning
+  nxtdrive mission new my.toml           # every key explained, and a room
+  nxtdrive mission new --picture my-cat.jpg --height-mm 297
   nxtdrive mission check my.toml"""
+
+
+_height_mm = number("height", float, 10, 3000)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,43 +43,46 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     show = add_action(actions, "show", "a mission's numbers, the chart's transitions and its diagram", _show)
     show.add_argument("file", metavar="FILE", nargs="?", type=Path, help="without it, the built-in mission")
     add_json_argument(show)
-    new = add_action(actions, "new", "write a commented mission file", _new)
-    new.add_argument("file", metavar="FILE", type=Path, help="a new file, such as my-mission.toml")
+    new = add_action(actions, "new", "write a commented mission file, and a simulated room in which it succeeds", _new)
+    new.add_argument(
+        "file",
+        metavar="FILE",
+        nargs="?",
+        type=Path,
+        help="the mission (default: my-mission.toml, or the picture's name); its room is called FILE-world.toml",
+    )
+    new.add_argument("--picture", metavar="IMAGE", type=Path, help="what to look for: a photograph of something flat")
+    new.add_argument(
+        "--height-mm",
+        metavar="MM",
+        type=_height_mm,
+        help="how high the real thing is: measure it; A4 upright is 297, A4 across 210, A5 upright 210",
+    )
+    new.add_argument("--force", action="store_true", help="overwrite files that exist")
 
 
 def _check(args: argparse.Namespace) -> int:
-    complaints = {str(path): complaint for path in args.files if (complaint := _complaint(path))}
+    from nxtdrive.mission.checking import check_mission
+
+    found = {str(path): check_mission(path) for path in args.files}
     if args.json:
-        results = [{"file": str(path), "mistakes": _lines(complaints.get(str(path), ""))} for path in args.files]
+        results = [{"file": file, "mistakes": each.mistakes, "warnings": each.warnings} for file, each in found.items()]
         write_json(results, indent=2)
-        return USAGE if complaints else DONE
-    for path in args.files:
-        if str(path) in complaints:
-            complain(complaints[str(path)], sender="")
-        else:
-            write_line(f"{path}: good")
-    return USAGE if complaints else DONE
+        return USAGE if any(each.mistakes for each in found.values()) else DONE
+    for file, each in found.items():
+        report_file(file, each.mistakes)
+        for warning in each.warnings:
+            write_line(f"  warning: {warning}")
+    return USAGE if any(each.mistakes for each in found.values()) else DONE
 
 
-def _complaint(path: Path) -> str:
-    """Return what is wrong with a mission file or the pictures and cascades it names; empty if nothing is."""
-    from nxtdrive.mission.setup import build_detectors, load
-
-    try:
-        mission = load(path)
-    except ConfigError as error:
-        return str(error)
-    try:
-        build_detectors(mission)
-    except ConfigError as error:
-        return CONTINUED.join([f"{path}: a target cannot be looked for", *str(error).split(CONTINUED)])
-    return ""
-
-
-def _lines(complaint: str) -> list[str]:
-    """Split a message (a headline over indented lines, or a single sentence) into its mistakes."""
-    head, *rest = complaint.split(CONTINUED)
-    return rest or [head] * bool(head)
+def report_file(file: str, mistakes: list[str]) -> None:
+    """Print that a file is good, or its mistakes."""
+    if mistakes:
+        count = "1 mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
+        complain(CONTINUED.join([f"{file}: {count}", *mistakes]), sender="")
+    else:
+        write_line(f"{file}: good")
 
 
 def _show(args: argparse.Namespace) -> int:
@@ -123,12 +135,61 @@ def _short(value: object) -> str:
 
 
 def _new(args: argparse.Namespace) -> int:
-    from nxtdrive.cli.mission_template import template
+    from nxtdrive.cli.first_world import try_out, world_text
+    from nxtdrive.cli.mission_template import RED_BOX, template
     from nxtdrive.recording.output_file import write_file
+    from nxtdrive.vision.detectors import make_detector
 
-    if os.path.lexists(args.file):
-        raise ConfigError(f"{args.file} exists already.", remedy="Choose another name.")
-    with writing(args.file):
-        write_file(args.file, template().encode())
-    write_line(f"Wrote {args.file}. Change the targets, then run: nxtdrive mission check {args.file}")
+    if args.picture is None and args.height_mm is not None:
+        raise ConfigError("--height-mm needs --picture.", remedy="Name the photograph of what is that high.")
+    target = RED_BOX if args.picture is None else _pictured(args.picture, args.height_mm)
+    mission = args.file or Path("my-mission.toml" if args.picture is None else f"{target.name}.toml")
+    world = mission.with_name(f"{mission.stem}-world.toml")
+    for path in (mission, world):
+        if os.path.lexists(path) and not args.force:
+            raise ConfigError(f"{path} exists already.", remedy="Choose another name, or --force to overwrite it.")
+    text = world_text(target, world.parent, world.name)
+    if target.picture is not None:
+        spec = {"detector": "picture", "pictures": [str(target.picture)], "height_mm": target.height_mm}
+        try_out(target, make_detector(spec), text, world)
+    for path, content in ((mission, template(target, mission.parent)), (world, text)):
+        with writing(path):
+            write_file(path, content.encode())
+    run = f"nxtdrive run {shlex.quote(str(mission))}"
+    write_line(f"Wrote {mission}, and {world}, a simulated room with {target.name} in it. Try it there:")
+    write_line(f"  {run} --nxt {shlex.quote(f'sim://{world}')}")
+    write_line("Then with your robot:")
+    write_line(f"  {run} --nxt usb:// --camera 0")
     return DONE
+
+
+def _pictured(picture: Path, height_mm: float | None) -> FirstTarget:
+    """Return the target that a photograph shows.
+
+    Raises:
+        ConfigError: It is not an image, or its height is not known and there is no terminal to ask in.
+    """
+    from firmware_protocol.errors import CameraError
+    from nxtdrive.cli.first_world import FirstTarget
+    from nxtdrive.vision.sources import read_image
+
+    try:
+        pixels = read_image(picture)
+    except CameraError as error:
+        raise ConfigError(*error.args, remedy=error.remedy) from None
+    height_px, width_px = pixels.shape[:2]
+    height_mm = _asked_height_mm(width_px > height_px) if height_mm is None else height_mm
+    name = re.sub(r"[^A-Za-z0-9_-]+", "-", picture.stem).strip("-") or "picture"
+    return FirstTarget(name, height_mm, round(height_mm * width_px / height_px, 1), picture)
+
+
+def _asked_height_mm(across: bool) -> float:
+    """Ask for the height of what the photograph shows, in a terminal."""
+    usual = "an A4 sheet lying across is 210, A5 148" if across else "an upright A4 sheet is 297, A5 210"
+    remedy = f"Measure it and give it in millimetres with --height-mm; {usual}."
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise ConfigError("How high is the real thing? All distances are measured by it.", remedy=remedy)
+    try:
+        return _height_mm(input(f"How high is the real thing, in mm ({usual})? "))
+    except (argparse.ArgumentTypeError, EOFError) as error:
+        raise ConfigError(f"{error or 'no height was given'}.", remedy=remedy) from None

@@ -82,6 +82,8 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.mission import setup
     from nxtdrive.mission.body import MissionClock
     from nxtdrive.mission.run import reconnect_in_background
+    from nxtdrive.mission.truth import truth_of
+    from nxtdrive.mission.witness import Witness
     from nxtdrive.recording.recording import Recording
     from nxtdrive.recording.run_folder import JOURNAL, MISSION, VIDEO, new_run_folder
     from nxtdrive.recording.status_line import StatusLine
@@ -110,7 +112,10 @@ def run(args: argparse.Namespace) -> int:
         make_profile = _supervised(mission, status) if args.confirm_recovery else None
         body, clock = setup.build_body(brick, mission), MissionClock(brick)
         executive = Executive(mission, body, eyes, clock, observers, make_profile)
+        witness = Witness(mission, truth_of(brick), _say_nothing if args.json else _say_hint, args.mission)
+        observers.add("hints", witness)
         details: dict[str, object] = {"mission": mission.mission.name, "nxt": args.nxt, "camera": source}
+        details |= {"arrivals": witness.arrivals, "hints": witness.hints}
         report = _pursue(executive, recording, details, observers)
     observers.attempt(OUTPUT, _say_where, report, recording, {**details, **observers.summary()}, as_json=args.json)
     return _exit_code(report, observers)
@@ -122,15 +127,18 @@ def _mission(args: argparse.Namespace) -> Mission:
     Raises:
         ConfigError: The file has mistakes, or there is no terminal for questions.
     """
+    from nxtdrive.mission.checking import warnings
     from nxtdrive.mission.setup import load
 
     if args.confirm_recovery and not (sys.stdin.isatty() and sys.stderr.isatty()):
         raise ConfigError("--confirm-recovery needs a terminal to ask you in.", remedy="Run it in one, or without it.")
     mission = load(args.mission)
-    if args.profile is None:
-        return mission
-    table = mission.mission.model_copy(update={"profile": args.profile})
-    return mission.model_copy(update={"mission": table})
+    if args.profile is not None:
+        table = mission.mission.model_copy(update={"profile": args.profile})
+        mission = mission.model_copy(update={"mission": table})
+    for warning in warnings(mission):
+        complain(f"warning: {warning}")
+    return mission
 
 
 def _console(style: str) -> Callable[[Record], None]:
@@ -145,6 +153,14 @@ def _supervised(mission: Mission, status: StatusLine) -> MakeProfile:
     from nxtdrive.cli.confirm import TerminalOperator
 
     return supervised(mission, TerminalOperator(status))
+
+
+def _say_hint(text: str) -> None:
+    print_line(f"hint: {text}")
+
+
+def _say_nothing(_text: str) -> None:
+    """Leave the hints to the summary."""
 
 
 def _say_failure(name: str, error: Exception) -> None:

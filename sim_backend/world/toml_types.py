@@ -43,6 +43,26 @@ PAINTS: dict[str, tuple[float, float, float]] = {
 """Reflected red, green and blue light, percent; typical of tape, paint and paper."""
 
 
+TEXTURES = (
+    "wall",
+    "wallpaper",
+    "bricks",
+    "floor",
+    "carpet",
+    "wood",
+    "cardboard",
+    "carton",
+    "crate",
+    "red_box",
+    "blue_box",
+    "green_box",
+    "yellow_box",
+    "person_blue",
+    "person_green",
+)
+"""Names of the procedural textures, which `sim_backend.camera.textures` draws."""
+
+
 def _paint(value: object) -> object:
     if isinstance(value, str):
         if value not in PAINTS:
