@@ -9,9 +9,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from sim_backend.toml_file import Problem, check
+from sim_backend.world.toml_types import FARTHEST_MM
 from sim_backend.world.world_file import WorldFile
 
-STAND_INS: dict[str, dict[str, Any]] = {"floor": {"size_mm": [1e7, 1e7]}, "robot": {"start_mm": [5e6, 5e6]}}
+STAND_INS: dict[str, dict[str, Any]] = {
+    "floor": {"size_mm": [FARTHEST_MM, FARTHEST_MM]},
+    "robot": {"start_mm": [FARTHEST_MM / 2, FARTHEST_MM / 2]},
+}
 """What takes the place of a table that a world cannot do without; nothing is too far out or too near then."""
 
 
