@@ -8,8 +8,8 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from behaviors.mission_words import words
 from input_files.mistakes import shown
+from input_files.pydantic_words import words
 
 UNITS = {"_mm": "millimetres", "_s": "seconds", "_deg": "degrees", "_mm_s": "millimetres per second"}
 """What the endings of keys mean."""

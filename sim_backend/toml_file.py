@@ -14,36 +14,12 @@ from pydantic_core import ErrorDetails
 from firmware_protocol.errors import ConfigError
 from input_files.mistakes import listed, shown
 from input_files.plain import InputFileError
+from input_files.pydantic_words import words
 from input_files.toml_file import read_toml
 
 Model = TypeVar("Model", bound=BaseModel)
 
 _QUOTE = "'"
-
-_WORDS = {
-    "greater_than": "must be more than {gt:g}",
-    "greater_than_equal": "must be {ge:g} or more",
-    "less_than": "must be less than {lt:g}",
-    "less_than_equal": "must be {le:g} or less",
-    "float_type": "must be a number",
-    "float_parsing": "must be a number",
-    "int_type": "must be a whole number",
-    "int_parsing": "must be a whole number",
-    "int_from_float": "must be a whole number",
-    "bool_type": "must be true or false",
-    "bool_parsing": "must be true or false",
-    "string_type": "must be text in quotes",
-    "string_too_short": "must not be empty",
-    "path_type": "must be a file name in quotes",
-    "tuple_type": "must be a list in brackets, as in [1200, 800]",
-    "too_long": "must have {max_length} entries",
-    "multiple_of": "must be a multiple of {multiple_of:g}",
-    "model_type": "must be a table",
-    "model_attributes_type": "must be a table",
-    "dict_type": "must be a table",
-    "literal_error": "must be {expected}",
-}
-"""What is wrong with a value, by pydantic's name for it, with pydantic's context to be filled in."""
 
 
 def read_tables(path: Path) -> dict[str, Any]:
@@ -123,8 +99,7 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
             return f"{path}: {error['ctx']['error']}"
         case "tuple_type" if len(location) == 1:
             return f"{path}: needs two brackets, [[{path}]], once for each of them"
-    context = error.get("ctx", {})
-    message = _WORDS[error["type"]].format(**context) if error["type"] in _WORDS else error["msg"]
+    message = words(error["type"], error.get("ctx", {}), error["msg"])
     return f"{path}: {message}, not {shown(error['input'])}"
 
 

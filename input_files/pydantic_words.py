@@ -1,4 +1,4 @@
-"""What a key of a mission file must be, in words, where pydantic speaks of inputs and types."""
+"""What the value of a key must be, in words, where pydantic speaks of inputs and types."""
 
 from __future__ import annotations
 
@@ -17,12 +17,17 @@ WORDS = {
     "int_from_float": "must be a whole number",
     "bool_type": "must be true or false",
     "bool_parsing": "must be true or false",
-    "string_type": 'must be text in quotes, as in "text"',
+    "string_type": "must be text in quotes",
     "string_too_short": "must not be empty",
     "list_type": "must be a list in brackets, as in [1, 2]",
-    "tuple_type": "must be a list in brackets, as in [1, 2]",
+    "tuple_type": "must be a list in brackets, as in [1200, 800]",
+    "path_type": "must be a file name in quotes",
+    "multiple_of": "must be a multiple of {multiple_of:g}",
+    "model_type": "must be a table",
+    "model_attributes_type": "must be a table",
+    "dict_type": "must be a table",
     "too_short": "must not be empty",
-    "too_long": "has too many entries",
+    "too_long": "must have {max_length} entries",
     "literal_error": "must be {expected}",
     "missing": "is missing",
 }
