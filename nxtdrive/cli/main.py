@@ -28,12 +28,15 @@ from firmware_protocol.errors import (
 )
 from firmware_protocol.printable import printable
 from nxtdrive.cli.output import complain, drop_output, guarded_output, write_line
+from nxtdrive.signals import SignalInterrupt, signals_as_interrupt
 
 DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED, INCOMPLETE = range(7)
 """Exit codes."""
 
-INTERRUPTED = 130
-"""Exit code of a command that Ctrl-C ended before it had anything to report; 128 + SIGINT, as in shells."""
+SIGNALLED = 128
+"""Exit code, with the signal's number added, of a command that a signal ended before it had anything to report."""
+INTERRUPTED = SIGNALLED + 2
+"""The same for Ctrl-C."""
 
 COMMANDS = {
     "run": ("run", "run a mission: search, drive there, recover (default: the built-in mission, simulated)"),
@@ -101,7 +104,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         The exit code.
     """
-    arguments = list(sys.argv[1:] if argv is None else argv)
+    with signals_as_interrupt():
+        return _main(list(sys.argv[1:] if argv is None else argv))
+
+
+def _main(arguments: list[str]) -> int:
     verbose = on_usb = False
     try:
         args = _parse(arguments)
@@ -111,6 +118,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         verbose = args.verbose
         _log(verbose=verbose)
         return cast("int", args.run(args))
+    except SignalInterrupt as interrupt:
+        return SIGNALLED + interrupt.number
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:

@@ -92,14 +92,19 @@ class Stillness:
         wire.on_loss = self._lost
 
     def _lost(self, until_ms: int) -> None:
-        lost_ms = self._simulation.now_ms
-        if until_ms > lost_ms + STILL_MS + WATCHED_MS:
-            self._simulation.at(lost_ms + UNDER_WAY_MS, self._begin)
+        simulation, lost_ms = self._simulation, self._simulation.now_ms
+        powers = self._powers()
 
-    def _begin(self) -> None:
-        simulation, begun = self._simulation, self.rotations()
-        limits = [_limit_deg(output.power) for output in simulation.brick.output.outputs]
-        simulation.at(simulation.now_ms + STILL_MS - UNDER_WAY_MS, lambda: self._watch(begun, limits))
+        def begin() -> None:
+            begun = self.rotations()
+            limits = [_limit_deg(max(pair)) for pair in zip(powers, self._powers(), strict=True)]
+            simulation.at(lost_ms + STILL_MS, lambda: self._watch(begun, limits))
+
+        if until_ms > lost_ms + STILL_MS + WATCHED_MS:
+            simulation.at(lost_ms + UNDER_WAY_MS, begin)
+
+    def _powers(self) -> list[int]:
+        return [abs(output.power) for output in self._simulation.brick.output.outputs]
 
     def rotations(self) -> list[float]:
         """Angle of each motor, whatever becomes of the brick's counters."""
@@ -127,7 +132,7 @@ class Stillness:
 
 def _limit_deg(power: int) -> float:
     """The farthest a motor may turn without another command."""
-    speed = abs(power) / 100 * FULL_SPEED_DEG_S
+    speed = power / 100 * FULL_SPEED_DEG_S
     return max(LEASE_DEG, speed * LEASE_S) + speed * COAST_S + SPARE_DEG
 
 
