@@ -28,20 +28,29 @@ def test_a_signal_interrupts(number):
 def test_an_import_is_completed_first(number, tmp_path, monkeypatch):
     (tmp_path / "interrupted_module.py").write_text(f"import signal\nsignal.raise_signal({number:d})\nwhole = True\n")
     monkeypatch.syspath_prepend(tmp_path)
-    with signals_as_interrupt(), pytest.raises(SignalInterrupt):
+
+    def import_and_wait():
         importlib.import_module("interrupted_module")
         while True:
             time.sleep(0.01)
+
+    with signals_as_interrupt(), pytest.raises(SignalInterrupt):
+        import_and_wait()
     assert sys.modules.pop("interrupted_module").whole
 
 
 @NUMBERS
 def test_what_is_held_back_is_delivered_once_at_the_end(number):
-    done = False
-    with signals_as_interrupt(), pytest.raises(SignalInterrupt), held():
-        signal.raise_signal(number)
-        signal.raise_signal(number)
-        done = True
+    done = []
+
+    def hold():
+        with held():
+            signal.raise_signal(number)
+            signal.raise_signal(number)
+            done.append(True)
+
+    with signals_as_interrupt(), pytest.raises(SignalInterrupt):
+        hold()
     assert done
 
 
