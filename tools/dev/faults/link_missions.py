@@ -57,10 +57,11 @@ def perform_mission(
     """Perform a mission in an open room; returns how it ended and what is wrong."""
     wire = Wire(Simulation("open", seed=1), transport, fault, latency_ms)
     with tempfile.TemporaryDirectory() as folder:
-        return _perform(wire, _mission(profile), Path(folder), camera=camera)
+        return _perform(wire, mission_of(profile), Path(folder), camera=camera)
 
 
-def _mission(profile: str) -> Mission:
+def mission_of(profile: str) -> Mission:
+    """Return a mission with one target."""
     mission = setup.load(None)
     table = mission.mission.model_copy(update={"profile": profile, "targets": ["lena"], "reconnect_timeout_s": 15.0})
     return mission.model_copy(update={"mission": table})

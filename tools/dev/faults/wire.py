@@ -151,10 +151,9 @@ class Wire:
         self.count += 1
         kind = self._kind(number)
         if kind in SILENT_MS:
-            self._silent_until_ms = now_ms + SILENT_MS[kind]
-            self.on_loss(self._silent_until_ms)
+            self.silence(SILENT_MS[kind])
         if kind in PULLED_MS and self._random.random() < 1 / 3:
-            self._pull(kind)
+            self.pull(kind)
             self.check(link)
         if kind in ERRORS and self._random.random() < 1 / 3:
             self._fail(ERRORS[kind])
@@ -190,6 +189,11 @@ class Wire:
             data += self._arrivals.popleft()[1]
         return data
 
+    def silence(self, duration_ms: int) -> None:
+        """Let nothing through for a while."""
+        self._silent_until_ms = self.simulation.now_ms + duration_ms
+        self.on_loss(self._silent_until_ms)
+
     @property
     def reachable(self) -> bool:
         """Whether a link to the brick can be opened."""
@@ -224,7 +228,7 @@ class Wire:
         lost = not reply or kind == REPLY_LOST or now_ms < self._silent_until_ms
         self.exchanges.append(Exchange(telegram, None if lost else reply[intact:]))
         if kind in PULLED_MS:
-            self._pull(kind)
+            self.pull(kind)
         elif kind in ERRORS:
             self._arrive(now_ms + 1, b"")
         elif not lost:
@@ -279,8 +283,12 @@ class Wire:
             return reply[:status] + bytes((random.choice(statuses),)) + payload
         return reply
 
-    def _pull(self, kind: str) -> None:
-        """Cut the link, and keep the brick away for a while."""
+    def pull(self, kind: str) -> None:
+        """Cut the link, and keep the brick away for a while.
+
+        Args:
+            kind: Of `PULLED_MS`.
+        """
         simulation = self.simulation
         self._away_until_ms = simulation.now_ms + PULLED_MS[kind]
         self._links += 1
