@@ -67,8 +67,8 @@ CASES = {
     "monitor, pty": Case(("monitor", "--json", "--sensor", "4=ultrasonic", "--nxt", SERVED), None),
     "serve, sim://": Case(("serve", "--port", "0", "--nxt", "sim://open"), DONE),
     "serve, pty": Case(("serve", "--port", "0", "--nxt", SERVED, "--camera", CAMERA), DONE),
-    "teleop, sim://": Case(("teleop", "--nxt", "sim://open"), None, terminal=True),
-    "teleop, pty": Case(("teleop", "--nxt", SERVED), None, terminal=True),
+    "teleop, sim://": Case(("teleop", "--nxt", "sim://open"), DONE, terminal=True),
+    "teleop, pty": Case(("teleop", "--nxt", SERVED), DONE, terminal=True),
 }
 
 
