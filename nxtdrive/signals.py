@@ -13,6 +13,8 @@ TERMINATION = ("SIGTERM", "SIGHUP")
 """The system's request to end, and a closed terminal; not every system has both."""
 IMPORT_RETRY_S = 0.02
 """A signal during an import is delivered again after this time."""
+INSISTENT = 3
+"""With so many Ctrl-C a user interrupts the program's end, which may hang."""
 
 
 @contextmanager
@@ -86,18 +88,32 @@ class SignalInterrupt(KeyboardInterrupt):
 
 
 def signals_as_interrupt() -> AbstractContextManager[None]:
-    """Have SIGINT, SIGTERM and SIGHUP raise `SignalInterrupt`, after the end of an import in progress."""
-    return handling(_interrupt)
+    """Have SIGINT, SIGTERM and SIGHUP raise `SignalInterrupt` once, after the end of an import in progress.
+
+    Further ones are ignored while the program ends, as a closed terminal sends several; but from the third on, SIGINT
+    interrupts that, too.
+    """
+    arrived: list[int] = []
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        if _importing(frame):
+            # an extension module whose initialisation is cut short may crash later
+            again = threading.Timer(IMPORT_RETRY_S, _send_to_main_thread, (number,))
+            again.daemon = True
+            again.start()
+            return
+        arrived.append(number)
+        if len(arrived) == 1 or (number == signal.SIGINT and arrived.count(number) >= INSISTENT):
+            raise SignalInterrupt(number)
+
+    return handling(interrupt)
 
 
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    if _importing(frame):
-        # an extension module whose initialisation is cut short may crash later
-        again = threading.Timer(IMPORT_RETRY_S, _send_to_main_thread, (number,))
-        again.daemon = True
-        again.start()
-        return
-    raise SignalInterrupt(number)
+def ignore_signals() -> None:
+    """Ignore SIGINT, SIGTERM and SIGHUP for the rest of the process, so that its exit code stays what it is."""
+    for name in ("SIGINT", *TERMINATION):
+        if name in signal.Signals.__members__:
+            signal.signal(signal.Signals[name], signal.SIG_IGN)
 
 
 def _importing(frame: FrameType | None) -> bool:

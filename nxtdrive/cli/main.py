@@ -28,7 +28,7 @@ from firmware_protocol.errors import (
 )
 from firmware_protocol.printable import printable
 from nxtdrive.cli.output import complain, drop_output, guarded_output, write_line
-from nxtdrive.signals import SignalInterrupt, signals_as_interrupt
+from nxtdrive.signals import SignalInterrupt, ignore_signals, signals_as_interrupt
 
 DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED, INCOMPLETE = range(7)
 """Exit codes."""
@@ -105,7 +105,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit code.
     """
     with signals_as_interrupt():
-        return _main(list(sys.argv[1:] if argv is None else argv))
+        code = _main(list(sys.argv[1:] if argv is None else argv))
+        if argv is None:
+            ignore_signals()  # nothing is left but the end of the process
+    return code
 
 
 def _main(arguments: list[str]) -> int:

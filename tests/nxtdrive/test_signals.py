@@ -25,6 +25,24 @@ def test_a_signal_interrupts(number):
 
 
 @NUMBERS
+def test_a_second_signal_does_not_disturb_the_end_of_the_program(number):
+    with signals_as_interrupt():
+        with pytest.raises(SignalInterrupt):
+            signal.raise_signal(number)
+        signal.raise_signal(number)
+        signal.raise_signal(signal.SIGTERM)
+
+
+def test_a_third_ctrl_c_interrupts_an_end_that_hangs():
+    with signals_as_interrupt():
+        with pytest.raises(SignalInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+        with pytest.raises(SignalInterrupt):
+            signal.raise_signal(signal.SIGINT)
+
+
+@NUMBERS
 def test_an_import_is_completed_first(number, tmp_path, monkeypatch):
     (tmp_path / "interrupted_module.py").write_text(f"import signal\nsignal.raise_signal({number:d})\nwhole = True\n")
     monkeypatch.syspath_prepend(tmp_path)

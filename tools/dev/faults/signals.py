@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +28,8 @@ from .campaign import Campaign, Tally, Violation
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LATEST_S = 5.0
 """The signal comes at a random moment up to this time after the start; commands are at work after 1 to 2 s."""
+AGAIN_S = 0.1
+"""Every other signal is sent twice, as a terminal that is closed does; the second finds the program ending."""
 LIMIT_S = 40.0
 """A process that has not ended by then hangs."""
 COAST_S = 1.2
@@ -128,8 +130,10 @@ def _let_signals_end_it() -> None:
         signal.signal(number, signal.SIG_DFL if number != signal.SIGINT else signal.default_int_handler)
 
 
-def end_by_signal(words: list[str], folder: Path, number: int, after_s: float, *, terminal: bool = False) -> Ended:
-    """Run a command, send it a signal after some time, and wait until it has ended."""
+def end_by_signal(
+    words: list[str], folder: Path, number: int, moments_s: Sequence[float], *, terminal: bool = False
+) -> Ended:
+    """Run a command, send it a signal after each of these times, and wait until it has ended."""
     main_end, its_end = pty.openpty() if terminal else (-1, -1)
     streams: Any = its_end if terminal else subprocess.PIPE
     process = subprocess.Popen(  # noqa: S603 - our own command
@@ -143,16 +147,18 @@ def end_by_signal(words: list[str], folder: Path, number: int, after_s: float, *
     if terminal:
         os.close(its_end)
         threading.Thread(target=_drain, args=(main_end,), daemon=True).start()
-    timer = threading.Timer(after_s, process.send_signal, (number,))
-    timer.start()
+    timers = [threading.Timer(moment_s, process.send_signal, (number,)) for moment_s in moments_s]
+    for timer in timers:
+        timer.start()
     try:
-        output, errors = process.communicate(timeout=after_s + LIMIT_S)
+        output, errors = process.communicate(timeout=max(moments_s) + LIMIT_S)
     except subprocess.TimeoutExpired:
         process.kill()
         output, errors = process.communicate()
         return Ended(None, _text(output), _text(errors))
     finally:
-        timer.cancel()
+        for timer in timers:
+            timer.cancel()
     return Ended(process.returncode, _text(output), _text(errors))
 
 
@@ -218,15 +224,16 @@ def trials(seed: int, numbers: range) -> Tally:
             name, case = names[number % len(names)], cases[number]
             random = Random(f"{seed}:{number}")
             kind, after_s = random.choice(SIGNALS), random.uniform(0.0, LATEST_S)
+            moments_s = [after_s, after_s + AGAIN_S][: random.randint(1, 2)]
             with tempfile.TemporaryDirectory() as folder:
                 nxt, camera = (served.nxt, served.camera) if served else ("", "")
                 words = [word.format(nxt=nxt, camera=camera) for word in case.words]
-                ended = end_by_signal(words, Path(folder), kind, after_s, terminal=case.terminal)
+                ended = end_by_signal(words, Path(folder), kind, moments_s, terminal=case.terminal)
                 outcome, wrong = judge(case, kind, ended, Path(folder))
             if served and case.served and (moving := served.moving()):
                 wrong.append(f"motors {', '.join(moving)} are not off")
             tally.outcomes[f"{name.split(',')[0]}: {outcome}"] += not wrong
-            what = f"{name}, {kind.name} after {after_s:.3f} s"
+            what = f"{name}, {kind.name} after {after_s:.3f} s, {len(moments_s)} times"
             tally.violations += [Violation(number, f"{what}: {each}") for each in wrong]
     return tally
 
