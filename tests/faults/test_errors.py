@@ -10,6 +10,12 @@ from nxtdrive.tools.dev.faults import errors
 FEW = range(20 * len(errors.PROVOKED))
 
 
+@pytest.fixture(autouse=True)
+def _few(monkeypatch):
+    monkeypatch.setattr(errors, "WARM", 50)
+    monkeypatch.setattr(errors, "TRACED", 50)
+
+
 def test_a_sample():
     tally = errors.CAMPAIGN.run(1, FEW)
     assert tally.violations == []
@@ -20,12 +26,13 @@ def test_what_is_left_behind_is_found(monkeypatch):
     kept = []
 
     def leave_behind(*_):
-        kept.append(bytearray(100_000))
+        kept.append([bytes(100 + i % 2) for i in range(1000)])
         raise LinkTimeout("too late.")
 
     monkeypatch.setitem(errors.PROVOKED, "timeout", (leave_behind, (LinkTimeout,)))
-    monkeypatch.setattr(errors, "WARM", 10)
-    assert "bytes behind" in str(errors.CAMPAIGN.run(1, FEW).violations)
+    violations = str(errors.CAMPAIGN.run(1, FEW).violations)
+    assert "objects behind" in violations
+    assert "bytes behind" in violations
 
 
 @pytest.mark.parametrize(("provoke", "text"), [(lambda *_: None, "no error"), (lambda *_: 1 / 0, "ZeroDivisionError")])

@@ -62,7 +62,7 @@ class _Forgetful(list):
     """Exchanges of another question than was asked."""
 
     def append(self, exchange):
-        super().append(Exchange(GetInputValues(InputPort.IN_2).encode(), exchange.reply))
+        super().append(Exchange(exchange.time_ms, GetInputValues(InputPort.IN_2).encode(), exchange.reply))
 
 
 @pytest.mark.parametrize("profile", ["thesis", "adaptive"])

@@ -8,6 +8,7 @@ import os
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import islice
 from random import Random
 from typing import NoReturn
 
@@ -82,8 +83,15 @@ class Fault:
 
 @dataclass(frozen=True, slots=True)
 class Exchange:
-    """A telegram that the brick received, and the reply as the wire delivers it, without its length; None without."""
+    """A telegram that the brick received.
 
+    Attributes:
+        time_ms: When.
+        request: The telegram.
+        reply: The reply as the wire delivers it, without its length; None without one.
+    """
+
+    time_ms: int
     request: bytes
     reply: bytes | None
 
@@ -204,6 +212,17 @@ class Wire:
         raise OSError(number, os.strerror(number))
 
     @property
+    def arrived(self) -> int:
+        """Number of bytes that `take` would return now."""
+        parts = (data for due_ms, data in self._arrivals if due_ms <= self.simulation.now_ms)
+        return sum(map(len, islice(parts, 1 if self.transport in (USB, BYTES) else None)))
+
+    @property
+    def doubles(self) -> bool:
+        """Whether its fault lets a reply arrive twice."""
+        return self._fault is not None and self._fault.kind == DOUBLED
+
+    @property
     def falsifies(self) -> bool:
         """Whether its fault changes values in a way that no driver can see: telegrams have no checksum."""
         return self._fault is not None and self._fault.kind == FLIPPED
@@ -226,7 +245,7 @@ class Wire:
         intact = 0 if self.transport == USB else LENGTH_SIZE
         now_ms = simulation.now_ms
         lost = not reply or kind == REPLY_LOST or now_ms < self._silent_until_ms
-        self.exchanges.append(Exchange(telegram, None if lost else reply[intact:]))
+        self.exchanges.append(Exchange(now_ms, telegram, None if lost else reply[intact:]))
         if kind in PULLED_MS:
             self.pull(kind)
         elif kind in ERRORS:

@@ -109,9 +109,16 @@ class _Port:
 
     def __init__(self, wire: Wire) -> None:
         self.timeout = 0.0
-        self.in_waiting = 0
         self._wire = wire
         self._link = wire.open()
+
+    @property
+    def in_waiting(self) -> int:
+        try:
+            self._wire.check(self._link)
+        except OSError as error:
+            raise OSError(errno.EIO, os.strerror(errno.EIO)) from error
+        return self._wire.arrived
 
     def read(self, _size: int) -> bytes:
         try:
