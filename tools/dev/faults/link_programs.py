@@ -11,11 +11,12 @@ from firmware_protocol.direct import GetCurrentProgramName, GetInputValues, Mess
 from firmware_protocol.enums import InputPort
 from firmware_protocol.status import Status
 from nxtdrive.brick import Brick
+from nxtdrive.motion.motor import Then
 from nxtdrive.motion.rover import Rover
 from nxtdrive.sensors.identity import identify
 from sim_backend.simulation import Simulation
 
-ANGLE_DEG, ANGLE_TOLERANCE_DEG = 150.0, 20.0
+ANGLE_DEG, ANGLE_TOLERANCE_DEG = 80.0, 20.0
 PROGRAM = bytes.fromhex(
     "4d696e6473746f726d734e585400000500000a0000000a0000000a000000000000000100020000000a000100ffffffff0000000025400000"
 )
@@ -75,7 +76,10 @@ Action = Callable[[Trial], object]
 
 def _turn_by_angle(trial: Trial) -> None:
     begin, brick = trial.rotation(0), trial.simulation.brick
-    if trial.brick.motor("A").run_angle(500, ANGLE_DEG) is StopReason.DONE and brick is trial.simulation.brick:
+    if (
+        trial.brick.motor("A").run_angle(500, ANGLE_DEG, Then.BRAKE) is StopReason.DONE
+        and brick is trial.simulation.brick
+    ):
         turned = trial.rotation(0) - begin
         trial.expect(abs(turned - ANGLE_DEG) <= ANGLE_TOLERANCE_DEG, "the angle of a motion that is done", turned)
 
@@ -91,7 +95,7 @@ def _read_angle(trial: Trial) -> None:
 def _keep_turning(trial: Trial) -> None:
     motor = trial.brick.motor("A")
     motor.run(400)
-    trial.brick.sleep(0.3)
+    trial.brick.sleep(0.2)
     motor.dc(-50)
     trial.brick.sleep(0.2)
     motor.brake()
@@ -102,7 +106,7 @@ def _keep_turning(trial: Trial) -> None:
 
 def _polled_motion(trial: Trial) -> None:
     """Poll the sonar during a motion."""
-    motion = trial.rover.straight(120, wait=False)
+    motion = trial.rover.straight(70, wait=False)
     while not motion.done:
         _distance(trial)
         trial.brick.sleep(0.05)
@@ -119,7 +123,7 @@ def _pose(trial: Trial) -> None:
 
 
 def _drive(trial: Trial) -> None:
-    for _ in range(4):
+    for _ in range(3):
         trial.rover.drive(150, 20)
         trial.brick.sleep(0.1)
     trial.rover.stop()
@@ -226,9 +230,9 @@ def _info(trial: Trial) -> None:
 
 PROGRAMS: dict[str, Sequence[Action]] = {
     "motor": (_turn_by_angle, _read_angle, _keep_turning, _battery),
-    "straight": (lambda trial: trial.rover.straight(150), _drive, _pose, _touch),
-    "turn": (lambda trial: trial.rover.turn(45), lambda trial: trial.rover.turn(-45), _distance, _pose),
-    "curve": (lambda trial: trial.rover.curve(150, 30), lambda trial: trial.rover.straight(-80), _pose),
+    "straight": (lambda trial: trial.rover.straight(60), _drive, _pose, _touch),
+    "turn": (lambda trial: trial.rover.turn(30), lambda trial: trial.rover.turn(-15), _distance, _pose),
+    "curve": (lambda trial: trial.rover.curve(120, 20), lambda trial: trial.rover.straight(-30), _pose),
     "polled motion": (_polled_motion, _pose, _battery),
     "sensors": (_touch, _distance, _battery, _distance, _ports, _touch, _distance, _registers, _distance, _info),
     "registers": (_identity, _registers, _touch, _registers, _distance, _ports, _battery),

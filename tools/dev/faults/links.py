@@ -23,7 +23,7 @@ from .link_programs import PROGRAMS, STORED, WRITTEN, Action, Trial
 from .wire import KINDS, TRANSPORTS, Exchange, Fault, Wire
 from .wire_transports import plug_in
 
-MISSION_EVERY = 40
+MISSION_EVERY = 60
 """One trial in so many is a mission, which takes as long as a hundred of the others."""
 GOLDEN = (math.sqrt(5) - 1) / 2
 """Multiples of it, modulo 1, spread evenly however many there are."""
@@ -233,6 +233,6 @@ CAMPAIGN = Campaign(
     "promised with a complete run folder.",
     "link faults",
     count=20_000,
-    batch=40,
+    batch=60,
     run=trials,
 )
