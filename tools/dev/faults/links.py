@@ -15,6 +15,7 @@ from firmware_protocol.telegram import Command
 from nxtdrive.brick import Brick
 from nxtdrive.motion.lease import LEASE_DEG, LEASE_S
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
+from sim_backend.firmware.output import Output
 from sim_backend.simulation import Simulation
 
 from .campaign import Campaign, Tally, Violation
@@ -99,18 +100,17 @@ class Stillness:
 
     def _lost(self, until_ms: int) -> None:
         simulation, lost_ms = self._simulation, self._simulation.now_ms
-        powers = self._powers()
+        before = self._limits_deg()
 
         def begin() -> None:
-            begun = self.rotations()
-            limits = [_limit_deg(max(pair)) for pair in zip(powers, self._powers(), strict=True)]
+            begun, limits = self.rotations(), list(map(max, before, self._limits_deg()))
             simulation.at(lost_ms + STILL_MS, lambda: self._watch(begun, limits))
 
         if until_ms > lost_ms + STILL_MS + WATCHED_MS:
             simulation.at(lost_ms + UNDER_WAY_MS, begin)
 
-    def _powers(self) -> list[int]:
-        return [abs(output.power) for output in self._simulation.brick.output.outputs]
+    def _limits_deg(self) -> list[float]:
+        return [_limit_deg(output) for output in self._simulation.brick.output.outputs]
 
     def rotations(self) -> list[float]:
         """Angle of each motor, whatever becomes of the brick's counters."""
@@ -136,10 +136,11 @@ class Stillness:
         self._simulation.at(self._simulation.now_ms + WATCHED_MS, compare)
 
 
-def _limit_deg(power: int) -> float:
-    """The farthest a motor may turn without another command."""
-    speed = power / 100 * FULL_SPEED_DEG_S
-    return max(LEASE_DEG, speed * LEASE_S) + speed * COAST_S + SPARE_DEG
+def _limit_deg(output: Output) -> float:
+    """The farthest a motor may turn without another command: for its lease, and then by its momentum."""
+    commanded = abs(output.power) / 100 * FULL_SPEED_DEG_S
+    turning: float = abs(output.plant.free_speed)  # type: ignore[union-attr]  # the motors of a `Simulation` have it
+    return max(LEASE_DEG, commanded * LEASE_S) + max(commanded, turning) * COAST_S + SPARE_DEG
 
 
 def new_simulation() -> Simulation:
