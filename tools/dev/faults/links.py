@@ -11,7 +11,7 @@ from itertools import product
 from typing import Any
 
 from firmware_protocol.errors import LinkLost, NXTError
-from firmware_protocol.telegram import Command
+from firmware_protocol.telegram import REPLY_HEADER, Command
 from nxtdrive.brick import Brick
 from nxtdrive.motion.lease import LEASE_DEG, LEASE_S
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
@@ -70,15 +70,17 @@ class Witness:
             if (took_s := self._now() - begun_s) > LONGEST_CALL_S:
                 self.wrong.append(f"{command} took {took_s:.1f} s")
         sent = self._wire.exchanges
-        if self._wire.doubles:  # the second copy of a reply may pass for that to the same request, within this time
+        if self._wire.doubles:  # within this time, the second copy of a reply may pass for that to a like request
             first = min(first, next((i for i, each in enumerate(sent) if each.time_ms >= since_ms), first))
-        if not any(_answers(each, command, reply) for each in sent[first:]):
+        if not any(_answers(each, command, reply, exact=not self._wire.doubles) for each in sent[first:]):
             self.wrong.append(f"{reply} is the answer of {command}, which the brick did not send for it")
         return reply
 
 
-def _answers(exchange: Exchange, command: Command[Any], reply: object) -> bool:
-    if exchange.reply is None or exchange.request != command.encode():
+def _answers(exchange: Exchange, command: Command[Any], reply: object, *, exact: bool) -> bool:
+    """Whether the brick sent `reply` for this command, or without `exact` for one of the same kind."""
+    compared = None if exact else REPLY_HEADER - 1
+    if exchange.reply is None or exchange.request[:compared] != command.encode()[:compared]:
         return False
     try:
         return bool(command.decode_reply(exchange.reply) == reply)

@@ -222,7 +222,7 @@ def trials(seed: int, numbers: range) -> Tally:
     with _served(numbers, cases) as served:
         for number in numbers:
             name, case = names[number % len(names)], cases[number]
-            random = Random(f"{seed}:{number}")
+            random = Random(f"{seed}:{number}")  # noqa: S311 - repeatable
             kind, after_s = random.choice(SIGNALS), random.uniform(0.0, LATEST_S)
             moments_s = [after_s, after_s + AGAIN_S][: random.randint(1, 2)]
             with tempfile.TemporaryDirectory() as folder:

@@ -15,7 +15,8 @@ from firmware_protocol.errors import NXTError
 from firmware_protocol.iomap import COMMAND, UI
 from nxtdrive.brick import Brick
 from nxtdrive.link.core import Interrupted, LinkState
-from nxtdrive.link.link import LONGEST_SILENCE_S, PROBE_S
+from nxtdrive.link.link import LONGEST_SILENCE_S
+from nxtdrive.link.reconnect import PROBE_S
 from nxtdrive.mission import setup
 from nxtdrive.mission.body import MissionClock
 from nxtdrive.vision.eyes import GeometricEyes
