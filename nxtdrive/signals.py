@@ -14,7 +14,7 @@ TERMINATION = ("SIGTERM", "SIGHUP")
 IMPORT_RETRY_S = 0.02
 """A signal during an import is delivered again after this time."""
 INSISTENT = 3
-"""With so many Ctrl-C a user interrupts the program's end, which may hang."""
+"""So many signals interrupt the program's end, which may hang."""
 
 
 @contextmanager
@@ -90,8 +90,8 @@ class SignalInterrupt(KeyboardInterrupt):
 def signals_as_interrupt() -> AbstractContextManager[None]:
     """Have SIGINT, SIGTERM and SIGHUP raise `SignalInterrupt` once, after the end of an import in progress.
 
-    Further ones are ignored while the program ends, as a closed terminal sends several; but from the third on, SIGINT
-    interrupts that, too.
+    A second one is ignored while the program ends, as a closed terminal sends two; from the third on they interrupt
+    that, too.
     """
     arrived: list[int] = []
 
@@ -103,7 +103,7 @@ def signals_as_interrupt() -> AbstractContextManager[None]:
             again.start()
             return
         arrived.append(number)
-        if len(arrived) == 1 or (number == signal.SIGINT and arrived.count(number) >= INSISTENT):
+        if len(arrived) == 1 or len(arrived) >= INSISTENT:
             raise SignalInterrupt(number)
 
     return handling(interrupt)

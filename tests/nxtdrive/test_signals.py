@@ -30,16 +30,16 @@ def test_a_second_signal_does_not_disturb_the_end_of_the_program(number):
         with pytest.raises(SignalInterrupt):
             signal.raise_signal(number)
         signal.raise_signal(number)
-        signal.raise_signal(signal.SIGTERM)
 
 
-def test_a_third_ctrl_c_interrupts_an_end_that_hangs():
+@NUMBERS
+def test_a_third_signal_interrupts_an_end_that_hangs(number):
     with signals_as_interrupt():
         with pytest.raises(SignalInterrupt):
-            signal.raise_signal(signal.SIGINT)
-        signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(number)
+        signal.raise_signal(number)
         with pytest.raises(SignalInterrupt):
-            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(number)
 
 
 @NUMBERS
