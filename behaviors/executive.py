@@ -140,8 +140,6 @@ class Executive:
             Exception: Whatever else a service raised; the motors are off.
         """
         ending = Ending.BROKEN
-        table = self._mission.mission
-        self.note(Kind.START, format=JOURNAL_FORMAT, mission=table.name, targets=list(table.targets))
         try:
             ending = self._pursue()
         except Exception as error:
@@ -176,7 +174,9 @@ class Executive:
         self.note(Kind.TRANSITION, source=source.id, to=entered, event=event, **reason)
 
     def _pursue(self) -> Ending:
+        table = self._mission.mission
         try:
+            self.note(Kind.START, format=JOURNAL_FORMAT, mission=table.name, targets=list(table.targets))
             self._report(Fact(Event.START, Reason.MISSION_STARTED))
             while not self._chart.is_terminated:
                 self._context.check_time()

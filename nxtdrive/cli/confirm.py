@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import select
+import sys
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
     from nxtdrive.recording.status_line import StatusLine
 
 STOP = "s"
+LOOK_S = 0.2
+"""How often a wait for the operator looks for signals."""
 
 
 class TerminalOperator:
@@ -58,7 +62,9 @@ class TerminalOperator:
         others = "" if count == 1 else "number: do that instead, "
         while True:
             try:
-                answer = self._console.input(f"Enter: do 1, {others}{STOP}: stop the mission > ")
+                self._console.print(f"Enter: do 1, {others}{STOP}: stop the mission > ", end="")
+                _await_line()
+                answer = input()
             except EOFError:
                 raise KeyboardInterrupt from None
             answer = answer.strip().lower()
@@ -69,3 +75,10 @@ class TerminalOperator:
             if answer.isdecimal() and 1 <= int(answer) <= count:
                 return question.candidates[int(answer) - 1].choice
             self._console.print(f"There is no {answer!r}.", markup=False)
+
+
+def _await_line() -> None:
+    """Wait until a line has been typed; a signal that arrives just before a blocking read would not be noticed."""
+    if sys.platform != "win32" and sys.stdin.isatty():  # Windows cannot wait for a console
+        while not select.select([sys.stdin], [], [], LOOK_S)[0]:
+            pass

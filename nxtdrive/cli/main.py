@@ -32,12 +32,15 @@ from firmware_protocol.errors import (
 from firmware_protocol.printable import printable
 from input_files.plain import InputFileError
 from nxtdrive.cli.output import complain, drop_output, finish_output, guarded_output, write_line
+from nxtdrive.signals import SignalInterrupt, ignore_signals, signals_as_interrupt
 
 DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED, INCOMPLETE = range(7)
 """Exit codes."""
 
-INTERRUPTED = 130
-"""Exit code of a command that Ctrl-C ended before it had anything to report; 128 + SIGINT, as in shells."""
+SIGNALLED = 128
+"""Exit code, with the signal's number added, of a command that a signal ended before it had anything to report."""
+INTERRUPTED = SIGNALLED + 2
+"""The same for Ctrl-C."""
 
 BUG = "This is a bug of nxtdrive. Please report it with this traceback, the command and the files it was given."
 """Added to the traceback of an error that is none of those above."""
@@ -109,11 +112,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         The exit code.
     """
-    arguments = list(sys.argv[1:] if argv is None else argv)
+    with signals_as_interrupt():
+        code = _main(list(sys.argv[1:] if argv is None else argv))
+        if argv is None:
+            ignore_signals()  # nothing is left but the end of the process
+    return code
+
+
+def _main(arguments: Sequence[str]) -> int:
     args = argparse.Namespace(verbose=False)
     try:
         args = _parse_aloud(arguments)
         return _run(args, arguments)
+    except SignalInterrupt as interrupt:
+        return SIGNALLED + interrupt.number
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:

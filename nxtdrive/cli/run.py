@@ -14,7 +14,7 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, INCOMPLETE, LINK_LOST, NOT_ACHIEVED
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_profile_argument
 from nxtdrive.cli.output import complain, make_console, print_line
-from nxtdrive.signals import termination_as_interrupt
+from nxtdrive.signals import held
 
 if TYPE_CHECKING:
     from behaviors.executive import Executive, Report
@@ -82,8 +82,8 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.mission import setup
     from nxtdrive.mission.body import MissionClock
     from nxtdrive.mission.run import reconnect_in_background
+    from nxtdrive.mission.run_review import RunReview
     from nxtdrive.mission.truth import truth_of
-    from nxtdrive.mission.witness import Witness
     from nxtdrive.recording.recording import Recording
     from nxtdrive.recording.run_folder import JOURNAL, MISSION, VIDEO, new_run_folder
     from nxtdrive.recording.status_line import StatusLine
@@ -94,28 +94,29 @@ def run(args: argparse.Namespace) -> int:
     if not args.json:
         observers.attempt(OUTPUT, print_line, GREETINGS[args.console].format(args.nxt))
     with ExitStack() as stack:
-        stack.enter_context(termination_as_interrupt())
         brick = stack.enter_context(open_brick(args.nxt))
         reconnect_in_background(brick)
         source = args.camera or setup.default_camera(brick)
         camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
         eyes = setup.camera_eyes(camera, mission)
+        body, clock = setup.build_body(brick, mission), MissionClock(brick)
+        status = stack.enter_context(StatusLine(make_console(stderr=True)))
+        make_profile = _supervised(mission, status) if args.confirm_recovery else None
+        executive = Executive(mission, body, eyes, clock, observers, make_profile)
+        review = RunReview(mission, truth_of(brick), _say_nothing if args.json else _say_hint, args.mission)
+        details: dict[str, object] = {"mission": mission.mission.name, "nxt": args.nxt, "camera": source}
+        details |= {"arrivals": review.arrivals, "hints": review.hints}
+        release = stack.enter_context(held())  # once there is a folder, it will be complete
         recording = Recording(new_run_folder(args.out, mission.mission.name), video=not args.no_video)
         observers.attempt(MISSION, recording.folder.write_mission, mission)
         eyes.on_look(observers.guarded(VIDEO, recording.look))
         setup.watch(camera, brick, observers.guarded(VIDEO, recording.frame), VIDEO_FPS)
-        status = stack.enter_context(StatusLine(make_console(stderr=True)))
         observers.add(JOURNAL, recording)
+        observers.add("signals", lambda _record: release())
         observers.add(OUTPUT, _print_json if args.json else _console(args.console))
         if not args.json:
             observers.add("status line", status)
-        make_profile = _supervised(mission, status) if args.confirm_recovery else None
-        body, clock = setup.build_body(brick, mission), MissionClock(brick)
-        executive = Executive(mission, body, eyes, clock, observers, make_profile)
-        witness = Witness(mission, truth_of(brick), _say_nothing if args.json else _say_hint, args.mission)
-        observers.add("hints", witness)
-        details: dict[str, object] = {"mission": mission.mission.name, "nxt": args.nxt, "camera": source}
-        details |= {"arrivals": witness.arrivals, "hints": witness.hints}
+        observers.add("hints", review)
         report = _pursue(executive, recording, details, observers)
     observers.attempt(OUTPUT, _say_where, report, recording, {**details, **observers.summary()}, as_json=args.json)
     return _exit_code(report, observers)
@@ -178,7 +179,8 @@ def _pursue(executive: Executive, recording: Recording, details: dict[str, objec
         error = str(reason) or type(reason).__name__
         raise
     finally:
-        recording.finish(report, error, details, observers)
+        with held():
+            recording.finish(report, error, details, observers)
 
 
 def _print_json(record: Record) -> None:

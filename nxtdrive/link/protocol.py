@@ -52,7 +52,11 @@ class RequestLink(Protocol):
 
 
 class SensorLink(RequestLink, Protocol):
-    """Requests, and modes of input ports that are restored after a reconnection."""
+    """Requests, locks, and modes of input ports that are restored after a reconnection."""
+
+    def lock(self) -> Lock:
+        """Make a lock that may be held during a request; not reentrant."""
+        ...
 
     def restore_mode(self, mode: SetInputMode) -> None:
         """Set an input port to `mode` after a reconnection, unless it still has it."""
@@ -91,10 +95,6 @@ class MotorLink(RequestLink, Protocol):
 
 class RoverLink(MotorLink, SensorLink, Protocol):
     """Motors and sensors, and a brick that stays awake."""
-
-    def lock(self) -> Lock:
-        """Make a lock that may be held during a request; not reentrant."""
-        ...
 
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off."""

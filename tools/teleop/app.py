@@ -47,6 +47,7 @@ class Teleop(App[None]):
         now: The clock of the controls.
         name: Which brick, for the title.
         gamepad: Read between the keys, if there shall be one.
+        stopped: Checked between the pilot's steps; once it returns True, the robot stops and the screen closes.
 
     Attributes:
         failure: Why it ended by itself, or None.
@@ -85,12 +86,14 @@ class Teleop(App[None]):
         now: Callable[[], float],
         name: str = "",
         gamepad: Gamepad | None = None,
+        stopped: Callable[[], bool] = lambda: False,
     ) -> None:
         super().__init__()
         self.sub_title = printable(name)
         self.failure: NXTError | None = None
         self._pilot, self._controls, self._now = pilot, controls, now
         self._gamepad, self._gamepad_words = gamepad, ""
+        self._stopped = stopped
         self._leaving = threading.Event()
         self._driving = threading.Thread(target=self._drive, name="teleop pilot", daemon=True)
 
@@ -182,7 +185,7 @@ class Teleop(App[None]):
     def _drive(self) -> None:
         """Run the pilot; only this thread uses the brick."""
         try:
-            while not self._leaving.is_set():
+            while not (self._leaving.is_set() or self._stopped()):
                 self.post_message(self.Seen(self._pilot.step()))
             self._pilot.stop()
         except NXTError as error:

@@ -196,7 +196,7 @@ class Agent(Good):
     def _ask(self) -> bytes:
         self._socket.sendall(b"connect\n")
         answer = self._stream.readline()
-        if answer != b"1\n":
+        if answer not in (b"1\n", b""):
             raise Broken(f"connect was answered {answer!r}")
         return answer
 

@@ -9,16 +9,16 @@ import pytest
 from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
-from nxtdrive.mission.witness import Witness
+from nxtdrive.mission.run_review import RunReview
 from sim_backend.simulation import Simulation
 
 
-def _witnessed(perform, world: str, mission: Mission, *, geometric: bool = True, file: Path | None = None) -> Witness:
-    """The witness of a mission in a bundled world."""
-    made: list[Witness] = []
+def _reviewed(perform, world: str, mission: Mission, *, geometric: bool = True, file: Path | None = None) -> RunReview:
+    """The review of a mission in a bundled world."""
+    made: list[RunReview] = []
 
     def arrange(simulation: Simulation) -> None:
-        made.append(Witness(mission, simulation.truth, lambda _: None, file))
+        made.append(RunReview(mission, simulation.truth, lambda _: None, file))
 
     def observe(record: Record) -> None:
         made[0](record)
@@ -39,52 +39,52 @@ def _unsuccessful(target: str) -> Record:
 
 
 def test_a_target_that_the_simulated_world_does_not_have_is_named_with_what_it_has(perform, mission_for):
-    witness = _witnessed(perform, "open", _with(mission_for("rilakkuma"), 297.0, "thesis"))
-    [hint] = witness.hints
+    review = _reviewed(perform, "open", _with(mission_for("rilakkuma"), 297.0, "thesis"))
+    [hint] = review.hints
     assert "nothing in this world does; it has: lena." in hint
     assert "nxtdrive mission new" in hint
 
 
 def test_the_room_beside_the_mission_is_recommended(perform, mission_for, tmp_path):
     (tmp_path / "bear-world.toml").touch()
-    witness = _witnessed(perform, "open", _with(mission_for("rilakkuma"), 297.0, "thesis"), file=tmp_path / "bear.toml")
-    assert f"--nxt sim://{tmp_path}/bear-world.toml" in witness.hints[0]
+    review = _reviewed(perform, "open", _with(mission_for("rilakkuma"), 297.0, "thesis"), file=tmp_path / "bear.toml")
+    assert f"--nxt sim://{tmp_path}/bear-world.toml" in review.hints[0]
 
 
 def test_a_target_that_the_simulated_world_hides_is_no_reason_for_a_hint(perform, mission_for):
-    assert _witnessed(perform, "arena", _with(mission_for("lena"), 297.0, "thesis")).hints == []
+    assert _reviewed(perform, "arena", _with(mission_for("lena"), 297.0, "thesis")).hints == []
 
 
 def test_what_has_been_carried_off_belongs_to_the_world(mission_for):
     simulation = Simulation("open")
     simulation.world.place("lena", None, None, present=False)
-    witness = Witness(mission_for("lena"), simulation.truth, lambda _: None)
-    witness(_unsuccessful("lena"))
-    assert witness.hints == []
+    review = RunReview(mission_for("lena"), simulation.truth, lambda _: None)
+    review(_unsuccessful("lena"))
+    assert review.hints == []
 
 
 def test_a_real_room_in_which_nothing_looks_like_the_target_leads_to_what_to_try(mission_for):
     said: list[str] = []
-    witness = Witness(mission_for("lena"), None, said.append, Path("my mission.toml"))
-    witness(_unsuccessful("lena"))
-    witness(_unsuccessful("lena"))
+    review = RunReview(mission_for("lena"), None, said.append, Path("my mission.toml"))
+    review(_unsuccessful("lena"))
+    review(_unsuccessful("lena"))
     [hint] = said
-    assert hint == witness.hints[0]
+    assert hint == review.hints[0]
     assert "nxtdrive detect try 0 --mission 'my mission.toml' --target lena" in hint
 
 
 def test_a_target_that_was_seen_before_is_not_called_invisible(mission_for):
-    witness = Witness(mission_for("lena"), None, lambda _: None)
+    review = RunReview(mission_for("lena"), None, lambda _: None)
     sighting = {"bearing_deg": 0.0, "distance_mm": 900.0, "confidence": 0.9, "box": [0, 0, 9, 9]}
-    witness(Record(1.0, Kind.LOOK, "search", "lena", {"pose": [0, 0, 0], "range_mm": 860.0, "sighting": sighting}))
-    witness(_unsuccessful("lena"))
-    assert witness.hints == []
+    review(Record(1.0, Kind.LOOK, "search", "lena", {"pose": [0, 0, 0], "range_mm": 860.0, "sighting": sighting}))
+    review(_unsuccessful("lena"))
+    assert review.hints == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("profile", ["adaptive", "thesis"])
 def test_a_wrong_height_is_named_with_both_distances_and_the_height_that_fits(perform, mission_for, profile):
-    [hint] = _witnessed(perform, "open", _with(mission_for("lena"), 20.0, profile), geometric=False).hints
+    [hint] = _reviewed(perform, "open", _with(mission_for("lena"), 20.0, profile), geometric=False).hints
     assert "the sonar says 1.9 m, its size in the picture says 0.1 m" in hint
     assert "height_mm = 20" in hint
     assert "about 290 mm high" in hint
@@ -93,7 +93,7 @@ def test_a_wrong_height_is_named_with_both_distances_and_the_height_that_fits(pe
 @pytest.mark.slow
 @pytest.mark.parametrize(("height_mm", "profile", "there"), [(297.0, "adaptive", True), (20.0, "thesis", False)])
 def test_the_truth_stands_beside_the_belief(perform, mission_for, height_mm, profile, there):
-    [arrival] = _witnessed(perform, "open", _with(mission_for("lena"), height_mm, profile), geometric=False).arrivals
+    [arrival] = _reviewed(perform, "open", _with(mission_for("lena"), height_mm, profile), geometric=False).arrivals
     assert arrival["target"] == "lena"
     assert arrival["there"] is there
     assert (arrival["true_mm"] == pytest.approx(arrival["believed_mm"], rel=0.1)) is there
@@ -102,5 +102,5 @@ def test_the_truth_stands_beside_the_belief(perform, mission_for, height_mm, pro
 
 @pytest.mark.slow
 def test_a_height_that_is_too_large_is_told_when_the_mission_ends(perform, mission_for):
-    [hint] = _witnessed(perform, "open", _with(mission_for("lena"), 600.0, "adaptive", 120.0), geometric=False).hints
+    [hint] = _reviewed(perform, "open", _with(mission_for("lena"), 600.0, "adaptive", 120.0), geometric=False).hints
     assert "height_mm = 600" in hint

@@ -28,7 +28,7 @@ STOPPED_TWICE = 2
 LENS_BEHIND_SONAR_MM = 40.0
 
 
-class Witness:
+class RunReview:
     """Observes a run; receives its records.
 
     Args:
