@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
@@ -11,8 +12,8 @@ from typing import NoReturn
 
 TERMINATION = ("SIGTERM", "SIGHUP")
 """The system's request to end, and a closed terminal; not every system has both."""
-IMPORT_RETRY_S = 0.02
-"""A signal during an import is delivered again after this time."""
+AGAIN_S = 0.02
+"""A signal that could not interrupt the program is delivered again after this time."""
 INSISTENT = 3
 """So many signals interrupt the program's end, which may hang."""
 
@@ -87,26 +88,49 @@ class SignalInterrupt(KeyboardInterrupt):
         self.number = number
 
 
-def signals_as_interrupt() -> AbstractContextManager[None]:
+@contextmanager
+def signals_as_interrupt() -> Iterator[None]:
     """Have SIGINT, SIGTERM and SIGHUP raise `SignalInterrupt` once, after the end of an import in progress.
 
     A second one is ignored while the program ends, as a closed terminal sends two; from the third on they interrupt
-    that, too.
+    that, too. An interrupt that Python must drop, as in a finaliser or a callback from C, is raised again.
     """
     arrived: list[int] = []
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         if _importing(frame):
             # an extension module whose initialisation is cut short may crash later
-            again = threading.Timer(IMPORT_RETRY_S, _send_to_main_thread, (number,))
-            again.daemon = True
-            again.start()
+            _send_again(number)
             return
         arrived.append(number)
         if len(arrived) == 1 or len(arrived) >= INSISTENT:
             raise SignalInterrupt(number)
 
-    return handling(interrupt)
+    def dropped(number: int) -> None:
+        arrived.clear()
+        _send_again(number)
+
+    with handling(interrupt), _dropped_interrupts(dropped):
+        yield
+
+
+@contextmanager
+def _dropped_interrupts(again: Callable[[int], None]) -> Iterator[None]:
+    """Call `again` with the signal's number for each `SignalInterrupt` that is raised where no exception can pass."""
+    before = sys.unraisablehook
+
+    def hook(unraisable: sys.UnraisableHookArgs) -> None:
+        if isinstance(unraisable.exc_value, SignalInterrupt):
+            again(unraisable.exc_value.number)
+        else:
+            before(unraisable)
+
+    sys.unraisablehook = hook
+    try:
+        yield
+    finally:
+        if sys.unraisablehook is hook:
+            sys.unraisablehook = before
 
 
 def ignore_signals() -> None:
@@ -122,6 +146,12 @@ def _importing(frame: FrameType | None) -> bool:
             return True
         frame = frame.f_back
     return False
+
+
+def _send_again(number: int) -> None:
+    again = threading.Timer(AGAIN_S, _send_to_main_thread, (number,))
+    again.daemon = True
+    again.start()
 
 
 def _send_to_main_thread(number: int) -> None:

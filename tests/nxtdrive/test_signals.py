@@ -7,6 +7,7 @@ import signal
 import sys
 import time
 
+import pymunk
 import pytest
 
 from nxtdrive.cli.main import SIGNALLED, main
@@ -88,3 +89,31 @@ def test_a_command_that_a_signal_ends_exits_as_in_shells(number, monkeypatch):
 
     monkeypatch.setattr("sys.stdin", type_a_line())
     assert main(["explain", "-"]) == SIGNALLED + number
+
+
+class _InterruptedWhenDeleted:
+    def __del__(self):
+        signal.raise_signal(signal.SIGTERM)
+
+
+def _from_c(callback):
+    """Call `callback` from C, as the simulation's physics does."""
+    space, body = pymunk.Space(), pymunk.Body(1.0, 1.0)
+    space.add(body, pymunk.Circle(body, 1.0))
+    body.velocity_func = lambda *_: callback()
+    space.step(0.01)
+
+
+@pytest.mark.parametrize(
+    "drops",
+    [_InterruptedWhenDeleted, lambda: _from_c(lambda: signal.raise_signal(signal.SIGTERM))],
+    ids=["in a finaliser", "in a callback from C"],
+)
+def test_an_interrupt_that_python_drops_is_raised_again(drops):
+    def drop_and_wait():
+        drops()
+        time.sleep(5.0)
+
+    with pytest.raises(SignalInterrupt) as interrupted, signals_as_interrupt():
+        drop_and_wait()
+    assert interrupted.value.number == signal.SIGTERM
