@@ -186,7 +186,7 @@ class Robot:
         self._hub.show(
             "state",
             {
-                "doing": view.state,
+                "doing": "stopped until the stop is released" if self.controls.stopped else view.state,
                 "pose": [round(view.pose.x_mm, 1), round(view.pose.y_mm, 1), round(view.pose.heading_deg, 1)],
                 "range_mm": view.range_mm,
                 "touching": view.touching,
