@@ -52,13 +52,14 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.tools.web.hub import Hub
     from nxtdrive.tools.web.missions import Missions
     from nxtdrive.tools.web.robot import Robot
+    from nxtdrive.tools.web.runs import Runs
 
     address = in_real_time(args.nxt)
     with closing(_listen(args.port)) as listener, termination_as_interrupt():
         hub = Hub()
         robot = Robot(address, args.camera, setup.load(args.mission), hub, args.out)
         with closing(robot), suppress(KeyboardInterrupt):
-            serve(Server(robot, hub, Missions(args.folder), str(address)), listener, print_line)
+            serve(Server(robot, hub, Missions(args.folder), Runs(args.out), str(address)), listener, print_line)
     if robot.failure:
         raise robot.failure
     print_line("ended; motors off")

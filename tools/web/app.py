@@ -16,12 +16,14 @@ from urllib.parse import urlsplit
 import anyio
 import uvicorn
 from starlette.applications import Starlette
-from starlette.requests import HTTPConnection
-from starlette.responses import PlainTextResponse
-from starlette.routing import Mount, WebSocketRoute
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from firmware_protocol.errors import ConfigError
 
 from .chart import chart, recoveries
 from .hub import Client, Hub
@@ -42,6 +44,7 @@ from .messages import (
 )
 from .missions import Missions
 from .robot import Robot
+from .runs import Runs
 from .wheel import Wheel
 
 STATIC = Path(str(resources.files(__package__))) / "static"
@@ -97,12 +100,14 @@ class Server:
         robot: The robot.
         hub: What it tells.
         missions: The missions that can be started.
+        runs: The runs that can be replayed.
         address: The brick's, for the page.
     """
 
     robot: Robot
     hub: Hub
     missions: Missions
+    runs: Runs
     address: str
     _numbers: Iterator[int] = field(default_factory=lambda: count(1))
 
@@ -113,11 +118,31 @@ class Server:
         """Return the web application."""
         routes = [
             WebSocketRoute("/ws", self._connect),
+            Route("/api/runs", self._list_runs),
+            Route("/api/runs/{name}", self._replay),
+            Route("/runs/{name}/{file}", self._run_file),
             Mount("/", StaticFiles(directory=STATIC, html=True)),
         ]
         app = Starlette(routes=routes)
         app.add_middleware(SameSite)
         return app
+
+    def _list_runs(self, _request: Request) -> Response:
+        return JSONResponse(self.runs.listed())
+
+    def _replay(self, request: Request) -> Response:
+        try:
+            return JSONResponse(self.runs.replay(request.path_params["name"]))
+        except KeyError:
+            return PlainTextResponse("There is no such run.\n", 404)
+        except ConfigError as error:
+            return PlainTextResponse(f"{error}\n", 422)
+
+    def _run_file(self, request: Request) -> Response:
+        try:
+            return FileResponse(self.runs.file(request.path_params["name"], request.path_params["file"]))
+        except KeyError:
+            return PlainTextResponse("There is no such file.\n", 404)
 
     async def _connect(self, page: WebSocket) -> None:
         await page.accept()

@@ -27,6 +27,7 @@ from nxtdrive.recording.wording import evidence_lines, failure_words
 
 from .hub import BELIEF, GRID, Hub
 from .pictures import layer
+from .runs import record_values
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -155,7 +156,7 @@ class MissionRun:
         return self._profile
 
     def _tell(self, record: Record) -> None:
-        self._hub.tell("record", {"record": {"t": record.time_s, **_head(record), **record.data}})
+        self._hub.tell("record", {"record": record_values(record)})
         if record.kind is Kind.LOOK and record.time_s - self._map_s >= MAP_EVERY_S:
             self._map_s = record.time_s
             self._show_map(record)
@@ -169,10 +170,6 @@ class MissionRun:
         show(GRID, encoded=layer(world.floor.evidence, -SURE, SURE))
         chances = world.beliefs[record.target].by_place()
         show(BELIEF, encoded=layer(chances, 0.0, max(float(chances.max()), 1e-9)))
-
-
-def _head(record: Record) -> dict[str, str]:
-    return {"kind": record.kind.value, "state": record.state, "target": record.target}
 
 
 def _shown(question: Question) -> dict[str, object]:

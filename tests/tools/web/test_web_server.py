@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +12,14 @@ import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
+from nxtdrive import run_mission
 from nxtdrive.mission import setup
+from nxtdrive.recording.run_folder import RunFolder
 from nxtdrive.tools.web.app import MAX_CLIENTS, Server
 from nxtdrive.tools.web.hub import Hub
 from nxtdrive.tools.web.missions import Missions
 from nxtdrive.tools.web.robot import Robot
+from nxtdrive.tools.web.runs import Runs
 from nxtdrive.transports.address import Address
 
 HOST = {"host": "127.0.0.1:7080"}
@@ -26,11 +29,21 @@ QUICK = '[mission]\nname = "quick"\ntargets = ["lena"]\n[target.lena]\ndetector 
 def _server(folder: Path, address: str = "sim://open?pace=realtime") -> Server:
     hub = Hub()
     robot = Robot(Address.parse(address), None, setup.load(None), hub, folder / "runs")
-    return Server(robot, hub, Missions(folder), address)
+    return Server(robot, hub, Missions(folder), Runs(folder / "runs"), address)
 
 
 def _client(server: Server) -> TestClient:
     return TestClient(server.app(), headers=HOST)
+
+
+def _quick(folder: Path) -> Path:
+    (folder / "quick.toml").write_text(QUICK, encoding="utf-8")
+    return folder / "quick.toml"
+
+
+def _journal(folder: Path) -> RunFolder:
+    folder.mkdir(parents=True)
+    return RunFolder(folder)
 
 
 @contextmanager
@@ -160,7 +173,7 @@ def test_anyone_may_stop_and_nothing_drives_until_the_stop_is_released(tmp_path)
 
 @pytest.mark.slow
 def test_a_mission_runs_tells_its_records_and_leaves_its_folder(tmp_path):
-    (tmp_path / "quick.toml").write_text(QUICK, encoding="utf-8")
+    _quick(tmp_path)
     with _running(tmp_path, "sim://open?pace=fast") as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "start_mission", "mission": "quick.toml"})
         assert _until(page, lambda each: each["type"] == "run")["name"] == "quick"
@@ -183,3 +196,36 @@ def test_a_mission_waits_for_the_answer_to_its_question_and_can_be_ended(tmp_pat
         assert choice["record"]["operator"] is True
         page.send_json({"type": "stop_mission"})
         assert _until(page, lambda each: each["type"] == "ended")["ending"] == "interrupted"
+
+
+def test_runs_are_listed_and_replayed(tmp_path):
+    client = _client(_server(tmp_path))
+    assert client.get("/api/runs").json() == []
+    with closing(_journal(tmp_path / "runs" / "quick-001")) as journal:
+        run_mission(str(_quick(tmp_path)), nxt="sim://open", observers=[journal])
+    (listed,) = client.get("/api/runs").json()
+    assert (listed["name"], listed["ending"], listed["map"]) == ("quick-001", "unfinished", False)
+    replay = client.get("/api/runs/quick-001").json()
+    assert [each["kind"] for each in replay["records"]][:2] == ["start", "transition"]
+    assert "lena reached" in replay["lines"][-2]["text"]
+    assert replay["lines"][-1]["text"] == "achieved"
+    assert client.get("/runs/quick-001/journal.jsonl").status_code == 200
+    for path in (
+        "/api/runs/nosuch",
+        "/runs/quick-001/map.png",
+        "/runs/quick-001/secret",
+        "/runs/../quick.toml/journal.jsonl",
+    ):
+        assert client.get(path).status_code == 404
+
+
+def test_a_damaged_run_is_listed_and_its_replay_says_why_not(tmp_path):
+    folder = tmp_path / "runs" / "broken-001"
+    folder.mkdir(parents=True)
+    (folder / "journal.jsonl").write_text("nonsense\n", encoding="utf-8")
+    (folder / "summary.json").write_text("[]", encoding="utf-8")
+    client = _client(_server(tmp_path))
+    assert [each["ending"] for each in client.get("/api/runs").json()] == ["unfinished"]
+    answer = client.get("/api/runs/broken-001")
+    assert answer.status_code == 422
+    assert "not a journal" in answer.text

@@ -5,7 +5,7 @@ import { Chart } from "./chart.js";
 import { Connection } from "./connection.js";
 import { Drive } from "./drive.js";
 import { FloorMap } from "./map.js";
-import { MissionPanel } from "./mission.js";
+import { Decisions, Lines, MissionPanel } from "./mission.js";
 
 const NOTICE_MS = 6000;
 const find = (id) => document.getElementById(id);
@@ -17,6 +17,8 @@ new FloorMap(connection, find("map"), { grid: find("layer-grid"), belief: find("
 new Chart(connection, find("chart"));
 new Drive(connection, find("pad"), find("knob"));
 new MissionPanel(connection, find);
+new Lines(connection, find("lines"));
+new Decisions(connection, find("decision"));
 
 connection.on("hello", ({ you, address }) => {
   me = you;

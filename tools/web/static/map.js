@@ -5,10 +5,12 @@ import { BELIEF, GRID } from "./connection.js";
 const GRID_MM = 180 * 80; // the occupancy grid's side; the start lies in its middle
 const BELIEF_MM = 35 * 400; // the belief's side
 const VIEW_DEG = 60, VIEW_MM = 700, CONE_DEG = 15;
+const SONAR_MM = 100; // the sonar in front of the axle
+const FARTHEST_ECHO_MM = 1500; // beyond, the cone is wider than a robot, and an echo is no place
 const MARGIN_MM = 900; // around everything that is known
 
 export class FloorMap {
-  constructor(connection, canvas, layers) {
+  constructor(connection, canvas, layers = {}) {
     this.canvas = canvas;
     this.layers = layers;
     this.clear();
@@ -23,6 +25,7 @@ export class FloorMap {
 
   clear() {
     this.path = [];
+    this.echoes = new Map();
     this.sightings = new Map();
     this.marks = [];
     this.pose = [0, 0, 0];
@@ -48,6 +51,10 @@ export class FloorMap {
     if (!last || Math.hypot(pose[0] - last[0], pose[1] - last[1]) > 20) this.path.push(pose);
     this.pose = pose;
     this.range = range;
+    if (range !== null && range < FARTHEST_ECHO_MM) {
+      const at = ahead(pose, range + SONAR_MM, 0);
+      this.echoes.set(at.map((mm) => Math.round(mm / 40)).join(), at);
+    }
     this.include(pose);
     this.draw();
   }
@@ -76,9 +83,9 @@ export class FloorMap {
     // x forward is up, y to the right
     context.setTransform(scale, 0, 0, scale, side / 2 - ((y0 + y1) / 2) * scale, side / 2 + ((x0 + x1) / 2) * scale);
     context.imageSmoothingEnabled = false;
-    if (this.layers.grid.checked && this.grid) context.drawImage(this.grid, -GRID_MM / 2, -GRID_MM / 2, GRID_MM, GRID_MM);
+    if (this.grid && this.layers.grid.checked) context.drawImage(this.grid, -GRID_MM / 2, -GRID_MM / 2, GRID_MM, GRID_MM);
     context.imageSmoothingEnabled = true;
-    if (this.layers.belief.checked && this.belief && !this.inView) context.drawImage(this.belief, -BELIEF_MM / 2, -BELIEF_MM / 2, BELIEF_MM, BELIEF_MM);
+    if (this.belief && this.layers.belief.checked && !this.inView) context.drawImage(this.belief, -BELIEF_MM / 2, -BELIEF_MM / 2, BELIEF_MM, BELIEF_MM);
     this.paintLines(context, 1 / scale * devicePixelRatio);
     context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
     this.paintScale(context, wide, side / devicePixelRatio);
@@ -89,6 +96,7 @@ export class FloorMap {
     context.lineWidth = pixel;
     context.strokeStyle = "#9aa5b1";
     cross(context, [0, 0], 60);
+    for (const at of this.echoes.values()) disc(context, at, 2 * pixel, "#5b6672");
     context.strokeStyle = "#0b5fb0";
     context.lineWidth = 2 * pixel;
     context.beginPath();

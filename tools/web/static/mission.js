@@ -1,16 +1,53 @@
 // Missions: start, end, the lines of what the robot does, questions, and why the last decision was made.
 
+export class Lines {
+  constructor(connection, list) {
+    this.list = list;
+    connection.on("run", ({ name }) => {
+      list.replaceChildren();
+      if (name) this.add(`mission: ${name}`);
+    });
+    connection.on("line", ({ text }) => this.add(text));
+    connection.on("problem", ({ text }) => this.add(`! ${text}`));
+    connection.on("ended", ({ ending, duration_s, folder }) => {
+      this.add(`${ending.replaceAll("_", " ")} after ${(duration_s ?? 0).toFixed(1)} s; kept in ${folder}`);
+    });
+  }
+
+  add(text) {
+    const list = this.list;
+    const atEnd = list.scrollHeight - list.scrollTop - list.clientHeight < 40;
+    list.append(element("li", text));
+    if (atEnd) list.scrollTop = list.scrollHeight;
+  }
+}
+
+export class Decisions {
+  constructor(connection, box) {
+    this.box = box;
+    connection.on("run", () => box.replaceChildren());
+    connection.on("record", ({ record }) => record.kind === "choice" && this.show(record));
+  }
+
+  show({ choice, why, evidence }) {
+    const rows = Object.entries(evidence ?? {}).filter(([, value]) => ["string", "number", "boolean"].includes(typeof value));
+    const table = document.createElement("table");
+    for (const [name, value] of rows) {
+      const row = table.insertRow();
+      row.append(element("th", name.replaceAll("_", " ")), element("td", String(value).replaceAll("_", " ")));
+    }
+    this.box.replaceChildren(element("h2", `last decision: ${choice.replaceAll("_", " ")}, since ${why}`), table);
+  }
+}
+
 export class MissionPanel {
   constructor(connection, find) {
     this.connection = connection;
     this.find = find;
     connection.on("hello", ({ missions }) => this.offer(missions));
-    connection.on("run", (run) => this.begin(run));
-    connection.on("line", ({ text }) => this.line(text));
-    connection.on("problem", ({ text }) => this.line(`! ${text}`));
-    connection.on("ended", (summary) => this.ended(summary));
+    connection.on("run", () => this.running(true));
+    connection.on("ended", () => this.running(false));
     connection.on("question", (question) => this.ask(question));
-    connection.on("record", ({ record }) => record.kind === "choice" && this.decided(record));
     find("mission-form").addEventListener("submit", (event) => {
       event.preventDefault();
       const profile = find("profile").value || null;
@@ -23,33 +60,12 @@ export class MissionPanel {
     const options = [["", "lena, then rilakkuma (built in)"], ...missions.map((name) => [name, name])];
     this.find("mission").replaceChildren(...options.map(([value, text]) => new Option(text, value)));
     this.running(false);
-    this.find("lines").replaceChildren();
     this.find("question").hidden = true;
   }
 
   running(is) {
     this.find("start").hidden = is;
     this.find("end").hidden = !is;
-  }
-
-  begin({ name }) {
-    this.find("lines").replaceChildren();
-    this.find("decision").replaceChildren();
-    this.line(`mission: ${name}`);
-    this.running(true);
-  }
-
-  ended({ ending, duration_s, folder }) {
-    this.line(`${ending.replaceAll("_", " ")} after ${(duration_s ?? 0).toFixed(1)} s; kept in ${folder}`);
-    this.running(false);
-  }
-
-  line(text) {
-    const list = this.find("lines"), item = document.createElement("li");
-    const atEnd = list.scrollHeight - list.scrollTop - list.clientHeight < 40;
-    item.textContent = text;
-    list.append(item);
-    if (atEnd) list.scrollTop = list.scrollHeight;
   }
 
   ask({ open, number, target, failed, known, candidates }) {
@@ -67,16 +83,6 @@ export class MissionPanel {
     });
     this.find("question-choices").replaceChildren(...buttons);
     buttons[0].focus();
-  }
-
-  decided({ choice, why, evidence }) {
-    const rows = Object.entries(evidence ?? {}).filter(([, value]) => ["string", "number", "boolean"].includes(typeof value));
-    const table = document.createElement("table");
-    for (const [name, value] of rows) {
-      const row = table.insertRow();
-      row.append(element("th", name.replaceAll("_", " ")), element("td", String(value).replaceAll("_", " ")));
-    }
-    this.find("decision").replaceChildren(element("h2", `last decision: ${choice.replaceAll("_", " ")}, since ${why}`), table);
   }
 }
 
