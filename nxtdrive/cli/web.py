@@ -9,9 +9,10 @@ from pathlib import Path
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments
+from nxtdrive.cli.options import add_brick_arguments, number
 from nxtdrive.cli.output import print_line
 from nxtdrive.cli.pace import in_real_time
+from nxtdrive.host.environment import install_extra
 from nxtdrive.signals import termination_as_interrupt
 
 DESCRIPTION = """\
@@ -38,7 +39,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where runs go (default: runs)"
     )
-    parser.add_argument("--port", type=int, default=PORT, help=f"TCP port; 0 takes a free one (default: {PORT})")
+    parser.add_argument(
+        "--port",
+        type=number("port", int, 0, 65535),
+        default=PORT,
+        help=f"TCP port; 0 takes a free one (default: {PORT})",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -46,7 +52,9 @@ def run(args: argparse.Namespace) -> int:
     from importlib.util import find_spec
 
     if any(find_spec(name) is None for name in ("starlette", "uvicorn", "websockets")):
-        raise ConfigError("the page needs packages that are not installed.", remedy="Install nxtdrive[web].")
+        raise ConfigError(
+            "the page needs packages that are not installed.", remedy=f"Install them: {install_extra('web')}"
+        )
     from nxtdrive.mission import setup
     from nxtdrive.tools.web.app import Server, serve
     from nxtdrive.tools.web.hub import Hub
@@ -69,5 +77,5 @@ def run(args: argparse.Namespace) -> int:
 def _listen(port: int) -> socket.socket:
     try:
         return socket.create_server((HOST, port))
-    except (OSError, OverflowError) as error:
+    except OSError as error:
         raise ConfigError(f"cannot listen on port {port}: {error}.", remedy="Choose another --port.") from None
