@@ -46,6 +46,25 @@ def arrows() -> list[Arrow]:
     return [*found, *_arrows_of(robot, "robot")]
 
 
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A state with the states in it.
+
+    Attributes:
+        state: Its name.
+        inner: The states in it, in the order of their declaration.
+    """
+
+    state: str
+    inner: tuple[Box, ...]
+
+
+def regions() -> list[Box]:
+    """Return the chart's regions, each with all states in it."""
+    robot = next(state for state in MissionChart.states if state.id == "robot")
+    return [_box(region) for region in robot.states]
+
+
 def transition_table() -> str:
     """Return a Markdown table of all transitions."""
     lines = ["| region | in state | on | if | to |", "|---|---|---|---|---|"]
@@ -73,6 +92,10 @@ def mermaid() -> str:
     lines.append("    }")
     lines += [f"    robot --> done : {arrow.label}" for arrow in _arrows_of(robot, "robot")]
     return "\n".join(lines)
+
+
+def _box(state: State) -> Box:
+    return Box(state.id, tuple(_box(child) for child in state.states))
 
 
 def _arrows_below(state: State, region: str) -> Iterator[Arrow]:

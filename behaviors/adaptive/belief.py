@@ -141,6 +141,11 @@ class Belief:
         self._stand: _Stand | None = None
         self._plausible_on: tuple[Grid, Array] | None = None
 
+    def by_place(self) -> Array:
+        """Return the probability that the target is at each place, whichever way it faces, indexed [x, y]."""
+        side = math.isqrt(len(self._x))
+        return np.asarray(self._mass.sum(axis=1).reshape(side, side))
+
     def look(self, pose: Pose, floor: OccupancyGrid, frames: int) -> None:
         """Update with frames from a pose that did not show it."""
         view = self._view(pose.x_mm, pose.y_mm, floor)

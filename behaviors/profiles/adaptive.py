@@ -48,6 +48,9 @@ class AdaptiveProfile:
         mission: Its table ``adaptive`` has the numbers.
         queue: Its present target is pursued; targets that are given up are tried again.
         policy: Another policy than the profile's own.
+
+    Attributes:
+        world: What it knows; for displays to read, between two records of the journal.
     """
 
     def __init__(
@@ -57,8 +60,8 @@ class AdaptiveProfile:
         queue.rounds = max(queue.rounds, profile.rounds)
         self._profile = profile
         self._queue = queue
-        self._world = WorldModel(mission)
-        self._perception = Perception(context, profile, self._world, queue)
+        self.world = WorldModel(mission)
+        self._perception = Perception(context, profile, self.world, queue)
         self._policy = policy or AdaptivePolicy.of(profile)
         self._pursuit: tuple[str, int] | None = None
         self._pursued_s = 0.0
@@ -78,11 +81,11 @@ class AdaptiveProfile:
 
     def learn(self, failure: Failure) -> None:
         """Update the world model."""
-        self._world.learn(self._queue.target, failure, self._perception.now())
+        self.world.learn(self._queue.target, failure, self._perception.now())
 
     def evidence(self, basis: Evidence) -> Evidence:
         """Add what is in the way, and what could be done with its time and chance."""
-        world, target = self._world, basis.target
+        world, target = self.world, basis.target
         candidates = CandidateGenerator(world, self._profile)
         return replace(
             basis,
@@ -102,7 +105,7 @@ class AdaptiveProfile:
         if evidence.blocker and evidence.detour is None:
             self._eyes_only_s = self._perception.now()
         choice = self._policy.select(evidence)
-        self._world.chose(evidence.target, choice.kind.name, choice.route[-1] if choice.route else None)
+        self.world.chose(evidence.target, choice.kind.name, choice.route[-1] if choice.route else None)
         return choice
 
     def _begin_pursuit(self) -> None:
@@ -111,6 +114,6 @@ class AdaptiveProfile:
             self._pursuit, self._pursued_s = pursuit, self._perception.now()
 
     def _spent_s(self, target: str) -> float:
-        known = self._world.known.get(target)
+        known = self.world.known.get(target)
         since_s = self._pursued_s if known is None else max(self._pursued_s, known.time_s)
         return self._perception.now() - since_s

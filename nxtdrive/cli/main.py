@@ -61,6 +61,7 @@ COMMANDS = {
     "doctor": ("doctor", "check computer and brick, and say how to fix what is wrong"),
     "sensor": ("sensor", "read or watch a sensor, identify what is plugged in"),
     "monitor": ("monitor", "motors, sensors, battery and link at a glance"),
+    "web": ("web", "watch and drive the robot in the browser"),
     "teleop": ("teleop", "drive by hand in a terminal"),
     "tone": ("tone", "play a tone on a brick"),
     "message": ("message", "write messages to mailboxes, and read them"),

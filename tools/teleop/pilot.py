@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from behaviors.ports import Pose, StopReason
@@ -63,14 +64,23 @@ class Pilot:
         rover: The same brick as a vehicle.
         controls: The operator's input.
         spotter: Looks for a target, if there is one.
+        rest: Waits for a time in seconds, at the end of each step; by default `Brick.sleep`.
 
     Attributes:
         map: Cells the robot has driven over, and echoes.
     """
 
-    def __init__(self, brick: Brick, rover: Rover, controls: Controls, spotter: Spotter | None = None) -> None:
+    def __init__(
+        self,
+        brick: Brick,
+        rover: Rover,
+        controls: Controls,
+        spotter: Spotter | None = None,
+        rest: Callable[[float], None] | None = None,
+    ) -> None:
         self.map = FloorMap()
         self._brick, self._rover, self._controls, self._spotter = brick, rover, controls, spotter
+        self._rest = rest or brick.sleep
         self._moving = False
         self._stuck: tuple[int, int] | None = None
         self._range_mm: float | None = None
@@ -104,7 +114,7 @@ class Pilot:
             latency_ms=self._brick.link.latency_s * 1000,
             eyes=eyes,
         )
-        self._brick.sleep(begun + STEP_S - self._brick.now())
+        self._rest(begun + STEP_S - self._brick.now())
         return view
 
     def stop(self) -> None:

@@ -1,0 +1,91 @@
+"""The hub: the robot never waits for a client, clients that come later catch up, slow ones are closed."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+
+from nxtdrive.tools.web.hub import BACKLOG, BEHIND, FRAME, Client, Hub
+from nxtdrive.tools.web.wheel import Wheel
+
+
+def _received(*publish) -> list[str | bytes]:
+    """What a client is sent after these calls on its hub."""
+
+    async def client() -> list[str | bytes]:
+        hub = Hub()
+        one = Client(asyncio.get_running_loop(), "page 1")
+        hub.join(one)
+        for call in publish:
+            call(hub)
+        return await one.next()
+
+    return asyncio.run(client())
+
+
+def test_only_the_latest_state_and_frame_are_sent():
+    messages = _received(
+        lambda hub: hub.show("state", {"range_mm": 1}),
+        lambda hub: hub.show_image(FRAME, 1, 0.5, b"old"),
+        lambda hub: hub.show("state", {"range_mm": 2}),
+        lambda hub: hub.show_image(FRAME, 2, 0.55, b"new"),
+    )
+    assert [json.loads(message) for message in messages if isinstance(message, str)] == [
+        {"type": "state", "range_mm": 2}
+    ]
+    (frame,) = [message for message in messages if isinstance(message, bytes)]
+    assert frame[0] == FRAME
+    assert frame.endswith(b"new")
+
+
+def test_no_event_is_left_out_and_their_order_stays():
+    messages = _received(*[lambda hub, n=n: hub.tell("line", {"text": str(n)}) for n in range(100)])
+    assert [json.loads(message)["text"] for message in messages] == [str(n) for n in range(100)]
+
+
+def test_a_client_that_comes_later_is_told_the_run_so_far():
+    async def late() -> list[str | bytes]:
+        hub = Hub()
+        hub.tell("line", {"text": "of the last run"})
+        hub.begin_run()
+        hub.tell("line", {"text": "searching"})
+        hub.show("state", {"range_mm": 5})
+        one = Client(asyncio.get_running_loop(), "page 1")
+        hub.join(one)
+        return await one.next()
+
+    assert [json.loads(message) for message in asyncio.run(late())] == [
+        {"type": "line", "text": "searching"},
+        {"type": "state", "range_mm": 5},
+    ]
+
+
+def test_a_client_that_never_reads_is_given_up_and_memory_stays_bounded():
+    async def greedy() -> tuple[bool, bool]:
+        hub, loop = Hub(), asyncio.get_running_loop()
+        slow, other = Client(loop, "page 1"), Client(loop, "page 2")
+        hub.join(slow)
+        hub.join(other)
+        for _ in range(BACKLOG + BEHIND + 1):
+            hub.tell("line", {"text": ""})
+            if other.waiting > 100:
+                await other.next()
+        return slow.too_slow, other.too_slow
+
+    assert asyncio.run(greedy()) == (True, False)
+
+
+def test_the_wheel_changes_hands_by_consent():
+    seen: list[tuple[str, str]] = []
+    wheel = Wheel(lambda driver, asking: seen.append((driver, asking)))
+    assert wheel.take("one")
+    assert not wheel.take("two")
+    assert seen[-1] == ("one", "two")
+    wheel.give("two")
+    assert seen[-1] == ("one", ""), "a request can be withdrawn"
+    wheel.take("two")
+    wheel.give("one")
+    assert seen[-1] == ("two", "")
+    wheel.give("two")
+    assert seen[-1] == ("", "")
+    assert wheel.take("one")

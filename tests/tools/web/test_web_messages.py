@@ -1,0 +1,44 @@
+"""What a page may say, and what is refused."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from nxtdrive.tools.web.messages import Drive, StartMission, Stop, read_message
+
+
+def test_messages_are_read():
+    assert read_message('{"type": "stop"}') == Stop(type="stop")
+    assert read_message('{"type": "drive", "ahead": 0.5, "aside": -1}') == Drive(type="drive", ahead=0.5, aside=-1.0)
+    assert read_message('{"type": "start_mission"}') == StartMission(type="start_mission")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        '{"type": "fly"}',
+        '{"type": "drive"}',
+        '{"type": "drive", "ahead": 1.5, "aside": 0}',
+        '{"type": "drive", "ahead": NaN, "aside": 0}',
+        '{"type": "stop", "more": 1}',
+        '{"type": "answer", "question": 1, "choice": -1}',
+        "[" * 100_000,
+    ],
+)
+def test_anything_else_is_refused_with_a_sentence(text):
+    with pytest.raises(ValueError, match=r"\w"):
+        read_message(text)
+
+
+@given(
+    st.recursive(st.none() | st.booleans() | st.floats() | st.text(), lambda inner: st.dictionaries(st.text(), inner))
+)
+def test_no_json_raises_anything_but_value_error(value):
+    with pytest.raises(ValueError, match=r"\w"):
+        read_message(json.dumps(value))

@@ -1,0 +1,231 @@
+"""The server by its test client: the page, the WebSocket, the guard, driving, a mission on a simulated robot."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from starlette.testclient import TestClient, WebSocketTestSession
+from starlette.websockets import WebSocketDisconnect
+
+from nxtdrive import run_mission
+from nxtdrive.mission import setup
+from nxtdrive.recording.run_folder import RunFolder
+from nxtdrive.tools.web.app import MAX_CLIENTS, Server
+from nxtdrive.tools.web.hub import Hub
+from nxtdrive.tools.web.missions import Missions
+from nxtdrive.tools.web.robot import Robot
+from nxtdrive.tools.web.runs import Runs
+from nxtdrive.transports.address import Address
+
+HOST = {"host": "127.0.0.1:7080"}
+QUICK = '[mission]\nname = "quick"\ntargets = ["lena"]\n[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\n'
+
+
+def _server(folder: Path, address: str = "sim://open?pace=realtime") -> Server:
+    hub = Hub()
+    robot = Robot(Address.parse(address), None, setup.load(None), hub, folder / "runs")
+    return Server(robot, hub, Missions(folder), Runs(folder / "runs"), address)
+
+
+def _client(server: Server) -> TestClient:
+    return TestClient(server.app(), headers=HOST)
+
+
+def _quick(folder: Path) -> Path:
+    (folder / "quick.toml").write_text(QUICK, encoding="utf-8")
+    return folder / "quick.toml"
+
+
+def _journal(folder: Path) -> RunFolder:
+    folder.mkdir(parents=True)
+    return RunFolder(folder)
+
+
+@contextmanager
+def _running(folder: Path, address: str = "sim://open?pace=realtime") -> Iterator[TestClient]:
+    server = _server(folder, address)
+    server.robot.open()
+    try:
+        yield _client(server)
+    finally:
+        server.robot.close()
+
+
+def _until(page: WebSocketTestSession, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    """Return the next JSON message that is wanted."""
+    while True:
+        text = page.receive().get("text")
+        if text and wanted(message := json.loads(text)):
+            return message
+
+
+def test_the_page_and_its_parts_are_served_and_need_nothing_from_elsewhere(tmp_path):
+    client = _client(_server(tmp_path))
+    page = client.get("/")
+    assert page.status_code == 200
+    assert "http" not in page.text.replace("http-equiv", "")
+    for name in ("app.js", "style.css", "connection.js"):
+        assert client.get(f"/{name}").status_code == 200
+    assert client.get("/../pyproject.toml").status_code == 404
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"host": "evil.example"},
+        {"host": "127.0.0.1:7080", "origin": "http://evil.example"},
+        {"host": "127.0.0.1:7080", "origin": "http://127.0.0.1:8000"},
+        {"host": "192.168.0.7:7080"},
+        {"host": "127.0.0.1:7080", "origin": "null"},
+    ],
+)
+def test_other_web_sites_and_other_names_are_refused(tmp_path, headers):
+    client = _client(_server(tmp_path))
+    assert client.get("/", headers=headers).status_code == 403
+    with pytest.raises(WebSocketDisconnect), client.websocket_connect("/ws", headers=headers):
+        pass
+
+
+def test_a_page_is_greeted_with_what_it_draws(tmp_path):
+    (tmp_path / "cat.toml").write_text(QUICK, encoding="utf-8")
+    (tmp_path / "room.toml").write_text("[world]\n", encoding="utf-8")
+    with _client(_server(tmp_path)).websocket_connect("/ws") as page:
+        hello = page.receive_json()
+    assert hello["version"] == 1
+    assert hello["missions"] == ["cat.toml"]
+    assert [region["state"] for region in hello["chart"]["regions"]] == ["mission", "equipment", "safety"]
+    assert set(hello["recoveries"]) >= {"wait", "detour"}
+
+
+@pytest.mark.parametrize(
+    ("message", "says"),
+    [
+        ('{"type": "fly"}', "fly"),
+        ('{"type": "start_mission", "mission": "nosuch.toml"}', "nosuch.toml"),
+        ('{"type": "start_mission", "mission": "../secret.toml"}', "secret"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_with_a_sentence(tmp_path, message, says):
+    with _client(_server(tmp_path)).websocket_connect("/ws") as page:
+        page.send_text(message)
+        assert says in _until(page, lambda each: each["type"] == "refused")["text"]
+
+
+def test_the_mistakes_of_a_mission_are_told(tmp_path):
+    (tmp_path / "bad.toml").write_text(QUICK.replace("lena.png", "nosuch.png"), encoding="utf-8")
+    with _client(_server(tmp_path)).websocket_connect("/ws") as page:
+        page.send_text('{"type": "start_mission", "mission": "bad.toml"}')
+        assert "nosuch.png" in _until(page, lambda each: each["type"] == "refused")["text"]
+
+
+def test_there_is_a_limit_to_the_number_of_pages(tmp_path):
+    server = _server(tmp_path)
+    client = _client(server)
+    pages = [client.websocket_connect("/ws") for _ in range(MAX_CLIENTS)]
+    try:
+        for page in pages:
+            page.__enter__().receive_json()
+        with client.websocket_connect("/ws") as one_more, pytest.raises(WebSocketDisconnect):
+            one_more.receive_json()
+    finally:
+        for page in pages:
+            page.__exit__(None, None, None)
+
+
+@pytest.mark.slow
+def test_one_page_drives_and_the_robot_stops_when_it_hears_no_more(tmp_path):
+    with (
+        _running(tmp_path) as client,
+        client.websocket_connect("/ws") as page,
+        client.websocket_connect("/ws") as other,
+    ):
+        for ahead in (0, 1):
+            page.send_json({"type": "drive", "ahead": ahead, "aside": 0})
+        assert _until(page, lambda each: each.get("doing") == "driving")
+        other.send_json({"type": "drive", "ahead": -1, "aside": 0})
+        assert "page 1 drives" in _until(other, lambda each: each["type"] == "refused")["text"]
+        # no further sign of the driver: the dead-man switch stops
+        stopped = _until(page, lambda each: each.get("doing") == "stopped")
+        assert 20 < stopped["pose"][0] < 400
+
+
+@pytest.mark.slow
+def test_anyone_may_stop_and_nothing_drives_until_the_stop_is_released(tmp_path):
+    with (
+        _running(tmp_path) as client,
+        client.websocket_connect("/ws") as page,
+        client.websocket_connect("/ws") as other,
+    ):
+        for ahead in (0, 1):
+            page.send_json({"type": "drive", "ahead": ahead, "aside": 0})
+        other.send_json({"type": "stop"})
+        _until(page, lambda each: each.get("stopped") is True)
+        page.send_json({"type": "start_mission"})
+        assert "stopped" in _until(page, lambda each: each["type"] == "refused")["text"]
+        other.send_json({"type": "release"})
+        _until(page, lambda each: each.get("stopped") is False)
+
+
+@pytest.mark.slow
+def test_a_mission_runs_tells_its_records_and_leaves_its_folder(tmp_path):
+    _quick(tmp_path)
+    with _running(tmp_path, "sim://open?pace=fast") as client, client.websocket_connect("/ws") as page:
+        page.send_json({"type": "start_mission", "mission": "quick.toml"})
+        assert _until(page, lambda each: each["type"] == "run")["name"] == "quick"
+        assert _until(page, lambda each: each["type"] == "record")["record"]["kind"] == "start"
+        ended = _until(page, lambda each: each["type"] == "ended")
+    assert ended["achieved"]
+    assert {"journal.jsonl", "summary.json", "map.png"} <= {
+        path.name for path in (tmp_path / "runs" / ended["folder"]).iterdir()
+    }
+
+
+@pytest.mark.slow
+def test_a_mission_waits_for_the_answer_to_its_question_and_can_be_ended(tmp_path):
+    with _running(tmp_path, "sim://?pace=fast") as client, client.websocket_connect("/ws") as page:
+        page.send_json({"type": "start_mission", "profile": "adaptive", "confirm": True})
+        question = _until(page, lambda each: each["type"] == "question" and each["open"])
+        assert len(question["candidates"]) > 1
+        page.send_json({"type": "answer", "question": question["number"], "choice": 0})
+        choice = _until(page, lambda each: each["type"] == "record" and each["record"]["kind"] == "choice")
+        assert choice["record"]["operator"] is True
+        page.send_json({"type": "stop_mission"})
+        assert _until(page, lambda each: each["type"] == "ended")["ending"] == "interrupted"
+
+
+def test_runs_are_listed_and_replayed(tmp_path):
+    client = _client(_server(tmp_path))
+    assert client.get("/api/runs").json() == []
+    with closing(_journal(tmp_path / "runs" / "quick-001")) as journal:
+        run_mission(str(_quick(tmp_path)), nxt="sim://open", observers=[journal])
+    (listed,) = client.get("/api/runs").json()
+    assert (listed["name"], listed["ending"], listed["map"]) == ("quick-001", "unfinished", False)
+    replay = client.get("/api/runs/quick-001").json()
+    assert [each["kind"] for each in replay["records"]][:2] == ["start", "transition"]
+    assert "lena reached" in replay["lines"][-2]["text"]
+    assert replay["lines"][-1]["text"] == "achieved"
+    assert client.get("/runs/quick-001/journal.jsonl").status_code == 200
+    for path in (
+        "/api/runs/nosuch",
+        "/runs/quick-001/map.png",
+        "/runs/quick-001/secret",
+        "/runs/../quick.toml/journal.jsonl",
+    ):
+        assert client.get(path).status_code == 404
+
+
+def test_a_damaged_run_is_listed_and_its_replay_says_why_not(tmp_path):
+    folder = tmp_path / "runs" / "broken-001"
+    folder.mkdir(parents=True)
+    (folder / "journal.jsonl").write_text("nonsense\n", encoding="utf-8")
+    (folder / "summary.json").write_text("[]", encoding="utf-8")
+    client = _client(_server(tmp_path))
+    assert [each["ending"] for each in client.get("/api/runs").json()] == ["unfinished"]
+    answer = client.get("/api/runs/broken-001")
+    assert answer.status_code == 422
+    assert "not a journal" in answer.text

@@ -1,0 +1,248 @@
+"""The web server: the page, its WebSocket, and the guard against other web sites."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import ipaddress
+import socket
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from importlib import resources
+from itertools import count
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import anyio
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from firmware_protocol.errors import ConfigError
+
+from .chart import chart, recoveries
+from .hub import Client, Hub
+from .messages import (
+    MAX_MESSAGE_BYTES,
+    VERSION,
+    Answer,
+    Drive,
+    GiveWheel,
+    Message,
+    Release,
+    SpeedLimit,
+    StartMission,
+    Stop,
+    StopMission,
+    TakeWheel,
+    read_message,
+)
+from .missions import Missions
+from .robot import Robot
+from .runs import Runs
+from .wheel import Wheel
+
+STATIC = Path(str(resources.files(__package__))) / "static"
+MAX_CLIENTS = 50
+GRACE_S = 1
+"""Clients have this time to close when the server ends."""
+TRY_LATER = 1013
+"""WebSocket close code "try again later". Source: the IANA registry of close codes."""
+
+
+class SameSite:
+    """Refuses requests that other web sites make through the user's browser.
+
+    The host must be this server by an address or a name of its own, which also refuses names that were rebound to this
+    computer; the origin, which browsers send with every WebSocket, must be the same host.
+
+    Args:
+        app: What is guarded.
+        hosts: Host names that are allowed; addresses of loopback always are.
+    """
+
+    def __init__(self, app: ASGIApp, hosts: frozenset[str] = frozenset()) -> None:
+        self._app = app
+        self._hosts = hosts | {"localhost"}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, or refuse it with 403."""
+        if scope["type"] in ("http", "websocket"):
+            headers = HTTPConnection(scope).headers
+            host, origin = headers.get("host", ""), headers.get("origin")
+            if not self._known(host) or (origin is not None and urlsplit(origin).netloc != host):
+                if scope["type"] == "websocket":
+                    await WebSocket(scope, receive, send).close()
+                else:
+                    await PlainTextResponse("This page is not for other web sites.\n", 403)(scope, receive, send)
+                return
+        await self._app(scope, receive, send)
+
+    def _known(self, host: str) -> bool:
+        name = urlsplit(f"//{host}").hostname or ""
+        if name in self._hosts:
+            return True
+        with contextlib.suppress(ValueError):
+            return ipaddress.ip_address(name).is_loopback
+        return False
+
+
+@dataclass
+class Server:
+    """One robot and its clients.
+
+    Attributes:
+        robot: The robot.
+        hub: What it tells.
+        missions: The missions that can be started.
+        runs: The runs that can be replayed.
+        address: The brick's, for the page.
+    """
+
+    robot: Robot
+    hub: Hub
+    missions: Missions
+    runs: Runs
+    address: str
+    _numbers: Iterator[int] = field(default_factory=lambda: count(1))
+
+    def __post_init__(self) -> None:
+        self._wheel = Wheel(lambda driver, asking: self.hub.show("wheel", {"driver": driver, "asking": asking}))
+
+    def app(self) -> Starlette:
+        """Return the web application."""
+        routes = [
+            WebSocketRoute("/ws", self._connect),
+            Route("/api/runs", self._list_runs),
+            Route("/api/runs/{name}", self._replay),
+            Route("/runs/{name}/{file}", self._run_file),
+            Mount("/", StaticFiles(directory=STATIC, html=True)),
+        ]
+        app = Starlette(routes=routes)
+        app.add_middleware(SameSite)
+        return app
+
+    def _list_runs(self, _request: Request) -> Response:
+        return JSONResponse(self.runs.listed())
+
+    def _replay(self, request: Request) -> Response:
+        try:
+            return JSONResponse(self.runs.replay(request.path_params["name"]))
+        except KeyError:
+            return PlainTextResponse("There is no such run.\n", 404)
+        except ConfigError as error:
+            return PlainTextResponse(f"{error}\n", 422)
+
+    def _run_file(self, request: Request) -> Response:
+        try:
+            return FileResponse(self.runs.file(request.path_params["name"], request.path_params["file"]))
+        except KeyError:
+            return PlainTextResponse("There is no such file.\n", 404)
+
+    async def _connect(self, page: WebSocket) -> None:
+        await page.accept()
+        if len(self.hub.clients) >= MAX_CLIENTS:
+            await page.close(TRY_LATER, "too many pages are open")
+            return
+        client = Client(asyncio.get_running_loop(), f"page {next(self._numbers)}")
+        await page.send_json(self._hello(client))
+        self.hub.join(client)
+        try:
+            async with anyio.create_task_group() as both:
+                both.start_soon(self._send, page, client, both.cancel_scope)
+                both.start_soon(self._receive, page, client, both.cancel_scope)
+        finally:
+            self.hub.leave(client)
+            self._wheel.give(client.name)
+            if client.too_slow:
+                await page.close(TRY_LATER, "this page is too slow")
+
+    async def _send(self, page: WebSocket, client: Client, both: anyio.CancelScope) -> None:
+        with contextlib.suppress(WebSocketDisconnect):
+            while not client.too_slow:
+                for message in await client.next():
+                    if isinstance(message, bytes):
+                        await page.send_bytes(message)
+                    else:
+                        await page.send_text(message)
+        both.cancel()
+
+    async def _receive(self, page: WebSocket, client: Client, both: anyio.CancelScope) -> None:
+        with contextlib.suppress(WebSocketDisconnect):
+            while True:
+                text = await page.receive_text()
+                try:
+                    self._obey(client, read_message(text))
+                except ValueError as error:
+                    await page.send_json({"type": "refused", "text": str(error)})
+        both.cancel()
+
+    def _obey(self, client: Client, message: Message) -> None:
+        """Do what a client asks.
+
+        Raises:
+            ValueError: It cannot be done; the text says why.
+        """
+        match message:
+            case Drive():
+                if not self._wheel.take(client.name) and (message.ahead or message.aside):
+                    raise ValueError(f"{self._wheel.driver} drives; it has been asked for the wheel.")
+                if self._wheel.driver == client.name:
+                    self.robot.drive(message.ahead, message.aside)
+            case Stop():
+                self.robot.stop()
+            case Release():
+                self.robot.release()
+            case SpeedLimit(percent=percent):
+                self.robot.controls.percent = percent
+            case TakeWheel():
+                self._wheel.take(client.name)
+            case GiveWheel():
+                self._wheel.give(client.name)
+            case StartMission():
+                self.robot.start_mission(self.missions.load(message.mission, message.profile), confirm=message.confirm)
+            case StopMission():
+                self.robot.stop_mission()
+            case Answer(question=question, choice=choice):
+                self.robot.answer(question, choice)
+
+    def _hello(self, client: Client) -> dict[str, object]:
+        return {
+            "type": "hello",
+            "version": VERSION,
+            "you": client.name,
+            "address": self.address,
+            "missions": self.missions.names(),
+            "chart": chart(),
+            "recoveries": recoveries(),
+        }
+
+
+def serve(server: Server, listener: socket.socket, say: Callable[[str], None]) -> None:
+    """Open the robot and serve the page until a signal comes or the robot's thread ends.
+
+    Args:
+        server: What to serve.
+        listener: A bound socket.
+        say: Called with the page's address.
+
+    Raises:
+        NXTError: Brick or camera cannot be opened.
+        KeyboardInterrupt: Ctrl-C.
+    """
+    config = uvicorn.Config(
+        server.app(),
+        log_level="warning",
+        ws_max_size=MAX_MESSAGE_BYTES,
+        timeout_graceful_shutdown=GRACE_S,
+        lifespan="off",
+    )
+    http = uvicorn.Server(config)
+    server.robot.open(on_end=lambda: setattr(http, "should_exit", True))
+    say("http://{}:{}/  (Ctrl-C ends it)".format(*listener.getsockname()[:2]))
+    http.run(sockets=[listener])

@@ -1,0 +1,18 @@
+"""The statechart and the recoveries as plain values, taken from the class and the registry."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+from behaviors.diagram import arrows, regions
+from behaviors.recoveries import RECOVERIES
+
+
+def chart() -> dict[str, object]:
+    """Return the regions with their states as trees, and all transitions."""
+    return {"regions": [asdict(region) for region in regions()], "arrows": [asdict(arrow) for arrow in arrows()]}
+
+
+def recoveries() -> dict[str, dict[str, object]]:
+    """Return label and colour (red, green, blue) of each recovery, by name."""
+    return {each.name: {"label": each.label, "rgb": list(each.color[::-1])} for each in RECOVERIES.values()}

@@ -1,0 +1,145 @@
+"""From the robot's thread to the clients: the latest of everything, without the robot ever waiting for a client."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import struct
+import threading
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+FRAME, GRID, BELIEF = 1, 2, 3
+"""First byte of a binary message: what its image shows."""
+_HEADER = struct.Struct("<BxxxId")
+
+BACKLOG = 20_000
+"""Events of a run that are kept for clients that come later: more than an hour of a mission."""
+BEHIND = 2_000
+"""A client that is this many events behind is too slow and is closed; its page connects again and catches up."""
+
+
+def image_message(kind: int, number: int, time_s: float, encoded: bytes) -> bytes:
+    """Return a binary message: kind, number and time (seconds, robot's clock), then the image as JPEG or PNG."""
+    return _HEADER.pack(kind, number, time_s) + encoded
+
+
+class Client:
+    """What one client has not been sent yet.
+
+    Args:
+        loop: The event loop that sends it.
+        name: Shown to the others.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, name: str) -> None:
+        self.name = name
+        self.too_slow = False
+        self._loop = loop
+        self._news = asyncio.Event()
+        self._lock = threading.Lock()
+        self._latest: dict[object, str | bytes] = {}
+        self._events: deque[str] = deque()
+
+    def put(self, key: object, message: str | bytes) -> None:
+        """Replace what is waiting under `key`; any thread."""
+        with self._lock:
+            self._latest[key] = message
+        self._wake()
+
+    def append(self, message: str) -> None:
+        """Add an event, none of which may be left out; any thread."""
+        with self._lock:
+            self._events.append(message)
+            self.too_slow = self.too_slow or len(self._events) > BACKLOG + BEHIND
+        self._wake()
+
+    @property
+    def waiting(self) -> int:
+        """Number of events that have not been sent."""
+        return len(self._events)
+
+    async def next(self) -> list[str | bytes]:
+        """Wait for messages to send: events first, in order, then the latest of everything else."""
+        await self._news.wait()
+        self._news.clear()
+        with self._lock:
+            messages: list[str | bytes] = [*self._events, *self._latest.values()]
+            self._events.clear()
+            self._latest.clear()
+        return messages
+
+    def _wake(self) -> None:
+        try:
+            self._loop.call_soon_threadsafe(self._news.set)
+        except RuntimeError:  # the loop is closed: the server ends
+            self.too_slow = True
+
+
+class Hub:
+    """Distributes messages to clients; all methods may be called from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._clients: set[Client] = set()
+        self._latest: dict[object, str | bytes] = {}
+        self._events: deque[str] = deque(maxlen=BACKLOG)
+
+    @property
+    def watched(self) -> bool:
+        """Whether there is a client; without one no images need to be encoded."""
+        return bool(self._clients)
+
+    @property
+    def clients(self) -> list[Client]:
+        """The clients that are connected."""
+        with self._lock:
+            return list(self._clients)
+
+    def join(self, client: Client) -> None:
+        """Add a client and give it everything that it missed."""
+        with self._lock:
+            self._clients.add(client)
+            for event in self._events:
+                client.append(event)
+            for key, message in self._latest.items():
+                client.put(key, message)
+
+    def leave(self, client: Client) -> None:
+        """Remove a client."""
+        with self._lock:
+            self._clients.discard(client)
+
+    def show(self, kind: str, values: Mapping[str, Any]) -> None:
+        """Send a value of which only the latest counts."""
+        self._put(kind, _json(kind, values))
+
+    def show_image(self, kind: int, number: int, time_s: float, encoded: bytes) -> None:
+        """Send an image of which only the latest counts."""
+        self._put(kind, image_message(kind, number, time_s, encoded))
+
+    def tell(self, kind: str, values: Mapping[str, Any]) -> None:
+        """Send an event that every client gets, also those that connect later."""
+        message = _json(kind, values)
+        with self._lock:
+            self._events.append(message)
+            for client in self._clients:
+                client.append(message)
+
+    def begin_run(self) -> None:
+        """Forget the events of the last run."""
+        with self._lock:
+            self._events.clear()
+            for key in (GRID, BELIEF):
+                self._latest.pop(key, None)
+
+    def _put(self, key: object, message: str | bytes) -> None:
+        with self._lock:
+            self._latest[key] = message
+            for client in self._clients:
+                client.put(key, message)
+
+
+def _json(kind: str, values: Mapping[str, Any]) -> str:
+    return json.dumps({"type": kind, **values}, ensure_ascii=False, allow_nan=False)

@@ -1,0 +1,118 @@
+"""What a page may say to the server: JSON objects with a ``type``; docs/web-protocol.md describes both directions."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+VERSION = 1
+"""Version of the protocol, in the server's first message. Messages and keys may be added without a new version."""
+
+MAX_MESSAGE_BYTES = 64 * 1024
+Part = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]
+
+
+class _Message(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Drive(_Message):
+    """Drive on for half a second; to be repeated while the pad is held.
+
+    Attributes:
+        ahead: Part of the highest speed, forward positive.
+        aside: Part of the highest turn rate, right positive.
+    """
+
+    type: Literal["drive"]
+    ahead: Part
+    aside: Part
+
+
+class Stop(_Message):
+    """Stop the robot, and stay stopped until `Release`; a running mission ends. Any client may send it at any time."""
+
+    type: Literal["stop"]
+
+
+class Release(_Message):
+    """End the stop."""
+
+    type: Literal["release"]
+
+
+class SpeedLimit(_Message):
+    """Set the share of the highest speeds that driving by hand uses."""
+
+    type: Literal["speed_limit"]
+    percent: Annotated[int, Field(ge=20, le=100)]
+
+
+class TakeWheel(_Message):
+    """Become the driver; while another client drives, ask it."""
+
+    type: Literal["take_wheel"]
+
+
+class GiveWheel(_Message):
+    """Hand the wheel to the client that asked for it, or to anyone."""
+
+    type: Literal["give_wheel"]
+
+
+class StartMission(_Message):
+    """Start a mission.
+
+    Attributes:
+        mission: Name of a mission as the server lists it; empty for the built-in one.
+        profile: How the robot behaves; the mission's own by default.
+        confirm: Whether each recovery waits for `Answer`.
+    """
+
+    type: Literal["start_mission"]
+    mission: str = ""
+    profile: Literal["thesis", "adaptive"] | None = None
+    confirm: bool = False
+
+
+class StopMission(_Message):
+    """End the running mission."""
+
+    type: Literal["stop_mission"]
+
+
+class Answer(_Message):
+    """Answer the server's `question`.
+
+    Attributes:
+        question: Its number.
+        choice: Index of the candidate; 0 is what the policy proposes.
+    """
+
+    type: Literal["answer"]
+    question: int
+    choice: Annotated[int, Field(ge=0)]
+
+
+Message = Drive | Stop | Release | SpeedLimit | TakeWheel | GiveWheel | StartMission | StopMission | Answer
+_ADAPTER: TypeAdapter[Message] = TypeAdapter(Annotated[Message, Field(discriminator="type")])
+
+
+def read_message(text: str | bytes) -> Message:
+    """Read a client's message.
+
+    Raises:
+        ValueError: It is none; the text says why.
+    """
+    try:
+        return _ADAPTER.validate_json(text)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False)[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise ValueError(f"{where}: {first['msg']}" if where else str(first["msg"])) from None
+
+
+def schema() -> dict[str, object]:
+    """Return the JSON schema of a client's messages."""
+    return _ADAPTER.json_schema()

@@ -1,0 +1,210 @@
+"""The robot's thread: it alone uses the brick, drives by hand or runs a mission, and tells the hub."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from behaviors.executive import Report
+from behaviors.mission import Mission
+from firmware_protocol.errors import LinkError, NXTError
+from nxtdrive.brick import Brick, open_brick
+from nxtdrive.mission import setup
+from nxtdrive.mission.run import reconnect_in_background
+from nxtdrive.transports.address import Address
+
+from ..teleop.controls import Controls
+from ..teleop.pilot import Pilot, View
+from .hub import Hub
+from .mission_run import MissionRun
+from .pictures import PictureFeed
+
+if TYPE_CHECKING:
+    from nxtdrive.vision.camera import Camera
+
+SPEED_MM_S, TURN_DEG_S = 300.0, 90.0
+"""Highest speeds of driving by hand; the speed limit takes a share of them."""
+SLICE_S = 0.005
+"""A simulated robot sleeps in slices of this time, so that a message of the driver is heard at once."""
+RETRY_S = 0.5
+MakeRun = Callable[[], MissionRun]
+
+
+class Robot:
+    """One robot with its camera, in a thread of its own.
+
+    Attributes:
+        controls: What the driver wants.
+        failure: The defect that ended the thread, if one did.
+
+    Args:
+        address: The brick's.
+        camera: As for ``nxtdrive run``; None for the default.
+        mission: How the robot is built when it is driven by hand.
+        hub: Told everything.
+        runs: Where the folders of missions go.
+    """
+
+    def __init__(self, address: Address, camera: str | None, mission: Mission, hub: Hub, runs: Path) -> None:
+        self.controls = Controls(SPEED_MM_S, TURN_DEG_S)
+        self._address = address
+        self._camera = camera
+        self._mission = mission
+        self._hub = hub
+        self._runs = runs
+        self._news = threading.Event()
+        self._closing = threading.Event()
+        self._wanted: queue.SimpleQueue[Callable[[Brick, Camera], MissionRun]] = queue.SimpleQueue()
+        self._run: MissionRun | None = None
+        self._opened: queue.SimpleQueue[Exception | None] = queue.SimpleQueue()
+        self._now: Callable[[], float] = lambda: 0.0
+        self._pictures = PictureFeed(hub)
+        self._on_end: Callable[[], None] = lambda: None
+        self.failure: Exception | None = None
+        self._thread = threading.Thread(target=self._guarded, name="nxtdrive web robot", daemon=True)
+
+    def open(self, on_end: Callable[[], None] = lambda: None) -> None:
+        """Start the thread and wait for brick and camera.
+
+        Args:
+            on_end: Called by the thread when it ends, also by a defect, which is in `failure` then.
+
+        Raises:
+            NXTError: One of them cannot be opened.
+        """
+        self._on_end = on_end
+        self._thread.start()
+        if error := self._opened.get():
+            raise error
+
+    def close(self) -> None:
+        """End a running mission, stop the motors, close brick and camera."""
+        self._closing.set()
+        self.stop_mission()
+        self._news.set()
+        self._thread.join(5.0)
+
+    def drive(self, ahead: float, aside: float) -> None:
+        """Drive on by hand, as parts of the highest speeds, for the time of the dead-man switch; any thread."""
+        self.controls.steer(ahead, aside, self._now())
+        self._news.set()
+
+    def stop(self) -> None:
+        """Stop, end a running mission, and stay stopped until `release`; any thread."""
+        self.controls.emergency_stop()
+        self.stop_mission()
+        self._news.set()
+
+    def release(self) -> None:
+        """End a stop; any thread."""
+        self.controls.release()
+        self._news.set()
+
+    def start_mission(self, mission: Mission, *, confirm: bool) -> None:
+        """Run a mission, unless one is running or the robot is stopped; any thread.
+
+        Raises:
+            ValueError: It cannot start now; the text says why.
+        """
+        if self.controls.stopped:
+            raise ValueError("The robot is stopped. Release the stop first.")
+        if self._run is not None or not self._wanted.empty():
+            raise ValueError("A mission is running. End it first.")
+        self._wanted.put(
+            lambda brick, camera: MissionRun(mission, brick, camera, self._hub, self._runs, confirm=confirm)
+        )
+        self._news.set()
+
+    def stop_mission(self) -> None:
+        """End the running mission, if there is one; any thread."""
+        if run := self._run:
+            run.end()
+
+    def answer(self, question: int, choice: int) -> None:
+        """Answer the question of a mission whose recoveries are confirmed; any thread."""
+        if run := self._run:
+            run.operator.answer(question, choice)
+
+    def _guarded(self) -> None:
+        try:
+            self._work()
+        except Exception as defect:  # noqa: BLE001 - it ends the program, which raises it
+            self.failure = defect
+        finally:
+            self._on_end()
+
+    def _work(self) -> None:
+        with ExitStack() as stack:
+            try:
+                brick = stack.enter_context(open_brick(self._address))
+                reconnect_in_background(brick)
+                source = self._camera or setup.default_camera(brick)
+                camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
+                setup.watch(camera, brick, self._pictures.frame, self._pictures.fps)
+            except NXTError as error:
+                self._opened.put(error)
+                return
+            self._now = brick.now
+            self._opened.put(None)
+            while not self._closing.is_set():
+                self._drive_by_hand(brick)
+                if not self._wanted.empty():
+                    self._pursue(self._wanted.get()(brick, camera))
+
+    def _drive_by_hand(self, brick: Brick) -> None:
+        """Drive as the controls demand until a mission is wanted."""
+        pilot = Pilot(brick, setup.build_rover(brick, self._mission), self.controls, rest=self._rest(brick))
+        while not self._closing.is_set() and self._wanted.empty():
+            try:
+                self._show(pilot.step())
+            except LinkError as error:
+                self._hub.show("link", {"lost": str(error)})
+                self._news.wait(RETRY_S)
+        if not self._closing.is_set():
+            self.controls.let_go()
+
+    def _rest(self, brick: Brick) -> Callable[[float], None]:
+        """Return a function that waits for a time or for news."""
+
+        def rest(duration_s: float) -> None:
+            until_s = brick.now() + duration_s
+            while (left_s := until_s - brick.now()) > 0 and not self._news.is_set():
+                if brick.link.transport.simulated:
+                    brick.sleep(min(left_s, SLICE_S))
+                else:
+                    self._news.wait(left_s)
+            self._news.clear()
+
+        return rest
+
+    def _show(self, view: View) -> None:
+        self._hub.show("link", {"lost": ""})
+        self._hub.show(
+            "state",
+            {
+                "doing": "stopped until the stop is released" if self.controls.stopped else view.state,
+                "pose": [round(view.pose.x_mm, 1), round(view.pose.y_mm, 1), round(view.pose.heading_deg, 1)],
+                "range_mm": view.range_mm,
+                "touching": view.touching,
+                "battery_mv": view.battery_mv,
+                "latency_ms": round(view.latency_ms, 1),
+                "speed_limit": view.percent,
+                "stopped": self.controls.stopped,
+            },
+        )
+
+    def _pursue(self, run: MissionRun) -> Report | None:
+        self._run = run
+        self._pictures.caption = run.recording
+        try:
+            return run.pursue()
+        except NXTError as error:
+            self._hub.tell("problem", {"text": str(error)})
+            return None
+        finally:
+            self._pictures.caption = None
+            self._run = None

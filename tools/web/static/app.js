@@ -1,0 +1,82 @@
+// Joins the parts of the page.
+
+import { showCamera } from "./camera.js";
+import { Chart } from "./chart.js";
+import { Connection } from "./connection.js";
+import { Drive } from "./drive.js";
+import { FloorMap } from "./map.js";
+import { Decisions, Lines, MissionPanel } from "./mission.js";
+
+const NOTICE_MS = 6000;
+const find = (id) => document.getElementById(id);
+const connection = new Connection();
+let me = "", stopped = false, hidesNotice = 0;
+
+showCamera(connection, find("camera"));
+new FloorMap(connection, find("map"), { grid: find("layer-grid"), belief: find("layer-belief") });
+new Chart(connection, find("chart"));
+new Drive(connection, find("pad"), find("knob"));
+new MissionPanel(connection, find);
+new Lines(connection, find("lines"));
+new Decisions(connection, find("decision"));
+
+connection.on("hello", ({ you, address }) => {
+  me = you;
+  notice("");
+  document.title = `nxtdrive ${address}`;
+});
+connection.on("closed", () => {
+  find("doing").textContent = "no connection to nxtdrive";
+  notice("The page has lost nxtdrive; it tries again each second.");
+});
+connection.on("refused", ({ text }) => notice(text, NOTICE_MS));
+connection.on("link", ({ lost }) => notice(lost));
+connection.on("state", (state) => {
+  find("doing").textContent = state.doing;
+  find("range").textContent = metres(state.range_mm);
+  find("bumper").textContent = state.touching ? "pressed" : "free";
+  find("battery").textContent = `${(state.battery_mv / 1000).toFixed(1)} V`;
+  find("link").textContent = `${state.latency_ms.toFixed(0)} ms`;
+  find("speed").value = state.speed_limit;
+  find("speed-shown").textContent = `${state.speed_limit} %`;
+  showStop(state.stopped);
+});
+connection.on("record", ({ record }) => {
+  if ("range_mm" in record) find("range").textContent = metres(record.range_mm);
+  if ("battery_mv" in record) find("battery").textContent = `${(record.battery_mv / 1000).toFixed(1)} V`;
+  find("doing").textContent = `${record.state.replaceAll("_", " ")}: ${record.target}`;
+});
+connection.on("wheel", ({ driver, asking }) => {
+  const mine = driver === me;
+  find("wheel").textContent = !driver ? "The wheel is free." : mine ? (asking ? `${asking} asks for the wheel.` : "You drive.") : `${driver} drives.`;
+  find("take").hidden = mine || !driver || asking === me;
+  find("give").hidden = !mine;
+});
+
+find("stop").addEventListener("click", () => connection.send({ type: stopped ? "release" : "stop" }));
+find("take").addEventListener("click", () => connection.send({ type: "take_wheel" }));
+find("give").addEventListener("click", () => connection.send({ type: "give_wheel" }));
+find("speed").addEventListener("input", ({ target }) => connection.send({ type: "speed_limit", percent: Number(target.value) }));
+addEventListener("keydown", (event) => {
+  if (event.code === "Space" && !event.target.closest("input, select, textarea, button")) {
+    event.preventDefault();
+    connection.send({ type: "stop" });
+  }
+});
+
+function showStop(is) {
+  stopped = is;
+  find("stop").textContent = is ? "release" : "STOP";
+  find("stop").classList.toggle("released", is);
+}
+
+function metres(mm) {
+  return mm === null ? "free" : `${(mm / 1000).toFixed(2)} m`;
+}
+
+function notice(text, hideAfterMs = 0) {
+  clearTimeout(hidesNotice);
+  find("notice").textContent = text;
+  find("notice").hidden = !text;
+  if (text && hideAfterMs) hidesNotice = setTimeout(() => notice(""), hideAfterMs);
+}

@@ -1,0 +1,38 @@
+// The camera's picture with the box of the last sighting.
+
+import { FRAME } from "./connection.js";
+
+const BOX_MS = 700;
+const LABEL_PX = 15;
+
+export function showCamera(connection, canvas) {
+  const context = canvas.getContext("2d");
+  let seen = null;
+  connection.on("record", ({ record }) => {
+    if (record.kind === "look") seen = record.sighting && { ...record.sighting, target: record.target, at: performance.now() };
+  });
+  connection.on(`image ${FRAME}`, ({ bitmap }) => {
+    if (canvas.width !== bitmap.width) [canvas.width, canvas.height] = [bitmap.width, bitmap.height];
+    context.drawImage(bitmap, 0, 0);
+    bitmap.close();
+    if (seen && performance.now() - seen.at < BOX_MS) drawBox(context, seen);
+  });
+}
+
+function drawBox(context, seen) {
+  const [x, y, width, height] = seen.box;
+  const side = seen.bearing_deg < 0 ? "left" : "right";
+  const text = `${seen.target}  ${(seen.distance_mm / 1000).toFixed(2)} m  ${Math.abs(seen.bearing_deg).toFixed(0)}° ${side}`;
+  context.lineWidth = 2;
+  context.strokeStyle = "#20d060";
+  context.strokeRect(x, y, width, height);
+  context.font = "bold 12px system-ui, sans-serif";
+  const wide = context.measureText(text).width + 6;
+  const left = Math.max(0, Math.min(x, context.canvas.width - wide));
+  const below = y + height + 2 + LABEL_PX <= context.canvas.height ? y + height + 2 : 2;
+  const top = y > LABEL_PX + 3 ? y - LABEL_PX - 2 : below;
+  context.fillStyle = "#0009";
+  context.fillRect(left, top, wide, LABEL_PX);
+  context.fillStyle = "#fff";
+  context.fillText(text, left + 3, top + 12);
+}

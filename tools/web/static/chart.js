@@ -1,0 +1,71 @@
+// The statechart as nested boxes, drawn from the server's description, so that new states appear by themselves.
+
+export class Chart {
+  constructor(connection, element) {
+    this.element = element;
+    this.boxes = new Map();
+    this.parents = new Map();
+    connection.on("hello", ({ chart, recoveries }) => this.build(chart, recoveries));
+    connection.on("run", () => this.light(["idle", "up", "clear"]));
+    connection.on("record", ({ record }) => {
+      if (record.kind === "transition") this.enter(record.to);
+    });
+  }
+
+  build({ regions }, recoveries) {
+    this.recoveries = recoveries;
+    this.boxes.clear();
+    this.element.replaceChildren(...regions.map((region) => this.box(region, null)));
+    this.light([]);
+  }
+
+  box({ state: id, inner }, parent) {
+    const box = document.createElement("div");
+    box.className = "state";
+    this.parents.set(id, parent);
+    this.boxes.set(id, box);
+    if (inner.length) {
+      box.classList.add("compound");
+      const title = document.createElement("span");
+      title.className = "title";
+      title.textContent = id.replaceAll("_", " ");
+      box.append(title, ...inner.map((each) => this.box(each, id)));
+    } else {
+      const recovery = this.recoveries[id];
+      box.textContent = id.replaceAll("_", " ");
+      if (recovery) {
+        box.classList.add("recovery");
+        box.style.setProperty("--mark", `rgb(${recovery.rgb.join(",")})`);
+        box.title = recovery.label;
+      }
+    }
+    return box;
+  }
+
+  region(id) {
+    let top = id;
+    while (this.parents.get(top)) top = this.parents.get(top);
+    return top;
+  }
+
+  light(states) {
+    this.active = new Map(states.map((id) => [this.region(id), id]));
+    this.show();
+  }
+
+  enter(id) {
+    if (!this.boxes.has(id)) return;
+    this.active.set(this.region(id), id);
+    this.show();
+  }
+
+  show() {
+    const lit = new Set();
+    for (const id of this.active.values()) for (let at = id; at; at = this.parents.get(at)) lit.add(at);
+    for (const [id, box] of this.boxes) {
+      box.classList.toggle("active", lit.has(id));
+      if (lit.has(id)) box.setAttribute("aria-current", "true");
+      else box.removeAttribute("aria-current");
+    }
+  }
+}

@@ -1,0 +1,46 @@
+// The WebSocket: opens again by itself, and hands each message to the listener of its type.
+
+const RETRY_MS = 1000;
+export const FRAME = 1, GRID = 2, BELIEF = 3;
+
+export class Connection {
+  constructor() {
+    this.listeners = new Map();
+    this.open();
+  }
+
+  on(type, listener) {
+    const known = this.listeners.get(type) ?? [];
+    this.listeners.set(type, [...known, listener]);
+  }
+
+  send(message) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+
+  open() {
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    this.socket = new WebSocket(`${scheme}://${location.host}/ws`);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.onmessage = ({ data }) => (typeof data === "string" ? this.text(JSON.parse(data)) : this.image(data));
+    this.socket.onclose = () => {
+      this.tell("closed", {});
+      setTimeout(() => this.open(), RETRY_MS);
+    };
+  }
+
+  text(message) {
+    this.tell(message.type, message);
+  }
+
+  async image(data) {
+    const head = new DataView(data, 0, 16);
+    const [kind, number, time_s] = [head.getUint8(0), head.getUint32(4, true), head.getFloat64(8, true)];
+    const bitmap = await createImageBitmap(new Blob([new Uint8Array(data, 16)]));
+    this.tell(`image ${kind}`, { number, time_s, bitmap });
+  }
+
+  tell(type, message) {
+    for (const listener of this.listeners.get(type) ?? []) listener(message);
+  }
+}

@@ -1,0 +1,101 @@
+// Pad, keys and gamepad. Everything that may mean "nobody holds it any more" sends a stop of the motion at once;
+// the server stops the robot by itself when it hears nothing for half a second.
+
+const EVERY_MS = 50;
+const KEYS = {
+  ArrowUp: [1, 0], KeyW: [1, 0], ArrowDown: [-1, 0], KeyS: [-1, 0],
+  ArrowLeft: [0, -1], KeyA: [0, -1], ArrowRight: [0, 1], KeyD: [0, 1],
+};
+const DEAD_ZONE = 0.2;
+
+export class Drive {
+  constructor(connection, pad, knob) {
+    this.connection = connection;
+    this.pad = pad;
+    this.knob = knob;
+    this.held = new Set();
+    this.dragged = null;
+    this.padUsed = false;
+    this.moving = false;
+    this.listenToPad();
+    this.listenToKeys();
+    for (const leaving of ["blur", "pagehide"]) addEventListener(leaving, () => this.letGo());
+    document.addEventListener("visibilitychange", () => document.hidden && this.letGo());
+    setInterval(() => this.tick(), EVERY_MS);
+  }
+
+  listenToPad() {
+    const move = (event) => {
+      const box = this.pad.getBoundingClientRect(), radius = box.width / 2;
+      const x = (event.clientX - box.left) / radius - 1, y = 1 - (event.clientY - box.top) / radius;
+      const far = Math.max(1, Math.hypot(x, y));
+      this.dragged = [y / far, x / far];
+      this.tick();
+    };
+    this.pad.addEventListener("pointerdown", (event) => {
+      this.pad.setPointerCapture(event.pointerId);
+      this.connection.send({ type: "drive", ahead: 0, aside: 0 });
+      move(event);
+    });
+    this.pad.addEventListener("pointermove", (event) => this.dragged && move(event));
+    for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
+      this.pad.addEventListener(end, () => this.letGo());
+    }
+  }
+
+  listenToKeys() {
+    addEventListener("keydown", (event) => {
+      if (event.target.closest("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey) return;
+      if (event.code in KEYS) {
+        event.preventDefault();
+        if (!event.repeat) this.held.add(event.code);
+        this.tick();
+      }
+    });
+    addEventListener("keyup", (event) => {
+      if (this.held.delete(event.code)) this.tick();
+    });
+  }
+
+  wanted() {
+    if (this.dragged) return this.dragged;
+    let [ahead, aside] = [0, 0];
+    for (const code of this.held) [ahead, aside] = [ahead + KEYS[code][0], aside + KEYS[code][1]];
+    if (ahead || aside) return [clamp(ahead), clamp(ahead ? aside / 2 : aside)];
+    return gamepad();
+  }
+
+  tick() {
+    const [ahead, aside] = this.wanted();
+    const moving = Boolean(ahead || aside);
+    if (moving && !this.moving) this.connection.send({ type: "drive", ahead: 0, aside: 0 });
+    if (moving || this.moving) this.connection.send({ type: "drive", ahead, aside });
+    this.moving = moving;
+    this.knob.style.left = `${50 + 33 * aside}%`;
+    this.knob.style.top = `${50 - 33 * ahead}%`;
+  }
+
+  letGo() {
+    this.dragged = null;
+    this.held.clear();
+    this.tick();
+  }
+}
+
+function gamepad() {
+  for (const pad of navigator.getGamepads?.() ?? []) {
+    if (!pad) continue;
+    const ahead = beyond(-pad.axes[1]), aside = beyond(pad.axes[2] ?? 0) || beyond(pad.axes[0]);
+    if (ahead || aside) return [ahead, aside];
+  }
+  return [0, 0];
+}
+
+function beyond(value) {
+  const size = (Math.abs(value) - DEAD_ZONE) / (1 - DEAD_ZONE);
+  return size > 0 ? Math.sign(value) * Math.min(1, size) : 0;
+}
+
+function clamp(value) {
+  return Math.max(-1, Math.min(1, value));
+}

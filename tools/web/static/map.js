@@ -1,0 +1,191 @@
+// The map that grows: forward at the start is up; millimetres, x forward, y to the right.
+
+import { BELIEF, GRID } from "./connection.js";
+
+const GRID_MM = 180 * 80; // the occupancy grid's side; the start lies in its middle
+const BELIEF_MM = 35 * 400; // the belief's side
+const VIEW_DEG = 60, VIEW_MM = 700, CONE_DEG = 15;
+const SONAR_MM = 100; // the sonar in front of the axle
+const FARTHEST_ECHO_MM = 1500; // beyond, the cone is wider than a robot, and an echo is no place
+const MARGIN_MM = 900; // around everything that is known
+
+export class FloorMap {
+  constructor(connection, canvas, layers = {}) {
+    this.canvas = canvas;
+    this.layers = layers;
+    this.clear();
+    connection.on("run", () => this.clear());
+    connection.on("state", (state) => this.moved(state.pose, state.range_mm));
+    connection.on("record", ({ record }) => this.record(record));
+    connection.on(`image ${GRID}`, ({ bitmap }) => { this.grid = tinted(bitmap, gridColour); this.draw(); });
+    connection.on(`image ${BELIEF}`, ({ bitmap }) => { this.belief = tinted(bitmap, beliefColour); this.draw(); });
+    for (const layer of Object.values(layers)) layer.addEventListener("change", () => this.draw());
+    new ResizeObserver(() => this.draw()).observe(canvas);
+  }
+
+  clear() {
+    this.path = [];
+    this.echoes = new Map();
+    this.sightings = new Map();
+    this.marks = [];
+    this.pose = [0, 0, 0];
+    this.range = null;
+    this.grid = this.belief = null;
+    this.box = [0, 0, 0, 0]; // least and greatest x, least and greatest y
+    this.draw();
+  }
+
+  record(record) {
+    this.inView = record.state === "arrive";
+    if (record.pose) this.moved(record.pose, record.range_mm ?? null);
+    if (record.kind === "look" && record.sighting) {
+      const at = ahead(this.pose, record.sighting.distance_mm, record.sighting.bearing_deg);
+      this.sightings.set(record.target, at);
+      this.include(at);
+    }
+    if (record.kind === "choice") this.marks.push({ at: this.pose, choice: record.choice });
+  }
+
+  moved(pose, range) {
+    const last = this.path.at(-1);
+    if (!last || Math.hypot(pose[0] - last[0], pose[1] - last[1]) > 20) this.path.push(pose);
+    this.pose = pose;
+    this.range = range;
+    if (range !== null && range < FARTHEST_ECHO_MM) {
+      const at = ahead(pose, range + SONAR_MM, 0);
+      this.echoes.set(at.map((mm) => Math.round(mm / 40)).join(), at);
+    }
+    this.include(pose);
+    this.draw();
+  }
+
+  include([x, y]) {
+    const [x0, x1, y0, y1] = this.box;
+    this.box = [Math.min(x0, x), Math.max(x1, x), Math.min(y0, y), Math.max(y1, y)];
+  }
+
+  draw() {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => { this.waiting = false; this.paint(); });
+  }
+
+  paint() {
+    const canvas = this.canvas, side = Math.round(canvas.clientWidth * devicePixelRatio);
+    if (!side) return;
+    if (canvas.width !== side) canvas.width = canvas.height = side;
+    const context = canvas.getContext("2d");
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.fillStyle = "#e9ecef";
+    context.fillRect(0, 0, side, side);
+    const [x0, x1, y0, y1] = this.box;
+    const wide = Math.max(x1 - x0, y1 - y0) + 2 * MARGIN_MM, scale = side / wide;
+    // x forward is up, y to the right
+    context.setTransform(scale, 0, 0, scale, side / 2 - ((y0 + y1) / 2) * scale, side / 2 + ((x0 + x1) / 2) * scale);
+    context.imageSmoothingEnabled = false;
+    if (this.grid && this.layers.grid.checked) context.drawImage(this.grid, -GRID_MM / 2, -GRID_MM / 2, GRID_MM, GRID_MM);
+    context.imageSmoothingEnabled = true;
+    if (this.belief && this.layers.belief.checked && !this.inView) context.drawImage(this.belief, -BELIEF_MM / 2, -BELIEF_MM / 2, BELIEF_MM, BELIEF_MM);
+    this.paintLines(context, 1 / scale * devicePixelRatio);
+    context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
+    this.paintScale(context, wide, side / devicePixelRatio);
+  }
+
+  paintLines(context, pixel) {
+    const [x, y, heading] = this.pose;
+    context.lineWidth = pixel;
+    context.strokeStyle = "#9aa5b1";
+    cross(context, [0, 0], 60);
+    for (const at of this.echoes.values()) disc(context, at, 2 * pixel, "#5b6672");
+    context.strokeStyle = "#0b5fb0";
+    context.lineWidth = 2 * pixel;
+    context.beginPath();
+    for (const [px, py] of this.path) context.lineTo(py, -px);
+    context.stroke();
+    wedge(context, this.pose, VIEW_DEG / 2, VIEW_MM, "#0b5fb022");
+    if (this.range !== null) wedge(context, this.pose, CONE_DEG, this.range, "#e0701033");
+    for (const [name, at] of this.sightings) {
+      disc(context, at, 45, "#1b9a4a");
+      label(context, name, at, 14 * pixel, "#0d5c2a");
+    }
+    this.marks.forEach(({ at }, index) => label(context, String(index + 1), at, 13 * pixel, "#8a1015"));
+    context.save();
+    context.translate(y, -x);
+    context.rotate((heading * Math.PI) / 180);
+    context.fillStyle = "#17202b";
+    context.beginPath();
+    context.moveTo(0, -130);
+    context.lineTo(80, 90);
+    context.lineTo(-80, 90);
+    context.fill();
+    context.restore();
+  }
+
+  paintScale(context, wide, side) {
+    const metres = wide > 8000 ? 2 : wide > 4000 ? 1 : 0.5;
+    context.fillStyle = context.strokeStyle = "#17202b";
+    context.lineWidth = 2;
+    context.strokeRect(12, side - 16, (metres * 1000 * side) / wide, 0);
+    context.font = "12px system-ui, sans-serif";
+    context.fillText(`${metres} m`, 12, side - 22);
+  }
+}
+
+function ahead([x, y, heading], distance, bearing) {
+  const angle = ((heading + bearing) * Math.PI) / 180;
+  return [x + distance * Math.cos(angle), y + distance * Math.sin(angle)];
+}
+
+function wedge(context, pose, half, distance, colour) {
+  const middle = ((pose[2] - 90) * Math.PI) / 180, wide = (half * Math.PI) / 180;
+  context.fillStyle = colour;
+  context.beginPath();
+  context.moveTo(pose[1], -pose[0]);
+  context.arc(pose[1], -pose[0], distance, middle - wide, middle + wide);
+  context.fill();
+}
+
+function disc(context, [x, y], radius, colour) {
+  context.fillStyle = colour;
+  context.beginPath();
+  context.arc(y, -x, radius, 0, 2 * Math.PI);
+  context.fill();
+}
+
+function cross(context, [x, y], size) {
+  context.beginPath();
+  context.moveTo(y - size, -x);
+  context.lineTo(y + size, -x);
+  context.moveTo(y, -x - size);
+  context.lineTo(y, -x + size);
+  context.stroke();
+}
+
+function label(context, text, [x, y], size, colour) {
+  context.font = `bold ${size}px system-ui, sans-serif`;
+  context.fillStyle = colour;
+  context.fillText(text, y + size * 0.6, -x - size * 0.4);
+}
+
+// evidence 0 is grey 128 and unknown; above it something stands there, below it the floor is free
+function gridColour(grey) {
+  if (grey > 140) return [60, 66, 74, Math.min(255, (grey - 128) * 2)];
+  return grey < 116 ? [255, 255, 255, Math.min(255, (128 - grey) * 2.5)] : [0, 0, 0, 0];
+}
+
+// the square lets the places stand out from the plain that the target is in with little chance
+function beliefColour(grey) {
+  return [230, 120, 0, 150 * (grey / 255) ** 2];
+}
+
+function tinted(bitmap, colour) {
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [bitmap.width, bitmap.height];
+  const context = canvas.getContext("2d", { willReadFrequently: true });
+  context.drawImage(bitmap, 0, 0);
+  bitmap.close();
+  const image = context.getImageData(0, 0, canvas.width, canvas.height);
+  for (let i = 0; i < image.data.length; i += 4) image.data.set(colour(image.data[i]), i);
+  context.putImageData(image, 0, 0);
+  return canvas;
+}

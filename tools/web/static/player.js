@@ -1,0 +1,49 @@
+// Replays the records of a run: it speaks to the parts of the page as the live connection does.
+
+export class Player {
+  constructor({ records, lines, chart, recoveries }) {
+    this.listeners = new Map();
+    this.hello = { chart, recoveries };
+    this.events = [
+      ...records.map((record) => ({ t: record.t, type: "record", message: { record } })),
+      ...lines.map((line) => ({ t: line.t, type: "line", message: line })),
+    ].sort((one, other) => one.t - other.t);
+    this.decisions = records.filter(({ kind }) => kind === "choice").map(({ t }) => t);
+    this.duration = this.events.at(-1)?.t ?? 0;
+    this.next = 0;
+    this.time = 0;
+  }
+
+  on(type, listener) {
+    this.listeners.set(type, [...(this.listeners.get(type) ?? []), listener]);
+  }
+
+  tell(type, message) {
+    for (const listener of this.listeners.get(type) ?? []) listener(message);
+  }
+
+  begin() {
+    this.tell("hello", this.hello);
+    this.seek(0);
+  }
+
+  seek(time) {
+    if (time <= this.time) {
+      this.next = 0;
+      this.tell("run", {});
+    }
+    this.time = Math.max(0, Math.min(time, this.duration));
+    for (; this.next < this.events.length && this.events[this.next].t <= this.time; this.next++) {
+      const { type, message } = this.events[this.next];
+      this.tell(type, message);
+    }
+    this.tell("time", { time: this.time });
+  }
+
+  // the decision after now, or before: -1
+  jump(way) {
+    const later = this.decisions.filter((t) => (way > 0 ? t > this.time + 0.01 : t < this.time - 0.01));
+    const to = way > 0 ? later[0] : later.at(-1);
+    if (to !== undefined) this.seek(to + 0.001);
+  }
+}
