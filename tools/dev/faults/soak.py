@@ -92,7 +92,6 @@ def _tick_ms(brick: Brick) -> int:
 def _hour(brick: Brick, wire: Wire, number: int) -> list[str]:
     """Let an hour pass; returns what is wrong."""
     begun_s, wrong = brick.now(), []
-    wire.exchanges.clear()
     for work in (_poll, _lose, _pursue, _idle):
         try:
             wrong += work(brick, wire, number, begun_s + HOUR_S)
@@ -101,6 +100,7 @@ def _hour(brick: Brick, wire: Wire, number: int) -> list[str]:
     if abs(brick.now() - begun_s - HOUR_S) > 0.01:
         wrong.append(f"the hour took {brick.now() - begun_s} s")
     asked = sum(each.request[1:2] == bytes((KEEP_ALIVE,)) for each in wire.exchanges)
+    wire.exchanges.clear()  # our own notes
     due = HOUR_S / PROBE_S + HOUR_S / LONGEST_SILENCE_S
     if abs(asked - due) > SPARE_TELEGRAMS:
         wrong.append(f"{asked} keep-alive telegrams in an hour, not {due:.0f}")
