@@ -26,7 +26,7 @@ log = logging.getLogger(__name__)
 
 
 def read_picture(path: Path) -> NDArray[np.uint8]:
-    """Read a picture as BGR; one of more than 16 million pixels is reduced, and a log message says so.
+    """Read a picture as BGR; one of more than 16 million pixels is reduced.
 
     Raises:
         InputFileError: The file cannot be read, is no picture, or has more than 64 million pixels.
@@ -46,7 +46,7 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
     if image is None:
         raise _no_picture(path)
     if factor > 1:
-        log.warning("%s has %dx%d pixels and is reduced to 1/%d of its width and height.", path, width, height, factor)
+        log.info("%s has %dx%d pixels and is reduced to 1/%d of its width and height.", path, width, height, factor)
     return image.astype(np.uint8, copy=False)
 
 

@@ -27,12 +27,13 @@ def test_a_picture_with_too_many_pixels_is_refused_by_its_header(tmp_path, size)
 
 
 @pytest.mark.parametrize("suffix", [".jpg", ".png"])
-def test_a_large_picture_is_reduced_with_a_sentence(tmp_path, caplog, suffix):
+def test_a_large_picture_is_reduced_and_only_the_log_says_so(tmp_path, caplog, suffix):
     path = tmp_path / f"large{suffix}"
     gradient = np.linspace(0, 255, 5000, dtype=np.uint8)
     cv2.imwrite(str(path), np.broadcast_to(gradient, (4000, 5000)))
-    with caplog.at_level(logging.WARNING):
+    with caplog.at_level(logging.INFO, logger="input_files"):
         image = read_picture(path)
+    assert {each.levelno for each in caplog.records} == {logging.INFO}
     assert image.shape == (2000, 2500, 3)
     assert image.shape[0] * image.shape[1] < KEPT_PIXELS
     assert "5000x4000 pixels and is reduced to 1/2" in caplog.text
