@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from itertools import islice
 
@@ -9,6 +10,8 @@ SHOWN = 20
 """Mistakes that are listed; the others are counted."""
 LONGEST = 400
 LONGEST_VALUE = 80
+
+_MORE = re.compile(r"and (\d+) more")
 
 
 def listed(count: int, problems: Iterable[str]) -> list[str]:
@@ -20,7 +23,16 @@ def listed(count: int, problems: Iterable[str]) -> list[str]:
     """
     first = [_cut(each, LONGEST) for each in islice(problems, SHOWN)]
     more = [f"and {count - len(first)} more"] if count > len(first) else []
-    return ["1 mistake" if count == 1 else f"{count} mistakes", *first, *more]
+    return [_in_words(count), *first, *more]
+
+
+def counted(lines: Iterable[str]) -> str:
+    """Return in words how many mistakes there are, by the lines of `listed` after the first."""
+    return _in_words(sum(int(more[1]) if (more := _MORE.fullmatch(line)) else 1 for line in lines))
+
+
+def _in_words(count: int) -> str:
+    return "1 mistake" if count == 1 else f"{count} mistakes"
 
 
 def shown(value: object) -> str:

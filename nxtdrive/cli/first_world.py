@@ -28,7 +28,7 @@ HALF_VIEW = math.tan(math.radians(30.0))
 HALF_VIEW_UP = 0.75 * HALF_VIEW
 
 WORLD = """\
-# A room for a first mission; `nxtdrive world show {name}` draws it.
+# A room for a first mission; `nxtdrive world show FILE` draws it.
 # Lengths in mm, times in s, angles in degrees clockwise: 0 looks to the right of the map, 90 down.
 # The map has x to the right and y down. docs/worlds.md has all tables and keys.
 title = {title}
@@ -121,13 +121,15 @@ class FirstTarget:
         return max(self.stop_mm + 300.0, min(1800.0, 7 * self.height_mm))
 
 
-def world_text(target: FirstTarget, folder: Path, file: str) -> str:
+def world_text(target: FirstTarget, folder: Path) -> str:
     """Return the text of a world with the target.
 
     Args:
         target: The target.
         folder: Where the world will lie; the picture's path is relative to it if it can be.
-        file: The world's file name, for a comment.
+
+    Raises:
+        ConfigError: The name of the picture cannot be written in TOML.
     """
     row_mm = math.ceil(max(1200.0, target.width_mm / 2 + 400.0) / 100) * 100.0
     x_mm = math.ceil(START_X_MM + LENS_FORWARD_MM + target.distance_mm)
@@ -139,7 +141,6 @@ def world_text(target: FirstTarget, folder: Path, file: str) -> str:
         centre_mm = target.top_mm - target.height_mm / 2
         thing = PICTURE.format(**place, file=image, width_mm=target.width_mm, centre_mm=centre_mm)
     return WORLD.format(
-        name=file,
         title=json.dumps(f"A room with {target.name}", ensure_ascii=False),
         width_mm=math.ceil((x_mm + 600.0) / 100) * 100,
         depth_mm=2 * row_mm,
@@ -152,10 +153,19 @@ def world_text(target: FirstTarget, folder: Path, file: str) -> str:
 
 
 def toml_path(path: Path, folder: Path) -> str:
-    """Return a path as a TOML string: relative to a folder that is above it, else absolute."""
+    """Return a path as a TOML string: relative to a folder that is above it, else absolute.
+
+    Raises:
+        ConfigError: It is not UTF-8.
+    """
     path, folder = path.resolve(), folder.resolve()
     shown = path.relative_to(folder) if path.is_relative_to(folder) else path
-    return json.dumps(shown.as_posix(), ensure_ascii=False)
+    text = json.dumps(shown.as_posix(), ensure_ascii=False).replace("\x7f", "\\u007f")
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise ConfigError(f"{path}: a mission cannot name this file, it is not UTF-8.", remedy="Rename it.") from None
+    return text
 
 
 def try_out(target: FirstTarget, detector: TargetDetector, text: str, path: Path) -> None:

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.printable import printable
+from input_files.mistakes import counted
 from nxtdrive.cli.main import DONE, USAGE
-from nxtdrive.cli.options import add_action, add_json_argument, number, writing
+from nxtdrive.cli.options import add_action, add_json_argument, new_file, number, writing
 from nxtdrive.cli.output import CONTINUED, complain, write_json, write_line, write_text
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "file",
         metavar="FILE",
         nargs="?",
-        type=Path,
+        type=new_file,
         help="the mission (default: my-mission.toml, or the picture's name); its room is called FILE-world.toml",
     )
     new.add_argument("--picture", metavar="IMAGE", type=Path, help="what to look for: a photograph of something flat")
@@ -79,8 +80,7 @@ def _check(args: argparse.Namespace) -> int:
 def report_file(file: str, mistakes: list[str]) -> None:
     """Print that a file is good, or its mistakes."""
     if mistakes:
-        count = "1 mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
-        complain(CONTINUED.join([f"{file}: {count}", *mistakes]), sender="")
+        complain(CONTINUED.join([f"{file}: {counted(mistakes)}", *mistakes]), sender="")
     else:
         write_line(f"{file}: good")
 
@@ -148,7 +148,7 @@ def _new(args: argparse.Namespace) -> int:
     for path in (mission, world):
         if os.path.lexists(path) and not args.force:
             raise ConfigError(f"{path} exists already.", remedy="Choose another name, or --force to overwrite it.")
-    text = world_text(target, world.parent, world.name)
+    text = world_text(target, world.parent)
     if target.picture is not None:
         spec = {"detector": "picture", "pictures": [str(target.picture)], "height_mm": target.height_mm}
         try_out(target, make_detector(spec), text, world)

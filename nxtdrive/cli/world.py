@@ -10,7 +10,7 @@ from pathlib import Path
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE
 from nxtdrive.cli.mission import report_file
-from nxtdrive.cli.options import add_action, add_json_argument, writing
+from nxtdrive.cli.options import add_action, add_json_argument, new_file, writing
 from nxtdrive.cli.output import CONTINUED, write_json, write_line, write_text
 
 DESCRIPTION = """\
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     show.add_argument("file", metavar="FILE", nargs="?", default="arena", help="default: the room of `nxtdrive run`")
     show.add_argument("--out", metavar="IMAGE", type=Path, help="a PNG or JPEG file to write")
     new = add_action(actions, "new", "write a commented world file", _new)
-    new.add_argument("file", metavar="FILE", type=Path, help="a new file, such as my-room.toml")
+    new.add_argument("file", metavar="FILE", type=new_file, help="a new file, such as my-room.toml")
     new.add_argument("--force", action="store_true", help="overwrite a file that exists")
 
 
@@ -66,20 +66,15 @@ def _mistakes(file: str) -> list[str]:
 
 def _show(args: argparse.Namespace) -> int:
     from nxtdrive.cli.room_sketch import draw, sketch
+    from nxtdrive.recording.output_file import write_picture
     from sim_backend.world.loading import load_world
 
     world = load_world(args.file)
     if args.out is None:
         write_text(sketch(world))
         return DONE
-    import cv2
-
-    try:
-        written = cv2.imwrite(str(args.out), draw(world))
-    except cv2.error:
-        written = False
-    if not written:
-        raise ConfigError(f"{args.out} cannot be written.", remedy="Name a PNG or JPEG file in a folder that exists.")
+    with writing(args.out):
+        write_picture(args.out, draw(world))
     write_line(args.out)
     return DONE
 

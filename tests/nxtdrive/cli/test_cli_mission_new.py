@@ -182,3 +182,30 @@ def test_in_a_terminal_it_asks_for_the_height(answer, written):
     assert process.returncode == (DONE if written else USAGE)
     assert Path("portrait.toml").exists() is written
     assert written or f"height must be a number from 10 to 3,000, not '{answer}'" in error
+
+
+@pytest.mark.parametrize("command", ["mission", "world"])
+@pytest.mark.parametrize(
+    "name", ["why?.toml", "two\nlines.toml", "not-utf8-\udcff.toml", "-dash.toml", "in\x7f/my.toml"]
+)
+def test_a_name_that_cannot_be_typed_as_an_address_is_refused(command, name, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main([command, "new", "--", name])
+    assert ended.value.code == USAGE
+    assert "letters" in capsys.readouterr().err
+    assert not list(Path().iterdir())
+
+
+def test_a_picture_whose_name_no_toml_file_can_hold_is_refused(capsys):
+    path = Path("cat\udcff.png")
+    path.write_bytes(cv2.imencode(".png", _shapes(400, 300, 1))[1].tobytes())
+    assert main(["mission", "new", "--picture", str(path), "--height-mm", "200"]) == USAGE
+    assert "Rename it" in capsys.readouterr().err
+
+
+def test_control_characters_in_a_pictures_name_are_escaped(capsys):
+    path = Path("cat\x7f\t.png")
+    path.write_bytes(cv2.imencode(".png", _shapes(400, 300, 1))[1].tobytes())
+    assert main(["mission", "new", "--picture", str(path), "--height-mm", "200"]) == DONE
+    assert load_mission(Path("cat.toml")).target["cat"].pictures == [str(path.resolve())]
+    load_world("cat-world.toml")

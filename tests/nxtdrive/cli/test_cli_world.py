@@ -91,3 +91,18 @@ def test_a_room_is_drawn_as_an_image(capsys):
     assert main(["world", "show", "arena", "--out", "nowhere/arena.png"]) == USAGE
     assert main(["world", "show", "arena", "--out", "arena.odd"]) == USAGE
     assert capsys.readouterr().err.count("cannot be written") == 2
+
+
+@pytest.mark.parametrize("command", ["mission", "world"])
+def test_check_counts_the_mistakes_that_it_does_not_list(command, capsys):
+    text = "".join(f"[[boxes]]\nname = 'b{number}'\nat_mm = [0, 0]\nsize_mm = [1, 0]\n" for number in range(30))
+    if command == "mission":
+        text = "[mission]\ntargets = ['a']\n[target.a]\ndetector = 'color'\ncolor = 'red'\n[robot]\n"
+        text += "".join(f"k{number} = 1\n" for number in range(30))
+    else:
+        text = f"[floor]\nsize_mm = [1000, 1000]\n[robot]\nstart_mm = [500, 500]\n{text}"
+    Path("many.toml").write_text(text, encoding="utf-8")
+    assert main([command, "check", "many.toml"]) == USAGE
+    heading, *lines = capsys.readouterr().err.splitlines()
+    more = int(re.fullmatch(r" *and (\d+) more", lines.pop())[1])
+    assert heading == f"many.toml: {len(lines) + more} mistakes"
