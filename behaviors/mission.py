@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from behaviors.mission_misfits import misfits
+from behaviors.mission_cross_checks import cross_checks
 from behaviors.mission_mistakes import mistakes
 from behaviors.plausibility import TOLERANCE_MM
 from input_files.mistakes import listed, shown
@@ -246,7 +246,7 @@ def load_mission(path: Path, picture_folders: Sequence[Path] = ()) -> Mission:
     """
     table = _read(path)
     folders = [path.resolve().parent, *picture_folders]
-    problems = [*misfits(table, RobotTable().model_dump()), *_resolve_pictures(table, folders)]
+    problems = [*cross_checks(table, RobotTable().model_dump()), *_resolve_pictures(table, folders)]
     try:
         mission = Mission.model_validate(table)
     except ValidationError as error:
@@ -258,7 +258,7 @@ def load_mission(path: Path, picture_folders: Sequence[Path] = ()) -> Mission:
     raise MissionError(f"{path}: " + "\n  ".join(lines))
 
 
-def sound_targets(path: Path, picture_folders: Sequence[Path] = ()) -> dict[str, Target]:
+def valid_targets(path: Path, picture_folders: Sequence[Path] = ()) -> dict[str, Target]:
     """Return the targets of a mission file that are right by themselves, whatever else is wrong in it."""
     try:
         table = _read(path)
@@ -266,12 +266,12 @@ def sound_targets(path: Path, picture_folders: Sequence[Path] = ()) -> dict[str,
         return {}
     folders = [path.resolve().parent, *picture_folders]
     targets = table.get("target")
-    sound: dict[str, Target] = {}
+    valid: dict[str, Target] = {}
     for name, target in targets.items() if isinstance(targets, dict) else ():
         if not list(_resolve_pictures({"target": {name: target}}, folders)):
             with suppress(ValidationError):
-                sound[name] = TypeAdapter[Target](Target).validate_python(target)
-    return sound
+                valid[name] = TypeAdapter[Target](Target).validate_python(target)
+    return valid
 
 
 def _read(path: Path) -> dict[str, Any]:

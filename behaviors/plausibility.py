@@ -6,8 +6,9 @@ depend on it.
 
 from __future__ import annotations
 
+LENS_BEHIND_SONAR_MM = 40.0
 TOLERANCE_MM = 250.0
-"""Default tolerance: sonar and lens are some 40 mm apart, and both are uncertain by 5 % within a metre."""
+"""Default tolerance: sonar and lens are not at the same place, and both are uncertain by 5 % within a metre."""
 TOLERANCE_SHARE = 1 / 3
 """Farther away, this share of the distance is tolerated: a box of a slanted picture is uncertain, and so is the height
 of a target that was measured by eye."""

@@ -19,7 +19,7 @@ from nxtdrive.cli.output import CONTINUED, complain, write_json, write_line, wri
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
-    from nxtdrive.cli.first_world import FirstTarget
+    from nxtdrive.cli.world_template import TemplateTarget
 
 DESCRIPTION = """\
 Check mission files, show a mission with every number it runs with and the
@@ -135,8 +135,8 @@ def _short(value: object) -> str:
 
 
 def _new(args: argparse.Namespace) -> int:
-    from nxtdrive.cli.first_world import try_out, world_text
     from nxtdrive.cli.mission_template import RED_BOX, template
+    from nxtdrive.cli.world_template import try_out, world_text
     from nxtdrive.recording.output_file import write_file
     from nxtdrive.vision.detectors import make_detector
 
@@ -163,14 +163,14 @@ def _new(args: argparse.Namespace) -> int:
     return DONE
 
 
-def _pictured(picture: Path, height_mm: float | None) -> FirstTarget:
+def _pictured(picture: Path, height_mm: float | None) -> TemplateTarget:
     """Return the target that a photograph shows.
 
     Raises:
         ConfigError: It is not an image, or its height is not known and there is no terminal to ask in.
     """
     from firmware_protocol.errors import CameraError
-    from nxtdrive.cli.first_world import FirstTarget
+    from nxtdrive.cli.world_template import TemplateTarget
     from nxtdrive.vision.sources import read_image
 
     try:
@@ -180,7 +180,7 @@ def _pictured(picture: Path, height_mm: float | None) -> FirstTarget:
     height_px, width_px = pixels.shape[:2]
     height_mm = _asked_height_mm(width_px > height_px) if height_mm is None else height_mm
     name = re.sub(r"[^A-Za-z0-9_-]+", "-", picture.stem).strip("-") or "picture"
-    return FirstTarget(name, height_mm, round(height_mm * width_px / height_px, 1), picture)
+    return TemplateTarget(name, height_mm, round(height_mm * width_px / height_px, 1), picture)
 
 
 def _asked_height_mm(across: bool) -> float:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nxtdrive.cli.first_world import USUAL_STOP_MM, FirstTarget, toml_path
+from nxtdrive.cli.world_template import USUAL_STOP_MM, TemplateTarget, toml_path
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -62,11 +62,11 @@ detector = "picture"       # something flat you have photographs of
 pictures = [{file}]
 height_mm = {height_mm:g}           # real height of the print; distances are measured by it"""
 
-RED_BOX = FirstTarget("box", height_mm=100.0, width_mm=200.0)
+RED_BOX = TemplateTarget("box", height_mm=100.0, width_mm=200.0)
 """What a new mission looks for when no picture is given."""
 
 
-def template(target: FirstTarget = RED_BOX, folder: Path = Path()) -> str:
+def template(target: TemplateTarget = RED_BOX, folder: Path = Path()) -> str:
     """Return the text of a valid mission file.
 
     Args:

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from behaviors.mission import MarkerTarget, Mission, MissionError, PictureTarget, load_mission, sound_targets
-from behaviors.mission_oddities import oddities
+from behaviors.mission import MarkerTarget, Mission, MissionError, PictureTarget, load_mission, valid_targets
+from behaviors.mission_warnings import value_warnings
 from firmware_protocol.errors import CameraError
 from nxtdrive.mission.setup import PICTURES, make_detectors
 from nxtdrive.vision.geometry import A4_HEIGHT_MM
@@ -52,7 +52,7 @@ def check_mission(path: Path) -> Findings:
     except MissionError as error:
         head, *rest = str(error).split("\n  ")
         found.mistakes = rest or [head.removeprefix(f"{path}: ")]
-        targets = sound_targets(path, [PICTURES])
+        targets = valid_targets(path, [PICTURES])
     else:
         targets = mission.target
         found.warnings = list(warnings(mission))
@@ -62,7 +62,7 @@ def check_mission(path: Path) -> Findings:
 
 def warnings(mission: Mission) -> Iterator[str]:
     """Yield what is allowed and hardly meant in a mission, one sentence or two each."""
-    yield from oddities(mission)
+    yield from value_warnings(mission)
     for name in dict.fromkeys(mission.mission.targets):
         target = mission.target[name]
         shape = _shape(target.pictures[0]) if isinstance(target, PictureTarget) else None

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 from behaviors.adaptive.approach import N as APPROACH
 from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
-from behaviors.plausibility import TOLERANCE_MM, contradicts
+from behaviors.plausibility import LENS_BEHIND_SONAR_MM, TOLERANCE_MM, contradicts
 from nxtdrive.mission.setup import build_detectors
 from nxtdrive.mission.truth import Truth, recognised
 
@@ -25,7 +25,6 @@ ROUND = (Reason.FULL_TURN_WITHOUT_SIGHTING, Reason.NEVER_SEEN)
 STOPPED = (Reason.BLOCKED_SHORT, Reason.BLOCKED_LONG)
 STOPPED_TWICE = 2
 """A target before which the robot was stopped so often may be nearer than its size says."""
-LENS_BEHIND_SONAR_MM = 40.0
 
 
 class RunReview:

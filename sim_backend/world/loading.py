@@ -10,8 +10,8 @@ from typing import Any
 from firmware_protocol.errors import ConfigError
 from sim_backend.bundled import PICTURES, WORLDS
 from sim_backend.toml_file import check, hint, mistakes, read_tables
+from sim_backend.world.partial_world import valid_part
 from sim_backend.world.placement import misplaced
-from sim_backend.world.sound_part import SoundPart, sound_part
 from sim_backend.world.toml_types import TEXTURES
 from sim_backend.world.world_file import Event, WorldFile
 
@@ -40,12 +40,11 @@ def parse_world(tables: Mapping[str, Any], path: Path) -> WorldFile:
         ConfigError: The tables have mistakes; the message lists all of them.
     """
     world, problems = check(WorldFile, tables)
-    sound = world or sound_part(tables, problems)
     found = [problem.sentence for problem in problems]
-    if isinstance(sound, SoundPart):
-        found += map(sound.renumbered, sound.heard(_mistakes(sound.world, path.parent, sound.lost)))
-    elif sound is not None:
-        found += _mistakes(sound, path.parent, {})
+    if world is not None:
+        found += _mistakes(world, path.parent, {})
+    elif part := valid_part(tables, problems):
+        found += map(part.renumbered, part.relevant(_mistakes(part.world, path.parent, part.lost)))
     if found or world is None:
         raise mistakes(path, found)
     return _with_image_paths(world, path.parent)

@@ -22,7 +22,7 @@ from behaviors.mission import (
     load_mission,
 )
 from behaviors.mission_mistakes import mistakes
-from behaviors.mission_oddities import oddities
+from behaviors.mission_warnings import value_warnings
 
 GOOD = """
 [mission]
@@ -237,7 +237,7 @@ def test_no_mistake_is_told_in_the_words_of_the_library(place, value):
     ],
 )
 def test_what_is_allowed_and_hardly_meant_is_told(tmp_path, change, expected):
-    told = list(oddities(load_mission(_write(tmp_path, GOOD.replace(*change)))))
+    told = list(value_warnings(load_mission(_write(tmp_path, GOOD.replace(*change)))))
     assert len(told) == (expected is not None)
     assert expected is None or expected in told[0]
 
@@ -245,4 +245,4 @@ def test_what_is_allowed_and_hardly_meant_is_told(tmp_path, change, expected):
 def test_the_built_in_mission_is_not_odd(tmp_path):
     for name in ("lena", "rilakkuma"):
         (tmp_path / f"{name}.png").touch()
-    assert list(oddities(load_mission(BUILT_IN, [tmp_path]))) == []
+    assert list(value_warnings(load_mission(BUILT_IN, [tmp_path]))) == []

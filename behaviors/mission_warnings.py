@@ -7,15 +7,15 @@ from collections import Counter
 from collections.abc import Iterator
 
 from behaviors.mission import Mission
+from behaviors.plausibility import LENS_BEHIND_SONAR_MM
 
 LEAST_HEIGHT_MM, GREATEST_HEIGHT_MM = 40.0, 2500.0
 """Heights outside are hardly ever meant: smaller ones are found from less than a metre, or are centimetres."""
-LENS_BEHIND_SONAR_MM = 40.0
 WHEEL_DEG_S = 855.0
 """An NXT motor's speed at full power and 8 V. Source: docs/firmware.md section 0.2."""
 
 
-def oddities(mission: Mission) -> Iterator[str]:
+def value_warnings(mission: Mission) -> Iterator[str]:
     """Yield what is allowed and hardly meant in a mission, one sentence or two each."""
     table = mission.mission
     for name, count in Counter(table.targets).items():

@@ -10,7 +10,7 @@ from typing import Any
 MOTORS, SENSORS = ("left", "right"), ("ultrasonic", "touch", "compass")
 
 
-def misfits(tables: Mapping[str, Any], robot_ports: Mapping[str, object]) -> Iterator[str]:
+def cross_checks(tables: Mapping[str, Any], robot_ports: Mapping[str, object]) -> Iterator[str]:
     """Yield mistakes that involve several keys, from the tables as they are in the file, whatever else is wrong there.
 
     Args:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.mission.checking import FRAME_SHAPE, RIM
 
 if TYPE_CHECKING:
     from nxtdrive.vision.detection import TargetDetector
@@ -21,11 +22,9 @@ LENS_HEIGHT_MM = 200.0
 USUAL_STOP_MM = 420.0
 FARTHEST_STOP_MM = 2000.0
 """Largest ``arrive_mm`` of a mission."""
-ROOM_FOR_A_RIM = 1.15
-"""At the stop the picture fills the frame up to this margin."""
 HALF_VIEW = math.tan(math.radians(30.0))
 """Half the width of a frame, as a share of the distance; at 60 degrees of view."""
-HALF_VIEW_UP = 0.75 * HALF_VIEW
+HALF_VIEW_UP = FRAME_SHAPE * HALF_VIEW
 
 WORLD = """\
 # A room for a first mission; `nxtdrive world show FILE` draws it.
@@ -83,7 +82,7 @@ texture = "{color}_box\""""
 
 
 @dataclass(frozen=True, slots=True)
-class FirstTarget:
+class TemplateTarget:
     """The target of a first mission.
 
     Attributes:
@@ -108,7 +107,7 @@ class FirstTarget:
         """Smallest distance from which the whole target is in view."""
         wide_mm = self.width_mm / 2 / HALF_VIEW
         high_mm = max(self.top_mm - LENS_HEIGHT_MM, min(LENS_HEIGHT_MM, self.height_mm / 2)) / HALF_VIEW_UP
-        return 10 * math.ceil(ROOM_FOR_A_RIM * max(wide_mm, high_mm) / 10)
+        return 10 * math.ceil(RIM * max(wide_mm, high_mm) / 10)
 
     @property
     def stop_mm(self) -> float:
@@ -121,7 +120,7 @@ class FirstTarget:
         return max(self.stop_mm + 300.0, min(1800.0, 7 * self.height_mm))
 
 
-def world_text(target: FirstTarget, folder: Path) -> str:
+def world_text(target: TemplateTarget, folder: Path) -> str:
     """Return the text of a world with the target.
 
     Args:
@@ -168,7 +167,7 @@ def toml_path(path: Path, folder: Path) -> str:
     return text
 
 
-def try_out(target: FirstTarget, detector: TargetDetector, text: str, path: Path) -> None:
+def try_out(target: TemplateTarget, detector: TargetDetector, text: str, path: Path) -> None:
     """Look for the target in its room, from the start to the stop, as the simulated robot will.
 
     Args:

@@ -12,7 +12,7 @@ from sim_backend.toml_file import Problem, check
 from sim_backend.world.toml_types import FARTHEST_MM
 from sim_backend.world.world_file import WorldFile
 
-STAND_INS: dict[str, dict[str, Any]] = {
+PLACEHOLDERS: dict[str, dict[str, Any]] = {
     "floor": {"size_mm": [FARTHEST_MM, FARTHEST_MM]},
     "robot": {"start_mm": [FARTHEST_MM / 2, FARTHEST_MM / 2]},
 }
@@ -20,25 +20,25 @@ STAND_INS: dict[str, dict[str, Any]] = {
 
 
 @dataclass(slots=True)
-class SoundPart:
+class PartialWorld:
     """A world without the tables that have mistakes.
 
     Attributes:
         world: The rest.
         lost: Names in the tables that were left out, by the list they were in.
         kept: Indices in the file of what is left of each list.
-        stood_in: Tables that are not the file's.
+        placeholders: Tables that are not the file's.
     """
 
     world: WorldFile
     lost: Mapping[str, list[str]]
     kept: Mapping[str, Sequence[int]]
-    stood_in: set[str] = field(default_factory=set)
+    placeholders: set[str] = field(default_factory=set)
 
-    def heard(self, sentences: Iterable[str]) -> Iterator[str]:
+    def relevant(self, sentences: Iterable[str]) -> Iterator[str]:
         """Yield the sentences that are about tables of the file."""
         for sentence in sentences:
-            if sentence.split(".")[0] not in self.stood_in:
+            if sentence.split(".")[0] not in self.placeholders:
                 yield sentence
 
     def renumbered(self, sentence: str) -> str:
@@ -51,7 +51,7 @@ class SoundPart:
         return re.sub(r"\b([a-z]+)\[(\d+)\]", index, sentence)
 
 
-def sound_part(tables: Mapping[str, Any], problems: Sequence[Problem]) -> SoundPart | None:
+def valid_part(tables: Mapping[str, Any], problems: Sequence[Problem]) -> PartialWorld | None:
     """Return what can be checked further of tables with problems, or None."""
     rest = deepcopy(dict(tables))
     bad: dict[str, set[int]] = {}
@@ -72,10 +72,11 @@ def sound_part(tables: Mapping[str, Any], problems: Sequence[Problem]) -> SoundP
             lost[name] = [_name(entries[index]) for index in sorted(bad.get(name, ()))]
             rest[name] = [entries[index] for index in kept[name]]
     world, problems = check(WorldFile, rest)
-    stand_ins = {name: STAND_INS[name] for name in STAND_INS if any(each.location[0] == name for each in problems)}
+    wanted = {problem.location[0] for problem in problems}
+    placeholders = {name: table for name, table in PLACEHOLDERS.items() if name in wanted}
     if world is None:
-        world, _ = check(WorldFile, rest | stand_ins)
-    return None if world is None else SoundPart(world, lost, kept, set(stand_ins))
+        world, _ = check(WorldFile, rest | placeholders)
+    return None if world is None else PartialWorld(world, lost, kept, set(placeholders))
 
 
 def _name(entry: object) -> str:
