@@ -26,7 +26,7 @@ START_MS, STEPS_MS = 10, (1, 5, 40)
 """How long a program takes to start, and then runs; it gets messages in between."""
 
 TIME_LIMIT_S = 5.0
-"""Most time that one program may take; the slowest sensible ones take a hundredth of it."""
+"""Most processor time that one program may take; the slowest sensible ones take a hundredth of it."""
 
 MEMORY_LIMIT_KB = 64 * 1024
 """Most memory that a batch may need."""
@@ -81,13 +81,13 @@ def run(seed: int, numbers: range) -> Tally:
         content = random_program(rng)
         for _ in range(rng.choice((0, 0, 0, 1, 3))):
             content = mutated(rng, content)
-        begun = time.perf_counter()
+        begun = time.process_time()
         try:
             outcome = _try(brick, rng, content)
         except Exception as error:  # noqa: BLE001 - that is what the campaign looks for
             outcome = f"violated: {error!r}"
-        if time.perf_counter() - begun > TIME_LIMIT_S:
-            outcome = f"violated: it took {time.perf_counter() - begun:.0f} s"
+        if time.process_time() - begun > TIME_LIMIT_S:
+            outcome = f"violated: it took {time.process_time() - begun:.0f} s"
         if peak_memory_kb() - before_kb > MEMORY_LIMIT_KB:
             outcome = "violated: the batch needs more than 64 MB"
             before_kb = peak_memory_kb()
