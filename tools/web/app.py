@@ -33,7 +33,9 @@ from .messages import (
     Drive,
     GiveWheel,
     Message,
+    PauseMission,
     Release,
+    ResumeMission,
     SpeedLimit,
     StartMission,
     Stop,
@@ -174,6 +176,10 @@ class Server:
                 self.robot.start_mission(self.missions.load(message.mission, message.profile), confirm=message.confirm)
             case StopMission():
                 self.robot.stop_mission()
+            case PauseMission():
+                self.robot.pause_mission()
+            case ResumeMission():
+                self.robot.resume_mission()
             case Answer(question=question, choice=choice):
                 self.robot.answer(question, choice)
 

@@ -124,6 +124,21 @@ class Robot:
         if run := self._run:
             run.end()
 
+    def pause_mission(self) -> None:
+        """Let the robot stand, in the running mission, until `resume_mission`; any thread.
+
+        Raises:
+            ValueError: No mission is running.
+        """
+        if (run := self._run) is None:
+            raise ValueError("No mission is running.")
+        run.pause()
+
+    def resume_mission(self) -> None:
+        """End the pause of the running mission, if there is one; any thread."""
+        if run := self._run:
+            run.resume()
+
     def answer(self, question: int, choice: int) -> None:
         """Answer the question of a mission whose recoveries are confirmed; any thread."""
         if run := self._run:
