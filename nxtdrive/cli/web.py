@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
     """Serve until Ctrl-C; returns the exit code."""
     from importlib.util import find_spec
 
-    if any(find_spec(name) is None for name in ("starlette", "uvicorn", "websockets", "segno")):
+    if any(find_spec(name) is None for name in ("starlette", "uvicorn", "websockets", "segno", "tomlkit")):
         raise ConfigError(
             "the page needs packages that are not installed.", remedy=f"Install them: {install_extra('web')}"
         )

@@ -25,6 +25,7 @@ from firmware_protocol.errors import ConfigError
 
 from .access import SESSION, Pin, PinGate, SameSite
 from .chart import chart, recoveries
+from .editor import Editor
 from .hub import Client, Hub
 from .messages import (
     MAX_MESSAGE_BYTES,
@@ -44,6 +45,7 @@ from .messages import (
     read_message,
 )
 from .missions import Missions
+from .photographs import Photographs
 from .robot import Robot
 from .runs import Runs
 from .wheel import Wheel
@@ -85,6 +87,7 @@ class Server:
         routes: list[BaseRoute] = [
             WebSocketRoute("/ws", self._connect),
             Route(SESSION, self.pin.answer, methods=["GET", "POST"]) if self.pin else Route(SESSION, _admit),
+            *Editor(self.missions, Photographs(self.missions.folder, self.robot.picture)).routes(),
             Route("/api/runs", self._list_runs),
             Route("/api/runs/{name}", self._replay),
             Route("/runs/{name}/{file}", self._run_file),

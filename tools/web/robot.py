@@ -25,6 +25,7 @@ from .pictures import PictureFeed
 
 if TYPE_CHECKING:
     from nxtdrive.vision.camera import Camera
+    from nxtdrive.vision.detection import Image
 
 SPEED_MM_S, TURN_DEG_S = 300.0, 90.0
 """Highest speeds of driving by hand; the speed limit takes a share of them."""
@@ -138,6 +139,10 @@ class Robot:
         """End the pause of the running mission, if there is one; any thread."""
         if run := self._run:
             run.resume()
+
+    def picture(self) -> Image | None:
+        """Return the camera's latest picture, if it has given one; any thread."""
+        return self._pictures.latest
 
     def answer(self, question: int, choice: int) -> None:
         """Answer the question of a mission whose recoveries are confirmed; any thread."""
