@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import io
 import socket
 import sys
 from contextlib import closing, suppress
@@ -96,12 +95,10 @@ def _announce(port: int, pin: Pin | None) -> None:
     print_line(f"{url}  (Ctrl-C ends it)")
     if pin is None:
         return
-    import segno
+    from nxtdrive.tools.web.qr import qr_code
 
-    code = io.StringIO()
-    segno.make(url, micro=False).terminal(code, compact=True, border=2)
-    if _can_print(code.getvalue()):
-        print_line(code.getvalue().rstrip("\n"))
+    if _can_print(code := qr_code(url)):
+        print_line(code)
     print_line(f"PIN {pin.digits}")
 
 

@@ -15,13 +15,11 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import TypeVar, cast
-
-from packaging.requirements import Requirement
 
 from nxtdrive.mission import setup
 from nxtdrive.transports.address import Address
@@ -184,22 +182,20 @@ def installed_mb(extra: str) -> float:
 
 
 def _needed(name: str, extra: str) -> set[str]:
-    """Return the normalised names of all distributions that one needs, itself not among them."""
+    """Return the normalised names of the installed distributions that one needs with an extra, without itself."""
     found: set[str] = set()
     waiting = [(name, extra)]
     while waiting:
-        requirements = distribution(waiting[-1][0]).requires or []
-        _, with_extra = waiting.pop()
-        for requirement in map(Requirement, requirements):
-            key = re.sub(r"[-_.]+", "-", requirement.name).lower()
-            if key in found or (requirement.marker and not requirement.marker.evaluate({"extra": with_extra})):
+        each, with_extra = waiting.pop()
+        for requirement in distribution(each).requires or []:
+            if "extra ==" in requirement and not re.search(f"extra == ['\"]{with_extra}['\"]", requirement):
                 continue
-            try:
-                distribution(key)
-            except PackageNotFoundError:
-                continue
-            found.add(key)
-            waiting.append((key, ""))
+            key = re.sub(r"[-_.]+", "-", re.split(r"[^\w.-]", requirement)[0]).lower()
+            if key not in found:
+                with suppress(PackageNotFoundError):  # another system's or another Python's
+                    distribution(key)
+                    found.add(key)
+                    waiting.append((key, ""))
     return found
 
 
