@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import re
+import secrets
+import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import NamedTemporaryFile
 
 from behaviors.mission import Mission
 from firmware_protocol.errors import ConfigError
@@ -94,18 +95,20 @@ class Missions:
             if (_version(path.read_bytes()) if path.exists() else "") != version:
                 told = "has changed on the disk since it was opened" if version else "exists already"
                 raise Conflict(f"{name} {told}. Nothing was saved: open it again, or choose another name.")
+            if version:
+                shutil.copymode(path, draft)
             draft.replace(path)
         return _version(content)
 
     @contextmanager
     def _draft(self, content: bytes) -> Iterator[Path]:
         """Write a hidden file beside the missions, as their pictures lie there; it is gone afterwards."""
-        with NamedTemporaryFile(dir=self.folder, prefix=".draft-", suffix=".toml", delete=False) as file:
-            file.write(content)
+        draft = self.folder / f".draft-{secrets.token_hex(8)}.toml"
         try:
-            yield Path(file.name)
+            draft.write_bytes(content)
+            yield draft
         finally:
-            Path(file.name).unlink(missing_ok=True)
+            draft.unlink(missing_ok=True)
 
 
 def _version(content: bytes) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import pytest
 from starlette.testclient import TestClient
 
@@ -41,6 +43,19 @@ def test_a_mission_is_opened_changed_and_saved(client, tmp_path):
     again = {"text": GOOD, "version": saved.json()["version"]}
     assert client.put("/api/missions/cat.toml", json=again).status_code == 200
     assert _files(tmp_path) == ["cat.toml"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such permissions")
+def test_a_saved_file_keeps_its_permissions(client, tmp_path):
+    (tmp_path / "cat.toml").write_text(GOOD, encoding="utf-8")
+    (tmp_path / "cat.toml").chmod(0o640)
+    version = client.get("/api/missions/cat.toml").json()["version"]
+    client.put("/api/missions/cat.toml", json={"text": "", "version": version})
+    client.put("/api/missions/dog.toml", json={"text": GOOD, "version": ""})
+    (tmp_path / "usual").touch()
+    modes = {name: (tmp_path / name).stat().st_mode for name in ("cat.toml", "dog.toml", "usual")}
+    assert modes["cat.toml"] & 0o777 == 0o640
+    assert modes["dog.toml"] == modes["usual"]
 
 
 def test_the_template_is_a_good_mission_and_makes_a_new_one(client, tmp_path):

@@ -39,11 +39,12 @@ async function open(name) {
   notice("");
   const answer = await fetch(name ? `/api/missions/${encodeURIComponent(name)}` : "/api/template");
   if (!answer.ok) return notice(await answer.text());
-  opened = name ? { name, ...(await answer.json()) } : { name, version: "", text: "" };
+  opened = name ? { name, ...(await answer.json()) } : { name, version: "", text: await answer.text() };
   find("file").value = name;
   find("name").value = name || freeName();
-  setText(name ? opened.text : await answer.text());
-  if (!name) opened.text = find("text").value;
+  find("text").value = opened.text;
+  opened.text = find("text").value; // with the line ends of a text area
+  changed();
 }
 
 async function save() {
