@@ -73,7 +73,9 @@ class Missions:
             OSError: The folder cannot be written.
         """
         with self._draft(text.encode()) as draft:
-            return check_mission(draft)
+            found = check_mission(draft)
+        found.mistakes = [mistake.replace(str(draft), "The text") for mistake in found.mistakes]
+        return found
 
     def save(self, name: str, text: str, version: str) -> str:
         """Write a mission file, as a whole or not at all, also with mistakes; returns its new version.
