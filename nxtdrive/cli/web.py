@@ -98,7 +98,8 @@ def _announce(port: int, pin: Pin | None) -> None:
     from nxtdrive.tools.web.qr import qr_code
 
     if _can_print(code := qr_code(url)):
-        print_line(code)
+        for line in code.splitlines():
+            print_line(line)
     print_line(f"PIN {pin.digits}")
 
 
