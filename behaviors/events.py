@@ -67,6 +67,7 @@ class Reason(StrEnum):
     NO_PROGRESS = "no_progress"
     SLIPPED = "slipped"
     WRONG_TARGET = "wrong_target"
+    RANGE_MISMATCH = "range_mismatch"
     NO_WAY = "no_way"
     THERE = "there"
 

@@ -111,8 +111,7 @@ class Executive:
         self._observers = observers if isinstance(observers, Observers) else Observers(observers)
         self._pause = pause or Pause()
         self._start_s = clock.now()
-        limit_s = mission.mission.time_limit_s
-        deadline_s = math.inf if limit_s is None else self._start_s + limit_s
+        deadline_s = self._start_s + mission.mission.time_limit_s
         self._context = SkillContext(body, eyes, clock, mission.thesis, self.note, self._report, deadline_s)
         self._outages = OutageSupervisor(
             body,
@@ -147,8 +146,6 @@ class Executive:
             Exception: Whatever else a service raised; the motors are off.
         """
         ending = Ending.BROKEN
-        table = self._mission.mission
-        self.note(Kind.START, format=JOURNAL_FORMAT, mission=table.name, targets=list(table.targets))
         try:
             ending = self._pursue()
         except Exception as error:
@@ -183,7 +180,9 @@ class Executive:
         self.note(Kind.TRANSITION, source=source.id, to=entered, event=event, **reason)
 
     def _pursue(self) -> Ending:
+        table = self._mission.mission
         try:
+            self.note(Kind.START, format=JOURNAL_FORMAT, mission=table.name, targets=list(table.targets))
             self._report(Fact(Event.START, Reason.MISSION_STARTED))
             while not self._chart.is_terminated:
                 self._context.check_time()

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Protocol, Self
 
+from input_files.json_text import parse_object
+
 JOURNAL_FORMAT = 2
 """Format of the journals that this version writes; docs/journal.md lists the formats. Format 1 does not say so."""
 
@@ -63,12 +65,11 @@ class Record:
         Raises:
             ValueError: It is not a record.
         """
-        try:
-            data = json.loads(line)
-            head = float(data.pop("t")), Kind(data.pop("kind")), str(data.pop("state")), str(data.pop("target"))
-        except (KeyError, TypeError, AttributeError, RecursionError) as error:
-            raise ValueError(f"not a record of a journal: {error}") from None
-        return cls(*head, data)
+        data = parse_object(line)
+        time_s, kind, state, target = (data.pop(name, None) for name in ("t", "kind", "state", "target"))
+        if not isinstance(time_s, int | float) or not isinstance(state, str) or not isinstance(target, str):
+            raise ValueError("not a record of a journal")  # noqa: TRY004 - as for what is no JSON
+        return cls(float(time_s), Kind(kind), state, target, data)
 
 
 Observer = Callable[[Record], None]

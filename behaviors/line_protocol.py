@@ -6,19 +6,20 @@ Each line is answered, in order, by one integer in decimal and LF.
     ============== ===================================== =========================================
     line           does                                  answers
     ============== ===================================== =========================================
-    connect        makes sure that the brick answers     1
+    connect        makes sure that the brick answers     0 not connected, 1 connected
     arrive [NAME]  searches, then drives, for a while    0 continue, 1 arrived, 2 failed
     select         moves nothing                         0 not recognised, 1 recognised
     move_to DEG    turns right and advances, or advances 0 moving, 1 done
-    bye            ends the session                      1
+    bye            ends the session                      0 refused, 1 ended
     stop           stops now, whatever is in progress    1
     target NAME    names what a bare ``arrive`` means    1
     status         checks that the brick answers         see `Status`
     why            moves nothing                         see `Why`
     ============== ===================================== =========================================
 
-The first five are the thesis's; a client of 2017 gets no reply to them that it does not know. The others are ours.
-What cannot be done is answered by a negative number, see `ErrorReply`.
+The first five are the thesis's. A line that begins with one of them is never answered by anything but 0, 1 or 2, the
+only answers that a client of 2017 knows; `THESIS_FAILURES` are those to a request that was not carried out. The others
+are ours. What they cannot do is answered by a negative number, see `ErrorReply`.
 
 Source: docs/thesis.md, architecture and services, reading A7; docs/agentspeak.md.
 """
@@ -29,6 +30,7 @@ import re
 from collections import deque
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
+from types import MappingProxyType
 
 LINE_LIMIT = 256
 """Longest line in bytes, without its LF; a verb with a target's name is far shorter."""
@@ -54,15 +56,17 @@ class Verb(StrEnum):
 MOTIONS = frozenset({Verb.ARRIVE, Verb.MOVE_TO})
 """Verbs that move the robot; only these can be interrupted."""
 
+THESIS_FAILURES = MappingProxyType({Verb.CONNECT: 0, Verb.ARRIVE: 2, Verb.SELECT: 0, Verb.MOVE_TO: 1, Verb.BYE: 0})
+"""The thesis's verbs and their answers to a request that was not carried out. That of ``move_to`` is not 0: a client of
+2017 repeats a ``move_to`` that answered 0, without end if the link is gone."""
+
 
 class ErrorReply(IntEnum):
-    """Answers to requests that were not completed."""
+    """Answers to requests that were not carried out, other than the thesis's."""
 
     UNKNOWN_VERB = -1
     BAD_ARGUMENT = -2
     LINK_DOWN = -3
-    SAFETY_STOP = -4
-    STOPPED = -5
     BUSY = -6
     FAULT = -7
 
@@ -90,6 +94,7 @@ class Why(IntEnum):
     OPERATOR_STOP = 9
     LINK_LOST = 10
     FAULT = 11
+    BAD_ARGUMENT = 12
     OTHER = 99
 
 
@@ -113,46 +118,72 @@ class Request:
         return f"{self.direction_deg:g}" if self.verb is Verb.MOVE_TO else self.name
 
 
+@dataclass(frozen=True, slots=True)
+class BadLine:
+    """A line that is no request.
+
+    Attributes:
+        error: What is wrong with it.
+        verb: The verb it begins with; None for an unknown one.
+    """
+
+    error: ErrorReply
+    verb: Verb | None = None
+
+    @property
+    def reply(self) -> int:
+        """Its answer."""
+        return self.error if self.verb is None else failure_reply(self.verb, self.error)
+
+
+def failure_reply(verb: Verb, error: ErrorReply) -> int:
+    """Return the answer to a request that was not carried out: the thesis's where the verb is the thesis's."""
+    return THESIS_FAILURES.get(verb, error)
+
+
+_VERBS: dict[str, Verb] = {verb.value: verb for verb in Verb}
 _LINE = re.compile(r"(?P<verb>\w+)(?:\s*\((?P<term>.*)\)|\s+(?P<rest>.*))?", re.DOTALL)
 _QUOTED = re.compile(r"(['\"])(.*)\1", re.DOTALL)
 
 
-def parse(line: bytes) -> Request | ErrorReply:
+def parse(line: bytes) -> Request | BadLine:
     """Parse one line.
 
     Args:
         line: Its bytes, without the LF.
-
-    Returns:
-        The request, or the answer to an invalid line.
     """
-    if len(line) > LINE_LIMIT:
-        return ErrorReply.BAD_ARGUMENT
-    match = _LINE.fullmatch(line.decode("utf-8", errors="replace").strip())
-    if match is None or match["verb"] not in Verb.__members__.values():
-        return ErrorReply.UNKNOWN_VERB
-    verb, argument = Verb(match["verb"]), (match["term"] or match["rest"] or "").strip()
+    text = line.decode("utf-8", errors="replace").strip()
+    match = _LINE.fullmatch(text)
+    verb = _VERBS.get(match["verb"]) if match else None
+    if match is None or verb is None or len(line) > LINE_LIMIT:
+        begun = verb or next((each for each in THESIS_FAILURES if text.startswith(each)), None)
+        known = begun or len(line) > LINE_LIMIT
+        return BadLine(ErrorReply.BAD_ARGUMENT if known else ErrorReply.UNKNOWN_VERB, begun)
+    request = _request(verb, (match["term"] or match["rest"] or "").strip())
+    return request or BadLine(ErrorReply.BAD_ARGUMENT, verb)
+
+
+def _request(verb: Verb, argument: str) -> Request | None:
+    """Return the request; None if the argument does not fit the verb."""
     if quoted := _QUOTED.fullmatch(argument):
         argument = quoted[2]
     match verb:
         case Verb.MOVE_TO:
             return _move_to(argument)
         case Verb.TARGET:
-            return Request(verb, argument) if argument else ErrorReply.BAD_ARGUMENT
+            return Request(verb, argument) if argument else None
         case Verb.ARRIVE:
             return Request(verb, argument)
-    return ErrorReply.BAD_ARGUMENT if argument else Request(verb)
+    return None if argument else Request(verb)
 
 
-def _move_to(argument: str) -> Request | ErrorReply:
+def _move_to(argument: str) -> Request | None:
     try:
         direction_deg = float(argument)
     except ValueError:
-        return ErrorReply.BAD_ARGUMENT
+        return None
     # the comparison is false for NaN, too
-    if abs(direction_deg) <= DIRECTION_LIMIT_DEG:
-        return Request(Verb.MOVE_TO, direction_deg=direction_deg)
-    return ErrorReply.BAD_ARGUMENT
+    return Request(Verb.MOVE_TO, direction_deg=direction_deg) if abs(direction_deg) <= DIRECTION_LIMIT_DEG else None
 
 
 class RequestReader:
@@ -160,7 +191,7 @@ class RequestReader:
 
     def __init__(self) -> None:
         self._line = bytearray()
-        self._requests: deque[Request | ErrorReply] = deque()
+        self._requests: deque[Request | BadLine] = deque()
 
     def __len__(self) -> int:
         """The number of lines that wait for an answer."""
@@ -175,8 +206,8 @@ class RequestReader:
             self._line.clear()
         self._add(rest)
 
-    def take(self) -> Request | ErrorReply | None:
-        """Return the next request, or the answer to an invalid line; None without a complete line."""
+    def take(self) -> Request | BadLine | None:
+        """Return the next line; None without a complete one."""
         return self._requests.popleft() if self._requests else None
 
     @property

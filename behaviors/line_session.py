@@ -9,14 +9,14 @@ Source: docs/thesis.md, services, readings A2-A8 and A19.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from typing import Any, cast
 
 from behaviors.events import Event, Fact, Reason
 from behaviors.executive import REPLIES
 from behaviors.journal import Kind, Observer, Record, plain
-from behaviors.line_protocol import ErrorReply, Request, Status, Verb, Why
+from behaviors.line_protocol import BadLine, ErrorReply, Request, Status, Verb, Why, failure_reply
 from behaviors.mission import Mission
 from behaviors.observers import Observers
 from behaviors.ports import Body, BodyLost, Clock, Eyes, Outage
@@ -26,6 +26,13 @@ DONE = 1
 """Answer of a verb without a result."""
 
 
+LOG = logging.getLogger(__name__)
+
+
+class _BadArgument(Exception):
+    """The mission does not describe the target."""
+
+
 class Preempted(Exception):
     """Raised by a port to interrupt a command; the session then stops the robot."""
 
@@ -33,7 +40,7 @@ class Preempted(Exception):
 class Session:
     """One client's session.
 
-    A skill in progress ends when a port raises `Preempted`, and the command is answered by `ErrorReply.STOPPED`.
+    A skill in progress ends when a port raises `Preempted`; the command then counts as failed.
 
     Args:
         mission: Its targets can be named, the first one is the present one; its parameters apply.
@@ -41,7 +48,8 @@ class Session:
         eyes: Its camera.
         clock: Time.
         connect: Makes sure that the brick answers; raises `BodyLost` when it does not.
-        faults: Errors other than an `Outage` that body and eyes raise on a fault; answered by `ErrorReply.FAULT`.
+        faults: Errors other than an `Outage` that body and eyes raise on a fault. Any other error is a defect of the
+            program: it is answered as a fault as well, and logged with its traceback.
         observers: Receive a record of each call, reply and look; one that fails is left out.
 
     Attributes:
@@ -86,45 +94,59 @@ class Session:
             Verb.WHY: self._do_why,
         }
 
-    def answer(self, request: Request) -> int:
+    def answer(self, request: Request | BadLine) -> int:
         """Execute a request.
 
         Returns:
-            The answer, see `behaviors.line_protocol`. After `ErrorReply.LINK_DOWN` and `ErrorReply.FAULT`, `error` has
-            the details.
+            The answer, see `behaviors.line_protocol`. After an error, `error` has the details.
 
         Raises:
-            Exception: Anything that is not among `faults`; the motors are off.
+            BaseException: Only what is no `Exception`, such as KeyboardInterrupt; the motors are off.
         """
+        if isinstance(request, BadLine):
+            if request.error is ErrorReply.BAD_ARGUMENT:
+                self._why = Why.BAD_ARGUMENT
+            return request.reply
         asked = {"verb": request.verb, "argument": request.argument}
         self._note(Kind.CALL, **asked)
         self.error = ""
-        try:
-            value = self._verbs[request.verb](request)
-        except Preempted:
-            value = self._break_off(ErrorReply.STOPPED, Why.OPERATOR_STOP)
-        except BodyLost as error:
-            value = self._break_off(ErrorReply.LINK_DOWN, Why.LINK_LOST, error)
-        except self._faults as error:
-            value = self._break_off(ErrorReply.FAULT, Why.FAULT, error)
-        except BaseException:
-            self.end()
-            raise
-        self._note(Kind.REPLY, **asked, value=int(value), why=self._why.name.lower(), error=self.error)
-        return int(value)
+        value = self._execute(request)
+        self._note(Kind.REPLY, **asked, value=value, why=self._why.name.lower(), error=self.error)
+        return value
 
     def end(self) -> None:
         """End the session: motors off, nothing in progress."""
         self._forget()
-        # a fault was reported when it occurred, and on a dead link the lease stops the motors
-        with suppress(*self._faults):
+        try:
             self._body.stop()
+        except self._faults:
+            pass  # was reported when it occurred, and on a dead link the lease stops the motors
+        except Exception:
+            LOG.exception("the motors could not be stopped; their lease stops them")
 
-    def _break_off(self, value: ErrorReply, why: Why, error: Exception | None = None) -> ErrorReply:
-        self.error = "" if error is None else str(error)
-        self._why = why
+    def _execute(self, request: Request) -> int:
+        try:
+            return int(self._verbs[request.verb](request))
+        except _BadArgument:
+            self._why = Why.BAD_ARGUMENT
+            return failure_reply(request.verb, ErrorReply.BAD_ARGUMENT)
+        except Preempted:
+            return self._break_off(request, ErrorReply.FAULT, Why.OPERATOR_STOP)
+        except BodyLost as error:
+            return self._break_off(request, ErrorReply.LINK_DOWN, Why.LINK_LOST, str(error))
+        except self._faults as error:
+            return self._break_off(request, ErrorReply.FAULT, Why.FAULT, str(error))
+        except Exception as error:
+            LOG.exception("internal error in %s", request.verb)
+            return self._break_off(request, ErrorReply.FAULT, Why.FAULT, f"internal error: {error!r}")
+        except BaseException:
+            self.end()
+            raise
+
+    def _break_off(self, request: Request, reply: ErrorReply, why: Why, error: str = "") -> int:
+        self.error, self._why = error, why
         self.end()
-        return value
+        return failure_reply(request.verb, reply)
 
     def _forget(self) -> None:
         self._state = "idle"
@@ -150,13 +172,14 @@ class Session:
 
     def _do_target(self, request: Request) -> int:
         self._move = None
-        return DONE if self._choose(request.name) else ErrorReply.BAD_ARGUMENT
+        self._choose(request.name)
+        return DONE
 
     def _do_arrive(self, request: Request) -> int:
         """Search on the first call; once the target is in view, drive for a while on each further call."""
         self._move = None
-        if request.name and not self._choose(request.name):
-            return ErrorReply.BAD_ARGUMENT
+        if request.name:
+            self._choose(request.name)
         if not self._sighted:
             fact = self._search()
         else:
@@ -190,7 +213,7 @@ class Session:
         self._why = Why.OBSTACLE_AHEAD if self._held else Why.MOVED
         if done:
             self._forget()
-        return ErrorReply.SAFETY_STOP if self._held else done
+        return done
 
     def _do_status(self, _: Request) -> int:
         self._body.battery_mv()
@@ -203,14 +226,13 @@ class Session:
 
     # --- shared by the verbs ---
 
-    def _choose(self, target: str) -> bool:
-        """Make a target the present one; False when the mission does not describe it."""
+    def _choose(self, target: str) -> None:
+        """Make a target the present one."""
         if target not in self._targets:
-            return False
+            raise _BadArgument
         if target != self._target:
             self._halt()
             self._target, self._exist = target, False
-        return True
 
     def _halt(self) -> None:
         """Stop what is in progress."""

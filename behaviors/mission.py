@@ -5,21 +5,27 @@ TOML, checked as a whole: every mistake is reported at once, with its path. Unit
 
 from __future__ import annotations
 
-import tomllib
+import os
 from collections.abc import Iterable, Sequence
-from itertools import combinations
+from contextlib import suppress
+from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import AliasChoices, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AliasChoices, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
+from behaviors.mission_cross_checks import cross_checks
 from behaviors.mission_mistakes import mistakes
+from behaviors.plausibility import TOLERANCE_MM
+from input_files.mistakes import listed, shown
+from input_files.plain import InputFileError
+from input_files.toml_file import read_toml
 
 BUILT_IN = Path(__file__).parent / "missions" / "lena_rilakkuma.toml"
 """The mission that runs by default."""
 
 OutputPort = Literal["A", "B", "C"]
-InputPort = Literal[1, 2, 3, 4]
+InputPort = Literal[0, 1, 2, 3, 4]
 
 
 class MissionError(ValueError):
@@ -27,7 +33,7 @@ class MissionError(ValueError):
 
 
 class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
 class ThesisParameters(_Table):
@@ -73,6 +79,8 @@ class AdaptiveParameters(_Table):
         lost_after_s: A target that should be in view and is not seen for this long is lost.
         approach_limit_s: An approach that takes longer has failed.
         arrive_mm: Apparent distance at which the target is reached.
+        sonar_tolerance_mm: An arrival counts when the sonar's echo and the apparent distance differ by no more than
+            this, or a third of the distance if that is more; without an echo it counts as well.
         search_budget_s: Longest search for a target without a sighting before another one gets its turn.
         rounds: Rounds of the list of targets at most, unless the mission asks for more.
         max_researches: Searches for one target after the first, in each round; without it there is no limit.
@@ -90,6 +98,7 @@ class AdaptiveParameters(_Table):
     lost_after_s: float = Field(default=1.2, ge=0.2, le=30)
     approach_limit_s: float = Field(default=60.0, ge=1, le=600)
     arrive_mm: float = Field(default=420.0, ge=100, le=2000)
+    sonar_tolerance_mm: float = Field(default=TOLERANCE_MM, ge=50, le=10000)
     search_budget_s: float = Field(default=42.0, ge=1, le=3600)
     rounds: int = Field(default=5, ge=1, le=20)
     max_researches: int | None = Field(default=None, ge=0, le=100)
@@ -170,22 +179,12 @@ class RobotTable(_Table):
 
     left: OutputPort = "B"
     right: OutputPort = "C"
-    ultrasonic: InputPort | Literal[0] = 4
-    touch: InputPort | Literal[0] = 1
-    compass: InputPort | Literal[0] = 0
+    ultrasonic: InputPort = 4
+    touch: InputPort = 1
+    compass: InputPort = 0
     wheel_diameter_mm: float = Field(default=56.0, ge=10, le=300)
     axle_track_mm: float = Field(default=112.0, ge=30, le=600)
     stop_distance_mm: float = Field(default=200.0, ge=30, le=1000)
-
-    @model_validator(mode="after")
-    def _ports_differ(self) -> Self:
-        if self.left == self.right:
-            raise ValueError(f"left and right both use port {self.left}; give each motor a port of its own")
-        for one, other in combinations(("ultrasonic", "touch", "compass"), 2):
-            port = getattr(self, one)
-            if port and port == getattr(self, other):
-                raise ValueError(f"{one} and {other} both use port {port}; give each sensor a port of its own")
-        return self
 
 
 class CameraTable(_Table):
@@ -206,7 +205,7 @@ class MissionTable(_Table):
         targets: Names of targets, in order.
         profile: How to behave: adaptive, or exactly as the thesis does.
         rounds: Rounds of the list at most; later rounds try again what was given up.
-        time_limit_s: When the mission ends, whatever has been reached; without it there is no limit.
+        time_limit_s: When the mission ends, whatever has been reached.
         reconnect_timeout_s: A mission is suspended while brick or camera do not answer, and ends when that lasts
             longer. Files may still call it ``link_patience_s``.
     """
@@ -215,7 +214,7 @@ class MissionTable(_Table):
     targets: list[str] = Field(min_length=1)
     profile: Literal["thesis", "adaptive"] = "adaptive"
     rounds: int = Field(default=1, ge=1, le=20)
-    time_limit_s: float | None = Field(default=None, gt=0, le=86400)
+    time_limit_s: float = Field(default=600.0, gt=0, le=86400)
     reconnect_timeout_s: float = Field(
         default=30.0, ge=0, le=3600, validation_alias=AliasChoices("reconnect_timeout_s", "link_patience_s")
     )
@@ -231,13 +230,6 @@ class Mission(_Table):
     robot: RobotTable = RobotTable()
     camera: CameraTable = CameraTable()
 
-    @model_validator(mode="after")
-    def _targets_are_described(self) -> Self:
-        missing = [name for name in self.mission.targets if name not in self.target]
-        if missing:
-            raise ValueError("; ".join(f"target {name!r} has no table [target.{name}]" for name in missing))
-        return self
-
 
 def load_mission(path: Path, picture_folders: Sequence[Path] = ()) -> Mission:
     """Read and check a mission file.
@@ -252,22 +244,41 @@ def load_mission(path: Path, picture_folders: Sequence[Path] = ()) -> Mission:
     Raises:
         MissionError: The file cannot be read or has mistakes; the message lists all of them.
     """
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise MissionError(f"{path}: cannot be read ({error.strerror}). Check the path.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise MissionError(f"{path}: not a TOML file: {error}") from None
+    table = _read(path)
     folders = [path.resolve().parent, *picture_folders]
-    problems = list(_resolve_pictures(table, folders))
+    problems = [*cross_checks(table, RobotTable().model_dump()), *_resolve_pictures(table, folders)]
     try:
         mission = Mission.model_validate(table)
     except ValidationError as error:
-        problems = [*mistakes(error, Mission), *problems]
-    if problems:
-        count = "1 mistake" if len(problems) == 1 else f"{len(problems)} mistakes"
-        raise MissionError("\n".join([f"{path}: {count}", *(f"  {problem}" for problem in problems)]))
-    return mission
+        lines = listed(error.error_count() + len(problems), chain(mistakes(error, Mission), problems))
+    else:
+        if not problems:
+            return mission
+        lines = listed(len(problems), problems)
+    raise MissionError(f"{path}: " + "\n  ".join(lines))
+
+
+def valid_targets(path: Path, picture_folders: Sequence[Path] = ()) -> dict[str, Target]:
+    """Return the targets of a mission file that are right by themselves, whatever else is wrong in it."""
+    try:
+        table = _read(path)
+    except MissionError:
+        return {}
+    folders = [path.resolve().parent, *picture_folders]
+    targets = table.get("target")
+    valid: dict[str, Target] = {}
+    for name, target in targets.items() if isinstance(targets, dict) else ():
+        if not list(_resolve_pictures({"target": {name: target}}, folders)):
+            with suppress(ValidationError):
+                valid[name] = TypeAdapter[Target](Target).validate_python(target)
+    return valid
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        return read_toml(path)
+    except InputFileError as error:
+        raise MissionError(str(error)) from None
 
 
 def _resolve_pictures(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[str]:
@@ -278,11 +289,11 @@ def _resolve_pictures(table: dict[str, Any], folders: Sequence[Path]) -> Iterabl
         if not isinstance(pictures, list):
             continue
         for i, picture in enumerate(pictures):
-            found = [folder / str(picture) for folder in folders if (folder / str(picture)).is_file()]
+            found = [folder / str(picture) for folder in folders if os.path.isfile(folder / str(picture))]
             if found:
                 pictures[i] = str(found[0])
             else:
                 yield (
-                    f"target.{name}.pictures[{i}]: there is no picture {str(picture)!r}; "
+                    f"target.{name}.pictures[{i}]: there is no picture {shown(str(picture))}; "
                     f"put it beside the mission file ({folders[0]})"
                 )

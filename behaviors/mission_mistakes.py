@@ -8,6 +8,9 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from input_files.mistakes import shown
+from input_files.pydantic_words import words
+
 UNITS = {"_mm": "millimetres", "_s": "seconds", "_deg": "degrees", "_mm_s": "millimetres per second"}
 """What the endings of keys mean."""
 
@@ -24,13 +27,14 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
         if len(path) > 2 and path[0] == "target":
             del path[2]  # the kind of detector, which is in no path of the file
         where = ".".join(str(part) for part in path) or "mission file"
-        message = problem["msg"].removeprefix("Value error, ")
+        message = words(problem["type"], problem.get("ctx", {}), problem["msg"])
         if problem["type"] == "extra_forbidden":
-            message = f"unknown key; {_advice(path, model)}"
+            homes = _homes(str(path[-1]), model)
+            message = f"belongs into the table {homes}" if homes else f"unknown key; {_advice(path, model)}"
         elif problem["type"] in ("union_tag_not_found", "union_tag_invalid"):
             message = _detector_advice(problem["input"])
         elif problem["type"] in ("model_type", "model_attributes_type", "dict_type"):
-            message = f"it must be a table, [{where}], not {problem['input']!r}"
+            message = f"it must be a table, [{where}], not {shown(problem['input'])}"
         elif problem["type"] == "missing" and where == "mission":
             message = 'there is no [mission] table; it names the targets: targets = ["lena"]'
         elif problem["type"] == "missing":
@@ -38,7 +42,7 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
         elif problem["type"] == "too_short" and where == "mission.targets":
             message = "a mission needs at least one target; name one and describe it in a table [target.NAME]"
         elif "input" in problem and not isinstance(problem["input"], dict):
-            message = f"{message}, not {problem['input']!r}{_unit(str(path[-1]) if path else '')}"
+            message = f"{message}, not {shown(problem['input'])}{_unit(str(path[-1]) if path else '')}"
         yield f"{where}: {message}"
 
 
@@ -46,7 +50,7 @@ def _detector_advice(target: dict[str, Any]) -> str:
     """Say what is wrong with the key ``detector`` of a target's table, which decides which other keys there are."""
     known = "picture, haar, marker, color"
     if "detector" in target:
-        return f"there is no detector {target['detector']!r}; use one of {known}"
+        return f"there is no detector {shown(target['detector'])}; use one of {known}"
     near = difflib.get_close_matches("detector", target, n=1)
     hint = f"; {near[0]!r} looks like it, misspelt" if near else ""
     return f"the key detector is missing; it is one of {known}{hint}"
@@ -57,6 +61,13 @@ def _unit(key: str) -> str:
         if key.endswith(ending):
             return f" ({key} is a number in {UNITS[ending]})"
     return ""
+
+
+def _homes(key: str, model: type[BaseModel]) -> str:
+    """Name the tables that have a key; empty if none has."""
+    tables = {name: _known_keys([name, "NAME"], model) for name in model.model_fields}
+    names = [f"[{'target.NAME' if name == 'target' else name}]" for name, keys in tables.items() if key in keys]
+    return " or ".join(names)
 
 
 def _advice(path: Sequence[int | str], model: type[BaseModel]) -> str:

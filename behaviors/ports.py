@@ -126,7 +126,7 @@ class Outage(Exception):
 
 
 class BodyLost(Outage):
-    """The brick does not answer, or answers nonsense; the motors stop at the end of their lease."""
+    """The brick does not answer, refuses, or answers nonsense; the motors stop at the end of their lease."""
 
 
 class Blind(Outage):

@@ -10,7 +10,7 @@ from typing import Annotated, Self
 
 from firmware_protocol.enums import InputPort, Property
 from firmware_protocol.status import Status
-from firmware_protocol.telegram import Ack, Command, Reply, direct, reply
+from firmware_protocol.telegram import Ack, Command, Reply, counted_reply, direct, reply
 from firmware_protocol.wire import (
     S16,
     U8,
@@ -228,7 +228,7 @@ class LSWrite(Command[Ack]):
         return cls(port, len(tx_data), rx_length, tx_data)
 
 
-@reply
+@counted_reply("count")
 class LSData(Reply):
     """What an I2C transaction brought: of `data`, `count` bytes count; see `received`."""
 
@@ -260,7 +260,7 @@ class GetCurrentProgramName(Command[CurrentProgram]):
     """Ask which program runs; NO_ACTIVE_PROGRAM if none."""
 
 
-@reply
+@counted_reply("size")
 class MailboxMessage(Reply):
     """A message out of a mailbox; see `text`."""
 
@@ -283,7 +283,7 @@ class MessageRead(Command[MailboxMessage]):
     remove: Bool  # false leaves the message in its box
 
 
-@reply
+@counted_reply("size")
 class DatalogRecord(Reply):
     """A data log entry; of `data`, `size` bytes count."""
 

@@ -26,6 +26,7 @@ class Layout:
         wires: Wire type of each field, in order, by name.
         units: Unit of each field by name, for people; empty where it has none.
         tail: Name of the open-ended last field, or empty.
+        count: Name of the field that says how many bytes of the last field count, or empty.
     """
 
     def __init__(self, owner: str, annotations: dict[str, Any]) -> None:
@@ -36,6 +37,7 @@ class Layout:
         if tails and tails != [*self.wires][-1:]:
             raise TypeError(f"{owner}: only the last field may take the rest of the telegram")
         self.tail = tails[0] if tails else ""
+        self.count = ""
 
     @cached_property
     def fixed(self) -> dict[str, Any]:
@@ -97,6 +99,8 @@ class Layout:
                 lines.append(f"self.{field} = from_{field}(raw_{field})")
         if self.tail:
             lines.append(f"self.{self.tail} = bytes(telegram[{header + self.size}:])")
+        if self.count:
+            lines += [f"if len(self.{[*self.wires][-1]}) < self.{self.count}:", "    raise miscounted(telegram)"]
         return f"def {name}(telegram):\n    " + "\n    ".join([*lines, "return self"]) + "\n"
 
     def compile(self, cls: type, head_codes: str, source: str) -> Functions:
@@ -109,6 +113,7 @@ class Layout:
             "complaints": (struct.error, TypeError, ValueError),
             "complaint": self.complaint,
             "refuse": self.refuse,
+            "miscounted": self.miscounted,
         }
         for name, wire in self.wires.items():
             scope[f"to_{name}"] = wire.to_wire
@@ -130,6 +135,10 @@ class Layout:
             except ValueError as reason:
                 return LocalProtocolError(f"{self.owner}.{name} {reason}.")
         return LocalProtocolError(f"{self.owner}: {error}.")
+
+    def miscounted(self, telegram: bytes) -> RemoteProtocolError:
+        """Return the error for a telegram with fewer bytes than its own count."""
+        return RemoteProtocolError(f"{self.owner} counts more bytes in {self.count} than it has", bytes(telegram))
 
     def refuse(self, telegram: bytes, header: int) -> RemoteProtocolError:
         """Return the error for a telegram of the wrong length."""

@@ -9,7 +9,7 @@ No ``from __future__ import annotations`` here: the declarations' annotations ar
 from typing import Annotated, Self
 
 from firmware_protocol.status import Status
-from firmware_protocol.telegram import Ack, Command, Reply, reply, system
+from firmware_protocol.telegram import Ack, Command, Reply, counted_reply, reply, system
 from firmware_protocol.wire import U8, U16, U32, Block, BrickName, ByteCount, FileName, ReportedName, Tail, Text
 
 BOOT_TEXT = "Let's dance: SAMBA"
@@ -247,7 +247,7 @@ class CloseModuleHandle(Command[ModuleHandle]):
     search: U8
 
 
-@reply
+@counted_reply("size")
 class IOMapData(Reply):
     """A piece of an IO map."""
 
@@ -370,7 +370,7 @@ class PollLength(Command[PollReady]):
     buffer: U8
 
 
-@reply
+@counted_reply("count")
 class PollData(Reply):
     """What was in a poll buffer.
 

@@ -207,6 +207,18 @@ def reply(cls: C) -> C:
 
 
 @dataclass_transform(eq_default=True)
+def counted_reply(count: str) -> Callable[[C], C]:
+    """Declare a reply whose field `count` says how many bytes of its last field count; fewer are refused."""
+
+    def declare(cls: C) -> C:
+        made = _slotted(cls)
+        made.layout.count = count
+        return cast("C", made)
+
+    return declare
+
+
+@dataclass_transform(eq_default=True)
 def direct(opcode: int, *, success: tuple[Status, ...] = (Status.OK,), firmware_1_05: bool = True) -> Callable[[C], C]:
     """Declare a direct command (byte 0 = 0x00)."""
     return _declare(Kind.DIRECT, opcode, success, firmware_1_05)

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from types import FrameType
 from typing import NoReturn
 
 TERMINATION = ("SIGTERM", "SIGHUP")
 """The system's request to end, and a closed terminal; not every system has both."""
+AGAIN_S = 0.02
+"""A signal that could not interrupt the program is delivered again after this time."""
+INSISTENT = 3
+"""So many signals interrupt the program's end, which may hang."""
 
 
 @contextmanager
@@ -53,9 +58,107 @@ def until_signal() -> Iterator[Callable[[], bool]]:
         yield lambda: arrived
 
 
-def termination_as_interrupt() -> AbstractContextManager[None]:
-    """Have SIGTERM end the program as Ctrl-C does."""
-    return handling(signal.default_int_handler, ("SIGTERM",))
+@contextmanager
+def held() -> Iterator[Callable[[], None]]:
+    """Hold SIGINT, SIGTERM and SIGHUP back within the block, which must not be cut short.
+
+    The first one is delivered at the end of the block, or when the function that the block gets is called.
+    """
+    arrived: list[int] = []
+
+    def deliver() -> None:
+        if arrived:
+            signal.raise_signal(arrived[0])
+
+    with ExitStack() as stack:
+        stack.callback(deliver)
+        stack.enter_context(handling(lambda number, _frame: arrived.append(number)))
+        yield stack.close
+
+
+class SignalInterrupt(KeyboardInterrupt):
+    """The interrupt of a command by a signal.
+
+    Attributes:
+        number: The signal's number.
+    """
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+@contextmanager
+def signals_as_interrupt() -> Iterator[None]:
+    """Have SIGINT, SIGTERM and SIGHUP raise `SignalInterrupt` once, after the end of an import in progress.
+
+    A second one is ignored while the program ends, as a closed terminal sends two; from the third on they interrupt
+    that, too. An interrupt that Python must drop, as in a finaliser or a callback from C, is raised again.
+    """
+    arrived: list[int] = []
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        if _importing(frame):
+            # an extension module whose initialisation is cut short may crash later
+            _send_again(number)
+            return
+        arrived.append(number)
+        if len(arrived) == 1 or len(arrived) >= INSISTENT:
+            raise SignalInterrupt(number)
+
+    def dropped(number: int) -> None:
+        arrived.clear()
+        _send_again(number)
+
+    with handling(interrupt), _dropped_interrupts(dropped):
+        yield
+
+
+@contextmanager
+def _dropped_interrupts(again: Callable[[int], None]) -> Iterator[None]:
+    """Call `again` with the signal's number for each `SignalInterrupt` that is raised where no exception can pass."""
+    before = sys.unraisablehook
+
+    def hook(unraisable: sys.UnraisableHookArgs) -> None:
+        if isinstance(unraisable.exc_value, SignalInterrupt):
+            again(unraisable.exc_value.number)
+        else:
+            before(unraisable)
+
+    sys.unraisablehook = hook
+    try:
+        yield
+    finally:
+        if sys.unraisablehook is hook:
+            sys.unraisablehook = before
+
+
+def ignore_signals() -> None:
+    """Ignore SIGINT, SIGTERM and SIGHUP for the rest of the process, so that its exit code stays what it is."""
+    for name in ("SIGINT", *TERMINATION):
+        if name in signal.Signals.__members__:
+            signal.signal(signal.Signals[name], signal.SIG_IGN)
+
+
+def _importing(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _send_again(number: int) -> None:
+    again = threading.Timer(AGAIN_S, _send_to_main_thread, (number,))
+    again.daemon = True
+    again.start()
+
+
+def _send_to_main_thread(number: int) -> None:
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, number)  # wakes it from a wait, too
+    else:
+        signal.raise_signal(number)
 
 
 def termination_as_exit() -> AbstractContextManager[None]:

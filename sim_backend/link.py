@@ -112,6 +112,11 @@ class SimLink:
         return self._open
 
     @property
+    def arrived(self) -> bool:
+        """Whether a reply has arrived that was not read."""
+        return bool(self._replies) and self._replies[0][0] <= self._simulation.now_ms
+
+    @property
     def under_way(self) -> int:
         """Number of telegrams that have not reached the brick, and replies that have not been read."""
         return len(self._deliveries) + len(self._replies)
@@ -139,9 +144,7 @@ class SimLink:
             ConnectionError: The cable was unplugged, or the link is closed.
         """
         self._check_cable()
-        if self._replies and self._replies[0][0] <= self._simulation.now_ms:
-            return self._replies.popleft()[1]
-        return None
+        return self._replies.popleft()[1] if self.arrived else None
 
     def receive(self, timeout_ms: int) -> bytes | None:
         """Run the simulation until a reply arrives, at most `timeout_ms`; None without one.

@@ -144,8 +144,11 @@ class Simulation:
         while now_ms < stop_ms:
             step_ms = world.now_ms + STEP_MS
             until_ms = min(stop_ms, step_ms)
-            brick.tick(until_ms - now_ms)
-            self._now_ms = now_ms = until_ms
+            try:
+                brick.tick(until_ms - now_ms)
+            finally:  # time goes on, should a server outlive a defect of the brick
+                self._now_ms = until_ms
+            now_ms = until_ms
             if now_ms == step_ms:
                 world.step()
                 if now_ms >= self.webcam.next_frame_ms:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import difflib
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -12,6 +12,10 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from firmware_protocol.errors import ConfigError
+from input_files.mistakes import listed, shown
+from input_files.plain import InputFileError
+from input_files.pydantic_words import words
+from input_files.toml_file import read_toml
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -25,11 +29,9 @@ def read_tables(path: Path) -> dict[str, Any]:
         ConfigError: The file cannot be read, or is not TOML.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path} is not TOML: {error}.", remedy="Correct it there.") from error
-    except OSError as error:
-        raise ConfigError(f"{path} cannot be read: {error.strerror}.", remedy="Check the path.") from error
+        return read_toml(path)
+    except InputFileError as error:
+        raise ConfigError(str(error)) from None
 
 
 def validate(model: type[Model], tables: Mapping[str, Any], path: Path) -> Model:
@@ -43,16 +45,40 @@ def validate(model: type[Model], tables: Mapping[str, Any], path: Path) -> Model
     Raises:
         ConfigError: They have mistakes; the message lists all of them.
     """
+    valid, problems = check(model, tables)
+    if valid is None:
+        raise mistakes(path, [problem.sentence for problem in problems])
+    return valid
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """A mistake in tables.
+
+    Attributes:
+        kind: Pydantic's name of the kind.
+        location: Keys and indices that lead to it.
+        sentence: Path and mistake in words.
+    """
+
+    kind: str
+    location: tuple[str | int, ...]
+    sentence: str
+
+
+def check(model: type[Model], tables: Mapping[str, Any]) -> tuple[Model | None, list[Problem]]:
+    """Validate tables as a model; returns the model, or None and all problems."""
     try:
-        return model.model_validate(tables)
+        return model.model_validate(tables), []
     except ValidationError as error:
-        raise mistakes(path, [_sentence(model, each) for each in error.errors(include_url=False)]) from None
+        problems = error.errors(include_url=False)
+        return None, [Problem(each["type"], each["loc"], _sentence(model, each)) for each in problems]
 
 
 def mistakes(path: Path, sentences: Sequence[str]) -> ConfigError:
-    """The error that lists all mistakes."""
-    count = "1 mistake" if len(sentences) == 1 else f"{len(sentences)} mistakes"
-    return ConfigError("\n  ".join([f"{path} has {count}:", *sentences]))
+    """The error that lists the mistakes."""
+    number, *lines = listed(len(sentences), sentences)
+    return ConfigError("\n  ".join([f"{path} has {number}:", *lines]))
 
 
 def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
@@ -68,10 +94,13 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
         case "union_tag_invalid":
             tag, key = error["ctx"]["tag"], error["ctx"]["discriminator"].strip(_QUOTE)
             known = [name.strip(_QUOTE) for name in error["ctx"]["expected_tags"].split(", ")]
-            return f"{path}.{key}: there is no {tag!r}; {hint(tag, known)}"
+            return f"{path}.{key}: there is no {shown(tag)}; {hint(tag, known)}"
         case "value_error":
             return f"{path}: {error['ctx']['error']}"
-    return f"{path}: {error['msg'][0].lower()}{error['msg'][1:]}, not {error['input']!r}"
+        case "tuple_type" if len(location) == 1:
+            return f"{path}: needs two brackets, [[{path}]], once for each of them"
+    message = words(error["type"], error.get("ctx", {}), error["msg"])
+    return f"{path}: {message}, not {shown(error['input'])}"
 
 
 def hint(name: str, known: Iterable[str]) -> str:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from firmware_protocol.direct import GetInputValues, GetOutputState, InputValues, SetInputMode
 from firmware_protocol.enums import InputPort, OutputMode, OutputPort, SensorMode, SensorType
-from firmware_protocol.errors import BrickError
+from firmware_protocol.errors import BrickError, LinkError, RemoteProtocolError
 from nxtdrive.brick import Brick
 from nxtdrive.ports import SensorPort
 from nxtdrive.sensors import Measuring, identify
@@ -186,18 +186,31 @@ def watch(
     every_s: float,
     *,
     recognized: Mapping[int, Digital] | None = None,
+    on_loss: Callable[[str], object] | None = None,
 ) -> Iterator[Snapshot]:
-    """Yield snapshots forever; errors as for `look`.
+    """Yield snapshots forever; errors as for `look`, unless there is `on_loss`.
 
     Args:
-        brick: An open brick.
+        brick: An open brick; one that reconnects comes back after a lost link.
         sensors: As for `look`.
         every_s: Time between snapshots; one takes some ten requests, which may last longer over a slow link.
         recognized: As for `look`.
+        on_loss: Called once with the error, in words, when the brick does not answer any more. There are no snapshots
+            then until it answers again.
     """
-    due = brick.now()
+    due, lost = brick.now(), False
     while True:
-        yield look(brick, sensors, recognized)
+        try:
+            snapshot = look(brick, sensors, recognized)
+        except (LinkError, RemoteProtocolError) as error:
+            if on_loss is None:
+                raise
+            if not lost:
+                on_loss(str(error))
+            lost = True
+        else:
+            lost = False
+            yield snapshot
         due = max(due + every_s, brick.now())
         brick.sleep(due - brick.now())
 

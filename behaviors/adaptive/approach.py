@@ -13,7 +13,8 @@ from behaviors.adaptive.target_verifier import TargetVerifier, Verdict
 from behaviors.adaptive.world_model import TargetEstimate
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
-from behaviors.ports import Pose, StopReason
+from behaviors.plausibility import contradicts
+from behaviors.ports import Pose, Sighting, StopReason
 from behaviors.skills import N as SKILLS
 from behaviors.skills import sighted, steering_deg_s
 
@@ -40,6 +41,9 @@ class ApproachNumbers:
         clearance_mm: Room that must be free beside that stretch: less than beside a planned path, since the target is
             in view.
         retreat_mm: The robot backs off this far from what it touched.
+        contradictions: Echoes in a row that contradict the apparent distance before an arrival fails; one may be of
+            something that passes behind.
+        echo_s: Without an echo in a frame, the last one counts for this time; single echoes drop out.
     """
 
     in_view_share: float = 0.9
@@ -57,6 +61,8 @@ class ApproachNumbers:
     stretch_mm: float = 450.0
     clearance_mm: float = 20.0
     retreat_mm: float = 80.0
+    contradictions: int = 4
+    echo_s: float = 1.0
 
 
 N = ApproachNumbers()
@@ -77,6 +83,8 @@ class ApproachSkill:
         self._verifier = TargetVerifier()
         self._oblique = False
         self._blocked_echoes = 0
+        self._echo: tuple[float, float] | None = None
+        self._contradictions = 0
         self._clear_s = perception.now()
         self._stood_s: float | None = None
         self._driven: deque[tuple[float, Pose, float]] = deque()
@@ -132,6 +140,8 @@ class ApproachSkill:
     def _arrived(self, observation: Observation) -> Fact | None:
         """Return a fact when it has arrived, or when this is not the target at all."""
         sighting = observation.sighting
+        if observation.range_mm is not None:
+            self._echo = (observation.time_s, observation.range_mm)
         if self._verifier.verdict is Verdict.MISTAKEN:
             return self._mistaken(observation)
         if sighting is None or sighting.distance_mm > self._perception.profile.arrive_mm:
@@ -139,9 +149,33 @@ class ApproachSkill:
         decide = (
             self._stood_s is not None and observation.time_s - self._stood_s >= N.decide_s and self._verifier.odds > 0
         )
-        if decide or self._verifier.verdict is Verdict.REAL:
-            return sighted(sighting, Event.ARRIVED, Reason.WITHIN_REACH, odds=self._verifier.odds)
-        return None
+        if not decide and self._verifier.verdict is not Verdict.REAL:
+            return None
+        if self._contradicted(sighting, echo_mm := self._echo_of(sighting, observation.time_s)):
+            return self._mismatch(sighting, echo_mm)
+        measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds}
+        return sighted(sighting, Event.ARRIVED, Reason.WITHIN_REACH, **measured)
+
+    def _contradicted(self, sighting: Sighting, echo_mm: float | None) -> bool:
+        """Whether the sonar contradicts the target's size; after it once did, an echo that agrees is needed."""
+        if echo_mm is None:
+            return self._perception.target in self._perception.world.mismatched
+        return contradicts(echo_mm, sighting.distance_mm, self._perception.profile.sonar_tolerance_mm)
+
+    def _echo_of(self, sighting: Sighting, now_s: float) -> float | None:
+        """Return the echo from where the target is seen; None if the sonar has nothing to say about that."""
+        if self._echo is None or now_s - self._echo[0] > N.echo_s:
+            return None
+        # a slanted print throws no echo back, and the sonar does not hear what is beside its beam
+        return None if self._oblique or abs(sighting.bearing_deg) > N.ahead_deg else self._echo[1]
+
+    def _mismatch(self, sighting: Sighting, echo_mm: float | None) -> Failure | None:
+        """Stand and listen again before the arrival fails: what is there has another size than the target."""
+        self._contradictions += 1
+        if self._contradictions < N.contradictions:
+            return None
+        measured = {"distance_mm": round(sighting.distance_mm, 1), "range_mm": echo_mm}
+        return Failure(Event.ARRIVE_FAILED, Reason.RANGE_MISMATCH, measured, finding=TargetFinding.LOOK_ALIKE)
 
     def _mistaken(self, observation: Observation) -> Failure:
         if self._oblique:

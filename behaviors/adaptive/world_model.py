@@ -12,6 +12,7 @@ from behaviors.adaptive.belief import Belief
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.angles import wrapped_deg
+from behaviors.events import Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.mission import Mission
 from behaviors.ports import Glimpse, Point, Pose, Sighting
@@ -141,6 +142,8 @@ class WorldModel:
         pose: Where the robot is.
         known: The targets that were seen, by name, until there is a reason to forget them.
         beliefs: Where each target may be, by name.
+        mismatched: Targets at which an arrival failed because the sonar contradicted their size; from then on an
+            arrival there needs an echo that agrees.
         blocker: What was in the way at the last failure, if anything.
         paths: All paths from where the robot was at the last failure.
         half_view_deg: Half the angle of view in which a target is wholly in the frame.
@@ -152,6 +155,7 @@ class WorldModel:
         self.trail = Trail()
         self.pose = Pose()
         self.known: dict[str, TargetEstimate] = {}
+        self.mismatched: set[str] = set()
         self.blocker: Blocker | None = None
         self.half_view_deg = mission.camera.hfov_deg * N.half_view_share
         self.detection_range_mm = {
@@ -217,6 +221,8 @@ class WorldModel:
             failure: What went wrong.
             now_s: Present time on the mission's clock.
         """
+        if failure.reason is Reason.RANGE_MISMATCH:
+            self.mismatched.add(target)
         match failure.finding:
             case TargetFinding.NOT_HERE:
                 self._looked_from.append((target, self.here))

@@ -70,12 +70,12 @@ waiting(15000).         // milliseconds
     ?waiting(T);
     .wait(T).
 
-// 0: not done yet. Below 0: the safety stop cut this advance short (-4); it counts.
+// 0: not done yet, also when the safety stop has cut this advance short. 1: done, or it cannot go on.
 +!move_to(A) <-
     tcp_write(move_to(A));
     ?received(N);
     !moving(N, A).
 
 +!moving(1, _).
-+!moving(N, A) : N == 0 | N == -4 <-
++!moving(0, A) <-
     !move_to(A).

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import select
+import sys
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.text import Text
 
+from firmware_protocol.printable import printable
 from nxtdrive.cli.decision_view import candidate_table, known_lines
+from nxtdrive.cli.output import make_console
 from nxtdrive.recording.wording import failure_words
 
 if TYPE_CHECKING:
@@ -16,6 +20,8 @@ if TYPE_CHECKING:
     from nxtdrive.recording.status_line import StatusLine
 
 STOP = "s"
+LOOK_S = 0.2
+"""How often a wait for the operator looks for signals."""
 
 
 class TerminalOperator:
@@ -30,7 +36,7 @@ class TerminalOperator:
 
     def __init__(self, status: StatusLine, console: Console | None = None) -> None:
         self._status = status
-        self._console = console or Console(stderr=True, highlight=False)
+        self._console = console or make_console(stderr=True)
 
     def __call__(self, question: Question) -> Choice:
         """Ask until the answer is valid.
@@ -45,18 +51,20 @@ class TerminalOperator:
     def _show(self, question: Question) -> None:
         evidence, console = question.evidence, self._console
         console.print()
-        console.print(Text(f"{evidence.target}: {failure_words(evidence.reason)}", style="bold"))
+        console.print(Text(printable(f"{evidence.target}: {failure_words(evidence.reason)}"), style="bold"))
         console.print(known_lines(evidence))
         numbers = [str(i) for i in range(1, len(question.candidates) + 1)]
         console.print(candidate_table(question.candidates, numbers, chosen=0))
-        console.print(Text(f"proposed: 1, {question.proposed.why}"))
+        console.print(Text(printable(f"proposed: 1, {question.proposed.why}")))
 
     def _answer(self, question: Question) -> Choice:
         count = len(question.candidates)
         others = "" if count == 1 else "number: do that instead, "
         while True:
             try:
-                answer = self._console.input(f"Enter: do 1, {others}{STOP}: stop the mission > ")
+                self._console.print(f"Enter: do 1, {others}{STOP}: stop the mission > ", end="")
+                _await_line()
+                answer = input()
             except EOFError:
                 raise KeyboardInterrupt from None
             answer = answer.strip().lower()
@@ -67,3 +75,10 @@ class TerminalOperator:
             if answer.isdecimal() and 1 <= int(answer) <= count:
                 return question.candidates[int(answer) - 1].choice
             self._console.print(f"There is no {answer!r}.", markup=False)
+
+
+def _await_line() -> None:
+    """Wait until a line has been typed; a signal that arrives just before a blocking read would not be noticed."""
+    if sys.platform != "win32" and sys.stdin.isatty():  # Windows cannot wait for a console
+        while not select.select([sys.stdin], [], [], LOOK_S)[0]:
+            pass

@@ -14,7 +14,6 @@ from nxtdrive.cli.options import writing
 
 UNITS = {"mm": "mm", "%": "percent", "°C": "celsius", "°": "deg", "": ""}
 """Units as they are written in the names of columns."""
-_NO_ROOM = "Name a file in a folder that exists, on a disk with room."
 
 
 def add_csv_argument(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +37,7 @@ class CsvFile:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        with writing(path, _NO_ROOM):
+        with writing(path):
             self._file = path.open("w", encoding="utf-8", newline="")
         self._rows: csv.DictWriter[str] | None = None
 
@@ -53,7 +52,7 @@ class CsvFile:
 
     def write(self, row: Mapping[str, object]) -> None:
         """Write a row at once; True and False become 1 and 0, None an empty cell."""
-        with writing(self._path, _NO_ROOM):
+        with writing(self._path):
             if self._rows is None:
                 self._rows = csv.DictWriter(self._file, list(row), lineterminator="\n")
                 self._rows.writeheader()

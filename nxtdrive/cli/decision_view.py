@@ -10,6 +10,7 @@ from rich.text import Text
 
 from behaviors.evidence import Evidence
 from behaviors.operator import OperatorChoice
+from firmware_protocol.printable import printable
 from nxtdrive.recording.wording import evidence_lines
 
 SECONDS_SHOWN = 10_000.0
@@ -18,7 +19,7 @@ SECONDS_SHOWN = 10_000.0
 
 def known_lines(evidence: Evidence) -> Text:
     """List the evidence, one item per line."""
-    return Text("\n".join(evidence_lines(evidence)))
+    return Text("\n".join(map(printable, evidence_lines(evidence))))
 
 
 def candidate_table(candidates: Sequence[OperatorChoice], marks: Iterable[str], chosen: int | None = None) -> Table:
@@ -35,7 +36,7 @@ def candidate_table(candidates: Sequence[OperatorChoice], marks: Iterable[str], 
     for title in ("takes", "chance", "per success"):
         table.add_column(title, justify="right")
     for number, (candidate, mark) in enumerate(zip(candidates, marks, strict=True)):
-        cells = [candidate.choice.words(), *_expected(candidate)]
+        cells = [printable(candidate.choice.words()), *_expected(candidate)]
         table.add_row(mark, *cells, style="bold" if number == chosen else None)
     return table
 

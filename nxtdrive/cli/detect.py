@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
+import os
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_action, add_json_argument, number
+from nxtdrive.cli.options import add_action, add_json_argument, number, writing
+from nxtdrive.cli.output import write_json, write_line
 
 if TYPE_CHECKING:
     from nxtdrive.vision.camera import Frame
@@ -127,7 +128,7 @@ def _try(args: argparse.Namespace) -> int:
             film.add(_drawn(frame, name, look, detections), seen=bool(look.found))
             looks.append(look)
             if not args.json:
-                print(_line(name, look))
+                write_line(_line(name, look))
     except KeyboardInterrupt:
         pass  # write what has been recorded so far
     finally:
@@ -169,7 +170,7 @@ def _is_image(source: str) -> bool:
     from nxtdrive.vision.sources import IMAGE_SUFFIXES
 
     path = Path(source).expanduser()
-    return path.suffix.lower() in IMAGE_SUFFIXES and path.is_file()
+    return path.suffix.lower() in IMAGE_SUFFIXES and os.path.isfile(path)
 
 
 def _frames(source: str, limit: int | None) -> Iterator[Frame]:
@@ -228,9 +229,9 @@ def _report(looks: list[Look], path: Path, as_json: bool) -> int:
     ms = round(median(look.ms for look in looks), 2) if looks else None
     if as_json:
         details = {"frames": len(looks), "seen": seen, "median_ms": ms, "out": str(path) if looks else None}
-        print(json.dumps({**details, "looks": [asdict(look) for look in looks]}, indent=2))
+        write_json({**details, "looks": [asdict(look) for look in looks]}, indent=2)
     elif looks:
-        print(f"seen in {seen} of {len(looks)} frames, {ms} ms per frame (median); drawn into {path}")
+        write_line(f"seen in {seen} of {len(looks)} frames, {ms} ms per frame (median); drawn into {path}")
     return DONE
 
 
@@ -256,12 +257,13 @@ class _Film:
         self._count += 1
 
     def close(self) -> None:
-        import cv2
+        from nxtdrive.recording.output_file import write_picture
 
-        if self._recorder is not None:
-            self._recorder.close()
-        elif self._last is not None and not cv2.imwrite(str(self.path), self._last):
-            raise ConfigError(f"{self.path} cannot be written.", remedy="Does its folder exist?")
+        with writing(self.path):
+            if self._recorder is not None:
+                self._recorder.close()
+            elif self._last is not None:
+                write_picture(self.path, self._last)
 
     def _fitted(self, image: Image) -> Image:
         """Resize to the first image's size: folders may hold images of several sizes, a video has one."""

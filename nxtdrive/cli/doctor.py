@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import shlex
 import shutil
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import AddressError, ConfigError, NXTError
 from nxtdrive.cli.main import DONE, NO_BRICK
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+from nxtdrive.cli.output import write_json, write_text
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
@@ -74,10 +74,10 @@ def run(args: argparse.Namespace) -> int:
     problems = sum(finding.verdict == "problem" for finding in findings)
     if args.json:
         report = {"findings": [asdict(finding) for finding in findings], "problems": problems}
-        print(json.dumps({**report, "brick": examination.reached}, indent=2, ensure_ascii=False))
+        write_json({**report, "brick": examination.reached}, indent=2)
     else:
         unreached = "" if examination.reached else " No brick could be examined."
-        print(f"\n{f'Problems: {problems}.' if problems else 'No problems.'}{unreached}")
+        write_text(f"\n{f'Problems: {problems}.' if problems else 'No problems.'}{unreached}")
     if not examination.reached:
         return NO_BRICK
     return PROBLEMS if problems else DONE
@@ -154,7 +154,8 @@ def _wiggle(brick: Brick, mission: Mission, *, asked: bool) -> Iterator[Finding]
 def _may_move() -> bool:
     if not sys.stdin.isatty():
         return False
-    print("Motors will turn a little. Lift the robot or clear the floor. Go on? [y/N] ", end="", file=sys.stderr)
+    sys.stderr.write("Motors will turn a little. Lift the robot or clear the floor. Go on? [y/N] ")
+    sys.stderr.flush()
     return input().strip().lower() in ("y", "yes")
 
 
@@ -163,14 +164,14 @@ def _fix_udev(*, install: bool) -> int:
     from nxtdrive.tools.doctor import udev
 
     if not install:
-        print(udev.instructions())
+        write_text(udev.instructions())
         return DONE
     if not sys.platform.startswith("linux"):
         raise ConfigError("only Linux has udev.", remedy="Other systems need no rule.")
     if os.geteuid() != 0:
         raise ConfigError("writing the rule needs root.", remedy=f"Run: sudo {_myself()} doctor --fix-udev --install")
     try:
-        print(udev.install(Path(UDEV_FILE), udev.UDEV_COMMANDS, os.environ.get("SUDO_USER", "")))
+        write_text(udev.install(Path(UDEV_FILE), udev.UDEV_COMMANDS, os.environ.get("SUDO_USER", "")))
     except OSError as error:
         raise ConfigError(
             f"the rule could not be installed: {error}.", remedy="See `nxtdrive doctor --fix-udev`."
@@ -188,4 +189,4 @@ def _print(finding: Finding) -> None:
     from nxtdrive.tools.doctor.finding import lines
 
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
-    print("\n".join(lines(finding, width)), flush=True)
+    write_text("\n".join(lines(finding, width)), flush=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import re
 import sys
 from collections.abc import Iterator
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument
+from nxtdrive.cli.output import write_json, write_text
 
 if TYPE_CHECKING:
     from firmware_protocol.explain import ExplainedField, Explanation
@@ -41,7 +41,10 @@ def run(args: argparse.Namespace) -> int:
 
     for text in _telegrams(args.hex):
         explanation = explain(parse_hex(text))
-        print(json.dumps(as_json(explanation)) if args.json else explanation, flush=True)
+        if args.json:
+            write_json(as_json(explanation), flush=True)
+        else:
+            write_text(explanation, flush=True)
     return DONE
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument, add_profile_argument
+from nxtdrive.cli.output import write_json
 
 if TYPE_CHECKING:
     from behaviors.operator import OperatorChoice
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
 
     explanation = explain(read_run(args.run_path), args.profile)
     if args.json:
-        print(json.dumps(_plain(explanation), indent=2, ensure_ascii=False))
+        write_json(_plain(explanation), indent=2)
         return DONE
     from nxtdrive.cli.explanation_view import show
 

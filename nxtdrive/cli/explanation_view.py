@@ -7,7 +7,9 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from firmware_protocol.printable import printable
 from nxtdrive.cli.decision_view import candidate_table, known_lines
+from nxtdrive.cli.output import make_console
 from nxtdrive.recording.decisions import Outcome, Result, Step, same
 from nxtdrive.recording.explanation import Explained, Explanation
 from nxtdrive.recording.wording import failure_words, measured_words, spaced
@@ -24,14 +26,14 @@ def show(explanation: Explanation, console: Console | None = None) -> None:
         explanation: What there is to say.
         console: The terminal; standard output by default.
     """
-    console = console or Console(highlight=False)
+    console = console or make_console()
     for line in _head(explanation):
         console.print(line)
     if not explanation.decisions:
         console.print("No decision was needed.")
     for number, each in enumerate(explanation.decisions, start=1):
         decision = each.decision
-        title = Text(f"{number}  {decision.time_s:.1f} s  {decision.target}")
+        title = Text(printable(f"{number}  {decision.time_s:.1f} s  {decision.target}"))
         console.print(Panel(_body(each, explanation), title=title, title_align="left"))
     if explanation.policy != explanation.profile and explanation.decisions:
         console.print(_sum(explanation))
@@ -52,7 +54,7 @@ def _head(explanation: Explanation) -> list[Text]:
         notes.append(f"lines that cannot be read and are left out: {', '.join(map(str, run.damaged))}")
     if run.mission is None:
         notes.append("no mission.json beside the journal: policies reckon with their default numbers")
-    return [Text("  |  ".join(parts), style="bold"), *(Text(note, style="yellow") for note in notes)]
+    return [Text(printable("  |  ".join(parts)), style="bold"), *(Text(note, style="yellow") for note in notes)]
 
 
 def _body(each: Explained, explanation: Explanation) -> Table:
@@ -61,7 +63,8 @@ def _body(each: Explained, explanation: Explanation) -> Table:
     grid.add_column(style="dim", no_wrap=True)
     grid.add_column()
     measured = measured_words(decision.measured)
-    grid.add_row("failed", f"{failure_words(decision.reason)} ({decision.reason}{measured and ': ' + measured})")
+    failed = f"{failure_words(decision.reason)} ({decision.reason}{measured and ': ' + measured})"
+    grid.add_row("failed", printable(failed))
     grid.add_row("known", known_lines(decision.evidence) if decision.evidence else _raw(each))
     grid.add_row("could", _candidates(each, explanation.profile))
     grid.add_row("chose", _chosen(each))
@@ -72,7 +75,8 @@ def _body(each: Explained, explanation: Explanation) -> Table:
 
 
 def _raw(each: Explained) -> Text:
-    return Text(", ".join(f"{name}: {value}" for name, value in each.decision.known.items()) or "nothing is recorded")
+    known = ", ".join(f"{name}: {value}" for name, value in each.decision.known.items())
+    return Text(printable(known) or "nothing is recorded")
 
 
 def _candidates(each: Explained, profile: str) -> RenderableType:
@@ -88,11 +92,11 @@ def _candidates(each: Explained, profile: str) -> RenderableType:
 def _chosen(each: Explained) -> Text:
     decision = each.decision
     choice = decision.choice
-    text = Text(choice.words() if choice else spaced(decision.chose), style="bold")
-    text.append(f": {decision.why}" if decision.why else "", style="not bold")
+    text = Text(printable(choice.words() if choice else spaced(decision.chose)), style="bold")
+    text.append(printable(f": {decision.why}" if decision.why else ""), style="not bold")
     if choice and choice.proposed:
-        proposed = f"\nthe policy had proposed: {choice.proposed.words()}, since {choice.proposed.why}"
-        text.append(proposed, style="not bold")
+        proposed = f"the policy had proposed: {choice.proposed.words()}, since {choice.proposed.why}"
+        text.append("\n" + printable(proposed), style="not bold")
     elif choice and choice.operator:
         text.append(" (confirmed by the operator)", style="not bold")
     return text
@@ -110,7 +114,7 @@ def _outcome_words(outcome: Outcome) -> str:
             end = f"the mission ended {after}: {spaced(outcome.detail) or 'how is not recorded'}"
         case Result.OPEN:
             end = f"the journal ends {after}"
-    return f"{path}\n{end}" if path else end
+    return "\n".join(map(printable, filter(None, (path, end))))
 
 
 def _step_words(step: Step, target: str) -> str:
@@ -128,7 +132,7 @@ def _replayed(each: Explained, explanation: Explanation) -> list[tuple[str, Text
         return [(explanation.policy, Text(f"cannot be told: {replay.why_not}", style="yellow"))] if other else []
     if not replay.differs:
         return [(explanation.policy, Text("would have chosen the same", style="green"))] if other else []
-    would = f"would have chosen otherwise: {replay.choice.words()}, since {replay.choice.why}"
+    would = printable(f"would have chosen otherwise: {replay.choice.words()}, since {replay.choice.why}")
     if other:
         return [(explanation.policy, Text(would, style="yellow"))]
     if choice is None or choice.proposed:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import json
+import os
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firmware_protocol.errors import ConfigError
+from firmware_protocol.errors import BrickError, ConfigError, LocalProtocolError
+from input_files.plain import MEGABYTE, InputFileError, read_bytes
+from nxtdrive.cli.main import DONE, USAGE, exit_code
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, on_brick, writing
+from nxtdrive.cli.output import complain, make_console, write_json, write_line
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -30,6 +33,10 @@ EXAMPLES = """\
   nxtdrive files rm "old*.rxe" --nxt usb://
   nxtdrive files df --nxt usb://"""
 
+SYSTEM_SUFFIX = ".sys"
+MAX_UPLOAD = MEGABYTE
+"""The brick's flash is a quarter of it."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
@@ -44,6 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     put.add_argument("--as", dest="name", metavar="NAME", help="name on the brick, of a single file")
     put.add_argument("--replace", action="store_true", help="delete files of the same name first")
     rm = add_action(actions, "rm", "delete files", on_brick(_rm))
+    rm.add_argument("--force", action="store_true", help="delete system files (*.sys), too, without a question")
     rm.add_argument("patterns", metavar="PATTERN", nargs="+", help="a name, or a pattern such as 'old*.rxe'")
     df = add_action(actions, "df", "free and used space", on_brick(_df))
     for action in (ls, get, put, rm, df):
@@ -54,20 +62,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _ls(args: argparse.Namespace, brick: Brick) -> None:
     entries = brick.files.ls(args.pattern)
     if args.json:
-        print(json.dumps([asdict(entry) for entry in entries], indent=2))
+        write_json([asdict(entry) for entry in entries], indent=2)
         return
     for entry in entries:
-        print(f"{entry.size:>7}  {entry.name}")
+        write_line(f"{entry.size:>7}  {entry.name}")
 
 
 def _get(args: argparse.Namespace, brick: Brick) -> None:
     target: Path = args.to or Path(args.name)
-    if target.is_dir():
+    if os.path.isdir(target):
         target = target / args.name
+    from nxtdrive.recording.output_file import write_file
+
     with _progress(args.name) as progress:
         content = brick.files.read(args.name, progress)
     with writing(target, "Name another with --to."):
-        target.write_bytes(content)
+        write_file(target, content)
     _say(args, {"name": args.name, "size": len(content), "path": str(target)})
 
 
@@ -76,41 +86,64 @@ def _put(args: argparse.Namespace, brick: Brick) -> None:
         raise ConfigError("--as names a single file.", remedy="Send the files one by one.")
     for path in args.paths:
         try:
-            content = path.read_bytes()
-        except OSError as error:
-            raise ConfigError(f"{path} cannot be read ({error.strerror}).", remedy="Check the path.") from error
+            content = read_bytes(path, MAX_UPLOAD)
+        except InputFileError as error:
+            raise ConfigError(str(error)) from None
         name = args.name or path.name
         with _progress(name) as progress:
             brick.files.write(name, content, progress, replace=args.replace)
         _say(args, {"name": name, "size": len(content), "path": str(path)})
 
 
-def _rm(args: argparse.Namespace, brick: Brick) -> None:
+def _rm(args: argparse.Namespace, brick: Brick) -> int:
+    code = DONE
     for pattern in args.patterns:
         wild = set(pattern) & set("*?[")
         names = [entry.name for entry in brick.files.ls(pattern)] if wild else [pattern]
         for name in names:
-            brick.files.delete(name)
-            _say(args, {"deleted": name})
+            try:
+                _check_deletion(name, force=args.force)
+                brick.files.delete(name)
+            except (BrickError, ConfigError, LocalProtocolError) as error:
+                complain(f"{name} is kept: {error}")
+                code = code or exit_code(error) or USAGE
+            else:
+                _say(args, {"deleted": name})
+    return code
+
+
+def _check_deletion(name: str, *, force: bool) -> None:
+    """Ask before a file of the brick's own is deleted.
+
+    Raises:
+        ConfigError: The answer is no, or there is no terminal to ask in.
+    """
+    if force or not name.lower().endswith(SYSTEM_SUFFIX):
+        return
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise ConfigError("it is a system file of the brick.", remedy="Add --force to delete it.")
+    complain(f"{name} is a system file of the brick. Delete it? [y/N]", sender="")
+    if sys.stdin.readline().strip().lower() not in ("y", "yes"):
+        raise ConfigError("you did not say yes.")
 
 
 def _df(args: argparse.Namespace, brick: Brick) -> None:
     used = brick.files.ls()
     free = brick.files.free_bytes
     if args.json:
-        print(json.dumps({"free_bytes": free, "files": len(used), "used_bytes": sum(entry.size for entry in used)}))
+        write_json({"free_bytes": free, "files": len(used), "used_bytes": sum(entry.size for entry in used)})
     else:
         files = "1 file" if len(used) == 1 else f"{len(used)} files"
-        print(f"{free} bytes free; {files} with {sum(entry.size for entry in used)} bytes")
+        write_line(f"{free} bytes free; {files} with {sum(entry.size for entry in used)} bytes")
 
 
 def _say(args: argparse.Namespace, what: dict[str, object]) -> None:
     if args.json:
-        print(json.dumps(what))
+        write_json(what)
     elif "deleted" in what:
-        print(f"deleted {what['deleted']}")
+        write_line(f"deleted {what['deleted']}")
     else:
-        print(f"{what['name']}: {what['size']} bytes, {what['path']}")
+        write_line(f"{what['name']}: {what['size']} bytes, {what['path']}")
 
 
 @contextlib.contextmanager
@@ -119,9 +152,10 @@ def _progress(name: str) -> Iterator[Progress | None]:
     if not sys.stderr.isatty():
         yield None
         return
-    from rich.console import Console
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
     from rich.progress import Progress as Bars
 
-    with Bars(console=Console(stderr=True), transient=True) as bars:
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Bars(*columns, console=make_console(stderr=True), transient=True) as bars:
         task = bars.add_task(name, total=None)
         yield lambda done, total: bars.update(task, completed=done, total=total)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
 
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+from nxtdrive.cli.output import write_json, write_line
 
 DESCRIPTION = """\
 Ask a brick for its name, addresses, versions, battery, free flash and sleep
@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
         sleep_s = brick.request(KeepAlive()).sleep_ms / 1000
         address, latency_s = brick.link.transport.address, brick.link.latency_s
     if args.json:
-        print(json.dumps({"address": address, **asdict(info), "sleep_s": sleep_s, "latency_s": latency_s}, indent=2))
+        write_json({"address": address, **asdict(info), "sleep_s": sleep_s, "latency_s": latency_s}, indent=2)
         return DONE
     weak = ", low: charge it" if info.battery_mv < LOW_BATTERY_MV else ""
     rows = {
@@ -53,5 +53,5 @@ def run(args: argparse.Namespace) -> int:
         "sleeps": f"after {sleep_s / 60:g} min without a keep-alive" if sleep_s else "never",
     }
     for label, value in rows.items():
-        print(f"{label:<10}  {value}")
+        write_line(f"{label:<10}  {value}")
     return DONE

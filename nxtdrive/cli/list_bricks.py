@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import re
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import LinkBusy, NXTError
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import DEFAULT_ADDRESS, add_json_argument
+from nxtdrive.cli.output import write_json, write_line
 
 if TYPE_CHECKING:
     from serial.tools.list_ports_common import ListPortInfo
@@ -51,13 +51,13 @@ def run(args: argparse.Namespace) -> int:
     """Print the addresses; what cannot be searched is reported as a note and is no failure."""
     places, notes = find_places()
     if args.json:
-        print(json.dumps({"bricks": [asdict(place) for place in places], "notes": notes}, indent=2))
+        write_json({"bricks": [asdict(place) for place in places], "notes": notes}, indent=2)
         return DONE
     width = max(len(place.address) for place in places)
     for place in places:
-        print(f"{place.address:<{width}}  {place.what}")
+        write_line(f"{place.address:<{width}}  {place.what}")
     for note in notes:
-        print(f"note: {note}")
+        write_line(f"note: {note}")
     return DONE
 
 

@@ -1,7 +1,7 @@
 """Entry point of the command line: finds the command, runs it, turns errors into a message and an exit code.
 
 Exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick, 4 link lost or not available, 5 the
-brick refused, 6 mission achieved, but its record is incomplete.
+brick refused, 6 done, but the record of it (run folder, trace) is incomplete.
 """
 
 from __future__ import annotations
@@ -11,7 +11,10 @@ import importlib
 import logging
 import re
 import sys
+import traceback
 from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
 from typing import Any, NoReturn, Protocol, cast
 
 from firmware_protocol.errors import (
@@ -26,13 +29,21 @@ from firmware_protocol.errors import (
     NXTError,
     PermissionDenied,
 )
-from nxtdrive.cli.output import drop_output
+from firmware_protocol.printable import printable
+from input_files.plain import InputFileError
+from nxtdrive.cli.output import complain, drop_output, finish_output, guarded_output, write_line
+from nxtdrive.signals import SignalInterrupt, ignore_signals, signals_as_interrupt
 
 DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED, INCOMPLETE = range(7)
 """Exit codes."""
 
-INTERRUPTED = 130
-"""Exit code of a command that Ctrl-C ended before it had anything to report; 128 + SIGINT, as in shells."""
+SIGNALLED = 128
+"""Exit code, with the signal's number added, of a command that a signal ended before it had anything to report."""
+INTERRUPTED = SIGNALLED + 2
+"""The same for Ctrl-C."""
+
+BUG = "This is a bug of nxtdrive. Please report it with this traceback, the command and the files it was given."
+"""Added to the traceback of an error that is none of those above."""
 
 COMMANDS = {
     "run": ("run", "run a mission: search, drive there, recover (default: the built-in mission, simulated)"),
@@ -56,6 +67,7 @@ COMMANDS = {
     "message": ("message", "write messages to mailboxes, and read them"),
     "screenshot": ("screenshot", "save what a brick's display shows as an image"),
     "mission": ("mission", "check, show and create mission files"),
+    "world": ("world", "check, draw and create simulated rooms"),
     "detect": ("detect", "try a detector on a picture, a video or a camera"),
     "sim": ("sim", "offer the simulated brick to other programs"),
     "sweep": ("sweep", "compare policies on many simulated missions"),
@@ -71,7 +83,7 @@ examples:
 
 exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick,
 4 link, camera or sensors lost or not available, 5 the brick refused,
-6 mission achieved, but its record is incomplete"""
+6 done, but the record of it (run folder, trace) is incomplete"""
 
 
 class CommandModule(Protocol):
@@ -91,6 +103,7 @@ class CommandModule(Protocol):
         ...
 
 
+@guarded_output()
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line.
 
@@ -100,16 +113,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         The exit code.
     """
-    arguments = list(sys.argv[1:] if argv is None else argv)
-    verbose = on_usb = False
+    with signals_as_interrupt():
+        code = _main(list(sys.argv[1:] if argv is None else argv))
+        if argv is None:
+            ignore_signals()  # nothing is left but the end of the process
+    return code
+
+
+def _main(arguments: Sequence[str]) -> int:
+    args = argparse.Namespace(verbose=False)
     try:
-        args = _parse(arguments)
-        on_usb = str(getattr(args, "nxt", "")).startswith("usb:")
-        if getattr(args, "trace", None):
-            args.nxt = _recorded(args.nxt, args.trace, arguments)
-        verbose = args.verbose
-        _log(verbose=verbose)
-        return cast("int", args.run(args))
+        args = _parse_aloud(arguments)
+        return _run(args, arguments)
+    except SignalInterrupt as interrupt:
+        return SIGNALLED + interrupt.number
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
@@ -117,18 +134,66 @@ def main(argv: Sequence[str] | None = None) -> int:
         drop_output()
         return DONE
     except Exception as error:
-        code = _exit_code(error)
-        if verbose or code is None:
+        code = exit_code(error)
+        if code is None:
+            error.add_note(BUG)
             raise
-        further = " `nxtdrive doctor` looks for the cause." if isinstance(error, BrickNotFound) and on_usb else ""
-        print(f"nxtdrive: {_overwritten(error) or error}{further}", file=sys.stderr)
+        with suppress(OSError):  # of a standard error that cannot be written
+            if args.verbose:
+                traceback.print_exc()
+            complain(_sentence(error, args))
+        with suppress(OSError, ConfigError):
+            finish_output()
         return code
+
+
+def _parse_aloud(arguments: Sequence[str]) -> argparse.Namespace:
+    """Parse the arguments, and write what that has printed: help, the version."""
+    try:
+        return _parse(arguments)
+    except SystemExit:
+        finish_output()
+        raise
+
+
+def _run(args: argparse.Namespace, arguments: Sequence[str]) -> int:
+    """Run the command, and write what it has printed."""
+    trace = getattr(args, "trace", None)
+    if trace:
+        args.nxt = _recorded(args.nxt, trace, arguments)
+    _log(verbose=args.verbose)
+    code = cast("int", args.run(args))
+    finish_output()
+    if trace and code == DONE:
+        from nxtdrive.transports.trace_file import incomplete
+
+        return INCOMPLETE if Path(trace) in incomplete else DONE
+    return code
+
+
+def _sentence(error: Exception, args: argparse.Namespace) -> str:
+    """Say what is wrong and what to do."""
+    if said := _overwritten(error):
+        return said
+    if isinstance(error, BrickNotFound) and str(getattr(args, "nxt", "")).startswith("usb:"):
+        return f"{error} `nxtdrive doctor` looks for the cause."
+    if isinstance(error, NXTError):
+        return str(error)
+    match error:
+        case OSError(filename=None):
+            return f"standard output or a file cannot be used ({error.strerror or error}). -v shows which."
+        case OSError():
+            return f"{error.filename} cannot be used: {error.strerror}. Check the path, its owner and the free space."
+        case MemoryError():
+            return "there is not enough memory for it. Try smaller files."
+        case RecursionError():
+            return "something in the file or command is nested too deeply. Make it flatter; -v shows where."
+    return str(error)
 
 
 def _recorded(address: str, trace: str, arguments: Sequence[str]) -> str:
     """Return the address that opens `address` and records its traffic, and the command, to the file `trace`."""
     import shlex
-    from pathlib import Path
 
     from nxtdrive.transports.record import recording_address
 
@@ -143,12 +208,14 @@ def _recorded(address: str, trace: str, arguments: Sequence[str]) -> str:
 
 def _log(*, verbose: bool) -> None:
     """Send log messages to standard error; those of libraries only from warnings on."""
-    logging.basicConfig(format="%(name)s: %(message)s")
-    for room in ("firmware_protocol", "nxtdrive", "behaviors", "sim_backend"):
+    handler = logging.StreamHandler()
+    handler.setFormatter(_LogFormatter("%(name)s: %(message)s"))
+    logging.basicConfig(handlers=[handler])
+    for room in ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend"):
         logging.getLogger(room).setLevel(logging.DEBUG if verbose else logging.WARNING)
 
 
-def _exit_code(error: Exception) -> int | None:
+def exit_code(error: Exception) -> int | None:
     """Return the exit code of a known error; None for a bug, which keeps its traceback."""
     # importing the module here would cost every command a third of a second
     missions = sys.modules.get("behaviors.mission")
@@ -165,6 +232,8 @@ def _exit_code(error: Exception) -> int | None:
             return USAGE
         case NXTError():
             return LINK_LOST
+        case InputFileError() | OSError() | MemoryError() | RecursionError():
+            return USAGE
     return None
 
 
@@ -252,6 +321,7 @@ class _Parser(argparse.ArgumentParser):
         super().__init__(*args, **options)
         # argparse takes other negative numbers, such as -1e3, for options
         self._negative_number_matcher = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
+        self.color = False  # from Python 3.14 on its texts would have colours, which `guarded_output` escapes
 
     def reject(self, unknown: Sequence[str]) -> NoReturn:
         """Refuse the arguments that are left over, suggesting options."""
@@ -277,6 +347,14 @@ def _suggestion(word: str, known: Sequence[str]) -> str:
     return f". Did you mean {' or '.join(map(repr, close))}?" if close else ""
 
 
+class _LogFormatter(logging.Formatter):
+    """Escapes messages; a traceback keeps its lines."""
+
+    def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802 - logging's name
+        """Return the message's line."""
+        return printable(super().formatMessage(record))
+
+
 class _Version(argparse.Action):
     """Prints the version."""
 
@@ -287,7 +365,7 @@ class _Version(argparse.Action):
         """Print it and exit."""
         import nxtdrive
 
-        print(f"nxtdrive {nxtdrive.__version__}")
+        write_line(f"nxtdrive {nxtdrive.__version__}")
         parser.exit()
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import MailboxEmpty
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick
+from nxtdrive.cli.output import write_json, write_line
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -61,4 +61,7 @@ def _read(args: argparse.Namespace, brick: Brick) -> None:
             if brick.now() >= deadline:
                 raise
             brick.sleep(POLL_S)
-    print(json.dumps({"box": args.box, "text": text}) if args.json else text)
+    if args.json:
+        write_json({"box": args.box, "text": text})
+    else:
+        write_line(text)

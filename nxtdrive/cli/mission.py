@@ -3,25 +3,36 @@
 from __future__ import annotations
 
 import argparse
-import json
+import os
+import re
+import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
+from firmware_protocol.printable import printable
+from input_files.mistakes import counted
 from nxtdrive.cli.main import DONE, USAGE
-from nxtdrive.cli.options import add_action, add_json_argument, writing
+from nxtdrive.cli.options import add_action, add_json_argument, new_file, number, writing
+from nxtdrive.cli.output import CONTINUED, complain, write_json, write_line, write_text
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
+    from nxtdrive.cli.world_template import TemplateTarget
 
 DESCRIPTION = """\
 Check mission files, show a mission with every number it runs with and the
-statechart it runs in, or write a commented file to start from."""
+statechart it runs in, or write a commented file to start from, with a
+simulated room to try it in."""
 EXAMPLES = """\
   nxtdrive mission show                  # the built-in mission
-  nxtdrive mission new my.toml           # every key, with its meaning
+  nxtdrive mission new my.toml           # every key explained, and a room
+  nxtdrive mission new --picture my-cat.jpg --height-mm 297
   nxtdrive mission check my.toml"""
+
+
+_height_mm = number("height", float, 10, 3000)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,43 +44,45 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     show = add_action(actions, "show", "a mission's numbers, the chart's transitions and its diagram", _show)
     show.add_argument("file", metavar="FILE", nargs="?", type=Path, help="without it, the built-in mission")
     add_json_argument(show)
-    new = add_action(actions, "new", "write a commented mission file", _new)
-    new.add_argument("file", metavar="FILE", type=Path, help="a new file, such as my-mission.toml")
+    new = add_action(actions, "new", "write a commented mission file, and a simulated room in which it succeeds", _new)
+    new.add_argument(
+        "file",
+        metavar="FILE",
+        nargs="?",
+        type=new_file,
+        help="the mission (default: my-mission.toml, or the picture's name); its room is called FILE-world.toml",
+    )
+    new.add_argument("--picture", metavar="IMAGE", type=Path, help="what to look for: a photograph of something flat")
+    new.add_argument(
+        "--height-mm",
+        metavar="MM",
+        type=_height_mm,
+        help="how high the real thing is: measure it; A4 upright is 297, A4 across 210, A5 upright 210",
+    )
+    new.add_argument("--force", action="store_true", help="overwrite files that exist")
 
 
 def _check(args: argparse.Namespace) -> int:
-    complaints = {str(path): complaint for path in args.files if (complaint := _complaint(path))}
+    from nxtdrive.mission.checking import check_mission
+
+    found = {str(path): check_mission(path) for path in args.files}
     if args.json:
-        results = [{"file": str(path), "mistakes": _lines(complaints.get(str(path), ""))} for path in args.files]
-        print(json.dumps(results, indent=2, ensure_ascii=False))
-        return USAGE if complaints else DONE
-    for path in args.files:
-        if str(path) in complaints:
-            print(complaints[str(path)], file=sys.stderr)
-        else:
-            print(f"{path}: good")
-    return USAGE if complaints else DONE
+        results = [{"file": file, "mistakes": each.mistakes, "warnings": each.warnings} for file, each in found.items()]
+        write_json(results, indent=2)
+        return USAGE if any(each.mistakes for each in found.values()) else DONE
+    for file, each in found.items():
+        report_file(file, each.mistakes)
+        for warning in each.warnings:
+            write_line(f"  warning: {warning}")
+    return USAGE if any(each.mistakes for each in found.values()) else DONE
 
 
-def _complaint(path: Path) -> str:
-    """Return what is wrong with a mission file or the pictures and cascades it names; empty if nothing is."""
-    from nxtdrive.mission.setup import build_detectors, load
-
-    try:
-        mission = load(path)
-    except ConfigError as error:
-        return str(error)
-    try:
-        build_detectors(mission)
-    except ConfigError as error:
-        return "\n".join([f"{path}: a target cannot be looked for", *(f"  {line}" for line in str(error).split("\n"))])
-    return ""
-
-
-def _lines(complaint: str) -> list[str]:
-    """Split a message (a headline over indented lines, or a single sentence) into its mistakes."""
-    head, *rest = complaint.split("\n")
-    return [line.strip() for line in rest] or [head] * bool(head)
+def report_file(file: str, mistakes: list[str]) -> None:
+    """Print that a file is good, or its mistakes."""
+    if mistakes:
+        complain(CONTINUED.join([f"{file}: {counted(mistakes)}", *mistakes]), sender="")
+    else:
+        write_line(f"{file}: good")
 
 
 def _show(args: argparse.Namespace) -> int:
@@ -78,15 +91,15 @@ def _show(args: argparse.Namespace) -> int:
 
     mission = load(args.file)
     if args.json:
-        print(mission.model_dump_json(indent=2))
+        write_json(mission.model_dump(mode="json"), indent=2)
         return DONE
-    print(_described(mission))
-    print("\nTransitions\n")
-    print(transition_table())
-    print("\nRecoveries\n")
-    print(recovery_table())
-    print("\nDiagram (Mermaid)\n")
-    print(mermaid())
+    write_text(_described(mission))
+    write_text("\nTransitions\n")
+    write_text(transition_table())
+    write_text("\nRecoveries\n")
+    write_text(recovery_table())
+    write_text("\nDiagram (Mermaid)\n")
+    write_text(mermaid())
     return DONE
 
 
@@ -105,11 +118,11 @@ def _described(mission: Mission) -> str:
     lines = ["Parameters; * marks those that the file sets, the others are defaults"]
     idle = {"adaptive", "thesis"} - {mission.mission.profile}
     for title, table in tables.items():
-        lines += ["", f"[{title}]" + "   no effect: the mission has the other profile" * (title in idle)]
+        lines += ["", printable(f"[{title}]") + "   no effect: the mission has the other profile" * (title in idle)]
         about = meanings(type(table))
         for name, value in table:
             star = "*" if name in table.model_fields_set else " "
-            lines.append(f"{star} {name:<17}  {_short(value):<15}  {about.get(name, '')}".rstrip())
+            lines.append(printable(f"{star} {name:<17}  {_short(value):<15}  {about.get(name, '')}".rstrip()))
     return "\n".join(lines)
 
 
@@ -122,11 +135,61 @@ def _short(value: object) -> str:
 
 
 def _new(args: argparse.Namespace) -> int:
-    from nxtdrive.cli.mission_template import template
+    from nxtdrive.cli.mission_template import RED_BOX, template
+    from nxtdrive.cli.world_template import try_out, world_text
+    from nxtdrive.recording.output_file import write_file
+    from nxtdrive.vision.detectors import make_detector
 
-    if args.file.exists():
-        raise ConfigError(f"{args.file} exists already.", remedy="Choose another name.")
-    with writing(args.file):
-        args.file.write_text(template(), encoding="utf-8")
-    print(f"Wrote {args.file}. Change the targets, then run: nxtdrive mission check {args.file}")
+    if args.picture is None and args.height_mm is not None:
+        raise ConfigError("--height-mm needs --picture.", remedy="Name the photograph of what is that high.")
+    target = RED_BOX if args.picture is None else _pictured(args.picture, args.height_mm)
+    mission = args.file or Path("my-mission.toml" if args.picture is None else f"{target.name}.toml")
+    world = mission.with_name(f"{mission.stem}-world.toml")
+    for path in (mission, world):
+        if os.path.lexists(path) and not args.force:
+            raise ConfigError(f"{path} exists already.", remedy="Choose another name, or --force to overwrite it.")
+    text = world_text(target, world.parent)
+    if target.picture is not None:
+        spec = {"detector": "picture", "pictures": [str(target.picture)], "height_mm": target.height_mm}
+        try_out(target, make_detector(spec), text, world)
+    for path, content in ((mission, template(target, mission.parent)), (world, text)):
+        with writing(path):
+            write_file(path, content.encode())
+    run = f"nxtdrive run {shlex.quote(str(mission))}"
+    write_line(f"Wrote {mission}, and {world}, a simulated room with {target.name} in it. Try it there:")
+    write_line(f"  {run} --nxt {shlex.quote(f'sim://{world}')}")
+    write_line("Then with your robot:")
+    write_line(f"  {run} --nxt usb:// --camera 0")
     return DONE
+
+
+def _pictured(picture: Path, height_mm: float | None) -> TemplateTarget:
+    """Return the target that a photograph shows.
+
+    Raises:
+        ConfigError: It is not an image, or its height is not known and there is no terminal to ask in.
+    """
+    from firmware_protocol.errors import CameraError
+    from nxtdrive.cli.world_template import TemplateTarget
+    from nxtdrive.vision.sources import read_image
+
+    try:
+        pixels = read_image(picture)
+    except CameraError as error:
+        raise ConfigError(*error.args, remedy=error.remedy) from None
+    height_px, width_px = pixels.shape[:2]
+    height_mm = _asked_height_mm(width_px > height_px) if height_mm is None else height_mm
+    name = re.sub(r"[^A-Za-z0-9_-]+", "-", picture.stem).strip("-") or "picture"
+    return TemplateTarget(name, height_mm, round(height_mm * width_px / height_px, 1), picture)
+
+
+def _asked_height_mm(across: bool) -> float:
+    """Ask for the height of what the photograph shows, in a terminal."""
+    usual = "an A4 sheet lying across is 210, A5 148" if across else "an upright A4 sheet is 297, A5 210"
+    remedy = f"Measure it and give it in millimetres with --height-mm; {usual}."
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise ConfigError("How high is the real thing? All distances are measured by it.", remedy=remedy)
+    try:
+        return _height_mm(input(f"How high is the real thing, in mm ({usual})? "))
+    except (argparse.ArgumentTypeError, EOFError) as error:
+        raise ConfigError(f"{error or 'no height was given'}.", remedy=remedy) from None

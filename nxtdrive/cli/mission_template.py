@@ -5,8 +5,11 @@ from __future__ import annotations
 import inspect
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from nxtdrive.cli.world_template import USUAL_STOP_MM, TemplateTarget, toml_path
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -19,16 +22,13 @@ _HEAD = """\
 # A line that starts with "# key =" shows a default; remove the "# " to change it.
 
 [mission]
-name = "my mission"
-targets = ["box"]          # names of the [target.NAME] tables below, in order
+name = {title}
+targets = [{name}]{pad}# names of the [target.NAME] tables below, in order
 profile = "adaptive"       # weighs what to do after a failure; "thesis" follows the fixed rule of 2017
 rounds = 1                 # how often to go through the list for what was given up
-# time_limit_s = 300       # end then, whatever has been reached
+# time_limit_s = 600       # end then, whatever has been reached
 
-[target.box]
-detector = "color"         # a patch of strong colour:
-color = "red"              #   red, orange, yellow, green, cyan, blue or magenta
-height_mm = 100            # real height of the patch; distances are measured by it
+{target}
 
 # Other kinds of target:
 #
@@ -50,11 +50,38 @@ height_mm = 100            # real height of the patch; distances are measured by
 """
 
 
-def template() -> str:
-    """Return the text of a valid mission file."""
+_BOX = """\
+[target.box]
+detector = "color"         # a patch of strong colour:
+color = "red"              #   red, orange, yellow, green, cyan, blue or magenta
+height_mm = 100            # real height of the patch; distances are measured by it"""
+
+_PICTURE = """\
+[target.{name}]
+detector = "picture"       # something flat you have photographs of
+pictures = [{file}]
+height_mm = {height_mm:g}           # real height of the print; distances are measured by it"""
+
+RED_BOX = TemplateTarget("box", height_mm=100.0, width_mm=200.0)
+"""What a new mission looks for when no picture is given."""
+
+
+def template(target: TemplateTarget = RED_BOX, folder: Path = Path()) -> str:
+    """Return the text of a valid mission file.
+
+    Args:
+        target: What it looks for.
+        folder: Where the file will lie; the picture's path is relative to it if it can be.
+    """
     from behaviors.mission import AdaptiveParameters, CameraTable, RobotTable, ThesisParameters
 
-    parts = [_HEAD]
+    table = _BOX
+    if target.picture is not None:
+        file = toml_path(target.picture, folder)
+        table = _PICTURE.format(name=target.name, file=file, height_mm=target.height_mm)
+    name = json.dumps(target.name)
+    pad = " " * max(1, 14 - len(name))
+    parts = [_HEAD.format(title=json.dumps(f"find the {target.name}"), name=name, pad=pad, target=table)]
     tables: dict[str, type[BaseModel]] = {
         "adaptive": AdaptiveParameters,
         "thesis": ThesisParameters,
@@ -62,7 +89,8 @@ def template() -> str:
         "camera": CameraTable,
     }
     for title, model in tables.items():
-        parts.append("\n".join([f"[{title}]", *_defaults(model), ""]))
+        set_here = {"arrive_mm": target.stop_mm} if target.stop_mm != USUAL_STOP_MM else {}
+        parts.append("\n".join([f"[{title}]", *_keys(model, set_here), ""]))
     return "\n".join(parts)
 
 
@@ -79,9 +107,13 @@ def meanings(model: type[BaseModel]) -> dict[str, str]:
     return found
 
 
-def _defaults(model: type[BaseModel]) -> Iterator[str]:
+def _keys(model: type[BaseModel], set_here: Mapping[str, object]) -> Iterator[str]:
     about = meanings(model)
     for name, field in model.model_fields.items():
+        if name in set_here:
+            line = f"{name} = {json.dumps(set_here[name])}".ljust(32)
+            yield f"{line}# {about.get(name, '')} All of it is in view there."
+            continue
         # a key without default stays commented out when the first "# " is removed
         default = f"# {name} =" if field.default is None else f"{name} = {json.dumps(field.default)}"
         yield f"# {default}".ljust(32) + f"# {about.get(name, '')}"

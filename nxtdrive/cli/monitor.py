@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import asdict
@@ -13,6 +12,7 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.csv_file import CsvFile, add_csv_argument, column
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number
+from nxtdrive.cli.output import complain, make_console, write_json
 from nxtdrive.cli.pace import in_real_time
 
 if TYPE_CHECKING:
@@ -23,10 +23,11 @@ if TYPE_CHECKING:
     from nxtdrive.tools.monitor import Snapshot
 
 DESCRIPTION = """\
-Show motors, input ports, battery and link of a brick until Ctrl-C. Digital sensors,
-such as the ultrasonic one, say what they are; touch, light, sound and color
-sensors do not: --sensor names one, sets its port up and shows its measurements.
-While a program runs on the brick, other ports are only read as it has set them up."""
+Show motors, input ports, battery and link of a brick until Ctrl-C, also when the
+link is lost meanwhile and comes back. Digital sensors, such as the ultrasonic
+one, say what they are; touch, light, sound and color sensors do not: --sensor
+names one, sets its port up and shows its measurements. While a program runs on
+the brick, other ports are only read as it has set them up."""
 EXAMPLES = """\
   nxtdrive monitor
   nxtdrive monitor --sensor 1=touch --sensor 3=light --nxt usb://
@@ -63,19 +64,25 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.brick import open_brick
     from nxtdrive.tools.monitor import SENSOR_PORTS, recognize, watch
 
-    with CsvFile(args.csv) if args.csv else nullcontext() as table, open_brick(in_real_time(args.nxt)) as brick:
+    going_on = not args.once
+    with (
+        CsvFile(args.csv) if args.csv else nullcontext() as table,
+        open_brick(in_real_time(args.nxt), reconnect=going_on) as brick,
+    ):
         sensors = _named(args.sensor, brick)
         for sensor in sensors.values():
             sensor.set_up()
         recognized = recognize(brick, {*SENSOR_PORTS} - {*sensors})
-        snapshots = watch(brick, sensors, args.every, recognized=recognized)
+        brick.link.reconnect_timeout_s = 0.0
+        on_loss = _say_loss if going_on else None
+        snapshots = watch(brick, sensors, args.every, recognized=recognized, on_loss=on_loss)
         if table:
             snapshots = _kept(snapshots, table, {port: each.sensor for port, each in recognized.items()} | sensors)
         if args.once:
             _print(next(snapshots), as_json=args.json)
         elif args.json:
             for snapshot in snapshots:
-                print(json.dumps(asdict(snapshot)), flush=True)
+                write_json(asdict(snapshot), flush=True)
         else:
             _show(snapshots)
     return DONE
@@ -104,6 +111,10 @@ def _kept(
         yield snapshot
 
 
+def _say_loss(error: str) -> None:
+    complain(f"{error} It goes on when the brick answers.")
+
+
 def _named(words: list[str], brick: Brick) -> dict[int, Measuring[Any]]:
     from nxtdrive.sensors.kinds import make_sensor
 
@@ -120,17 +131,15 @@ def _named(words: list[str], brick: Brick) -> dict[int, Measuring[Any]]:
 
 def _print(snapshot: Snapshot, *, as_json: bool) -> None:
     if as_json:
-        print(json.dumps(asdict(snapshot), indent=2))
+        write_json(asdict(snapshot), indent=2)
         return
-    from rich.console import Console
-
-    Console().print(_table(snapshot))
+    make_console().print(_table(snapshot))
 
 
 def _show(snapshots: Iterator[Snapshot]) -> None:
     from rich.live import Live
 
-    with Live(_table(next(snapshots)), refresh_per_second=REDRAWS_PER_S) as live:
+    with Live(_table(next(snapshots)), console=make_console(), refresh_per_second=REDRAWS_PER_S) as live:
         for snapshot in snapshots:
             live.update(_table(snapshot))
 

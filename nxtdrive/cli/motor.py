@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick
+from nxtdrive.cli.output import write_json, write_line
 
 if TYPE_CHECKING:
     from behaviors.ports import StopReason
@@ -94,7 +94,10 @@ def _stop(args: argparse.Namespace, brick: Brick) -> int:
     for port in ports:
         brick.motor(port).brake()
         brick.link.mark_driven(output_port(port))
-    print(json.dumps({"stopped": ports}) if args.json else f"stopped {' '.join(ports)}")
+    if args.json:
+        write_json({"stopped": ports})
+    else:
+        write_line(f"stopped {' '.join(ports)}")
     return DONE
 
 
@@ -105,7 +108,7 @@ def _report(args: argparse.Namespace, brick: Brick, before: float, stop: StopRea
     brick.sleep(SPEED_WINDOW_S + BRAKING_S)
     angle = brick.motor(args.port).angle
     if args.json:
-        print(json.dumps({"port": args.port, "stop": stop, "turned_deg": angle - before, "angle_deg": angle}))
+        write_json({"port": args.port, "stop": stop, "turned_deg": angle - before, "angle_deg": angle})
     else:
-        print(f"motor {args.port} {stop}: turned {angle - before:g} degrees, now at {angle:g}")
+        write_line(f"motor {args.port} {stop}: turned {angle - before:g} degrees, now at {angle:g}")
     return DONE if stop == "done" else NOT_ACHIEVED

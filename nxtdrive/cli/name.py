@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import BrickBusy
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, on_brick
+from nxtdrive.cli.output import write_json, write_line
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -60,6 +60,6 @@ def rename(args: argparse.Namespace, brick: Brick) -> None:
         brick.sleep(BEEP_MS / 1000)
     now = before if args.name is None else args.name
     if args.json:
-        print(json.dumps({"name": now, "before": before}))
+        write_json({"name": now, "before": before})
     else:
-        print(now if args.name is None else f"renamed {before!r} to {now!r}")
+        write_line(now if args.name is None else f"renamed {before!r} to {now!r}")

@@ -67,13 +67,22 @@ def number(name: str, convert: Callable[[str], T], low: float, high: float) -> C
     return read
 
 
+def new_file(text: str) -> Path:
+    """Convert an argument of argparse: the file of a new mission or world, whose name also goes into an address."""
+    if not text.isprintable() or "?" in text or text.startswith("-"):
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no name for it; use letters, digits, spaces, '.', '_' and, not at the beginning, '-'"
+        )
+    return Path(text)
+
+
 @contextmanager
-def writing(path: Path, remedy: str = "Name a file in a folder that exists.") -> Iterator[None]:
+def writing(path: Path, remedy: str = "Name a file in a folder that exists and has room.") -> Iterator[None]:
     """Turn an `OSError` of the block, which writes `path`, into a `ConfigError`."""
     try:
         yield
     except OSError as error:
-        raise ConfigError(f"{path} cannot be written ({error.strerror}).", remedy=remedy) from error
+        raise ConfigError(f"{path} cannot be written ({error.strerror or error}).", remedy=remedy) from error
 
 
 def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_ADDRESS) -> None:

@@ -1,25 +1,98 @@
-"""Standard output of a program that goes on when its reader has left, as `head` does."""
+"""What the command line writes: escaped text, JSON, and tables and live lines drawn with rich.
+
+Text from outside never reaches the terminal as it is. Commands write by the functions of this module, which escape what
+a terminal would obey (`firmware_protocol.printable`); `guarded_output` is the net below them.
+"""
 
 from __future__ import annotations
 
+import codecs
 import contextlib
+import json
 import os
 import sys
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, TextIO, cast
+
+from firmware_protocol.errors import ConfigError
+from firmware_protocol.printable import printable, printable_lines
+
+if TYPE_CHECKING:
+    from nxtdrive.cli.safe_console import SafeConsole
+
+CONTINUED = "\n  "
+"""Begins a further line of an error message, such as the next mistake in a file."""
+
+_SPELLED = {
+    "°": " deg",
+    "±": "+/-",
+    "²": "^2",
+    "×": "x",
+    "·": "|",
+    "µ": "u",
+    "–": "-",
+    "—": "-",
+    "…": "...",
+    "→": "->",
+}
+"""What our own texts write for a character that the output's encoding lacks, as under ``LC_ALL=C``."""
+
+_ERRORS = "nxtdrive.spelled"
+
+
+def write_line(text: object, *, flush: bool = False) -> None:
+    """Print one line, escaped."""
+    print(printable(text), flush=flush)
+
+
+def write_text(text: object, *, flush: bool = False) -> None:
+    """Print several lines, each of them escaped."""
+    print(printable_lines(text), flush=flush)
+
+
+def write_json(value: object, *, indent: int | None = None, flush: bool = False) -> None:
+    """Print a value as JSON, in ASCII, so that it is valid in every encoding and a terminal obeys nothing in it."""
+    print(json.dumps(value, indent=indent), flush=flush)
+
+
+def complain(message: object, *, sender: str = "nxtdrive: ") -> None:
+    """Print a message to standard error; of its line feeds only those that begin an indented line are kept."""
+    print(sender + CONTINUED.join(map(printable, str(message).split(CONTINUED))), file=sys.stderr)
 
 
 def print_line(text: str) -> None:
-    """Print a line at once; once the reader has left, print nothing.
+    """Print a line at once, escaped; once the reader has left, print nothing.
 
     Raises:
         OSError: The line cannot be written for another reason, such as a full disk; further lines are dropped.
     """
     try:
-        print(text, flush=True)
+        write_line(text, flush=True)
     except BrokenPipeError:
         drop_output()
     except OSError:
         drop_output()
         raise
+
+
+def finish_output() -> None:
+    """Write what is still buffered.
+
+    Raises:
+        BrokenPipeError: The reader has left.
+        ConfigError: It cannot be written, as on a full disk; it is dropped.
+    """
+    try:
+        if sys.stdout is not None:  # closed when the program began
+            sys.stdout.flush()
+    except BrokenPipeError:
+        drop_output()
+        raise
+    except OSError as error:
+        drop_output()
+        raise ConfigError(
+            f"standard output cannot be written ({error.strerror}).", remedy="Send it somewhere else."
+        ) from None
 
 
 def drop_output() -> None:
@@ -28,3 +101,64 @@ def drop_output() -> None:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())
         os.close(nowhere)
+
+
+def make_console(*, stderr: bool = False, **options: Any) -> SafeConsole:  # noqa: ANN401 - rich's options
+    """Return a console of rich's that escapes text and takes none of it for markup, on standard output or error."""
+    from nxtdrive.cli.safe_console import SafeConsole
+
+    file = sys.stderr if stderr else sys.stdout
+    return SafeConsole(file=getattr(file, "stream", file), markup=False, emoji=False, highlight=False, **options)
+
+
+@contextlib.contextmanager
+def guarded_output() -> Iterator[None]:
+    """Escape what is written to standard output and error meanwhile, and spell what their encoding lacks.
+
+    This is a net for text that was not escaped where it was printed: it keeps line feeds and tabs. What `make_console`
+    makes writes past it and escapes by itself. When an error leaves the block the net stays, for the traceback.
+    """
+    codecs.register_error(_ERRORS, _spelled)
+    with contextlib.ExitStack() as restoring:
+        for name in ("stdout", "stderr"):
+            stream = getattr(sys, name)
+            if stream is None or isinstance(stream, _Guard):
+                continue
+            setattr(sys, name, _Guard(stream))
+            restoring.callback(setattr, sys, name, stream)
+            if hasattr(stream, "reconfigure"):
+                errors = stream.errors
+                stream.reconfigure(errors=_ERRORS)
+                restoring.callback(stream.reconfigure, errors=errors)
+        try:
+            yield
+        except Exception:
+            restoring.pop_all()
+            raise
+
+
+class _Guard:
+    """A text stream that escapes what is written to `stream`."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self.stream = stream
+
+    def write(self, text: str) -> int:
+        escaped = "\t".join(map(printable_lines, text.split("\t")))
+        self.stream.write(escaped)
+        return len(text)
+
+    def writelines(self, lines: list[str]) -> None:
+        for line in lines:
+            self.write(line)
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - whatever the stream has
+        return getattr(self.stream, name)
+
+
+def _spelled(error: UnicodeError) -> tuple[str, int]:
+    """Replace what cannot be encoded: by what our texts mean, else by escapes."""
+    lost = cast("UnicodeEncodeError", error)
+    characters = lost.object[lost.start : lost.end]
+    words = (_SPELLED.get(each) or each.encode("unicode_escape").decode("ascii") for each in characters)
+    return "".join(words), lost.end

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, on_brick
+from nxtdrive.cli.output import write_json, write_line
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -45,6 +45,6 @@ def _stop(args: argparse.Namespace, brick: Brick) -> None:
 def _status(args: argparse.Namespace, brick: Brick) -> None:
     running = brick.programs.running
     if args.json:
-        print(json.dumps({"running": running}))
+        write_json({"running": running})
     else:
-        print(f"{running} is running" if running else "no program is running")
+        write_line(f"{running} is running" if running else "no program is running")

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, INCOMPLETE, LINK_LOST, NOT_ACHIEVED
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_profile_argument
-from nxtdrive.cli.output import print_line
-from nxtdrive.signals import termination_as_interrupt
+from nxtdrive.cli.output import complain, make_console, print_line
+from nxtdrive.signals import held
 
 if TYPE_CHECKING:
     from behaviors.executive import Executive, Report
@@ -82,6 +82,8 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.mission import setup
     from nxtdrive.mission.body import MissionClock
     from nxtdrive.mission.run import reconnect_in_background
+    from nxtdrive.mission.run_review import RunReview
+    from nxtdrive.mission.truth import truth_of
     from nxtdrive.recording.recording import Recording
     from nxtdrive.recording.run_folder import JOURNAL, MISSION, VIDEO, new_run_folder
     from nxtdrive.recording.status_line import StatusLine
@@ -92,25 +94,29 @@ def run(args: argparse.Namespace) -> int:
     if not args.json:
         observers.attempt(OUTPUT, print_line, GREETINGS[args.console].format(args.nxt))
     with ExitStack() as stack:
-        stack.enter_context(termination_as_interrupt())
         brick = stack.enter_context(open_brick(args.nxt))
         reconnect_in_background(brick)
         source = args.camera or setup.default_camera(brick)
         camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
         eyes = setup.camera_eyes(camera, mission)
+        body, clock = setup.build_body(brick, mission), MissionClock(brick)
+        status = stack.enter_context(StatusLine(make_console(stderr=True)))
+        make_profile = _supervised(mission, status) if args.confirm_recovery else None
+        executive = Executive(mission, body, eyes, clock, observers, make_profile)
+        review = RunReview(mission, truth_of(brick), _say_nothing if args.json else _say_hint, args.mission)
+        details: dict[str, object] = {"mission": mission.mission.name, "nxt": args.nxt, "camera": source}
+        details |= {"arrivals": review.arrivals, "hints": review.hints}
+        release = stack.enter_context(held())  # once there is a folder, it will be complete
         recording = Recording(new_run_folder(args.out, mission.mission.name), video=not args.no_video)
         observers.attempt(MISSION, recording.folder.write_mission, mission)
         eyes.on_look(observers.guarded(VIDEO, recording.look))
         setup.watch(camera, brick, observers.guarded(VIDEO, recording.frame), VIDEO_FPS)
-        status = stack.enter_context(StatusLine())
         observers.add(JOURNAL, recording)
+        observers.add("signals", lambda _record: release())
         observers.add(OUTPUT, _print_json if args.json else _console(args.console))
         if not args.json:
             observers.add("status line", status)
-        make_profile = _supervised(mission, status) if args.confirm_recovery else None
-        body, clock = setup.build_body(brick, mission), MissionClock(brick)
-        executive = Executive(mission, body, eyes, clock, observers, make_profile)
-        details: dict[str, object] = {"mission": mission.mission.name, "nxt": args.nxt, "camera": source}
+        observers.add("hints", review)
         report = _pursue(executive, recording, details, observers)
     observers.attempt(OUTPUT, _say_where, report, recording, {**details, **observers.summary()}, as_json=args.json)
     return _exit_code(report, observers)
@@ -122,15 +128,18 @@ def _mission(args: argparse.Namespace) -> Mission:
     Raises:
         ConfigError: The file has mistakes, or there is no terminal for questions.
     """
+    from nxtdrive.mission.checking import warnings
     from nxtdrive.mission.setup import load
 
     if args.confirm_recovery and not (sys.stdin.isatty() and sys.stderr.isatty()):
         raise ConfigError("--confirm-recovery needs a terminal to ask you in.", remedy="Run it in one, or without it.")
     mission = load(args.mission)
-    if args.profile is None:
-        return mission
-    table = mission.mission.model_copy(update={"profile": args.profile})
-    return mission.model_copy(update={"mission": table})
+    if args.profile is not None:
+        table = mission.mission.model_copy(update={"profile": args.profile})
+        mission = mission.model_copy(update={"mission": table})
+    for warning in warnings(mission):
+        complain(f"warning: {warning}")
+    return mission
 
 
 def _console(style: str) -> Callable[[Record], None]:
@@ -147,9 +156,17 @@ def _supervised(mission: Mission, status: StatusLine) -> MakeProfile:
     return supervised(mission, TerminalOperator(status))
 
 
+def _say_hint(text: str) -> None:
+    print_line(f"hint: {text}")
+
+
+def _say_nothing(_text: str) -> None:
+    """Leave the hints to the summary."""
+
+
 def _say_failure(name: str, error: Exception) -> None:
     with suppress(OSError):
-        print(f"nxtdrive: {name} failed and is left out; the mission goes on: {error}", file=sys.stderr)
+        complain(f"{name} failed and is left out; the mission goes on: {error}")
 
 
 def _pursue(executive: Executive, recording: Recording, details: dict[str, object], observers: Observers) -> Report:
@@ -162,11 +179,12 @@ def _pursue(executive: Executive, recording: Recording, details: dict[str, objec
         error = str(reason) or type(reason).__name__
         raise
     finally:
-        recording.finish(report, error, details, observers)
+        with held():
+            recording.finish(report, error, details, observers)
 
 
 def _print_json(record: Record) -> None:
-    print_line(record.to_json())
+    print_line(json.dumps(json.loads(record.to_json())))
 
 
 def _say_where(report: Report, recording: Recording, details: dict[str, object], *, as_json: bool) -> None:
@@ -176,14 +194,14 @@ def _say_where(report: Report, recording: Recording, details: dict[str, object],
     folder = recording.folder.path
     if as_json:
         values = {"kind": "summary", **summary(report, "", details), "folder": str(folder)}
-        print_line(json.dumps(values, ensure_ascii=False))
+        print_line(json.dumps(values))
         return
     print_line(f"{report.ending.replace('_', ' ')} after {report.duration_s:.1f} s")
     for progress in report.targets:
         when = "" if progress.time_s is None else f" at {progress.time_s:.1f} s"
         print_line(f"  {progress.target}: {progress.outcome.replace('_', ' ')}{when}, searches: {progress.attempts}")
     if report.error:
-        print(f"nxtdrive: {report.error}", file=sys.stderr)
+        complain(report.error)
     for path in recording.files():
         print_line(str(path))
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number, writing
+from nxtdrive.cli.output import write_json, write_line
 
 if TYPE_CHECKING:
     from nxtdrive.onboard.display import Picture
@@ -48,23 +47,18 @@ def run(args: argparse.Namespace) -> int:
     _save(image, args.scale, args.out)
     height, width = (side * args.scale for side in image.shape)
     if args.json:
-        print(json.dumps({"address": address, "file": str(args.out), "width": width, "height": height}))
+        write_json({"address": address, "file": str(args.out), "width": width, "height": height})
     else:
-        print(f"{args.out}: {width} x {height}")
+        write_line(f"{args.out}: {width} x {height}")
     return DONE
 
 
 def _save(image: Picture, scale: int, path: Path) -> None:
-    import cv2
     import numpy as np
+
+    from nxtdrive.recording.output_file import write_picture
 
     colored = np.where(image[:, :, None], np.array(INK, np.uint8), np.array(GLASS, np.uint8))
     enlarged = colored.repeat(scale, axis=0).repeat(scale, axis=1)
-    try:
-        coded, data = cv2.imencode(path.suffix, enlarged)
-    except cv2.error:
-        coded = False
-    if not coded:
-        raise ConfigError(f"{path} cannot be written: no image format ends in {path.suffix!r}.", remedy="Use .png.")
     with writing(path):
-        path.write_bytes(data.tobytes())
+        write_picture(path, enlarged)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import LocalProtocolError
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+from nxtdrive.cli.output import write_json, write_line, write_text
 
 if TYPE_CHECKING:
     from firmware_protocol.catalog import AnyCommand
@@ -61,10 +61,10 @@ def _list(as_json: bool) -> int:
     from firmware_protocol.catalog import ALL_COMMANDS
 
     if as_json:
-        print(json.dumps([_declaration(command) for command in ALL_COMMANDS], indent=2))
+        write_json([_declaration(command) for command in ALL_COMMANDS], indent=2)
         return DONE
     for command in ALL_COMMANDS:
-        print(usage(command).removeprefix("Usage: ").removesuffix("."))
+        write_line(usage(command).removeprefix("Usage: ").removesuffix("."))
     return DONE
 
 
@@ -85,7 +85,10 @@ def _declaration(command: AnyCommand) -> dict[str, object]:
 
 def _sent(command: Command[Any], as_json: bool) -> int:
     telegram = command.encode(want_reply=False)
-    print(json.dumps({"sent": telegram.hex()}) if as_json else f"sent {telegram.hex(' ')}")
+    if as_json:
+        write_json({"sent": telegram.hex()})
+    else:
+        write_line(f"sent {telegram.hex(' ')}")
     return DONE
 
 
@@ -94,5 +97,8 @@ def _replied(telegram: bytes, as_json: bool) -> int:
     from nxtdrive.cli.explain import as_json as explanation_as_json
 
     explanation = explain(telegram)
-    print(json.dumps(explanation_as_json(explanation), indent=2) if as_json else explanation)
+    if as_json:
+        write_json(explanation_as_json(explanation), indent=2)
+    else:
+        write_text(explanation)
     return DONE

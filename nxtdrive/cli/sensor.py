@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 from contextlib import nullcontext
 from dataclasses import asdict
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.csv_file import CsvFile, add_csv_argument, column
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick
+from nxtdrive.cli.output import write_json, write_line
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -119,9 +119,9 @@ def _print(sensor: Measuring[Any], reading: Reading[Any], *, as_json: bool) -> N
 
     if as_json:
         value = {"quantity": sensor.quantity, "unit": sensor.unit, "value": plain(reading.value)}
-        print(json.dumps({"time_s": round(reading.time_s, 4), **value}), flush=True)
+        write_json({"time_s": round(reading.time_s, 4), **value}, flush=True)
     else:
-        print(f"{sensor.quantity}  {in_words(reading.value, sensor.unit)}", flush=True)
+        write_line(f"{sensor.quantity}  {in_words(reading.value, sensor.unit)}", flush=True)
 
 
 def _identify(args: argparse.Namespace, brick: Brick) -> None:
@@ -129,17 +129,17 @@ def _identify(args: argparse.Namespace, brick: Brick) -> None:
 
     found = {port: identify(brick.link, port) for port in PORTS}
     if args.json:
-        print(json.dumps({port: asdict(who) if who else None for port, who in found.items()}, indent=2))
+        write_json({port: asdict(who) if who else None for port, who in found.items()}, indent=2)
         return
     for port, who in found.items():
         words = f"{who.vendor} {who.product} {who.version}".strip() + f" ({who.kind})" if who else "nothing digital"
-        print(f"{port}  {words}")
+        write_line(f"{port}  {words}")
 
 
 def _registers(args: argparse.Namespace, brick: Brick) -> None:
     data = brick.i2c(args.port, args.address).read(args.register, args.size)
     if args.json:
-        print(json.dumps({"register": args.register, "data": data.hex()}))
+        write_json({"register": args.register, "data": data.hex()})
         return
     text = "".join(chr(byte) if 0x20 <= byte < 0x7F else "." for byte in data)
-    print(f"0x{args.register:02x}  {data.hex(' ')}  {text}")
+    write_line(f"0x{args.register:02x}  {data.hex(' ')}  {text}")

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, number
-from nxtdrive.cli.output import print_line
+from nxtdrive.cli.output import complain, make_console, print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.signals import until_signal
 
@@ -74,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
         camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
         eyes = setup.camera_eyes(camera, mission)
         in_step = Address.parse(brick.link.transport.address).options.get("pace") == "realtime"
-        status = stack.enter_context(StatusLine())
+        status = stack.enter_context(StatusLine(make_console(stderr=True)))
         server = LineServer(
             brick,
             sessions(mission, brick, eyes, [_say_reply, status], _say_sensor),
@@ -95,7 +94,7 @@ def _say_where(served: tuple[str, int], brick: str, camera: str, mission: Missio
     from sim_backend.doors.sockets import is_loopback
 
     if not is_loopback(served[0]):
-        print(f"nxtdrive: warning: anyone who can reach {served[0]} can drive this robot.", file=sys.stderr)
+        complain(f"warning: anyone who can reach {served[0]} can drive this robot.")
     _say("serving {}:{}".format(*served))
     _say(f"brick {brick}, camera {camera}, targets {', '.join(mission.mission.targets)}")
     _say("Ctrl-C ends it.")
@@ -109,12 +108,12 @@ def _say_reply(record: Record) -> None:
         asked = f"{data['verb']} {data['argument']}".rstrip()
         _say(f"{record.time_s:8.1f} s  {asked} -> {data['value']}  {data['why']}")
         if data["error"]:
-            print(f"nxtdrive: {data['error']}", file=sys.stderr)
+            complain(data["error"])
 
 
 def _say_sensor(sensor: str, error: str) -> None:
     said = f"going on without {sensor}: {error}" if error else f"the {sensor} answers again"
-    print(f"nxtdrive: {said}", file=sys.stderr)
+    complain(said)
 
 
 def _say(line: str) -> None:

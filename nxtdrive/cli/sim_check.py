@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
 from nxtdrive.cli.options import add_json_argument
+from nxtdrive.cli.output import write_json, write_line, write_text
 
 if TYPE_CHECKING:
     from nxtdrive.tools.conformance.replay import Report
@@ -58,13 +58,13 @@ def _print_text(reports: list[Report], firmware: str) -> None:
     width = max(len(report.scenario) for report in reports)
     for report in reports:
         verdict = f"step {report.step}: {report.difference}" if report.difference else "same"
-        print(f"{report.scenario:{width}}  {report.matched:4}/{report.steps:<4}  {verdict}")
+        write_line(f"{report.scenario:{width}}  {report.matched:4}/{report.steps:<4}  {verdict}")
     steps, matched = (sum(getattr(report, name) for report in reports) for name in ("steps", "matched"))
     same = sum(not report.difference for report in reports)
-    print(f"\nfirmware {firmware}: {same} of {len(reports)} scenarios and {matched} of {steps} steps are the same")
+    write_text(f"\nfirmware {firmware}: {same} of {len(reports)} scenarios and {matched} of {steps} steps are the same")
 
 
 def _print_json(reports: list[Report], firmware: str) -> None:
     same = sum(not report.difference for report in reports)
     scenarios = [asdict(report) for report in reports]
-    print(json.dumps({"firmware": firmware, "same": same, "of": len(reports), "scenarios": scenarios}))
+    write_json({"firmware": firmware, "same": same, "of": len(reports), "scenarios": scenarios})

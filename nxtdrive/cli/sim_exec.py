@@ -17,9 +17,11 @@ from pathlib import Path
 
 import sim_backend.doors
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.sim_serve import links, wait_for_news
+from nxtdrive.cli.output import complain
+from nxtdrive.cli.sim_serve import links
 from nxtdrive.signals import handling
 from nxtdrive.transports.base import WallClock
+from sim_backend.doors.door import wait_readable
 from sim_backend.doors.server import RealTimeServer
 from sim_backend.doors.sockets import UsbDoor
 from sim_backend.doors.switchboard import Switchboard
@@ -49,7 +51,7 @@ def execute(args: argparse.Namespace, program: Sequence[str]) -> int:
     with contextlib.ExitStack() as closing:
         door = closing.enter_context(contextlib.closing(UsbDoor(serial_number, now=clock.now)))
         switchboard = closing.enter_context(contextlib.closing(Switchboard([door], plug_in)))
-        server = RealTimeServer(simulation, switchboard, now=clock.now, wait=wait_for_news)
+        server = RealTimeServer(simulation, switchboard, now=clock.now, wait=wait_readable)
         if args.native:
             _find(program[0])
             child = _start([*_native(), "127.0.0.1", str(door.port), serial_number, *program], os.environ)
@@ -59,7 +61,7 @@ def execute(args: argparse.Namespace, program: Sequence[str]) -> int:
         with child, handling(lambda number, _: _pass_on(child, number)):
             server.run(lambda: child.poll() is not None, lambda _: None)
     if not switchboard.telegrams:
-        print("nxtdrive: the program sent nothing to the brick on USB.", file=sys.stderr)
+        complain("the program sent nothing to the brick on USB.")
     return child.returncode if child.returncode >= 0 else SIGNALLED - child.returncode
 
 

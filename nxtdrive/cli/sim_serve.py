@@ -4,24 +4,27 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import json
-import select
 import shlex
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
+from nxtdrive.cli.output import complain, make_console, write_json, write_line, write_text
 from nxtdrive.signals import until_signal
 from nxtdrive.transports.base import WallClock
-from sim_backend.doors.door import Door
+from sim_backend.doors.door import Door, wait_readable
 from sim_backend.doors.mjpeg import MjpegDoor
 from sim_backend.doors.pty import PtyDoor
 from sim_backend.doors.server import RealTimeServer, Status
 from sim_backend.doors.sockets import NxtServerClient, SocketDoor, StreamClient, is_loopback
-from sim_backend.doors.switchboard import Switchboard, Visit
+from sim_backend.doors.switchboard import CLIENT_LIMIT, Switchboard, Visit
 from sim_backend.faults_file import load_faults
 from sim_backend.simulation import DEFAULT_WORLD, LinkFaults, SimLink, Simulation
+
+if TYPE_CHECKING:
+    from rich.live import Live
 
 
 def serve(args: argparse.Namespace) -> int:
@@ -30,25 +33,27 @@ def serve(args: argparse.Namespace) -> int:
     Raises:
         ConfigError: A door cannot be opened, or a file has mistakes.
     """
-    out, clock = Output(args.json), WallClock()
+    clock = WallClock()
     simulation = Simulation(args.world or DEFAULT_WORLD, seed=args.seed, camera_size=args.size)
     plug_in = links(args, simulation)
 
-    def report(status: Status) -> None:
-        if simulation.brick.powered_off:
-            out.switched_off()
-        out.status(status)
-
     with until_signal() as stopped, contextlib.ExitStack() as closing:
+        out = closing.enter_context(contextlib.closing(Output(args.json)))
         doors = [closing.enter_context(contextlib.closing(door)) for door in _doors(args, clock)]
         camera = closing.enter_context(contextlib.closing(MjpegDoor(args.camera_port)))
         switchboard = closing.enter_context(contextlib.closing(Switchboard(doors, plug_in, out.visit)))
         server = RealTimeServer(
-            simulation, switchboard, camera, fps=simulation.webcam.fps, now=clock.now, wait=wait_for_news
+            simulation, switchboard, camera, fps=simulation.webcam.fps, now=clock.now, wait=wait_readable
         )
         if not is_loopback(args.host):
-            print(f"nxtdrive: warning: anyone who can reach {args.host} can drive this brick.", file=sys.stderr)
+            complain(f"warning: anyone who can reach {args.host} can drive this brick.")
         out.serving([door.address for door in doors], camera.url)
+
+        def report(status: Status) -> None:
+            if simulation.brick.powered_off:
+                out.switched_off()
+            out.status(status)
+
         server.run(stopped, report)
         switchboard.close()
         out.ended(server.status())
@@ -71,11 +76,6 @@ def links(args: argparse.Namespace, simulation: Simulation) -> Callable[[bool], 
     return plug_in
 
 
-def wait_for_news(files: list[int], duration_s: float) -> None:
-    """Sleep for `duration_s`, or until one of the files is readable."""
-    select.select(files, [], [], max(0.0, duration_s))
-
-
 def _doors(args: argparse.Namespace, clock: WallClock) -> Iterator[Door]:
     """Open the doors, pseudo-terminals first: they are closed last, and closing one may end programs."""
     for path in args.pty:
@@ -87,11 +87,11 @@ def _doors(args: argparse.Namespace, clock: WallClock) -> Iterator[Door]:
 
 
 class Output:
-    """Reports to the user, or as JSON to the program that started us."""
+    """Reports to the user, or as JSON to the program that started us; on a terminal with a live line of figures."""
 
     def __init__(self, as_json: bool) -> None:
         self._json = as_json
-        self._live = not as_json and sys.stdout.isatty()
+        self._live = None if as_json or not sys.stdout.isatty() else _live_line()
         self._off = False
 
     def serving(self, doors: list[str], camera: str) -> None:
@@ -100,8 +100,13 @@ class Output:
         if self._json:
             self._event("serving", nxt=doors[0], doors=doors, camera=camera, command=command)
             return
-        print("\n".join([*(f"brick   {door}" for door in doors), f"camera  {camera}"]))
-        print(f"\nIn a second terminal:\n  {command}\n\nCtrl-C ends it.", flush=True)
+        for address in (*(f"brick   {door}" for door in doors), f"camera  {camera}"):
+            write_line(address)
+        write_text("\nIn a second terminal:")
+        write_line(f"  {command}")
+        write_text("\nCtrl-C ends it.", flush=True)
+        if self._live:
+            self._live.start()
 
     def visit(self, visit: Visit) -> None:
         """Report that a program has connected or disconnected."""
@@ -109,16 +114,21 @@ class Output:
             values = asdict(visit)
             self._event(values.pop("event"), **values)
             return
+        if visit.event == "refused":
+            full = f"and further ones: {CLIENT_LIMIT} programs are connected"
+            write_line(f"refused: {visit.name} at {visit.door}, {full}", flush=True)
+            return
         count = f" after {visit.telegrams} telegrams" if visit.event == "disconnected" else ""
-        lead = "\r\x1b[K" if self._live else ""
-        print(f"{lead}{visit.event}: program {visit.client} at {visit.door}{count}", flush=True)
+        write_line(f"{visit.event}: program {visit.client} at {visit.door}{count}", flush=True)
 
     def status(self, status: Status) -> None:
         """Report the current state."""
         if self._json:
             self._event("status", **{name: round(value, 3) for name, value in asdict(status).items()})
         elif self._live:
-            print(f"\r{_line(status)}\x1b[K", end="", flush=True)
+            from rich.text import Text
+
+            self._live.update(Text(_line(status), no_wrap=True, overflow="ellipsis"), refresh=True)
 
     def switched_off(self) -> None:
         """Report, once, that the brick has switched itself off."""
@@ -128,20 +138,30 @@ class Output:
         if self._json:
             self._event("switched_off")
             return
-        lead = "\r\x1b[K" if self._live else ""
-        print(f"{lead}the brick has switched itself off; start the server again to switch it on", flush=True)
+        write_line("the brick has switched itself off; start the server again to switch it on", flush=True)
 
     def ended(self, status: Status) -> None:
-        """Report the totals."""
+        """Report the totals, below what was reported before."""
+        self.close()
         if self._json:
             self._event("ended", simulated_s=status.simulated_s, telegrams=status.telegrams)
             return
-        lead = "\n" if self._live else ""
-        print(f"{lead}ended after {status.simulated_s:.1f} s of simulated time and {status.telegrams} telegrams")
+        write_line(f"ended after {status.simulated_s:.1f} s of simulated time and {status.telegrams} telegrams")
+
+    def close(self) -> None:
+        """Clear the live line."""
+        if self._live:
+            self._live.stop()
 
     @staticmethod
     def _event(event: str, **values: object) -> None:
-        print(json.dumps({"event": event, **values}), flush=True)
+        write_json({"event": event, **values}, flush=True)
+
+
+def _live_line() -> Live:
+    from rich.live import Live
+
+    return Live(console=make_console(), auto_refresh=False, transient=True)
 
 
 def _line(status: Status) -> str:

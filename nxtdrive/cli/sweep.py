@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
+import os
 import sys
 from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.options import add_json_argument, number
+from nxtdrive.cli.options import add_json_argument, number, writing
+from nxtdrive.cli.output import make_console, write_json, write_line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -102,7 +103,7 @@ def run(args: argparse.Namespace) -> int:
         args.eyes,
     )
     out = args.out or DEFAULT_OUT
-    if out.exists() and not args.resume:
+    if os.path.lexists(out) and not args.resume:
         raise ConfigError(f"{out} exists already.", remedy="Go on with it (--resume), or name another file (--out).")
     swept = _sweep(tasks, out, args)
     if args.plot:
@@ -115,15 +116,15 @@ def run(args: argparse.Namespace) -> int:
 
 def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
     """Run the missing missions, with a progress bar."""
-    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from nxtdrive.tools.sweep.runner import key_of, read_lines, sweep
+    from nxtdrive.tools.sweep.result_file import key_of, read_lines
+    from nxtdrive.tools.sweep.runner import sweep
 
     known = {key_of(line) for line in read_lines(out)}
     done = sum(task.key in known for task in tasks)
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}", markup=False))
-    screen = Console(stderr=True, emoji=False)
+    screen = make_console(stderr=True)
     executor, number, watch = _crew(args)
     with executor as performs, Progress(*columns, console=screen, disable=args.json) as progress:
         bar = progress.add_task("missions", total=len(tasks), completed=done)
@@ -154,20 +155,17 @@ def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:
         from nxtdrive.tools.sweep.summary import aggregate, by
 
         policies = {policy: aggregate(group, eval_s) for policy, group in by(lines, "policy").items()}
-        print(json.dumps({"n_episodes": len(lines), "eval_s": eval_s, "policies": policies}, indent=2))
+        write_json({"n_episodes": len(lines), "eval_s": eval_s, "policies": policies}, indent=2)
         return
-    from rich.console import Console
-
     from nxtdrive.tools.sweep.tables import print_tables
 
     # a table that is read by a program or kept in a file must not be cut to a terminal's width
-    print_tables(lines, Console() if sys.stdout.isatty() else Console(width=180))
-    print(f"{len(lines)} missions; this run took {eval_s:.0f} s")
+    print_tables(lines, make_console() if sys.stdout.isatty() else make_console(width=180))
+    write_line(f"{len(lines)} missions; this run took {eval_s:.0f} s")
 
 
 def _draw_map(args: argparse.Namespace) -> int:
-    import cv2
-
+    from nxtdrive.recording.output_file import write_picture
     from nxtdrive.tools.sweep.performance import perform
     from nxtdrive.tools.sweep.policies import ALL_NAMES
     from nxtdrive.tools.sweep.scenarios import CLASSES, draw_scenario
@@ -181,13 +179,9 @@ def _draw_map(args: argparse.Namespace) -> int:
     _known("profile", [policy], ALL_NAMES)
     out = args.out or Path(f"{kind}-{seed}-{policy}.png")
     play, _ = perform(draw_scenario(kind, int(seed)), policy, args.eyes)
-    try:
-        written = cv2.imwrite(str(out), draw_true_map(play, f"{kind} {seed}, {policy}"))
-    except cv2.error:
-        written = False
-    if not written:
-        raise ConfigError(f"{out} cannot be written.", remedy="Name a PNG in a folder that exists, with --out.")
-    print(out)
+    with writing(out, "Name a PNG in a folder that exists and has room, with --out."):
+        write_picture(out, draw_true_map(play, f"{kind} {seed}, {policy}"))
+    write_line(out)
     return 0
 
 

@@ -12,6 +12,7 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, number
 from nxtdrive.cli.pace import in_real_time
+from nxtdrive.signals import until_signal
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
@@ -75,7 +76,9 @@ def run(args: argparse.Namespace) -> int:
         rover = build_rover(brick, mission)
         controls = Controls(args.speed, rover.settings.turn_deg_s)
         spotter = stack.enter_context(closing(_spotter(args, brick, mission, target, stack))) if target else None
-        app = Teleop(Pilot(brick, rover, controls, spotter), controls, brick.now, brick.link.transport.address, gamepad)
+        stopped = stack.enter_context(until_signal())
+        address = brick.link.transport.address
+        app = Teleop(Pilot(brick, rover, controls, spotter), controls, brick.now, address, gamepad, stopped)
         stack.callback(app.finish)
         app.run()
     if app.failure is not None:

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING
 from firmware_protocol.direct import SetOutputState
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.iomap import OUTPUT
+from firmware_protocol.printable import printable
 from firmware_protocol.system import IOMapWrite
 from firmware_protocol.telegram import NO_REPLY
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument
+from nxtdrive.cli.output import write_json, write_line, write_text
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -61,9 +63,12 @@ def _show(args: argparse.Namespace) -> int:
     trace = read_trace(args.file)
     if not args.json:
         said = f", nxtdrive {' '.join(trace.command)}" if trace.command else ""
-        print(f"{trace.address}{said}")
+        write_line(f"{trace.address}{said}")
     for entry in trace.entries:
-        print(json.dumps(_as_json(entry)) if args.json else _in_words(entry, full=args.full))
+        if args.json:
+            write_json(_as_json(entry))
+        else:
+            write_text(_in_words(entry, full=args.full))
     return DONE
 
 
@@ -76,7 +81,7 @@ def _in_words(entry: Entry, *, full: bool) -> str:
     said = in_words(entry.telegram)
     if full and entry.telegram:
         said = str(explain(entry.telegram)).replace("\n", "\n" + " " * 14)
-    failure = f"{entry.error}: {entry.text}" if entry.error else ""
+    failure = printable(f"{entry.error}: {entry.text}") if entry.error else ""
     reopened = "the link was opened again" if entry.kind is Kind.REOPENED else ""
     return f"{entry.time_s:9.3f} {arrow} " + ", ".join(filter(None, (said, failure, reopened)))
 
@@ -150,7 +155,7 @@ def _report(lines: Iterator[str], otherwise: str) -> int:
     different = False
     for line in lines:
         different = True
-        print(line)
+        write_line(line)
     if not different:
-        print(otherwise)
+        write_line(otherwise)
     return NOT_ACHIEVED if different else DONE

@@ -15,7 +15,6 @@ from nxtdrive.cli.options import add_brick_arguments, number
 from nxtdrive.cli.output import print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.host.environment import install_extra
-from nxtdrive.signals import termination_as_interrupt
 
 if TYPE_CHECKING:
     from nxtdrive.tools.web.access import Pin
@@ -77,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
 
     address = in_real_time(args.nxt)
     pin = Pin() if args.lan else None
-    with closing(_listen(EVERYWHERE if args.lan else LOOPBACK, args.port)) as listener, termination_as_interrupt():
+    with closing(_listen(EVERYWHERE if args.lan else LOOPBACK, args.port)) as listener:
         hub = Hub()
         robot = Robot(address, args.camera, setup.load(args.mission), hub, args.out)
         with closing(robot), suppress(KeyboardInterrupt):

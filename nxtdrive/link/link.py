@@ -23,10 +23,10 @@ from firmware_protocol.telegram import Command, Reply
 from nxtdrive.link.core import LinkCore, LinkState
 from nxtdrive.link.latency import LATENCIES, LATENCY_EVERY_S, answer_s
 from nxtdrive.link.priority_lock import PREEMPTING, PriorityLock
-from nxtdrive.link.reconnect import RECONNECT_TIMEOUT_S, Reconnector, interrupted
-from nxtdrive.link.scheduler import RESOLUTION_S, Motion, MotionScheduler
-from nxtdrive.link.threads import THREADS, Lock, Threads
-from nxtdrive.transports.base import Transport
+from nxtdrive.link.reconnect import PROBE_S, RECONNECT_TIMEOUT_S, Reconnector, interrupted
+from nxtdrive.link.scheduler import RESOLUTION_S, STEP_S, Motion, MotionScheduler
+from nxtdrive.link.threads import CLOSING_S, THREADS, Lock, Threads
+from nxtdrive.transports.base import Transport, drain
 
 R = TypeVar("R", bound=Reply)
 log = logging.getLogger(__name__)
@@ -34,14 +34,8 @@ log = logging.getLogger(__name__)
 AWAKE, PROBE = "awake", "probe"
 LONGEST_SILENCE_S = 60.0
 """Interval of keep-alive telegrams to a brick that is set never to switch itself off, or only after minutes."""
-PROBE_S = 2.0
-"""How often a link that reconnects is probed for a loss."""
 SLICE_S = 0.1
 """A waiting program looks this often whether another thread has met a loss of the link."""
-CLOSING_S = 2.0
-"""How long closing waits for the link's thread, which may be reopening the link."""
-STEP_S = 2 * RESOLUTION_S
-"""Shortest wait in the simulator: one step of its clock."""
 
 
 class Link:
@@ -101,10 +95,9 @@ class Link:
     def request(self, command: Command[R], timeout_s: float | None = None) -> R:
         """Send a command and return its reply.
 
-        Waits at most `timeout_s` for the reply, or twice that if an earlier reply is still missing, and before that at
-        most `timeout_s` for requests of other threads. If the link is lost while `reconnecting`, waits at most
-        `reconnect_timeout_s` for it to be reopened. A command that changes nothing is then sent again, unless motors
-        were driven since the last loss: these have stopped, and only the caller can decide whether to go on.
+        Waits at most `timeout_s` for the reply, or twice that if an earlier one is missing, and before that as long for
+        other threads. If the link is lost while `reconnecting`, waits at most `reconnect_timeout_s` for it. A command
+        that changes nothing is then sent again, unless motors were driven, which have stopped: the caller must decide.
 
         Raises:
             LocalProtocolError: A value does not fit its field; nothing was sent.
@@ -123,6 +116,8 @@ class Link:
                 now = self.now()
             try:
                 dialogue = self._dialogue
+                if self._waiting():
+                    dialogue.discard(drain(self.transport))
                 self._send(dialogue.open(command, now, timeout_s))
                 telegram = self._receive(timeout_s) if now < self._attention else None
                 reply = None if telegram is None else dialogue.feed(telegram)
@@ -183,6 +178,11 @@ class Link:
         sleep_ms = self.request(KeepAlive()).sleep_ms
         interval_s = min(LONGEST_SILENCE_S, sleep_ms / 3000) if sleep_ms else LONGEST_SILENCE_S
         self.repeat(AWAKE, KeepAlive(), interval_s)
+
+    @property
+    def surplus(self) -> int:
+        """How many telegrams arrived that belong to no request."""
+        return self._dialogue.surplus
 
     @property
     def latency_s(self) -> float:
@@ -325,6 +325,7 @@ class Link:
         self.transport = transport
         self.max_telegram = transport.max_telegram
         self.now, self._receive, self._send = transport.now, transport.receive, transport.send
+        self._waiting = transport.waiting
 
     def _attend(self, now: float) -> float:
         """Do what is due before a request; returns the time afterwards."""

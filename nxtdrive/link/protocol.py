@@ -45,9 +45,18 @@ class RequestLink(Protocol):
         """How long a reply takes."""
         ...
 
+    @property
+    def surplus(self) -> int:
+        """How many telegrams arrived that belong to no request."""
+        ...
+
 
 class SensorLink(RequestLink, Protocol):
-    """Requests, and modes of input ports that are restored after a reconnection."""
+    """Requests, locks, and modes of input ports that are restored after a reconnection."""
+
+    def lock(self) -> Lock:
+        """Make a lock that may be held during a request; not reentrant."""
+        ...
 
     def restore_mode(self, mode: SetInputMode) -> None:
         """Set an input port to `mode` after a reconnection, unless it still has it."""
@@ -86,10 +95,6 @@ class MotorLink(RequestLink, Protocol):
 
 class RoverLink(MotorLink, SensorLink, Protocol):
     """Motors and sensors, and a brick that stays awake."""
-
-    def lock(self) -> Lock:
-        """Make a lock that may be held during a request; not reentrant."""
-        ...
 
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off."""

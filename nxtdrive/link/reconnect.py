@@ -18,6 +18,9 @@ R = TypeVar("R", bound=Reply)
 RECONNECT_TIMEOUT_S = 30.0
 """How long a request waits for a lost link; a brick that was switched off and on answers over USB within 10 s."""
 
+PROBE_S = 2.0
+"""How often a link that reconnects is probed for a loss."""
+
 
 class LosableLink(Protocol):
     """What reopening needs of a link; see `nxtdrive.link.link.Link`."""

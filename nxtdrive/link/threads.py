@@ -7,6 +7,9 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import Protocol
 
+CLOSING_S = 2.0
+"""How long closing waits for the link's thread, which may be reopening the link."""
+
 
 class Lock(AbstractContextManager[object], Protocol):
     """A lock, reentrant or not."""

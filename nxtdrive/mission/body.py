@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from behaviors.ports import BodyLost, MotionResult, Pose, SensorListener, SensorLost, StopReason
-from firmware_protocol.errors import BrickNotFound, LinkError, RemoteProtocolError
+from firmware_protocol.errors import BrickError, BrickNotFound, LinkError, RemoteProtocolError
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -22,10 +22,10 @@ REDUCED_SPEED = 0.5
 
 @contextmanager
 def link_errors_as_outages() -> Iterator[None]:
-    """Raise `BodyLost` for a link that is lost or silent and for a brick that answers nonsense."""
+    """Raise `BodyLost` for a link that is lost or silent and for a brick that refuses or answers nonsense."""
     try:
         yield
-    except (LinkError, BrickNotFound, RemoteProtocolError) as error:
+    except (LinkError, BrickNotFound, BrickError, RemoteProtocolError) as error:
         raise BodyLost(str(error)) from error
 
 

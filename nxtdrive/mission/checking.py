@@ -1,12 +1,34 @@
-"""Everything that can be found wrong with a mission file before it runs."""
+"""Everything that can be found wrong with a mission before it runs: mistakes, and what is allowed and hardly meant."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from firmware_protocol.errors import ConfigError
-from nxtdrive.mission.setup import build_detectors, load
+from behaviors.mission import MarkerTarget, Mission, MissionError, PictureTarget, load_mission, valid_targets
+from behaviors.mission_warnings import value_warnings
+from firmware_protocol.errors import CameraError
+from nxtdrive.mission.setup import PICTURES, make_detectors
+from nxtdrive.vision.geometry import A4_HEIGHT_MM
+
+A4_SHAPE = 210 / 297
+LIKE_A4 = 0.1
+"""A picture whose width over height differs from an upright A4 sheet's by less than this share may be one."""
+SHEETS_MM = {"A3": (297, 420), "A4": (210, 297), "A5": (148, 210), "A6": (105, 148)}
+"""Short and long side of the usual sheets."""
+SHEET_SHAPE = 0.02
+"""A picture whose shape differs from a sheet's by less than this share fills a sheet."""
+SHEET_SIZE = 0.08
+"""A height within this share of a sheet's is that sheet's, measured roughly or printed with a margin."""
+LEAST_WIDTH_MM, GREATEST_WIDTH_MM = 30.0, 2500.0
+FRAME_SHAPE = 3 / 4
+"""Height over width of a camera's frames."""
+LEAST_IN_VIEW = 0.7
+"""Share of a picture's width and height that the frame must show at the stop; the detector knows its middle 60 %."""
+RIM = 1.15
+"""Where all of a target is to be in view, the frame is larger than it by this factor."""
 
 
 @dataclass(slots=True)
@@ -23,10 +45,71 @@ class Findings:
 
 
 def check_mission(path: Path) -> Findings:
-    """Check a mission file, and try the pictures and cascades it names."""
+    """Check a mission file, and try the pictures and cascades it names; finds all mistakes in one pass."""
+    found = Findings()
     try:
-        build_detectors(load(path))
-    except ConfigError as error:
-        head, *rest = str(error).split("\n")
-        return Findings([line.strip() for line in rest] or [head.removeprefix(f"{path}: ")])
-    return Findings()
+        mission = load_mission(path, [PICTURES])
+    except MissionError as error:
+        head, *rest = str(error).split("\n  ")
+        found.mistakes = rest or [head.removeprefix(f"{path}: ")]
+        targets = valid_targets(path, [PICTURES])
+    else:
+        targets = mission.target
+        found.warnings = list(warnings(mission))
+    found.mistakes += make_detectors(targets)[1]
+    return found
+
+
+def warnings(mission: Mission) -> Iterator[str]:
+    """Yield what is allowed and hardly meant in a mission, one sentence or two each."""
+    yield from value_warnings(mission)
+    for name in dict.fromkeys(mission.mission.targets):
+        target = mission.target[name]
+        shape = _shape(target.pictures[0]) if isinstance(target, PictureTarget) else None
+        if shape is not None:
+            yield from _odd_shape(name, target.height_mm, shape, chosen="height_mm" in target.model_fields_set)
+        whole = 1.0 if isinstance(target, MarkerTarget) else LEAST_IN_VIEW
+        yield from _out_of_view(mission, name, (shape or 0.0) * target.height_mm, target.height_mm, whole)
+
+
+def _shape(picture: str) -> float | None:
+    """Return a picture's width over its height; None if it cannot be read, which is reported as a mistake."""
+    from nxtdrive.vision.sources import read_image
+
+    try:
+        height, width = read_image(Path(picture)).shape[:2]
+    except CameraError:
+        return None
+    return float(width / height)
+
+
+def _odd_shape(name: str, height_mm: float, shape: float, *, chosen: bool) -> Iterator[str]:
+    width_mm = height_mm * shape
+    if not chosen and abs(shape / A4_SHAPE - 1) > LIKE_A4:
+        across = "; an A4 sheet across is 210" if shape > 1 else ""
+        yield (
+            f"target.{name}: height_mm is missing, so that of an upright A4 sheet counts, {A4_HEIGHT_MM:g}, but the "
+            f"picture has another shape. Measure it and set height_mm{across}."
+        )
+    elif not LEAST_WIDTH_MM <= width_mm <= GREATEST_WIDTH_MM:
+        yield f"target.{name}: at height_mm = {height_mm:g} the picture is {width_mm:.0f} mm wide. Is that its height?"
+    elif abs(min(shape, 1 / shape) / A4_SHAPE - 1) < SHEET_SHAPE:
+        heights = {sheet: sides[shape < 1] for sheet, sides in SHEETS_MM.items()}
+        if all(abs(height_mm / each - 1) > SHEET_SIZE for each in heights.values()):
+            sheets = ", ".join(f"{sheet} {each}" for sheet, each in heights.items())
+            yield (
+                f"target.{name}: the picture has the shape of a sheet of paper, and no sheet is {height_mm:g} mm high "
+                f"({'upright' if shape < 1 else 'across'}: {sheets}). Measure the print."
+            )
+
+
+def _out_of_view(mission: Mission, name: str, width_mm: float, height_mm: float, share: float) -> Iterator[str]:
+    profile = mission.mission.profile
+    arrive_mm = (mission.thesis if profile == "thesis" else mission.adaptive).arrive_mm
+    view = 2 * math.tan(math.radians(mission.camera.hfov_deg / 2))
+    whole_mm = RIM * max(width_mm / view, height_mm / (view * FRAME_SHAPE))
+    if arrive_mm * RIM < share * whole_mm:
+        yield (
+            f"target.{name}: from {profile}.arrive_mm = {arrive_mm:g} the camera sees only part of it and may lose it "
+            f"there. Set arrive_mm = {10 * math.ceil(whole_mm / 10)}."
+        )

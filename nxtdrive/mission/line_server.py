@@ -9,14 +9,13 @@ a thread of its own; what is raised there reaches the command, which waits for t
 from __future__ import annotations
 
 import contextlib
-import select
+import selectors
 import socket
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from behaviors.journal import Observer
-from behaviors.line_protocol import MOTIONS, ErrorReply, Request, RequestReader, Verb
+from behaviors.line_protocol import MOTIONS, BadLine, ErrorReply, Request, RequestReader, Verb, failure_reply
 from behaviors.line_session import Preempted, Session
 from behaviors.mission import Mission
 from behaviors.ports import BodyLost, Eyes, SensorListener
@@ -29,8 +28,9 @@ LAST_PORT = 0xFFFF
 CHUNK = 4096
 WAITING_LINES = 256
 """A client that sends more lines than this without waiting for answers does not speak this protocol; it is closed."""
-ANSWER_S = 1.0
-"""Longest wait for a client to take an answer of a few bytes; one that reads nothing counts as gone."""
+CLIENT_LIMIT = 8
+"""Connected clients, the served one and those that are answered as busy; a further one takes the place of the oldest
+that is not served."""
 LOOK_S = 0.1
 """How often an idle server checks whether to end."""
 TICK_S = 0.02
@@ -66,37 +66,45 @@ def sessions(
     return lambda: Session(mission, body, eyes, clock, connect=connect, faults=(NXTError,), observers=observers)
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class _Client:
-    """The client that is being served."""
+    """A connected program.
+
+    Attributes:
+        session: Its session, from its first request on; None for a client that is not served.
+    """
 
     connection: socket.socket
     name: str
-    session: Session
+    session: Session | None = None
     requests: RequestReader = field(default_factory=RequestReader)
     gone: bool = False
+    turned_away: bool = False
 
     def read(self) -> None:
         """Read what the client has sent."""
         try:
             data = self.connection.recv(CHUNK)
+        except BlockingIOError:
+            return
         except OSError:
             data = b""
         self.requests.feed(data)
         self.gone = not data or len(self.requests) > WAITING_LINES
 
     def send(self, value: int) -> None:
-        """Send an answer."""
+        """Send an answer; never waits. A client that has left the kernel's buffers full of answers counts as gone."""
+        answer = b"%d\n" % value
         try:
-            self.connection.sendall(b"%d\n" % value)
+            self.gone = self.connection.send(answer) < len(answer) or self.gone
         except OSError:
             self.gone = True
 
 
 class LineServer:
-    """One client at a time; a second is answered `ErrorReply.BUSY` and closed.
+    """Serves one client at a time: the first that sends a request, until it leaves; the others are answered as busy.
 
-    A client may stay silent for any time. When it leaves, the motors stop.
+    A client may stay silent for any time. When the client that is served leaves, the motors stop.
 
     Args:
         brick: Calls back where a command may be interrupted.
@@ -104,7 +112,7 @@ class LineServer:
         port: Where to listen; 0 takes a free one.
         host: Which of this computer's addresses to listen at.
         stopped: Whether the server should end.
-        say: Called with a sentence when a client comes or leaves.
+        say: Called with a sentence when a client is served, sent away or gone.
         passing: Lets simulated time pass while no command runs; None where time passes by itself.
 
     Raises:
@@ -127,8 +135,11 @@ class LineServer:
         self._stopped = stopped
         self._say = say
         self._passing = passing
-        self._client: _Client | None = None
-        self._moving = False
+        self._clients: list[_Client] = []
+        self._served: _Client | None = None
+        self._moving = self._crowded = False
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(self._listener, selectors.EVENT_READ)
         brick.link.before_request = self._look_up
 
     @property
@@ -146,53 +157,65 @@ class LineServer:
                 # time passes on a broken link, too; the client learns of it from the next command
                 with contextlib.suppress(LinkError):
                     self._passing(TICK_S)
-            if self._client is not None:
-                self._serve(self._client)
+            # the served client first: one that has left makes room for another's request
+            for client in sorted(self._clients, key=lambda client: client is not self._served):
+                if client in self._clients:
+                    self._attend(client)
 
     def close(self) -> None:
-        """Stop the motors, close the client and free the port."""
-        if self._client is not None:
-            self._dismiss(self._client)
+        """Stop the motors, close all clients and free the port; never waits for a client."""
+        for client in list(self._clients):
+            self._dismiss(client)
+        self._selector.close()
         self._listener.close()
 
-    def _serve(self, client: _Client) -> None:
-        """Answer the waiting requests, also those of a client that has left; its motions end before they begin."""
+    def _attend(self, client: _Client) -> None:
+        """Answer the waiting lines, also those of a client that has left; its motions end before they begin."""
         while not self._stopped() and (request := client.requests.take()) is not None:
-            client.send(self._answer(client.session, request))
+            if self._served is None and isinstance(request, Request):
+                self._served, client.session = client, self._new_session()
+                self._say(f"client {client.name} is here")
+            client.send(self._answer(client, request))
             client.gone = client.gone or request == Request(Verb.BYE)
         if client.gone:
             self._dismiss(client)
 
-    def _answer(self, session: Session, request: Request | ErrorReply) -> int:
-        if isinstance(request, ErrorReply):
-            return request
-        self._moving = request.verb in MOTIONS
+    def _answer(self, client: _Client, request: Request | BadLine) -> int:
+        if client.session is None:
+            return request.reply if isinstance(request, BadLine) else self._turn_away(client, request)
+        self._moving = isinstance(request, Request) and request.verb in MOTIONS
         try:
-            return session.answer(request)
+            return client.session.answer(request)
         finally:
             self._moving = False
+
+    def _turn_away(self, client: _Client, request: Request) -> int:
+        if not client.turned_away and self._served is not None:
+            client.turned_away = True
+            self._say(f"client {client.name} was sent away: {self._served.name} is being served")
+        return failure_reply(request.verb, ErrorReply.BUSY)
 
     def _look_up(self) -> None:
         """Interrupt the running command, once; called by the brick before each request and sleep."""
         if not self._moving:
             return
         self._receive(0.0)
-        client = self._client
-        if self._stopped() or client is None or client.gone or client.requests.stop_waits:
+        for client in [client for client in self._clients if client is not self._served]:
+            self._attend(client)
+        served = self._served
+        if self._stopped() or served is None or served.gone or served.requests.stop_waits:
             self._moving = False
             raise Preempted
 
     def _receive(self, wait_s: float) -> bool:
-        """Read from the client and accept new ones; returns whether there was anything."""
-        client = self._client
-        listened: list[Any] = [self._listener]
-        if client is not None and not client.gone:
-            listened.append(client.connection)
-        ready, _, _ = select.select(listened, [], [], wait_s)
-        if client is not None and client.connection in ready:
-            client.read()
-        # a client that connects just as another leaves is not refused
-        if self._listener in ready and not (client is not None and client.gone):
+        """Read from the clients and accept new ones; returns whether there was anything."""
+        ready = [key.data for key, _ in self._selector.select(wait_s)]
+        for client in ready:
+            if isinstance(client, _Client):
+                client.read()
+                if client.gone:
+                    self._selector.unregister(client.connection)
+        if None in ready:
             self._welcome()
         return bool(ready)
 
@@ -201,23 +224,29 @@ class LineServer:
             connection, address = self._listener.accept()
         except OSError:
             return  # the client has left already
-        connection.settimeout(ANSWER_S)
+        connection.setblocking(False)
         # detects a client's computer that was switched off
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-        client = _Client(connection, "{}:{}".format(*address[:2]), self._new_session())
-        if self._client is None:
-            self._client = client
-            self._say(f"client {client.name} is here")
-            return
-        client.send(ErrorReply.BUSY)
-        connection.close()
-        self._say(f"client {client.name} was sent away: {self._client.name} is being served")
+        client = _Client(connection, "{}:{}".format(*address[:2]))
+        if len(self._clients) == CLIENT_LIMIT:
+            oldest = next(each for each in self._clients if each is not self._served)
+            if not self._crowded:  # one message until there is room
+                self._say(f"client {oldest.name} was sent away: more than {CLIENT_LIMIT} are connected")
+            self._dismiss(oldest)
+            self._crowded = True
+        self._clients.append(client)
+        self._selector.register(connection, selectors.EVENT_READ, client)
 
     def _dismiss(self, client: _Client) -> None:
-        client.session.end()
+        self._clients.remove(client)
+        self._crowded = False
+        if client.connection in self._selector.get_map():
+            self._selector.unregister(client.connection)
         client.connection.close()
-        self._client = None
-        self._say(f"client {client.name} is gone; motors off")
+        if client.session is not None:
+            client.session.end()
+            self._served = None
+            self._say(f"client {client.name} is gone; motors off")
 
 
 def _listen(host: str, port: int) -> socket.socket:

@@ -6,13 +6,13 @@ detectors as the eyes, the link's clock as the clock.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import resources
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from behaviors.mission import BUILT_IN, Mission, MissionError, load_mission
+from behaviors.mission import BUILT_IN, Mission, MissionError, Target, load_mission
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.mission.body import MissionBody, MissionClock
 from nxtdrive.motion.obstacle_monitor import SafetyLimits
@@ -74,17 +74,23 @@ def build_detectors(mission: Mission) -> dict[str, TargetDetector]:
     Raises:
         ConfigError: A picture or a cascade cannot be used; one line for each such target.
     """
+    detectors, mistakes = make_detectors({name: mission.target[name] for name in mission.mission.targets})
+    if mistakes:
+        raise ConfigError("\n  ".join(mistakes))
+    return detectors
+
+
+def make_detectors(targets: Mapping[str, Target]) -> tuple[dict[str, TargetDetector], list[str]]:
+    """Make a detector for each target; returns those that can be made, and a line for each that cannot."""
     from nxtdrive.vision.detectors import make_detector
 
     detectors, mistakes = {}, []
-    for name in dict.fromkeys(mission.mission.targets):
+    for name, target in targets.items():
         try:
-            detectors[name] = make_detector(mission.target[name].model_dump())
+            detectors[name] = make_detector(target.model_dump())
         except ConfigError as error:
             mistakes.append(f"target.{name}: {error}")
-    if mistakes:
-        raise ConfigError("\n".join(mistakes))
-    return detectors
+    return detectors, mistakes
 
 
 def default_camera(brick: Brick) -> str:

@@ -11,6 +11,8 @@ from nxtdrive.motion.outputs import Sample
 
 JUMP_DEG, JUMP_DEG_S = 180.0, 1200.0
 """A jump beyond these, faster than any motor, means that the counter was reset."""
+RESET_DEG = 10.0
+"""So does a step of more than this to zero of both counters, which wheels that turn hardly ever pass together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +103,10 @@ class Odometry:
 
     def _integrate(self, before: Sample, reading: Sample) -> None:
         steps = [now - then for now, then in zip(reading.angles_deg, before.angles_deg, strict=True)]
-        if max(map(abs, steps)) > JUMP_DEG + JUMP_DEG_S * (reading.time_s - before.time_s):
+        longest_deg = RESET_DEG
+        if any(reading.angles_deg):
+            longest_deg = JUMP_DEG + JUMP_DEG_S * (reading.time_s - before.time_s)
+        if max(map(abs, steps)) > longest_deg:
             return
         left, right = (step * self._mm_per_deg for step in steps)
         way_mm, turned_deg = (left + right) / 2, math.degrees((left - right) / self._track_mm)

@@ -51,8 +51,7 @@ class Rover:
 
     `straight`, `turn` and `curve` return when the robot is at rest, or with ``wait=False`` at once; then they continue
     while the program makes requests or calls `Brick.sleep`. The next motion, `drive` or `stop` cancels them. During
-    such a motion read the sonar by `range_mm`, not by `Brick.ultrasonic`: over a slow link, reading one sensor in two
-    places can delay the safety stop until it is too late.
+    such a motion the program may read the sonar by `range_mm`, or by the `Ultrasonic` object that the rover was given.
 
     Args:
         link: The link to the brick.

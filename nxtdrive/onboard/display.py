@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.iomap import DISPLAY, DISPLAY_HEIGHT, DISPLAY_WIDTH, DisplayFlag
 from firmware_protocol.system import IO_MAP_READ_HEADER, IOMapRead
 from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.transfer import in_step, pieces
 
 Picture = NDArray[np.bool_]
 
@@ -33,18 +35,26 @@ class Display:
         Raises:
             LinkError: The link is lost or closed, or there was no reply in time.
             BrickError: The brick refused.
+            RemoteProtocolError: Replies got out of step, repeatedly.
         """
+        return in_step(self.link, self._image)
+
+    def _image(self) -> Picture:
         flags = DISPLAY.field("Flags")
         popup = flags.decode(self.link.request(flags.read()).data) & DisplayFlag.POPUP
         start = DISPLAY.field("Popup" if popup else "Normal").offset
-        lines = np.frombuffer(self._read(start, LINES * DISPLAY_WIDTH), np.uint8).reshape(LINES, 1, DISPLAY_WIDTH)
+        pixels = self._read(start, LINES * DISPLAY_WIDTH)
+        self.link.request(flags.read())  # its reply is shorter than those before it
+        lines = np.frombuffer(pixels, np.uint8).reshape(LINES, 1, DISPLAY_WIDTH)
         bits = np.arange(8, dtype=np.uint8).reshape(1, 8, 1)
         return (lines >> bits & 1).astype(bool).reshape(DISPLAY_HEIGHT, DISPLAY_WIDTH)
 
     def _read(self, start: int, size: int) -> bytes:
-        portion = self.link.max_telegram - IO_MAP_READ_HEADER
-        offsets = range(start, start + size, portion)
-        return b"".join(self._portion(offset, min(portion, start + size - offset)) for offset in offsets)
+        limit = self.link.max_telegram - IO_MAP_READ_HEADER
+        return b"".join(self._portion(start + offset, length) for offset, length in pieces(size, limit))
 
     def _portion(self, offset: int, size: int) -> bytes:
-        return self.link.request(IOMapRead(DISPLAY.module_id, offset, size)).data[:size]
+        data = self.link.request(IOMapRead(DISPLAY.module_id, offset, size)).data
+        if len(data) != size:
+            raise RemoteProtocolError(f"{size} bytes of the display were asked for", data)
+        return data

@@ -22,17 +22,23 @@ from firmware_protocol.system import (
     FindFirst,
     FindNext,
     GetDeviceInfo,
+    GetVersions,
     OpenRead,
     OpenWrite,
     Read,
     Write,
 )
 from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.transfer import in_step, pieces
 
 NAME_LIMIT = 19
 """Characters of a name, the dot included. Source: docs/firmware.md section 5, "File system"."""
 EVERYTHING = "*.*"
 """The firmware's pattern for all files; its other patterns differ from those of a shell (section 5)."""
+LISTED_LIMIT = 256
+"""More files than any firmware's directory has; 1.29 has 127 entries."""
+FLASH_SIZE = 256 * 1024
+"""Bytes of the brick's flash; no file is larger. Source: LEGO's hardware developer kit."""
 READ_OVERHEAD = 6
 WRITE_OVERHEAD = 3
 """Bytes around the data in a Read reply and a Write request. With them a telegram fills the brick's buffer exactly:
@@ -73,14 +79,15 @@ class Files:
     def ls(self, pattern: str = "*") -> list[FileEntry]:
         """List files whose names match a pattern as in a shell, ignoring case, sorted by name."""
         with self._alone():
-            found = [FileEntry(each.name, each.size) for each in self._listing(EVERYTHING)]
+            listing = in_step(self._link, lambda: self._listing(EVERYTHING))
+        found = [FileEntry(each.name, each.size) for each in listing]
         matching = [entry for entry in found if fnmatchcase(entry.name.lower(), pattern.lower())]
         return sorted(matching, key=lambda entry: entry.name.lower())
 
     def exists(self, name: str) -> bool:
         """Whether there is a file of this name, ignoring case."""
         with self._alone():
-            return self._find(_checked(name)) is not None
+            return in_step(self._link, lambda: self._find(_checked(name))) is not None
 
     def read(self, name: str, progress: Progress | None = None) -> bytes:
         """Read a file.
@@ -89,14 +96,11 @@ class Files:
             LocalProtocolError: The name is not valid.
             BrickError: There is no such file, or no handle is free.
             LinkError: The link failed.
+            RemoteProtocolError: What the brick sent is not the whole file.
         """
+        _checked(name)
         with self._alone():
-            entry = self._find(_checked(name))
-            if entry is not None and not entry.size:
-                return b""  # opening it would close handle 0, used or not, and lose its own handle
-            opened = self._link.request(OpenRead(name))
-            with self._closing(opened.handle):
-                return self._read(opened.handle, opened.size, progress)
+            return in_step(self._link, lambda: self._read(name, progress))
 
     def write(self, name: str, data: bytes, progress: Progress | None = None, *, replace: bool = False) -> None:
         """Create a file; programs (.rxe, .rtm, .sys) get the contiguous block they need.
@@ -125,7 +129,7 @@ class Files:
             handle = self._link.request(OpenWrite(name, len(data))).handle
             with self._closing(handle):
                 self._write(handle, data, progress)
-            entry = self._find(name)
+            entry = in_step(self._link, lambda: self._find(name))
             if entry is None or entry.size != len(data):
                 raise RemoteProtocolError(f"the brick did not keep {name} as it was written.", remedy="Write it again.")
 
@@ -144,10 +148,33 @@ class Files:
         """Free flash, bytes; each file also needs a header of 36 bytes, and whole sectors of 256."""
         return self._link.request(GetDeviceInfo()).free_flash
 
-    def _read(self, handle: int, size: int, progress: Progress | None) -> bytes:
+    def _read(self, name: str, progress: Progress | None) -> bytes:
+        doubted = None
+        while True:
+            entry = self._find(name)
+            if entry is not None and not entry.size:
+                if doubted == (0, 0):
+                    return b""  # opening it would close handle 0, used or not, and lose its own handle
+                doubted = 0, 0
+                continue
+            opened = self._link.request(OpenRead(name))
+            with self._closing(opened.handle):
+                listed = entry.size if entry else 0
+                sizes = opened.size, listed
+                # a data file that a program has not filled is shorter than its entry, and says so again
+                agree = opened.size == listed or (sizes == doubted and opened.size < listed)
+                if agree and 0 < listed <= FLASH_SIZE:
+                    return self._content(opened.handle, opened.size, progress)
+            if doubted:
+                raise RemoteProtocolError(
+                    f"{name} has {listed} bytes in the list of files and {opened.size} when opened.",
+                    remedy="Try again, or use the cable.",
+                )
+            doubted = sizes
+
+    def _content(self, handle: int, size: int, progress: Progress | None) -> bytes:
         content = bytearray()
-        while len(content) < size:
-            wanted = min(self._link.max_telegram - READ_OVERHEAD, size - len(content))
+        for _, wanted in pieces(size, self._link.max_telegram - READ_OVERHEAD):
             piece = self._link.request(Read(handle, wanted)).data
             if len(piece) < wanted:
                 raise RemoteProtocolError(f"{wanted} bytes of a file were asked for", piece)
@@ -160,24 +187,30 @@ class Files:
         step = self._link.max_telegram - WRITE_OVERHEAD
         for start in range(0, len(data), step):
             piece = data[start : start + step]
-            written = self._link.request(Write(handle, piece)).size
-            if written != len(piece):
-                raise RemoteProtocolError(f"only {written} of {len(piece)} bytes were written.")
+            self._link.request(Write(handle, piece))  # OK: all of it; the size of the file is compared afterwards
             if progress:
                 progress(start + len(piece), len(data))
 
     def _find(self, name: str) -> FileFound | None:
         """Find the file of exactly this name."""
-        return next(iter(self._listing(name)), None)
+        found = self._listing(name)
+        if found and found[0].name.lower() != name.lower():
+            raise RemoteProtocolError(f"the brick was asked for {name} and found {found[0].name}.")
+        return found[0] if found else None
 
     def _listing(self, pattern: str) -> list[FileFound]:
-        found = []
+        found: list[FileFound] = []
         with suppress_not_found():
             entry = self._link.request(FindFirst(pattern))
             with self._closing(entry.handle):
-                while True:
+                while len(found) < LISTED_LIMIT:
                     found.append(entry)
                     entry = self._link.request(FindNext(found[0].handle))
+                raise RemoteProtocolError(f"the list of files has no end after {LISTED_LIMIT} names.")
+        if len({entry.name for entry in found}) < len(found):
+            raise RemoteProtocolError("the list of files has a name twice.", remedy="Try again.")
+        if not found:
+            self._link.request(GetVersions())  # shows whether the refusal was an earlier one
         return found
 
     @contextmanager

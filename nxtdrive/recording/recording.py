@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import cv2
-
 from behaviors.executive import Report
 from behaviors.journal import Record
 from behaviors.observers import Observers
 from behaviors.ports import Sighting
 from nxtdrive.recording.map_picture import draw_map
+from nxtdrive.recording.output_file import write_picture
 from nxtdrive.recording.run_folder import JOURNAL, MAP, SUMMARY, VIDEO, RunFolder
 from nxtdrive.recording.video import VideoRecorder
 from nxtdrive.vision.annotate import annotate
@@ -72,9 +71,7 @@ class Recording:
         observers.attempt(SUMMARY, self.folder.write_summary, report, error, {**details, **observers.summary()})
 
     def _write_map(self) -> None:
-        path = self.folder.path / MAP
-        if not cv2.imwrite(str(path), draw_map(self.folder.records)):
-            raise OSError(f"{path} cannot be written")
+        write_picture(self.folder.path / MAP, draw_map(self.folder.records))
 
     def _close_video(self) -> None:
         with self._video_lock:
@@ -84,4 +81,4 @@ class Recording:
 
     def files(self) -> list[Path]:
         """Return the files in the folder."""
-        return sorted(self.folder.path.iterdir())
+        return sorted(self.folder.path.glob("*"))

@@ -7,8 +7,10 @@ everything up to that moment. The rest is written when the run ends, however it 
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TextIO
 
@@ -16,8 +18,13 @@ from behaviors.executive import Report
 from behaviors.journal import Record
 from behaviors.mission import Mission
 from firmware_protocol.errors import ConfigError
+from nxtdrive.recording.output_file import write_file
 
 MISSION, JOURNAL, SUMMARY, MAP, VIDEO = "mission.json", "journal.jsonl", "summary.json", "map.png", "camera.mp4"
+RESERVE, RESERVED = "summary.reserved", 4096
+"""File and bytes that keep room for the summary until the run ends."""
+LONGEST_STEM = 80
+"""Characters of a folder's name before its number."""
 
 
 class RunFolder:
@@ -30,7 +37,11 @@ class RunFolder:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.records: list[Record] = []
+        self._mission = b""
         self._journal: TextIO = (path / JOURNAL).open("w", encoding="utf-8", newline="\n")
+        self._reserve = path / RESERVE
+        with suppress(OSError):
+            write_file(self._reserve, bytes(RESERVED))
 
     def __call__(self, record: Record) -> None:
         """Write one record to the journal, immediately."""
@@ -40,23 +51,29 @@ class RunFolder:
 
     def write_mission(self, mission: Mission) -> None:
         """Write ``mission.json``: the mission with all parameters it runs with."""
-        (self.path / MISSION).write_text(mission.model_dump_json(indent=2) + "\n", encoding="utf-8")
+        self._mission = (mission.model_dump_json(indent=2) + "\n").encode()
+        write_file(self.path / MISSION, self._mission)
 
     def close(self) -> None:
-        """Close the journal; may be called again."""
+        """Close the journal; if the folder was removed in the meantime, make it and its files again."""
         self._journal.close()
+        if not os.path.exists(self.path / JOURNAL):
+            self.path.mkdir(parents=True, exist_ok=True)
+            journal = "".join(record.to_json() + "\n" for record in self.records)
+            write_file(self.path / JOURNAL, journal.encode())
+            write_file(self.path / MISSION, self._mission)
 
     def write_summary(self, report: Report | None, error: str, details: dict[str, object]) -> None:
-        """Write ``summary.json``.
+        """Write ``summary.json``, on a full disk in the space that was reserved for it.
 
         Args:
             report: The mission's result; None when it broke.
             error: Why it broke or ended early, or an empty string.
             details: Further entries: mission, address, camera, seed.
         """
-        (self.path / SUMMARY).write_text(
-            json.dumps(summary(report, error, details), indent=2, ensure_ascii=False) + "\n", encoding="utf-8"
-        )
+        self._reserve.unlink(missing_ok=True)
+        text = json.dumps(summary(report, error, details), indent=2, ensure_ascii=False) + "\n"
+        write_file(self.path / SUMMARY, text.encode())
 
 
 def summary(report: Report | None, error: str, details: dict[str, object]) -> dict[str, object]:
@@ -88,13 +105,16 @@ def new_run_folder(parent: Path, mission_name: str) -> RunFolder:
     Raises:
         ConfigError: The folder cannot be made.
     """
-    stem = re.sub(r"[^a-z0-9]+", "-", mission_name.lower()).strip("-") or "mission"
+    stem = re.sub(r"[^a-z0-9]+", "-", mission_name.lower())[:LONGEST_STEM].strip("-") or "mission"
     try:
         parent.mkdir(parents=True, exist_ok=True)
-        number = _highest([folder.name for folder in parent.iterdir()], stem) + 1
-        path = parent / f"{stem}-{number:03d}"
-        path.mkdir()
-        return RunFolder(path)
+        number = _highest(os.listdir(parent), stem)
+        while True:
+            number += 1
+            path = parent / f"{stem}-{number:03d}"
+            with suppress(FileExistsError):  # a run that began at the same time has taken the number
+                path.mkdir()
+                return RunFolder(path)
     except OSError as error:
         raise ConfigError(
             f"{parent}: cannot keep the run there ({error.strerror}).", remedy="Choose another folder with --out."

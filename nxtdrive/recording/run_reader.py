@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
+from codecs import BOM_UTF8
 from dataclasses import dataclass
 from pathlib import Path
 
 from behaviors.journal import JOURNAL_FORMAT, Kind, Record
 from behaviors.mission import Mission
 from firmware_protocol.errors import ConfigError
+from input_files.json_text import MAX_BYTES, parse_object
+from input_files.plain import InputFileError, read_bytes, read_text
 from nxtdrive.recording.run_folder import JOURNAL, MISSION
 
 
@@ -55,18 +59,16 @@ def read_run(path: Path) -> PastRun:
     Raises:
         ConfigError: There is no journal, or nothing in it, or a later version wrote it.
     """
-    if path.is_dir():
+    if os.path.isdir(path):
         folder, path = path, path / JOURNAL
-        if not path.exists():
+        if JOURNAL not in os.listdir(folder):
             raise ConfigError(
                 f"{folder} holds no {JOURNAL}.", remedy="Name the folder of one run, such as runs/my-mission-001."
             )
     try:
-        lines = path.read_bytes().splitlines()
-    except OSError as error:
-        raise ConfigError(
-            f"{path}: cannot be read ({error.strerror}).", remedy="Name a run's folder, or its journal."
-        ) from None
+        lines = read_bytes(path, MAX_BYTES).removeprefix(BOM_UTF8).split(b"\n")
+    except InputFileError as error:
+        raise ConfigError(str(error)) from None
     records, damaged = _records(lines)
     if not records:
         raise ConfigError(
@@ -96,6 +98,6 @@ def _records(lines: list[bytes]) -> tuple[list[Record], list[int]]:
 def _mission(path: Path) -> Mission | None:
     """Read a mission; None also for one of a version with other keys."""
     try:
-        return Mission.model_validate_json(path.read_bytes())
-    except (OSError, ValueError):
+        return Mission.model_validate(parse_object(read_text(path, MAX_BYTES)))
+    except ValueError:
         return None

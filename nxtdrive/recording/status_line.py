@@ -13,6 +13,7 @@ from rich.text import Text
 
 from behaviors.journal import Kind, Record
 from behaviors.recoveries import Recovery, recovery_in
+from firmware_protocol.printable import printable
 from nxtdrive.recording.wording import outage_words
 
 REDRAWS_PER_S = 8
@@ -75,11 +76,11 @@ class StatusLine:
         self._live.update(
             Text.assemble(
                 (f" {recovery.label if recovery else record.state:<9}", "bold"),
-                f" {record.target}  ",
+                f" {printable(record.target)}  ",
                 (f"sighting {self._sighting}", "green" if self._sighting != "-" else "dim"),
                 f"  {record.time_s:6.1f} s",
                 self._battery,
-                (self._note(record.state, recovery), "dim"),
+                (printable(self._note(record.state, recovery)), "dim"),
                 no_wrap=True,
                 overflow="ellipsis",
             )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 import cv2
@@ -58,14 +59,15 @@ class VideoRecorder:
         """Finish the file; may be called again.
 
         Raises:
-            OSError: It is damaged, as on a full disk; OpenCV does not say so earlier.
+            OSError: It is damaged, as on a full disk, and removed; OpenCV does not say so earlier.
         """
         if self._writer is not None:
             self._write(1)
             self._writer.release()
             self._writer = None
             if not cv2.VideoCapture(str(self._path)).isOpened():
-                raise OSError(f"{self._path} cannot be written")
+                self._path.unlink(missing_ok=True)  # which makes room for the rest of a run's folder
+                raise OSError(errno.EIO, "the video is incomplete, as on a full disk", str(self._path))
 
     def _open(self, image: Image) -> None:
         height, width = image.shape[:2]

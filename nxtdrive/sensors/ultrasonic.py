@@ -5,8 +5,12 @@ Source of register numbers and "no echo": LEGO's Hardware Developer Kit, ultraso
 
 from __future__ import annotations
 
+import math
+
+from nxtdrive.link.protocol import SensorLink
+from nxtdrive.ports import SensorPort
 from nxtdrive.sensors.i2c import I2CSensor
-from nxtdrive.sensors.reading import Measuring
+from nxtdrive.sensors.reading import Measuring, Reading
 
 _MODE, _DISTANCES = 0x41, 0x42
 _SINGLE_SHOT, _CONTINUOUS = 0x01, 0x02
@@ -18,11 +22,20 @@ Source: leJOS NXJ, class UltrasonicSensor, DELAY_DATA_PING and DELAY_DATA_OTHER.
 
 
 class Ultrasonic(I2CSensor, Measuring[float | None]):
-    """The ultrasonic sensor; it measures continuously except after a `snapshot`."""
+    """The ultrasonic sensor; it measures continuously except after a `snapshot`.
+
+    A program and the safety stop of a `Rover` may read one object at the same time: a reading of either serves both.
+    """
 
     quantity, unit = "distance", "mm"
 
-    _silent = True
+    def __init__(self, link: SensorLink, port: SensorPort) -> None:
+        super().__init__(link, port)
+        self._silent = True
+        self._reading = link.lock()
+        self._last: Reading[float | None] | None = None
+        self._asked = False
+        self._asked_s = math.inf
 
     def set_up(self) -> None:
         """Set the port's type and start continuous measuring."""
@@ -32,9 +45,13 @@ class Ultrasonic(I2CSensor, Measuring[float | None]):
     @property
     def distance_mm(self) -> float | None:
         """Distance to the nearest echo in steps of 10 mm, up to 2540; None without an echo."""
-        if self._ready and self._silent:
-            self._measure_on()
-        return _mm(self.read(_DISTANCES, 1)[0])
+        with self._reading:
+            if self._ready and self._silent:
+                self._measure_on()
+            begun_s = self.link.now()
+            distance_mm = _mm(self._transact(bytes((self.address, _DISTANCES)), 1)[0])
+            self._last, self._asked = Reading(distance_mm, begun_s), False
+        return distance_mm
 
     @property
     def value(self) -> float | None:
@@ -46,24 +63,59 @@ class Ultrasonic(I2CSensor, Measuring[float | None]):
 
         The sensor is silent afterwards until the next measurement, so that others can measure undisturbed.
         """
-        self.write(_MODE, _SINGLE_SHOT)
-        self._silent = True
-        self.link.sleep(_PING_S)
-        return tuple(sorted(mm for echo in self.read(_DISTANCES, _ECHOES) if (mm := _mm(echo)) is not None))
+        with self._reading:
+            self._transact(bytes((self.address, _MODE, _SINGLE_SHOT)), 0)
+            self._silent, self._asked = True, False
+            self.link.sleep(_PING_S)
+            echoes = self._transact(bytes((self.address, _DISTANCES)), _ECHOES)
+        return tuple(sorted(mm for echo in echoes if (mm := _mm(echo)) is not None))
+
+    def read(self, register: int, size: int) -> bytes:
+        """As `I2CSensor.read`; waits for a reading in progress."""
+        with self._reading:
+            self._asked = False
+            return super().read(register, size)
+
+    def write(self, register: int, *values: int) -> None:
+        """As `I2CSensor.write`; waits for a reading in progress."""
+        with self._reading:
+            self._asked = False
+            super().write(register, *values)
 
     def start(self) -> None:
-        """Start a measurement without waiting for it; see `poll`."""
-        if self._ready and self._silent:
-            self._measure_on()
-        self.ask(_DISTANCES)
+        """Start a measurement without waiting for it; see `poll`. While another caller reads, that reading will do."""
+        self._asked_s = self.link.now()
+        if self._reading.acquire(blocking=False):
+            try:
+                if self._ready and self._silent:
+                    self._measure_on()
+                self.ask(_DISTANCES)
+                self._asked = True
+            finally:
+                self._reading.release()
 
     def poll(self) -> tuple[bool, float | None]:
-        """Fetch the measurement of `start`; returns whether it is ready, and the distance as in `distance_mm`."""
-        centimetres = self.answer()
+        """Fetch the measurement of `start`, or one that another caller has made since.
+
+        Returns:
+            Whether there is one, and the distance as in `distance_mm`.
+        """
+        if self._last is not None and self._last.time_s >= self._asked_s:
+            return True, self._last.value
+        if not self._reading.acquire(blocking=False):
+            return False, None
+        try:
+            if not self._asked:
+                self.ask(_DISTANCES)
+                self._asked = True
+                return False, None
+            centimetres = self.answer()
+        finally:
+            self._reading.release()
         return (False, None) if centimetres is None else (True, _mm(centimetres))
 
     def _measure_on(self) -> None:
-        self.write(_MODE, _CONTINUOUS)
+        self._transact(bytes((self.address, _MODE, _CONTINUOUS)), 0)
         self._silent = False
         self.link.sleep(_FIRST_DISTANCE_S)
 

@@ -1,4 +1,4 @@
-"""The interface of all transports: five methods, two of them the clock.
+"""The interface of all transports: six methods, two of them the clock.
 
 The clock belongs to the transport because only the transport knows what time means: over a cable it is the wall clock,
 in the simulator it is the number of simulated milliseconds. Code above this package reads no other clock.
@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import time
 from typing import Protocol
+
+SURPLUS_LIMIT = 64
+"""Telegrams discarded at once; a peer that sends more does not stop."""
 
 
 class Transport(Protocol):
@@ -45,6 +48,16 @@ class Transport(Protocol):
         """
         ...
 
+    def waiting(self) -> bool:
+        """Whether bytes have arrived that `receive` has not returned; does not wait.
+
+        Telegrams that wait when a request is about to be sent are surplus. A transport that cannot tell returns False.
+
+        Raises:
+            LinkError: The link is closed or lost.
+        """
+        ...
+
     def close(self) -> None:
         """Release the device; may be called again."""
         ...
@@ -58,10 +71,22 @@ class Transport(Protocol):
         ...
 
 
+def drain(transport: Transport) -> int:
+    """Discard the telegrams that have arrived, and return how many there were."""
+    discarded = 0
+    while discarded < SURPLUS_LIMIT and transport.receive(0.0) is not None:
+        discarded += 1
+    return discarded
+
+
 class WallClock:
     """The clock of transports that lead to real hardware."""
 
     simulated = False
+
+    def waiting(self) -> bool:
+        """Return False: this transport cannot tell."""
+        return False
 
     def now(self) -> float:
         """Return seconds of the monotonic clock."""

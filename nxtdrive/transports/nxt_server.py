@@ -84,6 +84,13 @@ class NxtServerTransport(WallClock):
             return None
         return self._arrived.popleft()
 
+    def waiting(self) -> bool:
+        """Return whether a reply has arrived."""
+        self._check_open()
+        if not self._due and not self._arrived:
+            self._take(self._connection.read(0.0))
+        return bool(self._arrived)
+
     def close(self) -> None:
         """Disconnect; the server then waits for the next program."""
         if self._open:
@@ -98,13 +105,16 @@ class NxtServerTransport(WallClock):
         waiting = True
         while waiting:
             data = self._connection.read(deadline - self.now())
-            waiting = self.now() < deadline
-            for telegram in split_replies(data):
-                waiting = self._due = False
-                if self._unwanted and telegram.startswith(self._unwanted):
-                    self._unwanted = b""
-                else:
-                    self._arrived.append(telegram)
+            waiting = self.now() < deadline and not data
+            self._take(data)
+
+    def _take(self, data: bytes) -> None:
+        for telegram in split_replies(data):
+            self._due = False
+            if self._unwanted and telegram.startswith(self._unwanted):
+                self._unwanted = b""
+            else:
+                self._arrived.append(telegram)
 
     def _check_open(self) -> None:
         if not self._open:

@@ -23,11 +23,11 @@ class RecordTransport:
         address: Address of the recorded transport.
     """
 
-    def __init__(self, inner: Transport, writer: TraceWriter, path: Path, started_s: float) -> None:
+    def __init__(self, inner: Transport, writer: TraceWriter, started_s: float) -> None:
         self.inner = inner
         self.address, self.max_telegram, self.simulated = inner.address, inner.max_telegram, inner.simulated
         self.now, self.sleep = inner.now, inner.sleep
-        self._writer, self._path, self._started_s = writer, path, started_s
+        self._writer, self._started_s = writer, started_s
 
     @classmethod
     def open(cls, address: Address, timeout_s: float = 1.0) -> Self:
@@ -46,7 +46,7 @@ class RecordTransport:
         inner, path = open_transport(options["nxt"], timeout_s=timeout_s), Path(address.target)
         try:
             header = Trace(inner.address, inner.max_telegram, tuple(options.get("command", ())))
-            return cls(inner, TraceWriter(path, header), path, inner.now())
+            return cls(inner, TraceWriter(path, header), inner.now())
         except BaseException:
             inner.close()
             raise
@@ -71,6 +71,10 @@ class RecordTransport:
             self._write(Kind.FROM_BRICK, telegram)
         return telegram
 
+    def waiting(self) -> bool:
+        """See the recorded transport."""
+        return self.inner.waiting()
+
     def close(self) -> None:
         """Close the transport and the file."""
         try:
@@ -83,7 +87,8 @@ class RecordTransport:
         from nxtdrive.transports import reopen_transport
 
         inner = reopen_transport(self.inner, timeout_s=timeout_s)
-        again = type(self)(inner, TraceWriter(self._path, None), self._path, self._started_s)
+        self._writer.reopen()
+        again = type(self)(inner, self._writer, self._started_s)
         again._write(Kind.REOPENED)
         return again
 

@@ -95,6 +95,11 @@ class ReplayTransport:
             raise _recorded(entry)
         return entry.telegram
 
+    def waiting(self) -> bool:
+        """Return whether the program received something here, before its next request."""
+        entry = self._peek()
+        return entry is not None and entry.kind in (Kind.FROM_BRICK, Kind.ERROR)
+
     def close(self) -> None:
         """End the replay."""
         self._open = False

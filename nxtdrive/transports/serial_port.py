@@ -65,6 +65,13 @@ class SerialTransport(StreamTransport):
             # pyserial raises TypeError when another thread closes the port during a read
             raise self._lost(error) from error
 
+    def _read_arrived(self) -> bytes:
+        try:
+            arrived = self._port.in_waiting
+        except (OSError, TypeError) as error:
+            raise self._lost(error) from error
+        return self._read(0.0) if arrived else b""
+
     def _write(self, data: bytes) -> None:
         import serial
 

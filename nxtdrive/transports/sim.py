@@ -71,6 +71,7 @@ class SimTransport:
 
     Attributes:
         webcam: The camera on the robot; see `nxtdrive.vision.camera.FrameSource`.
+        truth: Where everything really is; see `nxtdrive.mission.truth.Truth`.
     """
 
     max_telegram = USB_TELEGRAM_LIMIT
@@ -87,6 +88,7 @@ class SimTransport:
     ) -> None:
         self.address = address
         self.webcam: Any = simulation.webcam
+        self.truth: Any = simulation.truth
         self._simulation = simulation
         self._latency_ms = latency_ms
         self._faults = faults
@@ -149,6 +151,10 @@ class SimTransport:
         self._keep_pace()
         self._leave()
         return reply
+
+    def waiting(self) -> bool:
+        """Return whether a reply has arrived."""
+        return self._link.arrived
 
     def close(self) -> None:
         """Close the link."""

@@ -22,11 +22,10 @@ class Connection:
 
     def read(self, timeout_s: float) -> bytes:
         """Return at least one byte, or none after `timeout_s`; raise LinkLost at the end of the stream."""
-        # settimeout(0) would mean non-blocking; a millisecond is as good for data that is already there
-        self._socket.settimeout(max(timeout_s, 0.001))
+        self._socket.settimeout(max(timeout_s, 0.0))
         try:
             data = self._socket.recv(CHUNK)
-        except TimeoutError:
+        except (TimeoutError, BlockingIOError):
             return b""
         except OSError as error:
             raise self._lost(error) from error

@@ -61,6 +61,14 @@ class StreamTransport(WallClock):
             raise
         return telegram
 
+    def waiting(self) -> bool:
+        """Read what has arrived, and return whether there is anything."""
+        self._check_open()
+        if not self._frames.incomplete and (data := self._read_arrived()):
+            self._frames.feed(data)
+            self._heard_at = self.now()
+        return self._frames.incomplete > 0
+
     def _drop_overdue(self) -> None:
         """Drop an incomplete telegram: its missing rest would be taken from the next one."""
         if self._frames.incomplete and self.now() - self._heard_at >= OVERDUE_S:
@@ -85,6 +93,10 @@ class StreamTransport(WallClock):
     @abstractmethod
     def _read(self, timeout_s: float) -> bytes:
         """Return at least one byte, or none after `timeout_s`; raise LinkLost at the end of the stream."""
+
+    def _read_arrived(self) -> bytes:
+        """Return the bytes that have arrived, without waiting."""
+        return self._read(0.0)
 
     @abstractmethod
     def _write(self, data: bytes) -> None:

@@ -12,23 +12,35 @@ JSON lines. The first describes the recording, the others are its events, with s
 
 from __future__ import annotations
 
+import errno
 import json
+import logging
+import os
 from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any, Self
+from typing import Any, Self
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.telegram import NO_REPLY
+from input_files.json_text import MAX_BYTES, parse_object
+from input_files.plain import InputFileError, read_text
 
 VERSION = 1
+MAX_TELEGRAM = 65_535
+"""Bytes of a telegram that the length field of a Bluetooth packet allows."""
+MAX_TIME_S = 1e6
+"""Eleven days."""
 SUFFIX = ".nxttrace"
 _RECORD = "Record one with --trace FILE.nxttrace."
 
 HOUSEKEEPING = bytes((NO_REPLY, 0x0D))
 """KeepAlive without a reply: sent by the clock, so it is ignored when traces are compared or replayed."""
+
+log = logging.getLogger(__name__)
 
 
 class Kind(StrEnum):
@@ -122,38 +134,70 @@ class Trace:
         return [Exchange(entry.time_s, entry.telegram, tuple(outcome)) for entry, outcome in groups]
 
 
+incomplete: set[Path] = set()
+"""Traces of this process that could not be written to their end."""
+
+
 class TraceWriter:
-    """Writes a trace line by line, so that it survives a crash."""
+    """Writes a trace line by line, so that it survives a crash.
 
-    def __init__(self, path: Path, header: Trace | None) -> None:
-        """Open the file.
+    When a line cannot be written, as on a full disk, the trace ends there with a log message, and the program goes on.
 
-        Args:
-            path: The file; an existing one is replaced, unless it is continued.
-            header: Describes the recording; None continues a trace.
+    Args:
+        path: The file; an existing one is replaced.
+        header: Describes the recording.
 
-        Raises:
-            ConfigError: The file cannot be written.
-        """
+    Raises:
+        ConfigError: The file cannot be written.
+    """
+
+    def __init__(self, path: Path, header: Trace) -> None:
+        self._path = path
+        incomplete.discard(path)
         try:
-            self._file: IO[str] = path.open("a" if header is None else "w", encoding="utf-8")
+            self._file = path.open("wb", buffering=0)
+            with ExitStack() as on_error:
+                on_error.callback(self._file.close)
+                self._add(header.header())
+                on_error.pop_all()
         except OSError as error:
             raise ConfigError(
-                f"the trace {path} cannot be written ({error.strerror}).", remedy="Name a file in a folder that exists."
+                f"the trace {path} cannot be written ({error.strerror}).",
+                remedy="Name a file in a folder that exists and has room.",
             ) from error
-        if header is not None:
-            self._file.write(header.header() + "\n")
 
     def write(self, entry: Entry) -> None:
         """Add a line; do nothing if the file is closed."""
         if self._file.closed:
             return
-        self._file.write(entry.to_json() + "\n")
-        self._file.flush()
+        try:
+            self._add(entry.to_json())
+        except OSError as error:
+            self._end(error)
+
+    def reopen(self) -> None:
+        """Continue after `close`."""
+        if self._path not in incomplete:
+            try:
+                self._file = self._path.open("ab", buffering=0)
+            except OSError as error:
+                self._end(error)
 
     def close(self) -> None:
         """Close the file; may be called again."""
+        if not self._file.closed and not os.path.exists(self._path):
+            self._end(FileNotFoundError(errno.ENOENT, "it was removed"))
         self._file.close()
+
+    def _add(self, line: str) -> None:
+        left = f"{line}\n".encode(errors="backslashreplace")
+        while left:
+            left = left[self._file.write(left) :]
+
+    def _end(self, error: OSError) -> None:
+        self._file.close()
+        incomplete.add(self._path)
+        log.warning("the trace %s is incomplete: it cannot be written (%s).", self._path, error.strerror)
 
     def __enter__(self) -> Self:
         return self
@@ -171,26 +215,30 @@ def read_trace(path: Path) -> Trace:
         ConfigError: There is no such file, or it is not a trace; the message names the line.
     """
     try:
-        lines = path.read_text(encoding="utf-8").rstrip("\n").split("\n")
-    except OSError as error:
-        raise ConfigError(f"the trace {path} cannot be read ({error.strerror}).", remedy="Check the path.") from error
-    except UnicodeDecodeError as error:
-        raise ConfigError(f"{path} is not a trace: it is not a text file.", remedy=_RECORD) from error
-    header = _object(lines[0])
+        lines = read_text(path, MAX_BYTES).rstrip("\n").split("\n")
+    except InputFileError as error:
+        raise ConfigError(str(error)) from None
+    return replace(_header(path, lines[0]), entries=tuple(_entries(path, lines[1:])))
+
+
+def _header(path: Path, line: str) -> Trace:
+    """Read the first line."""
+    try:
+        header = parse_object(line)
+    except ValueError:
+        header = {}
     if header.get("nxttrace") != VERSION:
         raise ConfigError(f"{path} is not a trace of version {VERSION}.", remedy=_RECORD)
-    return Trace(
-        address=str(header.get("address", "")),
-        max_telegram=_whole(header.get("max_telegram"), path),
-        command=tuple(map(str, header.get("command", ()))),
-        entries=tuple(_entries(path, lines[1:])),
-    )
-
-
-def _whole(value: object, path: Path) -> int:
-    if not isinstance(value, int) or value < 1:
-        raise ConfigError(f"{path}, line 1: max_telegram must be a whole number.", remedy=_RECORD)
-    return value
+    address, command, size = header.get("address", ""), header.get("command", []), header.get("max_telegram")
+    if not isinstance(address, str):
+        mistake = "address must be a text"
+    elif not isinstance(command, list) or not all(isinstance(word, str) for word in command):
+        mistake = "command must be a list of texts"
+    elif type(size) is not int or not 1 <= size <= MAX_TELEGRAM:
+        mistake = f"max_telegram must be a whole number from 1 to {MAX_TELEGRAM}"
+    else:
+        return Trace(address, size, tuple(command))
+    raise ConfigError(f"{path}, line 1: {mistake}.", remedy=_RECORD)
 
 
 def _entries(path: Path, lines: Iterable[str]) -> Iterator[Entry]:
@@ -199,8 +247,8 @@ def _entries(path: Path, lines: Iterable[str]) -> Iterator[Entry]:
         if not line.strip():
             continue
         try:
-            yield _entry(_object(line))
-        except (KeyError, TypeError, ValueError) as error:
+            yield _entry(parse_object(line))
+        except ValueError as error:
             if number == len(lines) + 1:
                 return
             raise ConfigError(
@@ -210,7 +258,12 @@ def _entries(path: Path, lines: Iterable[str]) -> Iterator[Entry]:
 
 
 def _entry(value: dict[str, Any]) -> Entry:
-    time_s, error, text = float(value["t"]), str(value.get("error", "")), str(value.get("text", ""))
+    time_s, error, text = value.get("t"), value.get("error", ""), value.get("text", "")
+    texts = (error, text, *(value.get(kind, "") for kind in (Kind.TO_BRICK, Kind.FROM_BRICK)))
+    if not isinstance(time_s, int | float) or not all(isinstance(each, str) for each in texts):
+        raise ValueError(value)
+    if not 0 <= time_s <= MAX_TIME_S:
+        raise ValueError(value)
     for kind in (Kind.TO_BRICK, Kind.FROM_BRICK):
         if kind in value:
             return Entry(time_s, kind, bytes.fromhex(value[kind]), error, text)
@@ -219,11 +272,3 @@ def _entry(value: dict[str, Any]) -> Entry:
     if Kind.REOPENED in value:
         return Entry(time_s, Kind.REOPENED)
     raise ValueError(value)
-
-
-def _object(line: str) -> dict[str, Any]:
-    try:
-        value = json.loads(line)
-    except ValueError:
-        return {}
-    return value if isinstance(value, dict) else {}

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import math
 from collections.abc import Iterator
 from importlib import import_module
 from importlib.util import find_spec
@@ -38,6 +39,9 @@ ENDPOINT_OUT, ENDPOINT_IN = 0x01, 0x82
 """Source of all of these: docs/firmware.md section 2."""
 
 SEND_TIMEOUT_MS = 1000
+LOOK_EVERY_S = 1.0
+LOOK_MS = 1
+"""How often a surplus packet is looked for, and how long a look takes; USB itself delivers each packet once."""
 STALE_PACKETS = 8
 """Upper bound of the replies that can be left over from a program that died."""
 
@@ -64,6 +68,8 @@ class UsbTransport(WallClock):
         self.address = address
         self._device: Device | None = device
         self._backend = backend
+        self._looked_at = -math.inf
+        self._found = b""
 
     @classmethod
     def open(
@@ -110,20 +116,39 @@ class UsbTransport(WallClock):
             raise LocalProtocolError(
                 f"a telegram over USB has at most {USB_TELEGRAM_LIMIT} bytes, not {len(telegram)}."
             )
-        device = self._opened()
-        with _translated(self.address):
-            if device.write(ENDPOINT_OUT, telegram, SEND_TIMEOUT_MS) != len(telegram):
-                raise LinkTimeout(f"{self.address} took only part of a telegram.")
-
-    def receive(self, timeout_s: float) -> bytes | None:
-        """Read one packet."""
         import usb.core
 
         device = self._opened()
         with _translated(self.address):
             try:
-                # libusb interprets 0 as "no timeout"
-                return bytes(device.read(ENDPOINT_IN, USB_TELEGRAM_LIMIT, max(1, round(timeout_s * 1000))))
+                written = device.write(ENDPOINT_OUT, telegram, SEND_TIMEOUT_MS)
+            except usb.core.USBError as error:
+                if error.errno != errno.EPIPE:
+                    raise
+                device.clear_halt(ENDPOINT_OUT)  # the halted endpoint has not taken the telegram
+                written = device.write(ENDPOINT_OUT, telegram, SEND_TIMEOUT_MS)
+        if written != len(telegram):
+            raise LinkTimeout(f"{self.address} took only part of a telegram.")
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        """Read one packet."""
+        packet, self._found = self._found, b""
+        return packet or self._read(max(1, round(timeout_s * 1000)))  # libusb interprets 0 as "no timeout"
+
+    def waiting(self) -> bool:
+        """Look for a packet once a second; between the looks return False."""
+        if not self._found and self.now() >= self._looked_at + LOOK_EVERY_S:
+            self._looked_at = self.now()
+            self._found = self._read(LOOK_MS) or b""
+        return bool(self._found)
+
+    def _read(self, timeout_ms: int) -> bytes | None:
+        import usb.core
+
+        device = self._opened()
+        with _translated(self.address):
+            try:
+                return bytes(device.read(ENDPOINT_IN, USB_TELEGRAM_LIMIT, timeout_ms))
             except usb.core.USBTimeoutError:
                 return None
             except usb.core.USBError as error:
@@ -237,6 +262,10 @@ def _discard_stale(device: Device) -> None:
             device.read(ENDPOINT_IN, USB_TELEGRAM_LIMIT, 1)
         except usb.core.USBTimeoutError:
             return
+        except usb.core.USBError as error:
+            if error.errno != errno.EPIPE:
+                raise
+            device.clear_halt(ENDPOINT_IN)
 
 
 def _no_libusb() -> BrickNotFound:
@@ -268,6 +297,6 @@ def _translated(address: str) -> Iterator[None]:
             raise _not_allowed() from error
         if error.errno == errno.EBUSY:
             raise LinkBusy(f"{address} is in use.", remedy=_HOLDERS) from error
-        if error.errno in (errno.ENODEV, errno.EIO, errno.ENOENT, errno.ESHUTDOWN, errno.EPROTO):
+        if error.errno in (errno.ENODEV, errno.EIO, errno.ENOENT, errno.ESHUTDOWN, errno.EPROTO, errno.EPIPE):
             raise LinkLost(f"the cable to {address} is unplugged: {error}.", remedy=_PLUG_IN) from error
         raise LinkError(f"{address}: {error}.", remedy="Unplug the brick and plug it in again.") from error

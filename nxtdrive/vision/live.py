@@ -7,6 +7,7 @@ the thread. When the camera goes away, the thread opens it again and again; `rea
 
 from __future__ import annotations
 
+import atexit
 import threading
 from collections.abc import Callable
 from types import TracebackType
@@ -21,6 +22,8 @@ from nxtdrive.vision.camera import Frame
 
 REOPEN_AFTER_S = 0.5
 CLOSE_WITHIN_S = 2.0
+END_WITHIN_S = 3.0
+"""How long the program's end waits for a driver that hung when the camera was closed."""
 
 
 class Capture(Protocol):
@@ -68,12 +71,15 @@ class LiveCamera:
         self._observers: list[Callable[[Frame], None]] = []
         self._thread = threading.Thread(target=self._run, name=f"nxtdrive {name}", daemon=True)
         self._thread.start()
-        with self._news:
-            self._news.wait_for(lambda: self._latest is not None or self._failed, open_timeout_s)
-            first = self._latest
-        if first is None:
+        try:
+            with self._news:
+                self._news.wait_for(lambda: self._latest is not None or self._failed, open_timeout_s)
+                first = self._latest
+            if first is None:
+                raise CameraError(f"{name} gives no frames.", remedy=remedy)
+        except BaseException:
             self.close()
-            raise CameraError(f"{name} gives no frames.", remedy=remedy)
+            raise
         self._size: tuple[int, int] = (first.image.shape[1], first.image.shape[0])
 
     def __enter__(self) -> Self:
@@ -106,6 +112,9 @@ class LiveCamera:
         """Stop the thread and release the device; a hanging driver is left alone until the program ends."""
         self._closing.set()
         self._thread.join(CLOSE_WITHIN_S)
+        if self._thread.is_alive():
+            # OpenCV aborts a process if one of its calls returns while Python is being finalised
+            atexit.register(self._thread.join, END_WITHIN_S)
 
     def _has_news(self) -> bool:
         return self._latest is not None and self._latest.index > self._given

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import stat
 from collections.abc import Callable, Iterator
 from itertools import repeat
 from pathlib import Path
@@ -14,6 +15,8 @@ import numpy as np
 
 from behaviors.ports import Clock
 from firmware_protocol.errors import CameraError
+from input_files.picture import read_picture
+from input_files.plain import InputFileError
 from nxtdrive.host.access import device_remedy, is_denied
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.base import WallClock
@@ -89,19 +92,15 @@ def _open_simulated(clock: Clock | None) -> Camera:
 
 
 def read_image(path: Path) -> Image:
-    """Read an image file as BGR.
+    """Read an image file as BGR; a very large one is reduced, see `input_files.picture`.
 
     Raises:
-        CameraError: The file is missing or not an image.
+        CameraError: The file is missing, not an image, or too large.
     """
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise CameraError(f"{path} cannot be read ({error.strerror}).", remedy="Check the path.") from None
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR) if data else None
-    if image is None:
-        raise CameraError(f"{path} is not an image OpenCV can read.", remedy="Use a PNG or JPEG file.")
-    return image.astype(np.uint8, copy=False)
+        return read_picture(path)
+    except InputFileError as error:
+        raise CameraError(str(error)) from None
 
 
 def _webcam_number(source: str) -> int | None:
@@ -140,16 +139,20 @@ def _stream_opener(url: str, open_timeout_s: float, stall_timeout_s: float) -> C
 
 
 def _open_recording(path: Path, clock: Clock, paced: bool) -> Camera:
-    if path.is_dir():
+    if os.path.isdir(path):
         files = sorted(file for file in path.iterdir() if file.suffix.lower() in IMAGE_SUFFIXES)
         if not files:
             raise CameraError(f"The folder {path} holds no images.", remedy="Put PNG or JPEG files there.")
         return ReplayCamera(f"The folder {path}", map(read_image, files), FOLDER_FPS if paced else None, clock)
-    if not path.exists():
+    try:
+        mode = os.stat(path).st_mode
+    except OSError as error:
         raise CameraError(
-            f"There is no camera, file or folder {str(path)!r}.",
+            f"There is no camera, file or folder {str(path)!r} ({error.strerror}).",
             remedy="Give a webcam's number (0), a video, an image, a folder of images or a URL.",
-        )
+        ) from None
+    if not stat.S_ISREG(mode):
+        raise CameraError(f"{path} is a device or a pipe.", remedy="Name a regular file.")
     if path.suffix.lower() in IMAGE_SUFFIXES:
         return ReplayCamera(f"The image {path}", repeat(read_image(path)), FOLDER_FPS if paced else None, clock)
     return _open_video(path, clock, paced)

@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import ConfigError
+from input_files.picture import read_picture
+from input_files.plain import InputFileError
 from sim_backend.bundled import PICTURES
 
 Image = NDArray[np.uint8]
@@ -99,12 +101,11 @@ class TextureLibrary:
             rng = np.random.default_rng([self._seed, *name.encode()])
             return SURFACES[name](rng)
         path = Path(name) if Path(name).suffix else PICTURES / f"{name}.png"
-        pixels = cv2.imread(str(path), cv2.IMREAD_COLOR) if path.is_file() else None
-        if pixels is None:
-            raise ConfigError(
-                f"no texture {name!r}: use one of {', '.join(self.names)}, or the path of a PNG or JPEG file"
-            )
-        return Texture(np.asarray(pixels, np.uint8))
+        try:
+            return Texture(read_picture(path))
+        except InputFileError as error:
+            known = f"Textures are {', '.join(self.names)}, or the path of a PNG or JPEG file."
+            raise ConfigError(f"no texture {name!r}: {error}", remedy=known) from None
 
 
 def _speckle(shape: tuple[int, int], rng: np.random.Generator, coarse: float, fine: float) -> NDArray[np.float64]:

@@ -6,6 +6,8 @@ Nothing here blocks: the server polls doors and clients in turn, and waits for a
 from __future__ import annotations
 
 import contextlib
+import selectors
+from collections.abc import Iterable
 from typing import Protocol
 
 from firmware_protocol.errors import RemoteProtocolError
@@ -80,3 +82,11 @@ def completed(frames: FrameReader, data: bytes) -> list[bytes]:
         while (telegram := frames.next()) is not None:
             telegrams.append(telegram)
     return telegrams
+
+
+def wait_readable(files: Iterable[int], wait_s: float) -> bool:
+    """Wait until one of the files is readable, for `wait_s` seconds at most; returns whether one is."""
+    with selectors.DefaultSelector() as selector:
+        for file in files:
+            selector.register(file, selectors.EVENT_READ)
+        return bool(selector.select(max(0.0, wait_s)))

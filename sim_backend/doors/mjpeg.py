@@ -1,18 +1,18 @@
 """The simulated camera as an MJPEG stream over HTTP, like that of a network camera; browsers and OpenCV read it.
 
-The simulation publishes frames and never waits. Each viewer has its own thread, which always sends the latest frame and
-skips those that arrived while the connection was busy.
+The simulation publishes frames and never waits. One thread serves all viewers; each gets the latest frame and skips
+those that arrived while its connection was busy. A connection has a deadline for its request and for each frame.
 """
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
+import logging
 import socket
 import threading
-from collections.abc import Generator
+from functools import partial
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler
-from socketserver import TCPServer, ThreadingMixIn
 from typing import cast
 
 import cv2
@@ -22,13 +22,31 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import ConfigError
 from sim_backend.doors.door import LOOPBACK, SEND_BUFFER
 
+LOG = logging.getLogger(__name__)
+
+LAST_PORT = 0xFFFF
 STREAM = "/camera.mjpg"
 BOUNDARY = "frame"
 JPEG_QUALITY = 80
 """Typical of webcams; the detectors were measured at this quality (docs/vision.md)."""
 
+VIEWER_LIMIT = 16
+"""Viewers at a time; a further one is answered 503."""
+
+WAITING_LIMIT = 64
+"""Connections whose request is not complete; a further one takes the place of the oldest."""
+
+REQUEST_S = 5.0
+"""Deadline of a whole request."""
+
 STALLED_S = 5.0
-"""A viewer that accepts no byte for this time is disconnected."""
+"""A viewer that takes longer for a frame is disconnected."""
+
+ACCEPT_AGAIN_S = 0.1
+"""Pause after a connection that could not be accepted."""
+
+LINE_LIMIT = 8192
+"""Longest line of a request in bytes."""
 
 
 class MjpegDoor:
@@ -48,116 +66,149 @@ class MjpegDoor:
         Raises:
             ConfigError: The port is taken or not allowed.
         """
-        self._feed = _Feed()
         try:
-            self._server = _Server((LOOPBACK, port), self._feed)
-        except (OSError, OverflowError) as error:
+            if not 0 <= port <= LAST_PORT:
+                raise OSError(f"ports are numbered from 0 to {LAST_PORT}")
+            self._listener = socket.create_server((LOOPBACK, port))
+        except OSError as error:
             raise ConfigError(
                 f"the camera stream cannot use port {port}: {error}.", remedy="Take another one; 0 finds a free one."
             ) from error
-        self.url = f"http://{LOOPBACK}:{self._server.server_address[1]}{STREAM}"
-        self._thread = threading.Thread(target=self._server.serve_forever, args=(0.1,), name="camera stream")
+        self.url = f"http://{LOOPBACK}:{self._listener.getsockname()[1]}{STREAM}"
+        self._waiting: dict[asyncio.Task[None], None] = {}
+        self._viewers: set[asyncio.Task[None]] = set()
+        self._full = False
+        self._frame, self._number = b"", 0
+        started = threading.Event()
+        self._thread = threading.Thread(target=self._run, args=(started,), name="camera stream")
         self._thread.start()
+        started.wait()
 
     @property
     def watched(self) -> bool:
         """Whether there is a viewer; without one no frame needs to be rendered."""
-        return self._feed.watchers > 0
+        return bool(self._viewers)
 
     def show(self, image: NDArray[np.uint8]) -> None:
         """Publish the BGR `image` as the latest frame; does not wait for slow viewers."""
         _, jpeg = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-        self._feed.put(jpeg.tobytes())
+        self._loop.call_soon_threadsafe(self._publish, jpeg.tobytes())
 
     def close(self) -> None:
-        """Disconnect all viewers and free the port; returns when all threads have ended."""
-        self._server.shutdown()
-        self._thread.join()
-        self._feed.end()
-        self._server.server_close()
+        """Disconnect all viewers and free the port; waits for no viewer. May be called again."""
+        if self._thread.is_alive():
+            self._loop.call_soon_threadsafe(self._ended.set)
+            self._thread.join()
 
+    # --- in the thread ---
 
-class _Feed:
-    """The latest frame, between one producer and many viewers."""
+    def _run(self, started: threading.Event) -> None:
+        with asyncio.Runner() as runner:  # at its end it cancels the tasks of all connections
+            runner.run(self._serve(started))
 
-    def __init__(self) -> None:
-        self._changed = threading.Condition()
-        self._picture = b""
-        self._number = 0
-        self._ended = False
-        self._lines: list[socket.socket] = []
+    async def _serve(self, started: threading.Event) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._ended, self._published = asyncio.Event(), asyncio.Event()
+        self._listener.setblocking(False)
+        self._loop.add_reader(self._listener, self._accept)
+        started.set()
+        await self._ended.wait()
+        self._loop.remove_reader(self._listener)
+        self._listener.close()
 
-    @property
-    def watchers(self) -> int:
-        return len(self._lines)
-
-    def put(self, picture: bytes) -> None:
-        with self._changed:
-            self._picture = picture
-            self._number += 1
-            self._changed.notify_all()
-
-    def end(self) -> None:
-        """Wake and disconnect all viewers."""
-        with self._changed:
-            self._ended = True
-            self._changed.notify_all()
-            for line in self._lines:
-                with contextlib.suppress(OSError):
-                    line.shutdown(socket.SHUT_RDWR)
-
-    def watch(self, line: socket.socket) -> Generator[bytes]:
-        """Yield frames published from now on, each time the latest one."""
-        with self._changed:
-            self._lines.append(line)
-            seen = self._number
+    def _accept(self) -> None:
         try:
-            while (picture := self._after(seen)) is not None:
-                seen, jpeg = picture
-                yield jpeg
-        finally:
-            with self._changed:
-                self._lines.remove(line)
-
-    def _after(self, seen: int) -> tuple[int, bytes] | None:
-        with self._changed:
-            self._changed.wait_for(lambda: self._number > seen or self._ended)
-            return None if self._ended else (self._number, self._picture)
-
-
-class _Server(ThreadingMixIn, TCPServer):
-    """A thread per viewer; `server_close` waits for all of them."""
-
-    allow_reuse_address = True
-
-    def __init__(self, address: tuple[str, int], feed: _Feed) -> None:
-        self.feed = feed
-        super().__init__(address, _Watcher)
-
-
-class _Watcher(BaseHTTPRequestHandler):
-    """One connection: the header of the stream, then frames until either side closes it."""
-
-    timeout = STALLED_S
-
-    def do_GET(self) -> None:
-        """Answer a GET."""
-        if self.path.partition("?")[0] != STREAM:
-            self.send_error(HTTPStatus.NOT_FOUND, explain=f"The camera is at {STREAM}.")
+            connection, (host, port) = self._listener.accept()
+        except OSError:  # the client has left already, or too many files are open
+            self._loop.remove_reader(self._listener)
+            self._loop.call_later(ACCEPT_AGAIN_S, self._loop.add_reader, self._listener, self._accept)
             return
-        self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
-        # a viewer leaves by closing the connection, possibly during a write
-        with contextlib.suppress(OSError), contextlib.closing(self._pictures()) as pictures:
-            self.send_response(HTTPStatus.OK)
-            self.send_header("Content-Type", f"multipart/x-mixed-replace; boundary={BOUNDARY}")
-            self.send_header("Cache-Control", "no-store")
-            self.end_headers()
-            for jpeg in pictures:
-                head = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
-                self.wfile.write(head.encode() + jpeg + b"\r\n")
+        connection.setblocking(False)
+        if len(self._waiting) >= WAITING_LIMIT:
+            next(iter(self._waiting)).cancel()
+        task = asyncio.create_task(self._answer(connection, f"{host}:{port}"))
+        self._waiting[task] = None
+        task.add_done_callback(partial(self._disconnected, connection))
 
-    def log_message(self, *_: object) -> None:
-        """Log nothing: standard output belongs to the program."""
+    def _disconnected(self, connection: socket.socket, task: asyncio.Task[None]) -> None:
+        self._waiting.pop(task, None)
+        self._viewers.discard(task)
+        self._full = self._full and len(self._viewers) >= VIEWER_LIMIT
+        connection.close()  # a task that was cancelled before it began has not
 
-    def _pictures(self) -> Generator[bytes]:
-        return cast("_Server", self.server).feed.watch(self.connection)
+    def _publish(self, frame: bytes) -> None:
+        self._frame, self._number = frame, self._number + 1
+        self._published.set()
+        self._published = asyncio.Event()
+
+    async def _answer(self, connection: socket.socket, name: str) -> None:
+        """Answer the request, then stream."""
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+        task = cast("asyncio.Task[None]", asyncio.current_task())
+        reader, writer = await asyncio.open_connection(sock=connection, limit=LINE_LIMIT)
+        try:
+            # a viewer leaves by closing the connection, possibly during a write
+            with contextlib.suppress(OSError, TimeoutError):
+                refusal = await self._refusal(reader, name)
+                if refusal is None:
+                    del self._waiting[task]
+                    self._viewers.add(task)
+                    await self._stream(writer)
+                else:
+                    await _refuse(writer, refusal)
+        finally:
+            writer.transport.abort()
+
+    async def _refusal(self, reader: asyncio.StreamReader, name: str) -> HTTPStatus | None:
+        """Read the request; return the status of a refusal, or None if it gets the stream."""
+        try:
+            async with asyncio.timeout(REQUEST_S):
+                request = await reader.readline()
+                while (await reader.readline()).strip():
+                    pass  # the headers mean nothing here
+        except TimeoutError:
+            return HTTPStatus.REQUEST_TIMEOUT
+        except ValueError:
+            return HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE
+        words = request.split()
+        if len(words) != 3 or not words[2].startswith(b"HTTP/"):
+            return HTTPStatus.BAD_REQUEST
+        if words[0] != b"GET":
+            return HTTPStatus.METHOD_NOT_ALLOWED
+        if words[1].partition(b"?")[0] != STREAM.encode():
+            return HTTPStatus.NOT_FOUND
+        if len(self._viewers) < VIEWER_LIMIT:
+            return None
+        if not self._full:  # one message until a viewer leaves
+            self._full = True
+            LOG.warning("camera viewer %s is refused, and further ones: there are %d already", name, VIEWER_LIMIT)
+        return HTTPStatus.SERVICE_UNAVAILABLE
+
+    async def _stream(self, writer: asyncio.StreamWriter) -> None:
+        """Send the stream's header, then frames until the viewer leaves or stalls."""
+        writer.transport.set_write_buffer_limits(high=0)  # `drain` then waits until everything is sent
+        kind = f"multipart/x-mixed-replace; boundary={BOUNDARY}"
+        head, sent = _head(HTTPStatus.OK, kind), self._number
+        while True:
+            async with asyncio.timeout(STALLED_S):
+                writer.write(head)
+                await writer.drain()
+            while self._number == sent:
+                await self._published.wait()
+            sent, frame = self._number, self._frame
+            size = f"Content-Length: {len(frame)}"
+            head = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\n{size}\r\n\r\n".encode() + frame + b"\r\n"
+
+
+def _head(status: HTTPStatus, kind: str) -> bytes:
+    head = f"HTTP/1.0 {status.value} {status.phrase}\r\nContent-Type: {kind}\r\nCache-Control: no-store\r\n\r\n"
+    return head.encode()
+
+
+async def _refuse(writer: asyncio.StreamWriter, status: HTTPStatus) -> None:
+    """Answer with a sentence."""
+    text = f"{status.value} {status.phrase}. The camera is at {STREAM}, for {VIEWER_LIMIT} viewers at most.\n"
+    writer.write(_head(status, "text/plain") + text.encode())
+    writer.write_eof()
+    async with asyncio.timeout(REQUEST_S):
+        await writer.drain()

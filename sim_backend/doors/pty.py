@@ -11,7 +11,6 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
-import select
 import subprocess
 import sys
 from collections.abc import Callable
@@ -19,7 +18,7 @@ from pathlib import Path
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.framing import LENGTH_LIMIT, FrameReader
-from sim_backend.doors.door import CHUNK, PARTIAL_LIMIT_S, Client, completed
+from sim_backend.doors.door import CHUNK, PARTIAL_LIMIT_S, Client, completed, wait_readable
 
 UNREAD_LIMIT = 3072
 """Limit of unread reply bytes; the terminal holds 4096, and a full one would split a frame."""
@@ -137,7 +136,7 @@ class Terminal:
 
     def readable(self) -> bool:
         """Whether there is data to read."""
-        return bool(select.select([self._end], [], [], 0)[0])
+        return wait_readable([self._end], 0)
 
     def fileno(self) -> int:
         """File descriptor of our end."""

@@ -6,6 +6,7 @@ further. The achieved speed is reported instead.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -34,6 +35,9 @@ LATE_LIMIT_MS = 100
 """Delay that is made up for; any further delay is lost."""
 
 REPORT_EVERY_S = 1.0
+
+
+log = logging.getLogger(__name__)
 
 
 class Simulation(Protocol):
@@ -98,6 +102,12 @@ class RealTimeServer:
     A reply never leaves before the brick's next pass, on average one millisecond after the request. A program that
     polls an I2C sensor thirty times without a pause, as nxt-python does, therefore still gets its data, which takes
     the brick about 5 ms.
+
+    A defect of the simulated brick does not end the server: it is logged once per telegram, the telegram is not
+    answered, and the simulation goes on.
+
+    Attributes:
+        failures: How often the brick failed.
     """
 
     def __init__(
@@ -129,6 +139,8 @@ class RealTimeServer:
         self._next_frame_ms = float(start_ms)
         self._counts = _Counts(now(), start_ms)
         self._reported = _Counts(now(), start_ms)
+        self.failures = 0
+        self._logged = -1
 
     def run(self, stopped: Callable[[], bool], report: Callable[[Status], None]) -> None:
         """Serve until `stopped` returns True; call `report` about once a second."""
@@ -166,7 +178,13 @@ class RealTimeServer:
         behind_ms = self._behind_ms()
         if behind_ms > LATE_LIMIT_MS:
             self._origin_s += (behind_ms - LATE_LIMIT_MS) / 1000
-        self._simulation.advance(min(max(0, int(behind_ms + EARLY_MS)), LONGEST_STEP_MS))
+        try:
+            self._simulation.advance(min(max(0, int(behind_ms + EARLY_MS)), LONGEST_STEP_MS))
+        except Exception:  # the other programs and the world need the server
+            self.failures += 1
+            if self._logged != self._switchboard.telegrams:
+                self._logged = self._switchboard.telegrams
+                log.exception("the simulated brick failed; its last telegram was %s", self._switchboard.last.hex())
 
     def _film(self) -> None:
         now_ms = self._simulation.now_ms

@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
-import select
+import selectors
 import socket
 import threading
 
@@ -43,7 +43,7 @@ class SocketCable:
     def write(self, packet: bytes, timeout_s: float | None) -> None:
         """Send a packet, completely or not at all."""
         with self._writing:
-            if not select.select([], [self._socket], [], timeout_s)[1]:
+            if not _ready(self._socket, selectors.EVENT_WRITE, timeout_s):
                 raise TimeoutError
             self._socket.sendall(len(packet).to_bytes(LENGTH_SIZE, "little") + packet)
 
@@ -51,7 +51,7 @@ class SocketCable:
         """Return the next packet, or None on timeout; a partial packet is kept for the next call."""
         with self._reading:
             while (packet := self._whole()) is None:
-                if not select.select([self._socket], [], [], timeout_s)[0]:
+                if not _ready(self._socket, selectors.EVENT_READ, timeout_s):
                     return None
                 data = self._socket.recv(4096)
                 if not data:
@@ -72,3 +72,10 @@ class SocketCable:
         packet = bytes(self._buffer[LENGTH_SIZE:end])
         del self._buffer[:end]
         return packet
+
+
+def _ready(connection: socket.socket, event: int, timeout_s: float | None) -> bool:
+    """Wait until the socket is readable or writable; returns whether it is."""
+    with selectors.DefaultSelector() as selector:
+        selector.register(connection, event)
+        return bool(selector.select(timeout_s))

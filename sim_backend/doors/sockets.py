@@ -21,6 +21,7 @@ UNREAD_LIMIT = 1 << 16
 """Unread reply bytes, beyond the kernel's buffer, at which a program is disconnected."""
 
 BACKLOG = 8
+"""Programs that wait to be accepted, and that are accepted at a time."""
 
 HANDOVER_S = 0.2
 """Wait of a program that finds the cable in use: the end of the previous program may not have been noticed yet."""
@@ -202,7 +203,7 @@ class SocketDoor:
         self._listener.close()
 
     def _connected(self) -> Iterator[SocketClient]:
-        while True:
+        for _ in range(BACKLOG):
             try:
                 connection, peer = self._listener.accept()
             except OSError:  # no connection, or it is gone already
@@ -231,13 +232,13 @@ class UsbDoor(SocketDoor):
         now_s = self._now()
         self._queue += [(now_s, client) for client in self._connected()]
         admitted: list[Client] = []
-        waiting = []
+        waiting: list[tuple[float, SocketClient]] = []
         for since_s, client in self._queue:
             if self._owner is None or self._owner.closed or self._owner.at_end:
                 self._owner = client
                 client.send(self._serial_number.encode("ascii"))
                 admitted.append(client)
-            elif now_s - since_s > HANDOVER_S:
+            elif now_s - since_s > HANDOVER_S or len(waiting) >= BACKLOG:
                 client.hang_up()
             else:
                 waiting.append((since_s, client))

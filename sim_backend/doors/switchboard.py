@@ -12,7 +12,7 @@ WAITING_LIMIT = 64
 """Telegrams and replies in flight at which a program is no longer read, as a busy brick accepts no USB packet."""
 
 CLIENT_LIMIT = 32
-"""Maximum number of connected programs; further ones are disconnected."""
+"""Maximum number of connected programs; a further one takes the place of one that has sent nothing, or is refused."""
 
 
 class Link(Protocol):
@@ -34,11 +34,11 @@ class Link(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Visit:
-    """A program connected or disconnected.
+    """A program connected or disconnected, or was refused; of several refusals in a row only the first is reported.
 
     Attributes:
-        event: "connected" or "disconnected".
-        client: Number of the program, counted from 1.
+        event: "connected", "disconnected" or "refused".
+        client: Number of the program, counted from 1; 0 for a refused one.
         door: Address of the door.
         name: Name of the program.
         telegrams: Number of telegrams it has sent.
@@ -70,6 +70,7 @@ class Switchboard:
 
     Attributes:
         telegrams: Number of received telegrams.
+        last: The last of them.
     """
 
     def __init__(
@@ -87,9 +88,11 @@ class Switchboard:
             on_visit: Called when a program connects or disconnects.
         """
         self.telegrams = 0
+        self.last = b""
         self._doors, self._plug_in, self._on_visit = doors, plug_in, on_visit
         self._sessions: list[_Session] = []
         self._arrived = 0
+        self._refusing = False
 
     @property
     def clients(self) -> int:
@@ -130,9 +133,13 @@ class Switchboard:
             self._see_off(session)
 
     def _let_in(self, door: Door, client: Client) -> None:
+        if len(self._sessions) >= CLIENT_LIMIT and not self._make_room():
+            client.hang_up()
+            if not self._refusing:
+                self._refusing = True
+                self._on_visit(Visit("refused", 0, door.address, client.name, 0))
+            return
         try:
-            if len(self._sessions) >= CLIENT_LIMIT:
-                raise ConnectionError("too many programs")
             link = self._plug_in(door.bluetooth)
         except ConnectionError:
             client.hang_up()
@@ -143,17 +150,26 @@ class Switchboard:
         self._on_visit(session.visit("connected"))
         self._listen(session)
 
+    def _make_room(self) -> bool:
+        """Disconnect the oldest program that has sent nothing; returns whether there was one."""
+        silent = next((session for session in self._sessions if not session.telegrams), None)
+        if silent is not None:
+            self._see_off(silent)
+        return silent is not None
+
     def _listen(self, session: _Session) -> None:
         try:
             for telegram in session.client.receive():
                 session.telegrams += 1
                 self.telegrams += 1
+                self.last = telegram
                 session.link.send(telegram)
         except ConnectionError:
             session.client.hang_up()
 
     def _see_off(self, session: _Session) -> None:
         self._sessions.remove(session)
+        self._refusing = False
         session.link.close()
         session.client.hang_up()
         self._on_visit(session.visit("disconnected"))

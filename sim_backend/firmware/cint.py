@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+
 
 def divide(dividend: int, divisor: int) -> int:
     """Quotient rounded towards zero; a division by zero gives zero, as ARM's run-time library does."""
@@ -14,6 +16,13 @@ def divide(dividend: int, divisor: int) -> int:
 def clamp(value: int, limit: int) -> int:
     """`value` limited to -limit..limit."""
     return limit if value > limit else -limit if value < -limit else value
+
+
+def fit(code: str, value: int) -> int:
+    """The bits of `value` that a variable holds; `code` is the `struct` format of the variable's type."""
+    bits = 8 * struct.calcsize("<" + code)
+    value &= (1 << bits) - 1
+    return value - (1 << bits) if code.islower() and value >> (bits - 1) else value
 
 
 def s8(value: int) -> int:

@@ -36,6 +36,7 @@ class CommandModule:
         activate: Nonzero to start the program `file_name` in the next pass.
         deactivate: Nonzero to stop the program; without a program it stays set and stops the next one.
         file_name: 20 bytes, as commanded.
+        program_name: Name that the last program was started by.
         mailboxes: The program's mailboxes, or None without a program.
         sync_time: Time set for the data log.
         sync_tick: The brick's time at that moment.
@@ -71,7 +72,7 @@ class CommandModule:
         self.due_ms = NEVER
         self.status = int(ProgramStatus.IDLE)
         self.activate = self.deactivate = 0
-        self.file_name = bytes(NAME_SIZE)
+        self.file_name, self.program_name = bytes(NAME_SIZE), ""
         self.mailboxes: Mailboxes | None = None
         self.sync_time = self.sync_tick = 0
 
@@ -139,8 +140,8 @@ class CommandModule:
 
     def _activate(self, now_ms: int) -> None:
         """Load the program; it runs from the next pass on."""
-        name = unpack_name(self.file_name)
-        status, handle, size = self._loader.open_read(name, keep=True)
+        self.program_name = unpack_name(self.file_name)
+        status, handle, size = self._loader.open_read(self.program_name, keep=True)
         try:
             if status:
                 raise BadProgram(f"cannot be opened: {status!r}")

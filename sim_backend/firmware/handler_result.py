@@ -6,11 +6,14 @@ the table that the comm module dispatches by.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple, TypeVar
 
+from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.status import Status
 from firmware_protocol.telegram import Command, Reply
+from firmware_protocol.wire import Number, Scalar, Text
+from sim_backend.firmware.cint import fit
 
 
 class HandlerResult(NamedTuple):
@@ -39,8 +42,20 @@ _COMMANDS = "handled_commands"
 
 
 def reply_with(reply: Reply, status: int = Status.OK) -> HandlerResult:
-    """A result with a declared payload."""
-    return HandlerResult(status, reply.pack())
+    """A result with a declared payload; as in the firmware, numbers keep the bits that fit and texts are cut."""
+    try:
+        payload = reply.pack()
+    except LocalProtocolError:
+        payload = type(reply)(*_fitting(reply)).pack()
+    return HandlerResult(status, payload)
+
+
+def _fitting(reply: Reply) -> Iterator[Any]:
+    for value, wire in zip(reply.fields().values(), reply.layout.wires.values(), strict=True):
+        if isinstance(wire, Scalar | Number):
+            yield fit(wire.code, value)
+        else:
+            yield value[: wire.size - wire.closed] if isinstance(wire, Text) else value
 
 
 def refuse_with_zeros(command: type[Command[Any]], status: int) -> HandlerResult:

@@ -1,4 +1,7 @@
-"""Live IO map of a module: declared variables on top of plain bytes."""
+"""Live IO map of a module: declared variables on top of plain bytes.
+
+A variable shows the bits of its value that fit its type, as in the firmware, where it has no others.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from firmware_protocol.iomap_layout import IOMap
+from sim_backend.firmware.cint import fit
 
 
 class _View(NamedTuple):
@@ -79,7 +83,12 @@ class LiveMap:
     def _refresh(self, start: int, end: int) -> None:
         for view in self._touched(start, end):
             value = view.get()
-            view.layout.pack_into(self._bytes, view.offset, *(value if isinstance(value, tuple) else (value,)))
+            values = value if isinstance(value, tuple) else (value,)
+            try:
+                view.layout.pack_into(self._bytes, view.offset, *values)
+            except struct.error:
+                code = view.layout.format[-1]
+                view.layout.pack_into(self._bytes, view.offset, *(fit(code, value) for value in values))
 
     def _touched(self, start: int, end: int) -> list[_View]:
         return [view for view in self._views if view.offset < end and view.offset + view.layout.size > start]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from firmware_protocol.enums import OutputMode, RegulationMode, RunState
-from sim_backend.firmware.cint import divide, s16, s32
+from sim_backend.firmware.cint import divide, s8, s16, s32
 
 IDLE, RAMP_UP, RUNNING = int(RunState.IDLE), int(RunState.RAMP_UP), int(RunState.RUNNING)
 RAMP_DOWN, HOLD = int(RunState.RAMP_DOWN), int(RunState.HOLD)
@@ -209,13 +209,13 @@ class MotorControl:
                 self.ramp_step = self._counts_per_percent(self.limit - self.ramp_start, steps, sign)
                 self.ramp_old = self.count
             if (self.count - self.ramp_old - self.ramp_step) * sign > 0:
-                self.target_speed += sign
+                self.target_speed = s8(self.target_speed + sign)
                 self.ramp_old, self.ramp_counter = self.count, 0
             elif not self.regulation & SPEED:
                 self.ramp_counter += 1
                 if self.ramp_counter > STALL_PATIENCE:
                     self.ramp_counter = 0
-                    self.target_speed += sign
+                    self.target_speed = s8(self.target_speed + sign)
         if (self.count - self.limit) * sign >= 0:
             self.target_speed, self.run_state = self.set_speed, IDLE
         elif (self.target_speed - self.set_speed) * sign > 0:
@@ -237,7 +237,7 @@ class MotorControl:
             self.ramp_counter += 1
             if self.ramp_counter > (30 * sign * self.ramp_step & 0xFFFF):
                 self.ramp_counter = 20 * sign * self.ramp_step & 0xFFFF
-                self.target_speed += sign
+                self.target_speed = s8(self.target_speed + sign)
         if self._reached_ramp_end():
             self._end_ramp_down()
         if not self.regulation:
@@ -248,15 +248,15 @@ class MotorControl:
         return s16(sign * divide(counts, steps))
 
     def _slow_down(self, sign: int) -> None:
-        slower = self.target_speed - sign
+        slower = s8(self.target_speed - sign)
         self.target_speed = slower if slower * sign >= CREEP else CREEP * sign
         self.ramp_old, self.ramp_counter = self.count, 0
         partner = self.partner if self.regulation & SYNC and self.turn else None
         if partner:
             if self.target_speed >= 0 and partner.actual_speed < 0:
-                partner.target_speed -= 1
+                partner.target_speed = s8(partner.target_speed - 1)
             elif self.target_speed < 0 and partner.actual_speed > 0:
-                partner.target_speed += 1
+                partner.target_speed = s8(partner.target_speed + 1)
 
     def _reached_ramp_end(self) -> bool:
         if self.regulation & SYNC and self.turn:

@@ -29,6 +29,9 @@ class MotorPlant(Protocol):
         """
 
 
+_STAYS = int(OutputFlag.PENDING)
+"""The flag that the firmware never clears; while it is set, RunState stays as written."""
+
 COMMAND = int(OutputFlag.MODE | OutputFlag.SPEED | OutputFlag.TACHO_LIMIT)
 _RESET_COUNT, _RESET_BLOCK, _RESET_ROTATION = (
     int(OutputFlag.RESET_TACHO_COUNT),
@@ -68,7 +71,11 @@ class Output:
     @property
     def at_rest(self) -> bool:
         """Whether the next pass would change nothing here."""
-        return not self.flags and self.control.at_rest and (self.plant is None or getattr(self.plant, "at_rest", False))
+        return (
+            not self.flags & ~_STAYS
+            and self.control.at_rest
+            and (self.plant is None or getattr(self.plant, "at_rest", False))
+        )
 
 
 class OutputModule:
@@ -117,7 +124,7 @@ class OutputModule:
         self._last_ms = now_ms
         outputs = self.outputs
         for output in outputs:
-            if output.flags:
+            if output.flags & ~_STAYS:
                 self._apply(output)
         for control in self.controls:
             if control.advance():
@@ -127,7 +134,8 @@ class OutputModule:
         awake = False
         for output in outputs:
             control = output.control
-            output.run_state = control.run_state
+            if not output.flags & _STAYS:
+                output.run_state = control.run_state
             plant = output.plant
             if plant is not None:
                 control.fresh = plant.step(control.actual_speed, control.brake)
@@ -159,7 +167,7 @@ class OutputModule:
             self._apply_mode(output)
         if flags & _PID:
             control.gains = (output.p_gain, output.i_gain, output.d_gain)
-        output.flags = 0
+        output.flags &= _STAYS
 
     def _apply_mode(self, output: Output) -> None:
         control = output.control

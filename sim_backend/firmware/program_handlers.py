@@ -15,7 +15,6 @@ from sim_backend.firmware.handler_result import (
 )
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.mailboxes import MAILBOXES
-from sim_backend.firmware.names import unpack_name
 from sim_backend.firmware.ui import UiModule
 from sim_backend.firmware.vm.memory import OutOfMemory
 
@@ -49,7 +48,7 @@ class ProgramHandlers:
         """The name the program was started by, including wildcards."""
         if not self._command.active:
             return refuse_with_zeros(direct.GetCurrentProgramName, Status.NO_ACTIVE_PROGRAM)
-        return reply_with(direct.CurrentProgram(unpack_name(self._command.file_name)))
+        return reply_with(direct.CurrentProgram(self._command.program_name))
 
     @handles(direct.MessageWrite)
     def message_write(self, command: direct.MessageWrite) -> HandlerResult:

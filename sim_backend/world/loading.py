@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from firmware_protocol.errors import ConfigError
 from sim_backend.bundled import PICTURES, WORLDS
-from sim_backend.toml_file import hint, mistakes, read_tables, validate
+from sim_backend.toml_file import check, hint, mistakes, read_tables
+from sim_backend.world.partial_world import valid_part
+from sim_backend.world.placement import misplaced
+from sim_backend.world.toml_types import TEXTURES
 from sim_backend.world.world_file import Event, WorldFile
 
 
@@ -35,27 +39,42 @@ def parse_world(tables: Mapping[str, Any], path: Path) -> WorldFile:
     Raises:
         ConfigError: The tables have mistakes; the message lists all of them.
     """
-    world = validate(WorldFile, tables, path)
-    found = [
-        *_wrong_names(world),
-        *_wrong_ports(world),
-        *_wrong_places(world),
-        *_missing_images(world, path.parent),
-    ]
-    if found:
+    world, problems = check(WorldFile, tables)
+    found = [problem.sentence for problem in problems]
+    if world is not None:
+        found += _mistakes(world, path.parent, {})
+    elif part := valid_part(tables, problems):
+        found += map(part.renumbered, part.relevant(_mistakes(part.world, path.parent, part.lost)))
+    if found or world is None:
         raise mistakes(path, found)
     return _with_image_paths(world, path.parent)
 
 
+def _mistakes(world: WorldFile, folder: Path, lost: Mapping[str, list[str]]) -> Iterator[str]:
+    """Yield mistakes in how tables fit together.
+
+    Args:
+        world: The world.
+        folder: Where its images lie.
+        lost: Names of objects and events, by table, that are in the file and have mistakes of their own.
+    """
+    yield from _wrong_names(world, lost)
+    yield from _wrong_ports(world)
+    yield from _wrong_places(world)
+    yield from misplaced(world)
+    yield from _missing_images(world, folder)
+    yield from _missing_textures(world)
+
+
 def _find(path: Path) -> Path:
     for candidate in (path, WORLDS / path.name, WORLDS / f"{path.name}.toml"):
-        if candidate.is_file():
+        if os.path.isfile(candidate):
             return candidate
     names = ", ".join(sorted(entry.stem for entry in WORLDS.glob("*.toml")))
     raise ConfigError(f"there is no world file {path}.", remedy=f"Give a path, or one of: {names}.")
 
 
-def _wrong_names(world: WorldFile) -> Iterator[str]:
+def _wrong_names(world: WorldFile, lost: Mapping[str, list[str]]) -> Iterator[str]:
     names = {
         "boxes": [box.name for box in world.boxes],
         "people": [person.name for person in world.people],
@@ -69,8 +88,9 @@ def _wrong_names(world: WorldFile) -> Iterator[str]:
             if name in (own[:index] if table == "events" else taken):
                 yield f"{table}[{index}].name: {name!r} is taken already"
             taken.add(name)
+    known = {table: [*own, *lost.get(table, [])] for table, own in names.items()}
     for index, event in enumerate(world.events):
-        yield from _unknown_names(f"events[{index}]", event, names)
+        yield from _unknown_names(f"events[{index}]", event, known)
 
 
 def _unknown_names(path: str, event: Event, names: Mapping[str, list[str]]) -> Iterator[str]:
@@ -122,8 +142,19 @@ def _missing_images(world: WorldFile, folder: Path) -> Iterator[str]:
     for index, picture in enumerate(world.pictures):
         if picture.file is None and picture.name not in known:
             yield f"pictures[{index}].name: no picture {picture.name!r} here ({', '.join(known)}); give its file"
-        elif picture.file is not None and not (folder / picture.file).is_file():
+        elif picture.file is not None and not os.path.isfile(folder / picture.file):
             yield f"pictures[{index}].file: there is no file {folder / picture.file}"
+
+
+def _missing_textures(world: WorldFile) -> Iterator[str]:
+    textures = [("floor.wall_texture", world.floor.wall_texture)]
+    textures += [(f"walls[{index}].texture", wall.texture) for index, wall in enumerate(world.walls)]
+    textures += [(f"boxes[{index}].texture", box.texture) for index, box in enumerate(world.boxes)]
+    textures += [(f"people[{index}].texture", person.texture) for index, person in enumerate(world.people)]
+    known = [*TEXTURES, *sorted(path.stem for path in PICTURES.glob("*.png"))]
+    for path, name in textures:
+        if name not in known and not (Path(name).suffix and os.path.isfile(name)):
+            yield f"{path}: there is no texture {name!r}; {hint(name, known)}"
 
 
 def _with_image_paths(world: WorldFile, folder: Path) -> WorldFile:

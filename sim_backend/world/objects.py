@@ -131,6 +131,7 @@ class BoxObject(PlacedObject):
 
     Attributes:
         movable: Whether the robot can push it.
+        texture: Name in the texture library.
         radius_mm: From the center to a corner.
     """
 
@@ -142,7 +143,7 @@ class BoxObject(PlacedObject):
             body = pymunk.Body(box.mass_kg, pymunk.moment_for_box(box.mass_kg, box.size_mm))
         body.position, body.angle = box.at_mm, math.radians(box.facing_deg)
         super().__init__(space, body, pymunk.Poly.create_box(body, box.size_mm), present=False)
-        self.radius_mm = math.hypot(*box.size_mm) / 2
+        self.radius_mm, self.texture = math.hypot(*box.size_mm) / 2, box.texture
         self.movable = box.mass_kg is not None
         if box.mass_kg is not None:
             self._attached = _friction(space.static_body, body, box.mass_kg, max(box.size_mm))

@@ -20,6 +20,7 @@ class PersonObject:
     Attributes:
         name: As in the world file.
         height_mm: Height of the body.
+        texture: Name of the clothes in the texture library.
         present: Whether the person is in the room.
         walking: Whether the person is on the move.
         shapes: Outline in the physics.
@@ -27,7 +28,7 @@ class PersonObject:
 
     def __init__(self, space: pymunk.Space, person: Person) -> None:
         self.name, self.height_mm, self._person = person.name, person.height_mm, person
-        self.radius_mm = person.radius_mm
+        self.radius_mm, self.texture = person.radius_mm, person.texture
         self.present = self.walking = False
         self._space = space
         self._body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)

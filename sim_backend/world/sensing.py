@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from random import Random
 
 import pymunk
@@ -106,10 +106,24 @@ def in_view(
     back = _bearing_deg(middle, eye)
     if abs(wrapped_deg(back - picture.facing_deg)) > VIEW_ANGLE_DEG:
         return False
-    points = picture.edge_points()
-    if any(abs(wrapped_deg(_bearing_deg(eye, point) - viewpoint.heading_deg)) > hfov_deg / 2 for point in points):
+    points, shapes, centre_mm = picture.edge_points(), picture.shapes, picture.centre_height_mm
+    return all(is_seen(space, point, centre_mm, shapes, viewpoint, hfov_deg, heights_mm) for point in points)
+
+
+def is_seen(
+    space: pymunk.Space,
+    point: tuple[float, float],
+    point_height_mm: float,
+    shapes: Collection[pymunk.Shape],
+    viewpoint: Viewpoint,
+    hfov_deg: float,
+    heights_mm: Mapping[pymunk.Shape, float],
+) -> bool:
+    """Whether a point is in a camera's view and nothing but `shapes`, the object it belongs to, is before it."""
+    eye = (viewpoint.x_mm, viewpoint.y_mm)
+    if abs(wrapped_deg(_bearing_deg(eye, point) - viewpoint.heading_deg)) > hfov_deg / 2:
         return False
-    return not any(_hidden(space, eye, viewpoint.height_mm, point, picture, heights_mm) for point in points)
+    return not _hidden(space, eye, viewpoint.height_mm, point, point_height_mm, shapes, heights_mm)
 
 
 def _hidden(
@@ -117,13 +131,14 @@ def _hidden(
     eye: tuple[float, float],
     eye_height_mm: float,
     point: tuple[float, float],
-    picture: PictureObject,
+    point_height_mm: float,
+    shapes: Collection[pymunk.Shape],
     heights_mm: Mapping[pymunk.Shape, float],
 ) -> bool:
     for hit in _hits(space, eye, point):
-        if hit.shape is None or hit.shape in picture.shapes:
+        if hit.shape is None or hit.shape in shapes:
             continue
-        sight_line_mm = eye_height_mm + (picture.centre_height_mm - eye_height_mm) * hit.alpha
+        sight_line_mm = eye_height_mm + (point_height_mm - eye_height_mm) * hit.alpha
         if heights_mm[hit.shape] > sight_line_mm:
             return True
     return False

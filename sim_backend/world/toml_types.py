@@ -6,8 +6,11 @@ from typing import Annotated
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-Point = tuple[float, float]
-Length = Annotated[float, Field(gt=0)]
+FARTHEST_MM = 1e6
+"""A kilometre: larger numbers are mistakes, and those near the end of the floating-point range break computations."""
+Coordinate = Annotated[float, Field(ge=-FARTHEST_MM, le=FARTHEST_MM)]
+Point = tuple[Coordinate, Coordinate]
+Length = Annotated[float, Field(gt=0, le=FARTHEST_MM)]
 Name = Annotated[str, Field(min_length=1)]
 Seconds = Annotated[float, Field(ge=0)]
 Percent = Annotated[float, Field(ge=0, le=100)]
@@ -40,6 +43,26 @@ PAINTS: dict[str, tuple[float, float, float]] = {
 """Reflected red, green and blue light, percent; typical of tape, paint and paper."""
 
 
+TEXTURES = (
+    "wall",
+    "wallpaper",
+    "bricks",
+    "floor",
+    "carpet",
+    "wood",
+    "cardboard",
+    "carton",
+    "crate",
+    "red_box",
+    "blue_box",
+    "green_box",
+    "yellow_box",
+    "person_blue",
+    "person_green",
+)
+"""Names of the procedural textures, which `sim_backend.camera.textures` draws."""
+
+
 def _paint(value: object) -> object:
     if isinstance(value, str):
         if value not in PAINTS:
@@ -55,4 +78,4 @@ Paint = Annotated[tuple[Percent, Percent, Percent], BeforeValidator(_paint)]
 class Table(BaseModel):
     """A table of the world file; unknown keys are rejected."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
-from sim_backend.world.objects import PlacedObject
+from sim_backend.world.objects import BoxObject, PictureObject, PlacedObject
+from sim_backend.world.people import PersonObject
 from sim_backend.world.world import World
+
+if TYPE_CHECKING:
+    from sim_backend.camera.textures import Image, TextureLibrary
 
 
 class TruePose(NamedTuple):
@@ -81,6 +87,31 @@ class GroundTruth:
     def in_view(self, picture: str) -> bool:
         """Whether the camera could recognise the picture now."""
         return self._world.in_view(picture)
+
+    def fronts(self) -> dict[str, Image]:
+        """What each picture, box and person looks like from the front, also those that are absent: pixels by name."""
+        return {name: self._textures[each.texture].pixels for name, each in self._objects().items()}
+
+    def lens_distance_mm(self, name: str) -> float:
+        """Distance between the camera's lens and a picture's center, or the surface of a box or person."""
+        eye, obj = self._world.viewpoint(), self._objects()[name]
+        if name in self._world.pictures:
+            return math.dist((eye.x_mm, eye.y_mm), obj.at_mm)
+        return float(obj.shapes[0].point_query((eye.x_mm, eye.y_mm)).distance)
+
+    def before(self, name: str) -> bool:
+        """Whether the camera points at a picture, box or person and nothing hides it."""
+        obj = self._objects()[name]
+        return self._world.in_view(name) if isinstance(obj, PictureObject) else self._world.sees(obj)
+
+    def _objects(self) -> dict[str, PictureObject | BoxObject | PersonObject]:
+        return {**self._world.pictures, **self._world.boxes, **self._world.people}
+
+    @cached_property
+    def _textures(self) -> TextureLibrary:
+        from sim_backend.camera.textures import TextureLibrary
+
+        return TextureLibrary(self._world.seed)
 
 
 def _poses(objects: Mapping[str, PlacedObject]) -> dict[str, TruePose]:

@@ -12,7 +12,7 @@ from sim_backend.world.objects import BoxObject, PictureObject, PlacedObject, Ro
 from sim_backend.world.people import PersonObject
 from sim_backend.world.robot import RobotBody
 from sim_backend.world.scheduler import INTERVAL_MS, EventScheduler
-from sim_backend.world.sensing import UltrasonicBeam, in_view
+from sim_backend.world.sensing import UltrasonicBeam, in_view, is_seen
 from sim_backend.world.sensor_tables import Echo
 from sim_backend.world.surroundings import Surroundings
 from sim_backend.world.toml_types import Point
@@ -130,6 +130,13 @@ class World:
         """Whether the robot's camera could see the picture now."""
         camera = self.file.camera
         return in_view(self._space, self.pictures[picture], self.viewpoint(), camera.hfov_deg, self._heights_mm)
+
+    def sees(self, obj: BoxObject | PersonObject) -> bool:
+        """Whether the middle of a box or person is in the robot's view and not hidden."""
+        hfov_deg, viewpoint = self.file.camera.hfov_deg, self.viewpoint()
+        return obj.present and is_seen(
+            self._space, obj.at_mm, obj.height_mm / 2, obj.shapes, viewpoint, hfov_deg, self._heights_mm
+        )
 
     def robot_distance_mm(self, name: str) -> float:
         """Distance between the centers of the robot and an object."""

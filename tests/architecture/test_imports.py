@@ -20,6 +20,7 @@ ROOT = Path(__file__).parents[2]
 DRIVER = {"usb", "libusb_package", "serial", "cv2", "numpy", "pydantic", "rich", "gi"}
 LIBRARIES = {
     "firmware_protocol": set(),
+    "input_files": {"cv2", "numpy", "PIL"},
     "behaviors": {"numpy", "pydantic", "statemachine"},
     "sim_backend": {"cv2", "numpy", "pydantic", "pydantic_core", "pymunk", "usb", "gi"},
     "nxtdrive": DRIVER | {"pytest"},

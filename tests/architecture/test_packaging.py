@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("firmware_protocol", "nxtdrive", "behaviors", "sim_backend")
+PACKAGES = ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend")
 
 MISSION = """
 [mission]

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-ROOMS = ("firmware_protocol", "nxtdrive", "behaviors", "sim_backend", "tools")
+ROOMS = ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend", "tools")
 SOURCES = sorted(path for room in ROOMS for path in (ROOT / room).rglob("*.py"))
 
 MAX_FILE_LINES = 400

@@ -6,7 +6,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.line_protocol import LINE_LIMIT, ErrorReply, Request, RequestReader, Verb, parse
+from behaviors.line_protocol import (
+    LINE_LIMIT,
+    THESIS_FAILURES,
+    BadLine,
+    ErrorReply,
+    Request,
+    RequestReader,
+    Verb,
+    parse,
+)
 
 
 @pytest.mark.parametrize(
@@ -30,31 +39,43 @@ def test_a_line_is_a_verb_and_perhaps_an_argument(line, request_):
 
 
 @pytest.mark.parametrize(
-    ("line", "failure"),
+    ("line", "reply"),
     [
         (b"", ErrorReply.UNKNOWN_VERB),
         (b"dance", ErrorReply.UNKNOWN_VERB),
         (b"ARRIVE", ErrorReply.UNKNOWN_VERB),
-        (b"arrivelena", ErrorReply.UNKNOWN_VERB),
         (b"(90)", ErrorReply.UNKNOWN_VERB),
         (b"\xff\xfe", ErrorReply.UNKNOWN_VERB),
-        (b"move_to", ErrorReply.BAD_ARGUMENT),
-        (b"move_to right", ErrorReply.BAD_ARGUMENT),
-        (b"move_to nan", ErrorReply.BAD_ARGUMENT),
-        (b"move_to -inf", ErrorReply.BAD_ARGUMENT),
-        (b"move_to 361", ErrorReply.BAD_ARGUMENT),
         (b"target", ErrorReply.BAD_ARGUMENT),
         (b"stop now", ErrorReply.BAD_ARGUMENT),
-        (b"arrive " + b"x" * LINE_LIMIT, ErrorReply.BAD_ARGUMENT),
+        (b"target " + b"x" * LINE_LIMIT, ErrorReply.BAD_ARGUMENT),
+        (b"move_to", 1),
+        (b"move_to right", 1),
+        (b"move_to nan", 1),
+        (b"move_to -inf", 1),
+        (b"move_to 361", 1),
+        (b"arrivelena", 2),
+        (b"arrive " + b"x" * LINE_LIMIT, 2),
+        (b"connect now", 0),
+        (b"select\0", 0),
+        (b"bye bye", 0),
     ],
 )
-def test_what_is_no_request_has_its_answer(line, failure):
-    assert parse(line) is failure
+def test_what_is_no_request_has_its_answer(line, reply):
+    bad = parse(line)
+    assert isinstance(bad, BadLine)
+    assert bad.reply == reply
 
 
 @given(st.binary(max_size=2 * LINE_LIMIT))
-def test_any_bytes_are_a_request_or_a_failure(line):
-    assert isinstance(parse(line), Request | ErrorReply)
+def test_any_bytes_are_a_request_or_a_bad_line(line):
+    assert isinstance(parse(line), Request | BadLine)
+
+
+@given(st.sampled_from(sorted(THESIS_FAILURES)), st.binary(max_size=2 * LINE_LIMIT))
+def test_a_line_that_begins_with_a_verb_of_the_thesis_is_never_answered_by_an_unknown_number(verb, rest):
+    line = parse(verb.encode() + rest.replace(b"\n", b""))
+    assert isinstance(line, Request) or line.reply in (0, 1, 2)
 
 
 @given(st.lists(st.sampled_from([b"arrive(lena)", b"stop", b"x" * 300, b"\xff", b"", b"move_to 9"])), st.data())

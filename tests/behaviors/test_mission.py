@@ -1,12 +1,28 @@
 """Mission files: valid ones load, invalid ones report all their errors."""
 
+import re
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
-from behaviors.mission import BUILT_IN, MissionError, PictureTarget, ThesisParameters, load_mission
+from behaviors.mission import (
+    BUILT_IN,
+    AdaptiveParameters,
+    CameraTable,
+    ColorTarget,
+    Mission,
+    MissionError,
+    MissionTable,
+    PictureTarget,
+    RobotTable,
+    ThesisParameters,
+    load_mission,
+)
+from behaviors.mission_mistakes import mistakes
+from behaviors.mission_warnings import value_warnings
 
 GOOD = """
 [mission]
@@ -69,8 +85,8 @@ def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
         "mission.toml: 6 mistakes",
         "mission.tragets: unknown key; did you mean 'targets'?",
         "thesis.wait_ms: unknown key; did you mean 'wait_s' (wait_s is a number in seconds)?",
-        "thesis.advance_mm: Input should be greater than or equal to 10, not 0.15 (advance_mm is a number in milli",
-        "thesis.turn_deg: Input should be a valid number, not '90 degrees' (turn_deg is a number in degrees)",
+        "thesis.advance_mm: must be 10 or more, not 0.15 (advance_mm is a number in milli",
+        "thesis.turn_deg: must be a number, not '90 degrees' (turn_deg is a number in degrees)",
         "robot: left and right both use port B; give each motor a port of its own",
         "target.lena.pictures[0]: there is no picture 'nowhere.png'",
     ):
@@ -83,11 +99,11 @@ def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
         ("", "there is no [mission] table"),
         ("[mission]\ntargets = []\n[target]", "a mission needs at least one target"),
         ('[mission]\ntargets = ["lena"]\n[target]', "target 'lena' has no table [target.lena]"),
-        ("mission = [", "not a TOML file"),
+        ("mission = [", "is not TOML"),
         (GOOD + "[robot]\ntouch = 4\n", "ultrasonic and touch both use port 4"),
         (GOOD + "[robot]\ncompass = 1\n", "touch and compass both use port 1"),
-        (GOOD + "[robot]\nleft = 'D'\n", "robot.left: Input should be 'A', 'B' or 'C', not 'D'"),
-        (GOOD.replace('"red"', '"pink"'), "target.box.color: Input should be 'red'"),
+        (GOOD + "[robot]\nleft = 'D'\n", "robot.left: must be 'A', 'B' or 'C', not 'D'"),
+        (GOOD.replace('"red"', '"pink"'), "target.box.color: must be 'red', 'orange'"),
         (GOOD.replace("color = ", "colour = "), "target.box.colour: unknown key; did you mean 'color'?"),
         (
             GOOD.replace('"color"\n', '"colour"\n'),
@@ -97,6 +113,19 @@ def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
         ('[mission]\ntargets = ["a"]\n[target]\na = "lena"', "target.a: it must be a table, [target.a], not 'lena'"),
         ("[mission]\n[target]", "mission.targets: is missing"),
         ('[mission]\ntargets = ["box"]\n[target.box]\ndetector = "marker"', "target.box.id: is missing"),
+        (GOOD + "[robot]\nultrasonic = 7\n", "robot.ultrasonic: must be 0, 1, 2, 3 or 4, not 7"),
+        (GOOD + "[robot]\ntouch = '1'\n", "robot.touch: must be 0, 1, 2, 3 or 4, not '1'"),
+        (GOOD + "[robot]\nwheel_diameter_mm = 5.6\n", "robot.wheel_diameter_mm: must be 10 or more, not 5.6"),
+        (GOOD.replace('["box"]', '"box"'), "mission.targets: must be a list in brackets"),
+        (GOOD.replace('["box"]', '["bx"]'), "target 'bx' has no table [target.bx]; did you mean 'box'?"),
+        (GOOD.replace("[mission]", "[mission]\ncruise_mm_s = 100"), "cruise_mm_s: belongs into the table [thesis] or"),
+        (GOOD.replace("[mission]\n", ""), "targets: belongs into the table [mission]"),
+        (GOOD.replace('color = "red"', 'color = "red"\nhfov_deg = 50'), "belongs into the table [camera]"),
+        (GOOD.replace("[mission]", "[mission]\nheight_mm = 50"), "height_mm: belongs into the table [target.NAME]"),
+        (GOOD.replace("[mission]", "[mission]\nrounds = 1.5"), "mission.rounds: must be a whole number, not 1.5"),
+        (GOOD + "[adaptive]\ndetours = 'yes'\n", "adaptive.detours: must be true or false, not 'yes'"),
+        (GOOD.replace("[mission]", "[mission]\nname = 3"), "mission.name: must be text in quotes"),
+        (GOOD.replace("[target.box]", "[target.box]\nheight_mm = inf"), "target.box.height_mm: must be"),
         ("mission = 3\n[target]\n", "mission: it must be a table, [mission], not 3"),
     ],
 )
@@ -124,3 +153,96 @@ def test_any_text_loads_or_is_refused_with_a_mission_error(tmp_path_factory, tex
     path.write_bytes(text.encode("utf-8", "surrogatepass"))
     with pytest.raises(MissionError):
         load_mission(path)
+
+
+def test_a_mission_has_a_time_limit_of_ten_minutes_unless_it_sets_another(tmp_path):
+    assert load_mission(_write(tmp_path, GOOD)).mission.time_limit_s == 600.0
+    longer = GOOD.replace("[mission]", "[mission]\ntime_limit_s = 1800")
+    assert load_mission(_write(tmp_path, longer)).mission.time_limit_s == 1800
+
+
+def test_mistakes_of_every_kind_are_reported_in_one_pass(tmp_path):
+    text = _complaint(
+        tmp_path,
+        """
+        [mission]
+        targets = ["lena", "box"]
+        rounds = 99
+        [robot]
+        left = "C"
+        ultrasonic = 1
+        stop_mm = 100
+        [target.boxx]
+        detector = "color"
+        color = "rot"
+        """,
+    )
+    for expected in (
+        "mission.rounds: must be 20 or less",
+        "robot.stop_mm: unknown key",
+        "target.boxx.color: must be",
+        "left and right both use port C",
+        "ultrasonic and touch both use port 1",
+        "target 'lena' has no table [target.lena]",
+        "target 'box' has no table [target.box]; did you mean 'boxx'?",
+    ):
+        assert expected in text
+
+
+MODELS = {
+    "mission": MissionTable,
+    "target": ColorTarget,
+    "thesis": ThesisParameters,
+    "adaptive": AdaptiveParameters,
+    "robot": RobotTable,
+    "camera": CameraTable,
+}
+BOX = {"detector": "color", "color": "red"}
+VALUES = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-(10**6), 10**6),
+    st.floats(),
+    st.text(max_size=5),
+    st.lists(st.integers(), max_size=3),
+    st.dictionaries(st.sampled_from(["a", "b"]), st.integers(), max_size=2),
+)
+KEYS = [(table, key) for table, model in MODELS.items() for key in sorted(model.model_fields)]
+
+
+@given(st.sampled_from(KEYS), VALUES)
+def test_no_mistake_is_told_in_the_words_of_the_library(place, value):
+    (table, key), tables = place, {"mission": {"targets": ["box"]}, "target": {"box": dict(BOX)}}
+    (tables["target"]["box"] if table == "target" else tables.setdefault(table, {}))[key] = value
+    try:
+        Mission.model_validate(tables)
+    except ValidationError as error:
+        text = "\n".join(mistakes(error, Mission))
+        assert not re.search(r"Input|input|literal|valid |instance|float|string|dict|tuple|union|model", text)
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (("[mission]", "[mission]\nprofile = 'thesis'"), None),
+        (("[target.box]", "[thesis]\nwait_s = 3\n[target.box]"), "thesis: wait_s has no effect"),
+        (('["box"]', '["box", "box"]'), "'box' is listed 2 times"),
+        (("[target.box]", "[target.cat]\ndetector = 'marker'\nid = 1\n[target.box]"), "target.cat: no effect"),
+        (("color =", "height_mm = 29.7\ncolor ="), "Is it in centimetres? Then it is 297 mm"),
+        (("color =", "height_mm = 2600\ncolor ="), "more than 2.5 m"),
+        (("[target.box]", "[robot]\nstop_distance_mm = 400\n[target.box]"), "the safety stop ends an approach 440 mm"),
+        (("[target.box]", "[robot]\nwheel_diameter_mm = 20\n[target.box]"), "drive 149 mm/s at most"),
+        (("[target.box]", "[robot]\nwheel_diameter_mm = 81.6\naxle_track_mm = 35\n[target.box]"), "hardly only 35 mm"),
+        (("[target.box]", "[robot]\nstop_distance_mm = 400\nultrasonic = 0\n[target.box]"), None),
+    ],
+)
+def test_what_is_allowed_and_hardly_meant_is_told(tmp_path, change, expected):
+    told = list(value_warnings(load_mission(_write(tmp_path, GOOD.replace(*change)))))
+    assert len(told) == (expected is not None)
+    assert expected is None or expected in told[0]
+
+
+def test_the_built_in_mission_is_not_odd(tmp_path):
+    for name in ("lena", "rilakkuma"):
+        (tmp_path / f"{name}.png").touch()
+    assert list(value_warnings(load_mission(BUILT_IN, [tmp_path]))) == []

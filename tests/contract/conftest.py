@@ -265,7 +265,7 @@ class RecordRig(SimRig):
         path = Path(self.stack.enter_context(tempfile.TemporaryDirectory())) / "talk.nxttrace"
         inner = super().connect(faults)
         header = Trace(inner.address, inner.max_telegram)
-        return RecordTransport(inner, TraceWriter(path, header), path, inner.now())
+        return RecordTransport(inner, TraceWriter(path, header), inner.now())
 
 
 class SimulatedUsb(UsbBackend):
@@ -274,6 +274,7 @@ class SimulatedUsb(UsbBackend):
     Attributes:
         failures: Error numbers that operations fail with, by the operation's name.
         claimed: Whether an interface is claimed.
+        stays_halted: Whether an endpoint stays halted although that is cleared.
     """
 
     def __init__(self, faults=(), serial_number="001653010203"):
@@ -281,7 +282,7 @@ class SimulatedUsb(UsbBackend):
         self.peer = Peer(faults)
         self.failures = {}
         self.waiting = []
-        self.claimed = False
+        self.claimed = self.stays_halted = False
         self.plugged = True
         self.opened = 0
 
@@ -312,7 +313,8 @@ class SimulatedUsb(UsbBackend):
         self.claimed = False
 
     def clear_halt(self, dev_handle, ep):
-        self.failures.pop("bulk_read", None)
+        if not self.stays_halted:
+            self.failures.pop("bulk_read" if ep == ENDPOINT_IN else "bulk_write", None)
 
     def bulk_write(self, dev_handle, ep, intf, data, timeout):
         assert ep == ENDPOINT_OUT

@@ -15,6 +15,9 @@ from firmware_protocol.errors import (
     LocalProtocolError,
     PermissionDenied,
 )
+from firmware_protocol.iomap import COMMAND
+from nxtdrive.brick import Brick
+from nxtdrive.transports import usb_port
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.usb_port import UsbTransport, lego_devices
 
@@ -109,6 +112,63 @@ def test_a_halted_endpoint_recovers(usb_bus):
     bus.failures["bulk_read"] = errno.EPIPE
     assert transport.receive(0.1) is None
     assert transport.receive(0.1) is not None
+    transport.close()
+
+
+def test_a_halted_way_to_the_brick_is_cleared_and_the_telegram_sent_again(usb_bus):
+    bus = usb_bus()
+    transport = open_usb(bus)
+    bus.failures["bulk_write"] = errno.EPIPE
+    transport.send(BATTERY)
+    assert transport.receive(0.1) is not None
+    transport.close()
+
+
+def test_a_way_to_the_brick_that_stays_halted_is_a_lost_link(usb_bus):
+    bus = usb_bus()
+    transport = open_usb(bus)
+    bus.stays_halted = True
+    bus.failures["bulk_write"] = errno.EPIPE
+    with pytest.raises(LinkLost):
+        transport.send(BATTERY)
+    transport.close()
+
+
+def test_an_endpoint_that_a_dead_program_left_halted_is_cleared(usb_bus):
+    bus = usb_bus()
+    bus.failures["bulk_read"] = errno.EPIPE
+    transport = open_usb(bus)
+    transport.send(BATTERY)
+    assert transport.receive(0.1) is not None
+    transport.close()
+
+
+def test_an_endpoint_that_cannot_be_cleared_is_no_endless_loop(usb_bus):
+    bus = usb_bus()
+    bus.stays_halted = True
+    bus.failures["bulk_read"] = errno.EPIPE
+    transport = open_usb(bus)
+    for _ in range(3):
+        assert transport.receive(0.01) is None
+    transport.close()
+
+
+def test_a_reply_that_arrives_twice_is_found_at_the_next_look(usb_bus, fault, monkeypatch):
+    monkeypatch.setattr(usb_port, "LOOK_EVERY_S", 0.0)
+    bus = usb_bus({0: fault.TWICE})
+    tick = COMMAND.field("Tick")
+    with Brick(open_usb(bus)) as brick:
+        ticks = [tick.decode(brick.request(tick.read()).data) for _ in range(4)]
+        assert ticks == sorted(set(ticks))
+
+
+def test_the_look_for_surplus_packets_is_rare(usb_bus, mocker):
+    bus = usb_bus()
+    transport = open_usb(bus)
+    reads = mocker.spy(bus, "bulk_read")
+    for _ in range(100):
+        assert not transport.waiting()
+    assert reads.call_count <= 1
     transport.close()
 
 

@@ -7,11 +7,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_protocol.catalog import ALL_COMMANDS, choices
-from firmware_protocol.direct import GetOutputState, LSWrite, MessageWrite, SetOutputState, SetProperty
+from firmware_protocol.direct import (
+    DatalogRead,
+    GetOutputState,
+    LSRead,
+    LSWrite,
+    MessageRead,
+    MessageWrite,
+    SetOutputState,
+    SetProperty,
+)
 from firmware_protocol.enums import InputPort, OutputMode, OutputPort, RegulationMode, RunState
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.status import Status
-from firmware_protocol.system import IOMapRead, IOMapWrite
+from firmware_protocol.system import IOMapRead, IOMapWrite, Poll
 from firmware_protocol.telegram import Ack, Command, Kind, Reply, direct, reply
 from firmware_protocol.wire import U8, Block, Number, Scalar, Tail, Text
 
@@ -36,7 +45,15 @@ def values_of(wire):
 
 
 def instances_of(declaration):
-    return st.builds(declaration, **{name: values_of(wire) for name, wire in declaration.layout.wires.items()})
+    made = st.builds(declaration, **{name: values_of(wire) for name, wire in declaration.layout.wires.items()})
+    return made.map(counted) if declaration.layout.count else made
+
+
+def counted(instance):
+    """The instance with a count that its data has."""
+    name = instance.layout.count
+    setattr(instance, name, min(getattr(instance, name), len(instance.data)))
+    return instance
 
 
 @every_command
@@ -218,3 +235,19 @@ def test_wire_types_of_different_kinds_are_never_taken_for_one_another():
 
     kinds = [Block(4), Tail(4), Text(4)]
     assert all(one != other for one in kinds for other in kinds if one is not other)
+
+
+@pytest.mark.parametrize(
+    ("command", "size", "data"),
+    [
+        (IOMapRead, bytes.fromhex("01000c003700"), bytes(54)),
+        (IOMapRead, bytes.fromhex("01000c000200"), b""),
+        (Poll, bytes.fromhex("0105"), bytes(4)),
+        (LSRead, bytes([17]), bytes(16)),
+        (MessageRead, bytes([0, 60]), bytes(59)),
+        (DatalogRead, bytes([61]), bytes(60)),
+    ],
+)
+def test_a_reply_with_fewer_bytes_than_it_counts_is_refused(command, size, data):
+    with pytest.raises(RemoteProtocolError, match="counts"):
+        command.decode_reply(command.encode_reply() + size + data)

@@ -79,6 +79,16 @@ def test_a_mission_without_its_target_is_exhausted_not_broken(perform, mission_f
 
 
 @pytest.mark.slow
+def test_a_mission_that_sets_no_time_limit_ends_after_ten_minutes(perform, mission_for):
+    mission = mission_for("rilakkuma")
+    table = mission.mission.model_copy(update={"profile": "adaptive"})
+    done = perform("open", mission.model_copy(update={"mission": table}), geometric=True)
+    assert done.report.ending is Ending.TIME_UP
+    assert 600 <= done.report.duration_s < 605
+    assert _at_rest(done)
+
+
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_journal(perform, mission_for):
     first, second = (perform("figure6", mission_for("lena"), geometric=True) for _ in range(2))
     assert [record.to_json() for record in first.records] == [record.to_json() for record in second.records]

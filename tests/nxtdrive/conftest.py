@@ -108,6 +108,9 @@ class DirectTransport(WallClock):
     def receive(self, timeout_s):
         return self._replies.popleft() if self._replies else None
 
+    def waiting(self):
+        return bool(self._replies)
+
     def close(self):
         pass
 

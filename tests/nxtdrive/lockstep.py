@@ -151,6 +151,9 @@ class LockstepTransport:
             raise found[0]
         return found[0] if found else None
 
+    def waiting(self):
+        return self.link.arrived
+
     def close(self):
         self.link.close()
 

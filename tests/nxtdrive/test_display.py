@@ -88,8 +88,8 @@ class Listener(SimTransport):
 def test_reads_are_as_long_as_the_firmware_allows_and_no_longer(simulation):
     with Brick(Listener(simulation)) as brick:
         Display(brick.link).image()
-        _flags, *lines = brick.link.transport.lengths
-    assert lines == [9 + 55] * 14 + [9 + 800 - 14 * 55]
+        _flags, *lines, _flags_again = brick.link.transport.lengths
+    assert lines == [9 + 55, 9 + 54] * 7 + [9 + 800 - 7 * (55 + 54)]
 
 
 def test_the_command_writes_an_image(tmp_path, capsys):

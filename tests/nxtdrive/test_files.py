@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_protocol.errors import BrickError, LinkLost, LocalProtocolError
+from firmware_protocol.errors import BrickError, LinkLost, LocalProtocolError, RemoteProtocolError
 from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT, FrameReader, frame
 from firmware_protocol.status import Status
-from firmware_protocol.system import Close, Delete, OpenRead, OpenWrite, OpenWriteData, Read, Write
+from firmware_protocol.system import Close, Delete, FindFirst, OpenRead, OpenWrite, OpenWriteData, Read, Write
 from nxtdrive.brick import Brick
 from nxtdrive.onboard.files import FileEntry
 from nxtdrive.transports.sim import SimTransport
@@ -68,6 +68,9 @@ class Radio:
     def receive(self, timeout_s):
         return self._replies.next()
 
+    def waiting(self):
+        return self._replies.incomplete > 0
+
     def now(self):
         self._now_s += 0.001
         return self._now_s
@@ -114,7 +117,7 @@ def test_progress_is_reported_piece_by_piece(files):
     assert heard == [(61, 150), (122, 150), (150, 150)]
     heard.clear()
     files.read("data.bin", lambda done, total: heard.append((done, total)))
-    assert heard == [(58, 150), (116, 150), (150, 150)]
+    assert heard == [(58, 150), (115, 150), (150, 150)]
 
 
 def test_a_file_is_replaced_only_if_that_is_wished(files):
@@ -238,3 +241,64 @@ def test_a_link_lost_in_the_middle_is_told_and_leaves_no_part_of_the_file(lab):
     room.brick.link.reconnect()
     assert not room.brick.files.exists("data.bin")
     room.brick.files.write("data.bin", bytes(5000))
+
+
+class Corrupting(SimTransport):
+    """Changes replies to one command: the four bytes of a size at the end of the reply.
+
+    Attributes:
+        sizes: What to put there, one after the other.
+    """
+
+    command, sizes = OpenRead, ()
+
+    def receive(self, timeout_s):
+        reply = super().receive(timeout_s)
+        if reply and reply[1] == self.command.opcode and not reply[2] and self.sizes:
+            size, *self.sizes = self.sizes
+            reply = reply[:-4] + size.to_bytes(4, "little")
+        return reply
+
+
+@pytest.fixture
+def corrupting():
+    """A brick with a file of 200 bytes, and its link that can change sizes."""
+    transport = Corrupting(Simulation("open"))
+    with Brick(transport) as brick:
+        brick.files.write("data.bin", bytes(range(200)))
+        yield brick.files, transport
+
+
+@pytest.mark.parametrize("command", [OpenRead, FindFirst])
+@pytest.mark.parametrize("size", [0, 1, 199, 201, 2**18 + 1, 2**32 - 1])
+def test_a_size_that_arrives_wrong_once_is_asked_for_again(corrupting, command, size):
+    files, transport = corrupting
+    transport.command, transport.sizes = command, [size]
+    assert files.read("data.bin") == bytes(range(200))
+
+
+@pytest.mark.parametrize("size", [201, 2**18 + 1, 2**32 - 1])
+def test_a_size_that_the_list_of_files_does_not_have_is_refused(corrupting, size):
+    files, transport = corrupting
+    transport.sizes = [size] * 100
+    with pytest.raises(RemoteProtocolError, match=f"200 bytes in the list of files and {size} when opened"):
+        files.read("data.bin")
+    transport.sizes = ()
+    assert files.read("data.bin") == bytes(range(200)), "every handle is closed"
+
+
+def test_a_size_beyond_the_flash_is_refused_although_both_agree(watched):
+    brick, _ = watched
+    brick.files.write("data.bin", b"x")
+    file = brick.link.transport._simulation.brick.loader.flash.files[0]
+    file.size = file.data_size = 2**18 + 1
+    with pytest.raises(RemoteProtocolError, match="262145"):
+        brick.files.read("data.bin")
+
+
+def test_a_data_file_that_is_not_full_is_read(watched):
+    brick, _ = watched
+    handle = brick.request(OpenWriteData("log.txt", 500)).handle
+    brick.request(Write(handle, b"some data"))
+    brick.request(Close(handle))
+    assert brick.files.read("log.txt") == b"some data"

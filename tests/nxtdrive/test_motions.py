@@ -302,3 +302,19 @@ def test_leaving_stops_each_motor_whatever_happens_with_the_others(direct):
             brick.motor(port).hold()
         direct.on_send = refuse
     assert direct.sent[-1] == coasting(OutputPort.B).encode(want_reply=False)
+
+
+@pytest.mark.parametrize("latency_ms", [20, 100, 150])
+@pytest.mark.parametrize("pause_s", [0.0, 0.02, 0.1])
+def test_a_program_that_polls_the_sonar_does_not_blind_the_safety_stop(lab, latency_ms, pause_s):
+    room = lab(BOX_AHEAD, latency_ms=latency_ms)
+    rover, sonar = room.brick.rover(), room.brick.ultrasonic(4)
+    values, motion = [], rover.straight(3000, 150, wait=False)
+    while not motion.done:
+        values.append(sonar.distance_mm)
+        room.brick.sleep(pause_s)
+    assert motion.join().stop is StopReason.OBSTACLE
+    room.brick.sleep(0.5)
+    assert 330 < room.simulation.truth.distance_mm("box") < 600
+    assert None not in values
+    assert max(after - before for before, after in itertools.pairwise(values)) < 60, "the robot comes nearer"

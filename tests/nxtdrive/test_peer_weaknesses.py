@@ -57,6 +57,9 @@ class Scripted:
         self._now_s += 0.001
         return self.replies[len(self.sent) % len(self.replies)] if self.replies else None
 
+    def waiting(self):
+        return False
+
     def now(self):
         self._now_s += 0.0001
         return self._now_s

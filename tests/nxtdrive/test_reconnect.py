@@ -2,6 +2,7 @@
 
 import contextlib
 import logging
+from itertools import pairwise
 
 import pytest
 
@@ -11,6 +12,7 @@ from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import BrickNotFound, LinkLost
 from nxtdrive.link.core import FIRST_PAUSE_S, LONGEST_PAUSE_S, Interrupted, LinkCore, LinkState
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
+from nxtdrive.tools.monitor import watch
 from sim_backend.simulation import LinkFaults
 
 FOR_EVER_MS = 10**9
@@ -350,3 +352,27 @@ def test_closing_ends_the_motions_of_other_threads_too(lab):
     lockstep.join(program, 5)
     assert program.over
     assert set(stops) == {StopReason.CANCELLED}
+
+
+def test_a_monitor_goes_on_when_the_brick_is_back(away):
+    room = away(4000)
+    room.brick.link.reconnect_timeout_s = 0.0
+    losses, times = [], []
+    for snapshot in watch(room.brick, {4: room.brick.ultrasonic(4)}, 0.25, on_loss=losses.append):
+        times.append(snapshot.time_s)
+        if snapshot.time_s > 8:
+            break
+    gaps = [later - earlier for earlier, later in pairwise(times)]
+    assert len(losses) == 1
+    assert max(gaps) == pytest.approx(3.5, abs=1.5)
+    assert sorted(gaps)[-2] < 0.6
+    assert snapshot.sensors[3].text == "distance: no echo", "its port is set up again"
+
+
+def test_a_monitor_outlasts_a_brick_that_is_silent_for_a_while(lab):
+    room = lab(faults=LinkFaults(silent_ms=((1000, 5000), (7000, 8500))))
+    losses = []
+    for snapshot in watch(room.brick, {}, 0.25, on_loss=losses.append):
+        if snapshot.time_s > 12:
+            break
+    assert len(losses) == 2

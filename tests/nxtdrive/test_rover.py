@@ -320,6 +320,25 @@ def test_a_sonar_that_falls_out_while_driving_is_an_error_and_a_stop(lab):
     assert room.simulation.truth.speed_mm_s == 0
 
 
+@pytest.mark.parametrize("turned_deg", [-60, 20, 150])
+def test_counters_that_are_reset_to_zero_are_no_motion_however_little_the_robot_had_moved(lab, turned_deg):
+    room = lab()
+    rover = room.brick.rover()
+    rover.turn(turned_deg)
+    rover.straight(40)
+    before = rover.pose()
+    room.simulation.brick.output.reset()  # as switching the brick off and on does
+    room.brick.sleep(0.01)
+    assert rover.pose() == before
+
+
+def test_a_robot_that_returns_to_where_its_counters_began_has_moved(lab):
+    rover = lab().brick.rover()
+    rover.straight(100)
+    rover.straight(-100)
+    assert rover.pose().x_mm == pytest.approx(0, abs=3)
+
+
 def test_a_program_that_listens_goes_on_without_the_sonar_until_it_is_back(lab):
     room = lab(BOX_AHEAD)
     rover, heard = Rover(room.brick.link), []

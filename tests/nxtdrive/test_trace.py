@@ -69,7 +69,7 @@ def record(tmp_path):
         path = tmp_path / "talk.nxttrace"
         inner = SimTransport(Simulation("open"), faults=faults, latency_ms=latency_ms)
         header = Trace(inner.address, inner.max_telegram)
-        with Brick(RecordTransport(inner, TraceWriter(path, header), path, inner.now()), **options) as brick:
+        with Brick(RecordTransport(inner, TraceWriter(path, header), inner.now()), **options) as brick:
             return path, talk(brick)
 
     return make

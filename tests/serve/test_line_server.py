@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 from behaviors.line_protocol import ErrorReply, Status, Why
 from behaviors.ports import Glimpse
+from firmware_protocol import status
+from firmware_protocol.errors import BrickBusy, BrickError
 from nxtdrive.brick import Brick
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.base import WallClock
@@ -99,7 +101,8 @@ def test_a_bare_arrive_means_the_present_target(serve):
 
 def test_an_undescribed_target_is_a_bad_argument(serve):
     client = serve().client()
-    assert client.ask("arrive santa") == ErrorReply.BAD_ARGUMENT
+    assert client.ask("arrive santa") == 2
+    assert client.ask("why") == Why.BAD_ARGUMENT
     assert client.ask("target santa") == ErrorReply.BAD_ARGUMENT
     assert client.ask("arrive") == 0, "the present target is still lena"
 
@@ -118,10 +121,12 @@ def test_a_long_conversation_with_camera_and_detector_reaches_the_target(serve):
 def test_the_safety_stop_is_told_and_cuts_the_advance(serve):
     served = serve("open", advance_mm=800.0)
     client = served.client()
-    answers = [client.ask("move_to 0") for _ in range(10)]
-    assert answers == sorted(answers, reverse=True), "first it advances, then it does not"
-    assert set(answers) == {0, ErrorReply.SAFETY_STOP}
-    assert client.ask("why") == Why.OBSTACLE_AHEAD
+    reasons = []
+    for _ in range(10):
+        assert client.ask("move_to 0") == 0
+        reasons.append(client.ask("why"))
+    assert reasons == sorted(reasons), "first it advances, then it does not"
+    assert set(reasons) == {Why.MOVED, Why.OBSTACLE_AHEAD}
     assert client.ask("status") == Status.HELD
     assert served.at_rest
     assert client.ask("move_to 0") == 1, "ten advances are ten advances"
@@ -131,13 +136,13 @@ def test_the_safety_stop_is_told_and_cuts_the_advance(serve):
 # --- interruptions ---
 
 
-@pytest.mark.parametrize("command", ["move_to 0", "move_to 180", "arrive rilakkuma"])
-def test_stop_breaks_off_what_is_going_on(serve, command):
+@pytest.mark.parametrize(("command", "failed"), [("move_to 0", 1), ("move_to 180", 1), ("arrive rilakkuma", 2)])
+def test_stop_breaks_off_what_is_going_on(serve, command, failed):
     served = serve(advance_mm=LONG_MM)
     client = served.client()
     served.after(1.0, lambda: client.send("stop\n"))
     start_ms = served.simulation.now_ms
-    assert client.ask(command) == ErrorReply.STOPPED
+    assert client.ask(command) == failed
     assert int(client.hear()) == 1
     assert served.simulation.now_ms - start_ms < 1500
     assert served.at_rest
@@ -149,8 +154,8 @@ def test_what_was_asked_before_a_stop_does_not_begin_any_more(serve):
     served = serve(advance_mm=LONG_MM)
     client = served.client()
     served.after(1.0, lambda: client.send("move_to 90\nselect\nstop\nstatus\n"))
-    assert client.ask("move_to 0") == ErrorReply.STOPPED
-    assert [int(client.hear()) for _ in range(4)] == [ErrorReply.STOPPED, 0, 1, Status.IDLE]
+    assert client.ask("move_to 0") == 1
+    assert [int(client.hear()) for _ in range(4)] == [1, 0, 1, Status.IDLE]
     assert served.simulation.truth.pose.heading_deg == pytest.approx(0, abs=3)
 
 
@@ -203,7 +208,7 @@ def test_the_end_of_the_server_stops_the_motors(serve):
     served = serve(advance_mm=LONG_MM)
     client = served.client()
     served.after(1.0, served.end.set)
-    assert client.ask("move_to 0") == ErrorReply.STOPPED
+    assert client.ask("move_to 0") == 1
     served.thread.join()
     assert served.at_rest
 
@@ -236,7 +241,7 @@ def test_stop_breaks_off_a_motion_over_a_real_link(serving, mission_for):
             with serving(brick, simulation, mission, Blind()) as served:
                 client = served.client()
                 served.after(1.0, lambda: client.send("stop\n"))
-                assert client.ask("move_to 0") == ErrorReply.STOPPED
+                assert client.ask("move_to 0") == 1
                 assert int(client.hear()) == 1
                 assert client.ask("status") == Status.IDLE
     finally:
@@ -252,24 +257,100 @@ def test_stop_breaks_off_a_motion_over_a_real_link(serving, mission_for):
 # --- clients ---
 
 
-def test_a_second_client_is_told_so_and_closed(serve):
+def test_a_second_client_is_answered_as_busy_until_the_first_leaves(serve):
     served = serve()
-    first, second = served.client(), None
+    first, second = served.client(), served.client()
     assert first.ask("connect") == 1
-    second = served.client()
-    assert second.hear() == b"%d" % ErrorReply.BUSY
-    assert second.hear() == b""
+    answers = {verb: second.ask(verb) for verb in ("connect", "arrive lena", "select", "move_to 90", "why", "stop")}
+    assert list(answers.values()) == [0, 2, 0, 1, ErrorReply.BUSY, ErrorReply.BUSY]
     assert first.ask("status") == Status.IDLE
+    assert first.ask("bye") == 1
+    assert second.ask("connect") == 1
+    assert sum("sent away" in line for line in served.said) == 1
 
 
 def test_a_second_client_does_not_wait_for_a_command_to_end(serve):
     served = serve(advance_mm=400.0)
-    first = served.client()
+    first, second = served.client(), served.client()
     heard = []
-    served.after(0.5, served.client)
-    served.after(1.0, lambda: heard.append(served.clients[1].hear()))
+    served.after(0.5, lambda: second.send("status\n"))
+    served.after(1.0, lambda: heard.append(second.hear()))
     assert first.ask("move_to 0") == 0
     assert heard == [b"%d" % ErrorReply.BUSY]
+
+
+def test_clients_that_send_no_request_keep_no_other_from_being_served(serve):
+    served = serve()
+    idle = [served.client() for _ in range(20)]
+    idle[-1].send("GET / HTTP/1.1\r\n")
+    assert served.client().ask("connect") == 1
+    assert idle[0].hear() == b"", "the oldest ones were closed"
+
+
+def test_a_client_that_does_not_read_is_disconnected_and_holds_up_no_other(serve):
+    served = serve()
+    greedy = served.client()
+    greedy.socket.settimeout(0.05)
+    with pytest.raises(OSError, match=r"timed out|reset|pipe"):  # noqa: PT012
+        while True:
+            greedy.send("why\n" * 100)
+    greedy.leave()
+    assert served.client().ask("connect") == 1
+
+
+class Broken:
+    """A camera that raises."""
+
+    def __init__(self, error):
+        self.error = error
+
+    def look(self, target):
+        raise self.error
+
+    def glance(self, targets):
+        raise self.error
+
+
+REFUSALS = [BrickError(status.Status.NO_MORE_HANDLES, "OpenRead"), BrickBusy("it is busy"), OSError("gone")]
+
+
+@pytest.mark.parametrize("error", REFUSALS, ids=repr)
+def test_a_search_that_the_brick_or_the_camera_refuses_has_failed(serving, mission_for, error):
+    simulation, eyes = Simulation("open", seed=1), Broken(error)
+    with Brick(SimTransport(simulation)) as brick, serving(brick, simulation, mission_for("lena"), eyes) as served:
+        client = served.client()
+        assert client.ask("arrive lena") == 2
+        assert client.ask("why") == Why.FAULT
+
+
+def test_an_internal_error_is_answered_and_logged(serving, mission_for, caplog):
+    simulation, eyes = Simulation("open", seed=1), Broken(ZeroDivisionError())
+    with Brick(SimTransport(simulation)) as brick, serving(brick, simulation, mission_for("lena"), eyes) as served:
+        client = served.client()
+        assert client.ask("arrive lena") == 2
+        assert client.ask("why") == Why.FAULT
+        assert client.ask("connect") == 1, "the server goes on"
+    assert "internal error in arrive" in caplog.text
+    assert "ZeroDivisionError" in caplog.text
+
+
+@pytest.mark.parametrize("failure", ["link", "camera", "stopped", "argument", "busy"])
+def test_the_verbs_of_the_thesis_answer_nothing_else_whatever_happens(serve, failure):
+    faults = LinkFaults(unplugged_ms=((100, 10**9),)) if failure == "link" else None
+    served = serve(faults=faults, advance_mm=50.0, look_every_deg=180.0)
+    if failure == "camera":
+        served.simulation.webcam.unplugged_ms = ((0, 10**9),)
+    client = served.client()
+    if failure == "busy":
+        assert client.ask("why") == Why.NOTHING_YET
+        client = served.client()
+    argument = {"argument": " north", "stopped": "\nstop"}.get(failure, "")
+    lines = [f"{verb}{argument}\n" for verb in ("connect", "arrive", "select", "move_to 9", "bye")]
+    if failure == "stopped":
+        lines = [line for line in lines if line.startswith(("arrive", "move_to"))]
+    client.send("".join(lines))
+    answers = [client.hear() for line in lines for _ in range(line.count("\n"))]
+    assert set(answers) <= {b"0", b"1", b"2"}
 
 
 def test_a_client_that_asks_and_leaves_moves_nothing(serve):
@@ -297,7 +378,7 @@ def test_a_client_that_floods_is_sent_away(serve):
 def test_a_brick_that_answers_nonsense_is_a_link_that_breaks(serve):
     served = serve(advance_mm=LONG_MM, faults=LinkFaults(corrupt_replies=range(60, 70)))
     client = served.client()
-    assert client.ask("move_to 0") == ErrorReply.LINK_DOWN
+    assert client.ask("move_to 0") == 1
     assert client.ask("why") == Why.LINK_LOST
     assert client.ask("connect") == 1
 
@@ -318,17 +399,17 @@ def test_a_camera_that_is_away_is_told_as_a_fault(serve):
     served = serve()
     served.simulation.webcam.unplugged_ms = ((0, 10**9),)
     client = served.client()
-    assert client.ask("arrive lena") == ErrorReply.FAULT
+    assert client.ask("arrive lena") == 2
     assert client.ask("why") == Why.FAULT
 
 
 def test_a_link_that_breaks_is_told_and_connect_mends_it(serve):
     served = serve(advance_mm=LONG_MM, faults=LinkFaults(unplugged_ms=((1000, 5000),)))
     client = served.client()
-    assert client.ask("move_to 0") == ErrorReply.LINK_DOWN
+    assert client.ask("move_to 0") == 1
     assert client.ask("why") == Why.LINK_LOST
     assert client.ask("status") == ErrorReply.LINK_DOWN
-    assert client.ask("connect") == ErrorReply.LINK_DOWN
+    assert client.ask("connect") == 0
     served.simulation.advance(6000)
     assert served.simulation.truth.speed_mm_s < 1.0, "the lease has stopped the motors"
     assert client.ask("connect") == 1

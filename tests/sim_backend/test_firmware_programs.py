@@ -1,7 +1,5 @@
 """Programs on the simulated brick: what the recorded conversations, with their two instructions, do not say."""
 
-import struct
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -10,6 +8,7 @@ from firmware_protocol import direct, system
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState, SensorMode, SensorType
 from firmware_protocol.iomap import COMMAND, SOUND, UI, ProgramStatus, SoundState, UiFlag
 from firmware_protocol.status import Status
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
 from sim_backend.devices import AnalogInput
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
@@ -23,69 +22,6 @@ LT, EQ = 0, 4
 MESSAGE_WRITE, MESSAGE_READ, PLAY_TONE = 26, 27, 10
 FOREVER = [0x4025, 0]
 READY_MS = 8
-
-
-class Variables:
-    """The table of variables of a test program, its static values and its arrays."""
-
-    def __init__(self):
-        self.table, self.static, self.arrays = [], b"", []
-
-    def number(self, value=0, kind=Type.SLONG):
-        self.table.append((kind, 0, len(self.static)))
-        self.static += struct.pack("<i", value)
-        return len(self.table) - 1
-
-    def text(self, content=b"\0"):
-        self.table += [(Type.ARRAY, 0, len(self.static)), (Type.UBYTE, 1, 0)]
-        self.arrays.append(content)
-        self.static += struct.pack("<HH", len(self.arrays), 0)
-        return len(self.table) - 2
-
-    def call(self, *members):
-        """A cluster: ints are numbers, bytes are texts."""
-        self.table.append((Type.CLUSTER, 0, len(members)))
-        cluster = len(self.table) - 1
-        return cluster, [self.text(m) if isinstance(m, bytes) else self.number(m) for m in members]
-
-
-def instruction(opcode, *arguments, flags=0):
-    size = 2 + 2 * len(arguments)
-    if size < 14:
-        return [size << 12 | flags << 8 | opcode, *(a & 0xFFFF for a in arguments)]
-    return [0xE000 | flags << 8 | opcode, size + 2, *(a & 0xFFFF for a in arguments)]
-
-
-def program(variables, *clumps, version=5, fire=(), dependents=()):
-    """A file whose clumps are lists of instructions; `fire` counts and `dependents` by clump."""
-    static = variables.static.ljust(-(-len(variables.static) // 4) * 4, b"\0")
-    offset, heap = len(static) + 10 * (len(variables.arrays) + 1), b""
-    descriptors = struct.pack("<5H", len(static), 10, len(variables.arrays) + 1, 0xFFFF, 0xFFFF)
-    for content in variables.arrays:
-        descriptors += struct.pack("<5H", offset + len(heap), 1, len(content), 0xFFFF, 0xFFFF)
-        heap += content
-    values = b"".join(
-        static[data : data + {Type.ARRAY: 2}.get(kind, 4)]
-        for kind, zero, data in variables.table
-        if not zero and kind != Type.CLUSTER
-    )
-    dynamic = descriptors + heap
-    defaults = values + dynamic
-    records = lists = b""
-    code = []
-    for i, clump in enumerate(clumps):
-        own = bytes(dependents[i]) if i < len(dependents) else b""
-        records += struct.pack("<BBH", fire[i] if i < len(fire) else 0, len(own), len(code))
-        lists += own
-        code += [word for line in clump for word in line]
-    header = struct.pack("<14sBB", b"MindstormsNXT", 0, version) + struct.pack(
-        "<11H", len(variables.table), len(static) + len(dynamic), len(static), len(defaults), len(values), len(dynamic),
-        0, 0, len(static), len(clumps), len(code),
-    )  # fmt: skip
-    table = b"".join(struct.pack("<BBH", *entry) for entry in variables.table)
-    body = header + table + defaults
-    body += bytes(len(body) % 2) + records + lists
-    return body + bytes(len(body) % 2) + struct.pack(f"<{len(code)}H", *code)
 
 
 def ask(brick, command):
@@ -138,7 +74,7 @@ def test_a_program_calculates_branches_and_sends_messages():
     variables = Variables()
     total, count, one, limit = (variables.number(value) for value in (0, 0, 1, 10))
     brick = started(
-        program(
+        assemble(
             variables,
             [
                 instruction(ADD, count, count, one),
@@ -161,7 +97,7 @@ def test_a_program_calculates_branches_and_sends_messages():
 def test_arithmetic_is_that_of_c(opcode, left, right, result):
     variables = Variables()
     a, b, c = variables.number(left), variables.number(right), variables.number()
-    brick = started(program(variables, [instruction(opcode, c, a, b), *send_number(variables, 10, c), FOREVER]))
+    brick = started(assemble(variables, [instruction(opcode, c, a, b), *send_number(variables, 10, c), FOREVER]))
     brick.tick(5)
     assert message(brick, 10) == result + b"\0"
 
@@ -176,7 +112,7 @@ def test_numbers_keep_to_their_types():
         *send_number(variables, 10, number),
         FOREVER,
     ]
-    brick = started(program(variables, lines))
+    brick = started(assemble(variables, lines))
     brick.tick(5)
     assert message(brick, 10) == b"255\0"
 
@@ -193,7 +129,7 @@ def test_texts_are_joined_and_read_from_mailboxes():
         instruction(SYSCALL, MESSAGE_WRITE, answer),
         FOREVER,
     ]
-    brick = started(program(variables, lines))
+    brick = started(assemble(variables, lines))
     assert status_of(brick, direct.MessageWrite(1, 6, b"world\0")) == Status.OK
     brick.tick(5)
     assert message(brick, 11) == b"hello world\0"
@@ -216,7 +152,7 @@ def test_clumps_wait_for_each_other_and_take_turns_with_a_mutex():
         instruction(FINISH, 0, 0),
     ]
     last = [*send_number(variables, 10, value), FOREVER]
-    brick = started(program(variables, first, second, last, fire=(0, 0, 2), dependents=([2], [2], [])))
+    brick = started(assemble(variables, first, second, last, fire=(0, 0, 2), dependents=([2], [2], [])))
     brick.tick(40)
     assert message(brick, 10) == Status.MAILBOX_EMPTY
     brick.tick(30)
@@ -228,7 +164,7 @@ def test_a_subroutine_returns_to_its_caller():
     caller, value, two = variables.number(), variables.number(5), variables.number(2)
     main = [instruction(CALL, 1, caller), instruction(CALL, 1, caller), *send_number(variables, 10, value), FOREVER]
     double = [instruction(MUL, value, value, two), instruction(RETURN, caller)]
-    brick = started(program(variables, main, double, fire=(0, 9)))
+    brick = started(assemble(variables, main, double, fire=(0, 9)))
     brick.tick(20)
     assert message(brick, 10) == b"20\0"
 
@@ -248,7 +184,7 @@ def test_a_program_drives_motors_and_reads_sensors():
     brick = SimBrick()
     brick.attach_motor("B", BenchMotor())
     brick.attach_sensor(2, AnalogInput(lambda: 321))
-    started(program(variables, lines), brick=brick)
+    started(assemble(variables, lines), brick=brick)
     brick.tick(100)
     assert ask(brick, direct.GetOutputState(OutputPort.B))[1].tacho_count > 10
     assert message(brick, 10) == b"321\0"
@@ -258,7 +194,7 @@ def test_short_instructions_are_understood():
     variables = Variables()
     source, target = variables.number(77), variables.number()
     short_move = [0x4800 | target - source & 0xFF, source]  # target relative to source
-    brick = started(program(variables, [short_move, *send_number(variables, 10, target), FOREVER]))
+    brick = started(assemble(variables, [short_move, *send_number(variables, 10, target), FOREVER]))
     brick.tick(5)
     assert message(brick, 10) == b"77\0"
 
@@ -269,7 +205,7 @@ def test_short_instructions_are_understood():
 def test_a_program_that_does_the_impossible_ends_with_an_error(lines):
     variables = Variables()
     variables.number(), variables.number(), variables.call(0)
-    brick = started(program(variables, lines))
+    brick = started(assemble(variables, lines))
     brick.tick(5)
     assert program_status(brick) == ProgramStatus.ERROR
     brick.tick(800)
@@ -277,7 +213,7 @@ def test_a_program_that_does_the_impossible_ends_with_an_error(lines):
 
 
 def test_the_end_of_the_last_clump_is_the_end_of_the_program():
-    brick = started(program(Variables(), [instruction(FINISH, 0, NONE)]))
+    brick = started(assemble(Variables(), [instruction(FINISH, 0, NONE)]))
     brick.tick(3)
     assert program_status(brick) == ProgramStatus.OK
     assert status_of(brick, direct.GetCurrentProgramName()) == Status.NO_ACTIVE_PROGRAM
@@ -286,7 +222,7 @@ def test_the_end_of_the_last_clump_is_the_end_of_the_program():
 def test_variables_can_be_watched_and_changed_through_the_map():
     variables = Variables()
     variables.number(0x11223344)
-    brick = started(program(variables, [FOREVER]))
+    brick = started(assemble(variables, [FOREVER]))
     pool, base = COMMAND.field("MemoryPool").offset, field(brick, COMMAND, "OffsetDS")
     _, found = ask(brick, system.IOMapRead(COMMAND.module_id, pool + base, 4))
     assert found.data == bytes.fromhex("44332211")
@@ -297,7 +233,7 @@ def test_variables_can_be_watched_and_changed_through_the_map():
     assert field(brick, COMMAND, "OffsetDS") == 0xFFFF
 
 
-LOOP = program(Variables(), [FOREVER])
+LOOP = assemble(Variables(), [FOREVER])
 
 
 @pytest.mark.slow
@@ -307,7 +243,7 @@ def test_no_file_disturbs_the_brick(data):
     """Damaged programs end or run; the brick goes on in any case."""
     variables = Variables()
     a, b = variables.number(1), variables.number(2)
-    content = bytearray(program(variables, [instruction(ADD, a, a, b), *send_number(variables, 3, a), FOREVER]))
+    content = bytearray(assemble(variables, [instruction(ADD, a, a, b), *send_number(variables, 3, a), FOREVER]))
     for _ in range(data.draw(st.integers(1, 6))):
         content[data.draw(st.integers(14, len(content) - 1))] = data.draw(st.integers(0, 255))
     brick = started(bytes(content[: data.draw(st.integers(1, len(content)))]))
@@ -337,7 +273,7 @@ def test_waiting_at_once_is_waiting_step_by_step_while_a_program_runs(steps):
         *send_number(variables, 10, count),
         instruction(JMP, -15),
     ]
-    content = program(variables, lines)
+    content = assemble(variables, lines)
     hasty, patient = started(content), started(content)
     for passes in steps:
         hasty.tick(passes)
@@ -350,7 +286,7 @@ def test_waiting_at_once_is_waiting_step_by_step_while_a_program_runs(steps):
 def test_a_program_that_only_waits_costs_no_passes():
     variables = Variables()
     nap = variables.number(10_000)
-    for content in (LOOP, program(variables, [instruction(WAIT, NONE, nap), FOREVER])):
+    for content in (LOOP, assemble(variables, [instruction(WAIT, NONE, nap), FOREVER])):
         brick = started(content)
         brick.tick(5)
         assert brick.command.due_ms - brick.now_ms > 9_000
@@ -458,7 +394,7 @@ def test_all_mailboxes_hold_five_of_the_longest_messages(firmware):
 def test_a_program_plays_a_tone():
     variables = Variables()
     cluster, _ = variables.call(0, 440, 100, 0, 2)
-    brick = started(program(variables, [instruction(SYSCALL, PLAY_TONE, cluster), FOREVER]))
+    brick = started(assemble(variables, [instruction(SYSCALL, PLAY_TONE, cluster), FOREVER]))
     brick.tick(3)
     assert field(brick, SOUND, "State") == SoundState.TONE
     assert brick.sound.tone == (440, 100, 2)

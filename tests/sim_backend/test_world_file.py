@@ -6,6 +6,7 @@ import pytest
 
 from firmware_protocol.errors import ConfigError
 from sim_backend.bundled import WORLDS
+from sim_backend.camera.textures import SURFACES
 from sim_backend.world.loading import load_world, parse_world
 from sim_backend.world.sensor_tables import (
     ColorMount,
@@ -22,6 +23,7 @@ from sim_backend.world.sensor_tables import (
     Ultrasonic,
     UltrasonicMount,
 )
+from sim_backend.world.toml_types import TEXTURES
 from sim_backend.world.world_file import (
     Box,
     Camera,
@@ -196,13 +198,13 @@ def test_ports_may_not_collide():
             "kind = 'light'\nport = 2\n[[sensors]]\nkind = 'color'\nport = 2",
             ["sensors[1].port: sensors[0].port has port"],
         ),
-        ("kind = 'light'\nport = 5", ["sensors[0].port: input should be less than or equal to 4"]),
+        ("kind = 'light'\nport = 5", ["sensors[0].port: must be 4 or less"]),
         ("kind = 'lihgt'\nport = 2", ["sensors[0].kind: there is no 'lihgt'; did you mean light?"]),
         ("port = 2", ["sensors[0].kind: is missing"]),
         ("kind = 'light'\nport = 2\nlook = 'up'", ["sensors[0].look: there is no such key; did you mean looks?"]),
-        ("kind = 'light'\nport = 2\nlooks = 'up'", ["sensors[0].looks: input should be 'down' or 'ahead'"]),
+        ("kind = 'light'\nport = 2\nlooks = 'up'", ["sensors[0].looks: must be 'down' or 'ahead'"]),
         ("kind = 'compass'", ["sensors[0].port: is missing"]),
-        ("kind = 'i2c'\nport = 2\naddress = 3", ["sensors[0].address: input should be a multiple of 2"]),
+        ("kind = 'i2c'\nport = 2\naddress = 3", ["sensors[0].address: must be a multiple of 2"]),
         ("kind = 'i2c'\nport = 2\nregisters = { x = [1] }", ["sensors[0].registers: 'x' is not a register"]),
         (
             "kind = 'i2c'\nport = 2\nregisters = { 255 = 'ab' }",
@@ -227,7 +229,7 @@ def test_a_taken_port_comes_with_a_way_out():
         ("color = 'red'", "patches[0]: needs exactly one of at_mm (a rectangle) and along_mm (tape)"),
         ("color = 'red'\nat_mm = [1, 1]", "patches[0]: at_mm and size_mm belong together"),
         ("color = 'red'\nalong_mm = [[1, 1]]", "patches[0]: along_mm needs two points"),
-        ("color = [10, 20, 300]\nalong_mm = [[1, 1], [2, 2]]", "patches[0].color[2]: input should be less than"),
+        ("color = [10, 20, 300]\nalong_mm = [[1, 1], [2, 2]]", "patches[0].color[2]: must be 100 or less"),
     ],
 )
 def test_a_patch_that_makes_no_sense_is_refused(patch, sentence):
@@ -252,3 +254,146 @@ def test_picture_files_are_beside_the_world_file(tmp_path):
         GOOD + "[[pictures]]\nname = 'cat'\nfile = 'cat.png'\nat_mm = [900, 900]\nfacing_deg = 0"
     )
     assert load_world(tmp_path / "cats.toml").pictures[0].file == tmp_path / "cat.png"
+
+
+ROOM = """
+[floor]
+size_mm = [3000, 2000]
+[robot]
+start_mm = [400, 1000]
+[[walls]]
+from_mm = [1500, 0]
+to_mm = [1500, 1000]
+thickness_mm = 40
+[[boxes]]
+name = "desk"
+at_mm = [2500, 500]
+size_mm = [800, 400]
+height_mm = 700
+"""
+
+
+@pytest.mark.parametrize(
+    ("start_mm", "expected"),
+    [
+        ("[2500, 500]", "robot.start_mm: the robot stands in the box 'desk'"),
+        ("[2500, 780]", "robot.start_mm: the robot stands in the box 'desk'"),
+        ("[1500, 500]", "robot.start_mm: the robot stands in walls[0]"),
+        ("[1420, 500]", "robot.start_mm: the robot stands in walls[0]"),
+        ("[60, 1000]", "robot.start_mm: the robot stands in the wall of the room"),
+        ("[3100, 1000]", "robot.start_mm: (3100, 1000) is outside the floor of 3000 x 2000 mm"),
+    ],
+)
+def test_a_robot_that_cannot_stand_where_it_starts_is_refused(start_mm, expected):
+    [mistake] = mistakes_in(ROOM.replace("[400, 1000]", start_mm))
+    assert mistake.startswith(expected)
+    assert "115 mm" in mistake or "outside" in mistake
+
+
+@pytest.mark.parametrize("start_mm", ["[116, 1000]", "[1360, 500]", "[2500, 820]"])
+def test_a_robot_may_stand_close_to_things(start_mm):
+    parse_world(tomllib.loads(ROOM.replace("[400, 1000]", start_mm)), Path("test.toml"))
+
+
+@pytest.mark.parametrize(
+    ("picture", "expected"),
+    [
+        ("at_mm = [1500, 500]\nfacing_deg = 180", "'lena' is inside walls[0]"),
+        ("at_mm = [1515, 950]\nfacing_deg = 180", "'lena' is inside walls[0]"),
+        ("at_mm = [2500, 500]\nfacing_deg = 90", "'lena' is inside the box 'desk'"),
+        ("at_mm = [1000, 2]\nfacing_deg = 180", "'lena' sticks out of the room"),
+        ("at_mm = [420, 1000]\nfacing_deg = 180", "'lena' stands where the robot starts"),
+    ],
+)
+def test_a_picture_that_nobody_could_see_is_refused(picture, expected):
+    [mistake] = mistakes_in(ROOM + f"[[pictures]]\nname = 'lena'\n{picture}\n")
+    assert mistake.startswith("pictures[0].at_mm: ")
+    assert expected in mistake
+
+
+@pytest.mark.parametrize(
+    "picture",
+    [
+        "at_mm = [1475, 500]\nfacing_deg = 180",
+        "at_mm = [2500, 710]\nfacing_deg = 90",
+        "at_mm = [2500, 500]\nfacing_deg = 180\ncentre_height_mm = 900",
+        "at_mm = [2500, 500]\nfacing_deg = 180\npresent = false",
+        "at_mm = [1000, 6]\nfacing_deg = 90",
+    ],
+    ids=["on a wall", "before the desk", "on the desk", "absent", "on the wall of the room"],
+)
+def test_a_picture_may_hang_on_a_wall_or_stand_on_a_desk(picture):
+    parse_world(tomllib.loads(ROOM + f"[[pictures]]\nname = 'lena'\n{picture}\n"), Path("test.toml"))
+
+
+def test_a_box_or_wall_that_sticks_out_of_the_room_is_refused():
+    text = ROOM.replace("at_mm = [2500, 500]", "at_mm = [2700, 500]").replace("[1500, 1000]", "[1500, -200]")
+    assert [line.split(":")[0] for line in mistakes_in(text)] == ["walls[0].to_mm", "boxes[0].at_mm"]
+
+
+def test_mistakes_of_every_kind_are_reported_in_one_pass():
+    mistakes = mistakes_in(
+        """
+        [floor]
+        size_mm = [3000, 2000]
+        colour = "grey"
+        [robot]
+        start_mm = [60, 1000]
+        headng_deg = 90
+        [[pictures]]
+        name = "fox"
+        at_mm = "left"
+        facing_deg = 0
+        [[pictures]]
+        name = "lena"
+        at_mm = [3100, 1000]
+        facing_deg = 180
+        [[events]]
+        name = "gone"
+        when = { sees = "fox" }
+        picture = "lenna"
+        present = false
+        """
+    )
+    assert [line.split(":")[0] for line in mistakes] == [
+        "floor.colour",
+        "robot.headng_deg",
+        "pictures[0].at_mm",
+        "events[0].picture",
+        "pictures[1].at_mm",
+        "robot.start_mm",
+    ]
+
+
+def test_a_room_without_size_or_robot_still_has_its_other_mistakes_reported():
+    mistakes = mistakes_in("[[pictures]]\nname = 'leena'\nat_mm = [900, 900]\nfacing_deg = 0")
+    assert [line.split(":")[0] for line in mistakes] == ["floor", "robot", "pictures[0].name"]
+
+
+def test_a_texture_that_does_not_exist_is_named_with_the_likely_one():
+    [mistake] = mistakes_in(ROOM + "texture = 'wod'")
+    assert mistake == "boxes[0].texture: there is no texture 'wod'; did you mean wood?"
+
+
+def test_the_names_of_the_textures_are_those_that_can_be_drawn():
+    assert set(TEXTURES) == set(SURFACES)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (ROOM.replace("[[boxes]]", "[boxes]"), "boxes: needs two brackets, [[boxes]], once for each of them"),
+        (ROOM.replace("[400, 1000]", "400"), "robot.start_mm: must be a list in brackets, as in [1200, 800], not 400"),
+        (ROOM.replace("[400, 1000]", "[4, 5, 6]"), "robot.start_mm: must have 2 entries, not [4, 5, 6]"),
+        (ROOM.replace("[400, 1000]", "[400]"), "robot.start_mm[1]: is missing"),
+        (ROOM.replace("700", "-7"), "boxes[0].height_mm: must be more than 0, not -7"),
+        (ROOM.replace("700", "'high'"), "boxes[0].height_mm: must be a number, not 'high'"),
+        (ROOM.replace("'desk'", "7").replace('"desk"', "7"), "boxes[0].name: must be text in quotes, not 7"),
+        (ROOM + "present = 'maybe'", "boxes[0].present: must be true or false, not 'maybe'"),
+        (ROOM.replace("[robot]", "[robot]\nleft_port = 'D'"), "robot.left_port: must be 'A', 'B' or 'C', not 'D'"),
+        (ROOM.replace("[robot]", "[robot]\nbattery_mv = 9"), "robot.battery_mv: must be 5000 or more, not 9"),
+        ("light = 3\n" + ROOM, "light: must be a table, not 3"),
+    ],
+)
+def test_a_mistake_is_told_in_plain_words(text, expected):
+    assert mistakes_in(text) == [expected]

@@ -20,6 +20,8 @@ _IO_MAP_DATA = 9
 
 _PATIENCE = 100_000
 """Number of polls after which a wait fails."""
+MOST = 100_000
+"""Most passes, bytes or files of a control line: some seconds of work."""
 
 
 class NotSupportedOnBench(Exception):
@@ -95,11 +97,11 @@ class Bench:
             raise NotSupportedOnBench(f"the control line {line!r} is not known; see docs/firmware.md section 0.1")
         try:
             return action(*arguments)
-        except (ValueError, TypeError, IndexError) as error:
+        except (ValueError, TypeError, IndexError, ZeroDivisionError) as error:
             raise NotSupportedOnBench(f"the control line {line!r} cannot be carried out: {error}") from error
 
     def _tick(self, passes: str) -> str:
-        self.brick.tick(int(passes))
+        self.brick.tick(_count(passes))
         return f"ok t={self.brick.now_ms}"
 
     def _sensor(self, port: str, raw: str) -> str:
@@ -130,7 +132,7 @@ class Bench:
     def _trace(self, passes: str, interval: str) -> str:
         entries = []
         drive = self._drive()
-        for number in range(1, int(passes) + 1):
+        for number in range(1, _count(passes) + 1):
             counts = [motor.count for motor in self.motors]
             self.brick.tick()
             before, drive = drive, self._drive()
@@ -227,12 +229,12 @@ class Bench:
         return "ok"
 
     def _fill(self, handle: str, size: str) -> str:
-        for start in range(0, int(size), 58):
+        for start in range(0, _count(size), 58):
             self.telegram(f"0183{handle}" + "aa" * min(58, int(size) - start))
         return "ok"
 
     def _make_files(self, count: str) -> str:
-        for number in range(int(count)):
+        for number in range(_count(count)):
             name = f"n{number:03}.t".encode().ljust(20, b"\0").hex()
             reply = self.telegram(f"0181{name}01000000")
             if reply[4:6] != "00":
@@ -259,3 +261,15 @@ class Bench:
             data = rest
         self._stream = data
         return replies.hex()
+
+
+def _count(text: str) -> int:
+    """Read a number of passes, bytes or files.
+
+    Raises:
+        ValueError: It is no number, or so large that it would take minutes.
+    """
+    count = int(text)
+    if count > MOST:
+        raise ValueError(f"{count} is more than {MOST}")
+    return count

@@ -5,12 +5,13 @@ A line has a ``request`` or a ``control``, and the ``reply``. Lines without the 
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from firmware_protocol.errors import ConfigError
+from input_files.json_text import MAX_BYTES, parse_object
+from input_files.plain import InputFileError, read_text
 
 _REPLIES = {"1.05": "reply_lego105"}
 """Keys of the replies of other firmwares, present where they differ from ``reply``."""
@@ -47,9 +48,9 @@ def load(path: Path, firmware: str) -> dict[str, list[Step]]:
         ConfigError: The file cannot be read, or is not a recording.
     """
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path} cannot be read: {error}.", remedy="Give a recording of JSON lines.") from error
+        lines = read_text(path, MAX_BYTES).split("\n")
+    except InputFileError as error:
+        raise ConfigError(str(error)) from None
     scenarios: dict[str, list[Step]] = {}
     for number, line in enumerate(lines, 1):
         if line.strip():
@@ -65,12 +66,9 @@ def _record(line: str, place: str) -> dict[str, Any]:
     """Parse a line and check its texts."""
     remedy = 'Each line is a JSON object with "request" or "control", and "reply" (docs/firmware.md section 0.2).'
     try:
-        record = json.loads(line)
+        record = {name: "" if value is None else value for name, value in parse_object(line).items()}
     except ValueError as error:
-        raise ConfigError(f"{place} is not JSON: {error}.", remedy=remedy) from error
-    if not isinstance(record, dict):
-        raise ConfigError(f"{place} is not a JSON object.", remedy=remedy)
-    record = {name: "" if value is None else value for name, value in record.items()}
+        raise ConfigError(f"{place} is not a JSON object that can be read: {error}.", remedy=remedy) from None
     for name in _TEXTS:
         if not isinstance(record.get(name, ""), str):
             raise ConfigError(f"{place}: {name} is not a text.", remedy=remedy)

@@ -135,6 +135,10 @@ class NullTransport:
         """Return the reply."""
         return self._answer
 
+    def waiting(self) -> bool:
+        """Return False: nothing arrives without a request."""
+        return False
+
     def close(self) -> None:
         """Do nothing."""
 

@@ -16,7 +16,7 @@ import tokenize
 from collections import Counter
 from pathlib import Path
 
-ROOMS = ("firmware_protocol", "nxtdrive", "behaviors", "sim_backend", "tools", "tests", "examples")
+ROOMS = ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend", "tools", "tests", "examples")
 
 _SILENT = {
     tokenize.COMMENT,

@@ -6,7 +6,6 @@ executive of its own: it uses the same ports and skills and writes the same jour
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from contextlib import suppress
@@ -36,8 +35,7 @@ class Baseline(ABC):
         self.body, self.eyes, self.clock = robot.body, robot.eyes, robot.clock
         self.mission, self._observers = robot.mission, Observers(robot.observers)
         self._start_s = robot.clock.now()
-        limit_s = self.mission.mission.time_limit_s
-        self.deadline_s = math.inf if limit_s is None else self._start_s + limit_s
+        self.deadline_s = self._start_s + self.mission.mission.time_limit_s
         self.context = SkillContext(
             self.body, self.eyes, self.clock, self.mission.thesis, self.note, lambda _: None, self.deadline_s
         )

@@ -31,7 +31,7 @@ WITHOUT_WORKERS_S = 30.0
 GREETING_SIZE, LONGEST_GREETING = 8, 1 << 20
 """A scheduler speaks first: the size of this field in bytes, and a limit far above the greeting's length in it."""
 
-ROOMS = ("firmware_protocol", "behaviors", "sim_backend", "nxtdrive", "nxtdrive.tools")
+ROOMS = ("firmware_protocol", "input_files", "behaviors", "sim_backend", "nxtdrive", "nxtdrive.tools")
 INGREDIENTS = (".py", ".toml", ".png")
 """Results depend on the files of `ROOMS` with these extensions."""
 GO_ON = "What is done is in the file: go on with --resume."

@@ -5,7 +5,6 @@ The lines depend only on the tasks, not on the number of workers or on how often
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import time
@@ -21,9 +20,8 @@ from pathlib import Path
 from threading import Thread
 from typing import Any, TypeVar
 
-from firmware_protocol.errors import ConfigError
-
 from .performance import Line, Task, evaluate_batch, failed
+from .result_file import ResultFile, key_of, read_lines
 
 BATCH = 2
 """Missions per batch: some seconds of work, which makes the cost of submitting it negligible."""
@@ -32,7 +30,6 @@ AHEAD = 3
 LOOK_S = 1.0
 """How often the wait for a batch checks that workers are left."""
 
-Key = tuple[str, int, str, str]
 T = TypeVar("T")
 
 
@@ -140,33 +137,6 @@ def _lines(tasks: list[Task], future: Future[list[Line]], executor: Executor, wa
         return [line for each in alone for line in _lines(each, executor.submit(evaluate_batch, each), executor, watch)]
 
 
-def read_lines(path: Path) -> list[Line]:
-    """Return the lines of a sweep's file, except a last line that an interruption cut short.
-
-    Raises:
-        ConfigError: The file cannot be read, or is not a sweep's.
-    """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        return []
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path} cannot be read: {error}.", remedy="Name another one with --out.") from error
-    whole = text[: text.rfind("\n") + 1].splitlines()
-    try:
-        lines: list[Line] = [json.loads(line) for line in whole]
-        for line in lines:
-            key_of(line)
-    except (json.JSONDecodeError, KeyError, TypeError) as error:
-        raise ConfigError(f"{path} is not the file of a sweep.", remedy="Name another one with --out.") from error
-    return lines
-
-
-def key_of(line: Line) -> Key:
-    """Return the identity of the mission that a line describes."""
-    return line["class"], line["seed"], line["policy"], line["eyes"]
-
-
 def sweep(
     tasks: Sequence[Task],
     out: Path,
@@ -192,24 +162,9 @@ def sweep(
     begun_s = time.perf_counter()
     known = {key_of(line): line for line in read_lines(out)}
     missing = [task for task in tasks if task.key not in known]
-    with _appending(out) as file:
+    with ResultFile(out) as file:
         for line in run_tasks(missing, executor, number=number, watch=watch):
-            file.write(json.dumps(line, ensure_ascii=False) + "\n")
-            file.flush()
+            file.append(line)
             known[key_of(line)] = line
             progress(line)
     return Swept([known[task.key] for task in tasks], time.perf_counter() - begun_s)
-
-
-def _appending(path: Path) -> Any:  # noqa: ANN401 - a text file
-    """Open the file for appending after its last complete line."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("ab+") as file:
-            file.seek(0)
-            file.truncate(file.read().rfind(b"\n") + 1)
-        return path.open("a", encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise ConfigError(
-            f"{path} cannot be written: {error.strerror}.", remedy="Name another one with --out."
-        ) from error

@@ -9,6 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
+
+from firmware_protocol.printable import printable
 
 from .causes import FITTING, Cause
 from .performance import FAILED, Line
@@ -43,6 +46,8 @@ POLICY_COLUMNS = [
     "to goal s p50 / p90",
 ]
 REACHED_BY_S = (30.0, 60.0, 120.0, 300.0)
+FRAME = 3
+"""Characters that a column has besides its text: a border and two spaces."""
 RECOVERY_COLUMNS = ["policy", "noticed s p50 / p90", "fitting choices", "regret s", "leaves an absent target s p50"]
 
 
@@ -146,12 +151,13 @@ def print_tables(lines: Sequence[Line], console: Console) -> None:
     if any(line.get("choices") for line in lines):
         _print(console, "recovery", RECOVERY_COLUMNS, recovery_rows(lines))
         _print(console, "choices that fitted, by cause", *cause_rows(lines))
-        _print(console, "what was chosen, by cause", *choice_rows(lines))
+        _print(console, "what was chosen, by cause", *choice_rows(lines), keys=2)
     if differences := difference_rows(lines, "thesis"):
         _print(console, "success beyond the thesis's, paired", ["policy", "difference [95 %]"], differences)
     for line in lines:
         if line["ending"] == FAILED:
-            console.print(f"{line['class']}:{line['seed']}:{line['policy']} failed: {line['error']}", markup=False)
+            failure = f"{line['class']}:{line['seed']}:{line['policy']} failed: {line['error']}"
+            console.print(printable(failure), markup=False)
 
 
 def interval(value: Estimate, *, signed: bool = False) -> str:
@@ -162,13 +168,29 @@ def interval(value: Estimate, *, signed: bool = False) -> str:
     return f"{value.mean:{sign}.3f} [{value.low:{sign}.3f}, {value.high:{sign}.3f}]"
 
 
-def _print(console: Console, title: str, columns: Sequence[str], rows: Rows) -> None:
-    table = Table(title=title, title_justify="left")
-    for column in columns:
-        table.add_column(column, no_wrap=True)
-    for row in rows:
-        table.add_row(*row)
-    console.print(table)
+def _print(console: Console, title: str, columns: Sequence[str], rows: Rows, keys: int = 1) -> None:
+    """Print a table; one that is wider than the console as several, each with the first `keys` columns."""
+    for number, chosen in enumerate(_groups([columns, *rows], keys, console.width)):
+        table = Table(title=title if number == 0 else f"{title}, continued", title_justify="left")
+        for index in chosen:
+            table.add_column(Text(printable(columns[index])), overflow="fold")
+        for row in rows:
+            table.add_row(*(Text(printable(row[index])) for index in chosen))
+        console.print(table)
+
+
+def _groups(lines: Sequence[Sequence[str]], keys: int, width: int) -> list[list[int]]:
+    """Return the columns of each table: the first `keys`, and as many others as fit into `width`, at least one."""
+    widths = [max(map(len, column)) + FRAME for column in zip(*lines, strict=True)]
+    groups: list[list[int]] = []
+    room = 0
+    for index in range(keys, len(widths)):
+        if widths[index] > room:
+            groups.append(list(range(keys)))
+            room = width - sum(widths[:keys]) - 1
+        groups[-1].append(index)
+        room -= widths[index]
+    return groups
 
 
 def _by_policy(lines: Sequence[Line]) -> dict[str, list[Line]]:

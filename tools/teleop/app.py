@@ -15,6 +15,7 @@ from textual.message import Message
 from textual.widgets import Footer, Header, Static
 
 from firmware_protocol.errors import NXTError
+from firmware_protocol.printable import printable
 
 from .controls import STEP_PERCENT, Controls, Direction
 from .gamepad import Button, Gamepad
@@ -46,6 +47,7 @@ class Teleop(App[None]):
         now: The clock of the controls.
         name: Which brick, for the title.
         gamepad: Read between the keys, if there shall be one.
+        stopped: Checked between the pilot's steps; once it returns True, the robot stops and the screen closes.
 
     Attributes:
         failure: Why it ended by itself, or None.
@@ -84,12 +86,14 @@ class Teleop(App[None]):
         now: Callable[[], float],
         name: str = "",
         gamepad: Gamepad | None = None,
+        stopped: Callable[[], bool] = lambda: False,
     ) -> None:
         super().__init__()
-        self.sub_title = name
+        self.sub_title = printable(name)
         self.failure: NXTError | None = None
         self._pilot, self._controls, self._now = pilot, controls, now
         self._gamepad, self._gamepad_words = gamepad, ""
+        self._stopped = stopped
         self._leaving = threading.Event()
         self._driving = threading.Thread(target=self._drive, name="teleop pilot", daemon=True)
 
@@ -181,7 +185,7 @@ class Teleop(App[None]):
     def _drive(self) -> None:
         """Run the pilot; only this thread uses the brick."""
         try:
-            while not self._leaving.is_set():
+            while not (self._leaving.is_set() or self._stopped()):
                 self.post_message(self.Seen(self._pilot.step()))
             self._pilot.stop()
         except NXTError as error:
@@ -208,4 +212,4 @@ def describe(view: View, gamepad: str = "") -> str:
     keys = "\narrows, WASD: drive  Q E: bend\nhold to go on, let go to stop"
     if gamepad:
         keys += "\nsticks: drive  B: STOP  A: release\nRB, LB: faster, slower"
-    return "\n".join(f"{label:<8} {text}" for label, text in rows.items()) + "\n" + keys
+    return "\n".join(printable(f"{label:<8} {text}") for label, text in rows.items()) + "\n" + keys

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from behaviors.journal import Kind, Record
+from input_files.json_text import parse_object
+from input_files.plain import InputFileError, read_text
 from nxtdrive.recording.progress_lines import ProgressLines
 from nxtdrive.recording.run_folder import JOURNAL, MAP, SUMMARY
 from nxtdrive.recording.run_reader import PastRun, read_run
@@ -15,6 +16,9 @@ from .chart import chart, recoveries
 
 FILES = (MAP, JOURNAL, SUMMARY)
 """What of a run may be fetched as it is."""
+
+
+MAX_SUMMARY_BYTES = 1_000_000
 
 
 class Runs:
@@ -71,9 +75,9 @@ class Runs:
 
     def _line(self, name: str) -> dict[str, Any]:
         try:
-            summary = json.loads((self._folder / name / SUMMARY).read_text(encoding="utf-8"))
+            summary = parse_object(read_text(self._folder / name / SUMMARY, MAX_SUMMARY_BYTES))
             shown = {key: summary.get(key) for key in ("mission", "ending", "achieved", "duration_s", "targets")}
-        except (OSError, ValueError, AttributeError):
+        except (InputFileError, ValueError):
             shown = {"mission": "", "ending": "unfinished", "achieved": False, "duration_s": None, "targets": []}
         return {"name": name, "map": (self._folder / name / MAP).is_file(), **shown}
 

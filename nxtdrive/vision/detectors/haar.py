@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import cv2
 
 from firmware_protocol.errors import ConfigError
+from input_files.plain import MEGABYTE
 from nxtdrive.host.environment import pip_command
 from nxtdrive.vision.detection import Detection, Image
 from nxtdrive.vision.detectors.correlation import distinct
@@ -21,6 +25,12 @@ MIN_NEIGHBOURS = 3
 """Overlapping hits that make a detection. Source: docs/vision.md; fewer see no farther and find faces in wallpaper."""
 
 HITS_FOR_FULL_SCORE = 10
+
+MAX_BYTES = 20 * MEGABYTE
+"""OpenCV's largest cascade has a fifth of it."""
+
+TRIAL_S = 20.0
+TRIAL = Path(__file__).with_name("cascade_trial.py")
 
 
 class HaarDetector:
@@ -42,11 +52,7 @@ class HaarDetector:
             )
         path = _find(cascade)
         self._classifier = cv2.CascadeClassifier()
-        try:
-            loaded = self._classifier.load(str(path))
-        except cv2.error:
-            loaded = False
-        if not loaded:
+        if not (path.parent == _folder() or _works(path)) or not self._classifier.load(str(path)):
             raise ConfigError(f"{path} is not a cascade OpenCV can read.", remedy="Use an XML file of OpenCV 3 or 4.")
 
     def detect(self, image: Image) -> list[Detection]:
@@ -65,7 +71,7 @@ def from_spec(spec: DetectorSpec) -> HaarDetector:
     """Make the detector from ``cascade``: a name, or a file."""
     cascade = spec.take("cascade", str, DEFAULT_CASCADE)
     file = spec.path(cascade)
-    return HaarDetector(str(file) if file.is_file() else cascade)
+    return HaarDetector(str(file) if os.path.isfile(file) else cascade)
 
 
 def cascades() -> list[str]:
@@ -75,11 +81,23 @@ def cascades() -> list[str]:
 
 def _find(cascade: str) -> Path:
     for path in (Path(cascade).expanduser(), _folder() / f"{cascade}.xml"):
-        if path.is_file():
+        if os.path.isfile(path):
             return path
     raise ConfigError(
         f"There is no cascade {cascade!r}.", remedy=f"Give an XML file or one of: {', '.join(cascades()) or '(none)'}."
     )
+
+
+def _works(path: Path) -> bool:
+    """Whether another process can load the cascade and look with it: a damaged file may crash OpenCV."""
+    if path.stat().st_size > MAX_BYTES:
+        return False
+    # -P: the folder of the program is no place for modules
+    command = [sys.executable, "-P", str(TRIAL), str(path.resolve())]
+    try:
+        return subprocess.run(command, check=False, capture_output=True, timeout=TRIAL_S).returncode == 0  # noqa: S603 - our own
+    except subprocess.TimeoutExpired:
+        return False
 
 
 def _folder() -> Path:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import cv2
+
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.detection import Detection, Image
 from nxtdrive.vision.detectors.correlation import CorrelationMatcher, distinct, pyramid
@@ -67,5 +69,5 @@ def _check(picture: Image) -> None:
             f"The picture is only {width}x{height} pixels.",
             remedy=f"Use one of at least {SMALLEST_PX} pixels each way.",
         )
-    if float(picture.std()) < 1.0:
+    if float(cv2.meanStdDev(picture)[1].max()) < 1.0:
         raise ConfigError("The picture is of a single colour.", remedy="Use the color detector for this target.")

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping
 
 from sim_backend.firmware.vm.machine import NONE, Instruction, Machine, ProgramError, number
-from sim_backend.firmware.vm.memory import Value
+from sim_backend.firmware.vm.memory import POOL_SIZE, Value
 from sim_backend.firmware.vm.rxe import Type
 
 _NUMBER = re.compile(r"\s*[+-]?\d+(\.\d+)?")
@@ -68,6 +68,8 @@ def _build(machine: Machine, instruction: Instruction) -> None:
         whole = isinstance(value, list) and machine.memory.kind(source) == Type.ARRAY
         deeper = nested and machine.memory.kind(source + 1) != Type.ARRAY
         result += elements(value) if whole and not deeper else [value]
+        if len(result) > POOL_SIZE:
+            raise ProgramError("an array larger than the memory pool")
     machine.put(target, result)
 
 

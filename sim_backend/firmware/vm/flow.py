@@ -6,7 +6,7 @@ import operator
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from sim_backend.firmware.vm.machine import JUMP, NONE, Instruction, Machine, number
+from sim_backend.firmware.vm.machine import JUMP, NONE, Instruction, Machine, ProgramError, number
 from sim_backend.firmware.vm.memory import Value
 
 _COMPARISONS: tuple[Callable[[Any, Any], bool], ...] = (
@@ -20,8 +20,15 @@ _COMPARISONS: tuple[Callable[[Any, Any], bool], ...] = (
 
 
 def compare(instruction: Instruction, left: Value, right: Value) -> bool:
-    """Result of an instruction's comparison."""
-    return bool(_COMPARISONS[instruction.flags](left, right))
+    """Result of an instruction's comparison.
+
+    Raises:
+        ProgramError: Only one of the values is an array, or one of them has arrays inside and the other one numbers.
+    """
+    try:
+        return bool(_COMPARISONS[instruction.flags](left, right))
+    except TypeError:
+        raise ProgramError("an array is compared with a number") from None
 
 
 def _jump(machine: Machine, instruction: Instruction) -> None:
@@ -63,9 +70,10 @@ def _finish_into(machine: Machine, instruction: Instruction) -> None:
 def _acquire(machine: Machine, instruction: Instruction) -> None:
     """Acquire a mutex, or sleep until it is free."""
     waiting = machine.mutexes.setdefault(instruction.arguments[0], [])
-    waiting.append(machine.task.number)
-    if len(waiting) > 1:
+    if waiting:
         machine.suspend(machine.task)
+    if machine.task.number not in waiting:
+        waiting.append(machine.task.number)
 
 
 def _release(machine: Machine, instruction: Instruction) -> None:

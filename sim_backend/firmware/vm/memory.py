@@ -88,7 +88,8 @@ class Memory:
         if own.offset != self.descriptors or own.element != _DESCRIPTOR.size or not own.length:
             raise BadProgram("array descriptors that do not describe themselves")
         self._count = own.length
-        self._free: list[int] = []
+        self._free: dict[int, None] = {}
+        self._left = POOL_SIZE
 
     def address(self, variable: int) -> int:
         """Offset of a scalar variable from `base`."""
@@ -107,7 +108,12 @@ class Memory:
         return found
 
     def get(self, variable: int) -> Value:
-        """The value of a variable."""
+        """The value of a variable.
+
+        Raises:
+            OutOfMemory: It has more elements than the pool has bytes: its arrays are damaged.
+        """
+        self._left = POOL_SIZE
         return self._read(variable, 0)
 
     def put(self, variable: int, value: Value) -> None:
@@ -116,6 +122,7 @@ class Memory:
         Raises:
             OutOfMemory: A longer array does not fit.
         """
+        self._left = POOL_SIZE
         self._write(variable, 0, value)
 
     def count(self, array: int) -> int:
@@ -132,15 +139,15 @@ class Memory:
             first = self._count
             self.resize(0, first + self._growth)
             self._count = first + self._growth
-            self._free = list(range(self._count - 1, first - 1, -1))
-        index = self._free.pop()
+            self._free = dict.fromkeys(range(self._count - 1, first - 1, -1))
+        index, _ = self._free.popitem()
         self._describe(index, _Array(NOT_AN_OFFSET, element_size, 0))
         return index
 
     def free_array(self, index: int) -> None:
         """Free an array and its descriptor."""
         self._describe(index, _Array(NOT_AN_OFFSET, 0, 0))
-        self._free.append(index)
+        self._free[index] = None
 
     def resize(self, index: int, count: int) -> None:
         """Set the length of an array; new elements are zero.
@@ -173,9 +180,11 @@ class Memory:
             OutOfMemory: There is no room.
         """
         element = self._array(index).element or 1
-        self.resize(index, len(data) // element)
-        start = self.base + self._array(index).offset
-        self.pool[start : start + len(data)] = data
+        count = len(data) // element
+        self.resize(index, count)
+        start, size = self.base + self._array(index).offset, count * element
+        if size:
+            self.pool[start : start + size] = data[:size]
 
     def _allocate(self, size: int) -> int:
         end = _aligned(self._end)
@@ -222,13 +231,22 @@ class Memory:
     def _index(self, at: int) -> int:
         return int(_INDEX.unpack_from(self.pool, self.base + at)[0])
 
+    def _spend(self, elements: int) -> None:
+        """Count elements of the value that is read or written: sound arrays have at most one in each byte."""
+        self._left -= elements
+        if self._left < 0:
+            raise OutOfMemory("more elements than bytes")
+
     def _read(self, variable: int, at: int) -> Value:
         kind, _, data = self._variables[variable]
         if kind == Type.ARRAY:
             array = self._array(self._index(at + data))
+            self._spend(array.length)
             return [self._read(variable + 1, array.offset + i * array.element) for i in range(array.length)]
         if kind == Type.CLUSTER:
-            return [self._read(member, at) for member in self.members(variable)]
+            members = self.members(variable)
+            self._spend(len(members))
+            return [self._read(member, at) for member in members]
         value: int | float = _SCALARS[kind].unpack_from(self.pool, self.base + at + data)[0]
         return value
 
@@ -243,6 +261,7 @@ class Memory:
             _SCALARS[kind].pack_into(self.pool, self.base + at + data, _fitting(kind, value))
 
     def _write_array(self, variable: int, at: int, values: list[Value]) -> None:
+        self._spend(len(values))
         index, nested = self._index(at), self._variables[variable + 1].type == Type.ARRAY
         array = self._array(index)
         if nested:

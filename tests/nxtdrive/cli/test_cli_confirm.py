@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import _thread
 import io
 import json
-import select
+import os
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -90,8 +92,26 @@ def test_without_a_terminal_it_is_a_usage_error(capsys, monkeypatch, tmp_path):
     assert not Path("runs").exists()
 
 
-SILENCE_S = 5.0
-"""After the last answer."""
+TERMINALS = pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
+
+
+@TERMINALS
+def test_a_signal_that_comes_just_before_the_read_is_noticed(monkeypatch):
+    """Such a signal does not interrupt the read: its handler runs when the read is over."""
+    main_end, its_end = os.openpty()
+    with open(its_end, encoding="utf-8") as typed, open(main_end, "wb", buffering=0) as keyboard:
+        monkeypatch.setattr("sys.stdin", typed)
+        monkeypatch.setattr("builtins.input", typed.readline)
+        console = Console(file=io.StringIO(), width=100)
+        late = threading.Timer(5.0, keyboard.write, [b"s\n"])
+        threading.Timer(0.05, _thread.interrupt_main).start()
+        late.start()
+        with pytest.raises(KeyboardInterrupt):
+            TerminalOperator(StatusLine(console), console)(DUE)
+        assert late.is_alive(), "it did not wait for the line"
+        late.cancel()
+
+
 IN_A_TERMINAL = "import os, pty, sys; sys.exit(os.waitstatus_to_exitcode(pty.spawn(sys.argv[1:])))"
 
 
@@ -107,8 +127,6 @@ def _at_a_terminal(folder: Path, *answers: bytes) -> int:
     )
     left, heard = list(answers), b""
     while True:
-        if not left and not select.select([process.stdout], [], [], SILENCE_S)[0]:
-            process.stdin.write(answers[-1])  # a Ctrl-C that comes just before Python begins to read is not seen
         if not (said := process.stdout.read(4096)):
             break
         heard += said
@@ -121,7 +139,7 @@ def _at_a_terminal(folder: Path, *answers: bytes) -> int:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
+@TERMINALS
 @pytest.mark.parametrize("last", [b"s\n", b"\x03", b"\x04"], ids=["s", "Ctrl-C", "Ctrl-D"])
 def test_at_a_real_terminal_one_answer_is_obeyed_and_another_ends_the_mission(tmp_path, last):
     (tmp_path / "corner.toml").write_text(MISSION, encoding="utf-8")

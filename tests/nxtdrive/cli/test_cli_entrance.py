@@ -193,3 +193,36 @@ def test_the_help_fits_into_80_columns(command, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     for parser in _parsers(make_parser(command)):
         assert not [line for line in parser.format_help().splitlines() if len(line) > 80]
+
+
+def test_verbose_shows_the_traceback_and_keeps_the_exit_code(capsys, mocker):
+    mocker.patch("usb.core.find", return_value=iter(()))
+    assert main(["-v", "info", "--nxt", "usb://"]) == NO_BRICK
+    said = capsys.readouterr().err
+    assert "Traceback" in said
+    assert said.splitlines()[-1].startswith("nxtdrive: ")
+
+
+@pytest.mark.parametrize(
+    ("error", "hint"),
+    [
+        ("PermissionError(13, 'Permission denied', 'x.toml')", "x.toml cannot be used: Permission denied"),
+        ("OSError(28, 'No space left on device')", "No space left on device"),
+        ("MemoryError()", "not enough memory"),
+        ("RecursionError('maximum recursion depth exceeded')", "nested too deeply"),
+    ],
+)
+def test_what_the_system_refuses_is_a_sentence(tmp_path, error, hint):
+    (tmp_path / "pydantic.py").write_text(f"raise {error}\n")
+    done = _run_with(tmp_path, "mission", "show")
+    assert done.returncode == USAGE
+    assert hint in done.stderr
+    assert done.stderr.count("\n") == 1
+    done = _run_with(tmp_path, "-v", "mission", "show")
+    assert done.returncode == USAGE
+    assert "Traceback" in done.stderr
+
+
+def test_a_fault_of_ours_says_how_to_report_it(tmp_path):
+    (tmp_path / "pydantic.py").write_text("raise KeyError('broken')\n")
+    assert "Please report it" in _run_with(tmp_path, "mission", "show").stderr.splitlines()[-1]

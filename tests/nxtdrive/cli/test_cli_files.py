@@ -1,11 +1,15 @@
 """``nxtdrive files`` and ``nxtdrive program``."""
 
+import io
 import json
 
 import pytest
 
 from nxtdrive.cli.main import DONE, REFUSED, USAGE, main
+from nxtdrive.transports.sim import SimTransport, shared
 from nxtdrive.transports.trace_file import read_trace
+from sim_backend.firmware.flash import File
+from sim_backend.simulation import Simulation
 
 FLASH = 120_868
 
@@ -50,10 +54,42 @@ def test_put_sends_what_get_would_fetch(brick, capsys):
 
 
 def test_rm_deletes_by_pattern(capsys):
-    assert main(["files", "rm", "*.sys", "--nxt", "sim://open"]) == DONE
+    assert main(["files", "rm", "--force", "*.sys", "--nxt", "sim://open"]) == DONE
     assert capsys.readouterr().out == "deleted NVConfig.sys\n"
     assert main(["files", "rm", "*.txt", "--nxt", "sim://open"]) == DONE
     assert main(["files", "rm", "none.txt", "--nxt", "sim://open"]) == REFUSED
+
+
+def test_rm_goes_on_after_files_it_cannot_delete(capsys):
+    simulation = Simulation("open")
+    flash = simulation.brick.loader.flash
+    for name in ("b.txt", "tagebuch\u00e9.txt", "what?.txt", "a.txt"):
+        flash.files.insert(0, File(name, 4))
+    with shared("odd", lambda: SimTransport(simulation)) as address:
+        assert main(["files", "rm", "*.txt", "none.txt", "*.sys", "--nxt", address]) == USAGE
+    said = capsys.readouterr()
+    assert said.out.split() == ["deleted", "a.txt", "deleted", "b.txt"]
+    assert said.err.count("is kept") == 4
+    assert "file not found" in said.err
+    assert [file.name for file in flash.files] == ["what?.txt", "tagebuch\u00e9.txt", "NVConfig.sys"]
+
+
+@pytest.mark.parametrize("name", ["NVConfig.sys", "*", "nvconfig.SYS"])
+def test_a_system_file_is_kept_without_a_terminal_to_ask_in(capsys, name):
+    assert main(["files", "rm", name, "--nxt", "sim://open"]) == USAGE
+    assert "--force" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("answer", "code"), [("y\n", DONE), ("\n", USAGE), ("", USAGE)])
+def test_a_system_file_is_deleted_after_a_yes(capsys, monkeypatch, answer, code):
+    terminal = io.StringIO(answer)
+    terminal.isatty = lambda: True
+    monkeypatch.setattr("sys.stdin", terminal)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    assert main(["files", "rm", "NVConfig.sys", "--nxt", "sim://open"]) == code
+    said = capsys.readouterr()
+    assert "Delete it? [y/N]" in said.err
+    assert ("deleted NVConfig.sys" in said.out) is (code == DONE)
 
 
 @pytest.mark.parametrize(

@@ -2,11 +2,13 @@
 
 import json
 
+import cv2
+import numpy as np
 import pytest
 
 from behaviors.diagram import mermaid, transition_table
 from behaviors.mission import AdaptiveParameters, MissionError, ThesisParameters, load_mission
-from nxtdrive.cli.main import DONE, USAGE, _exit_code, main
+from nxtdrive.cli.main import DONE, USAGE, exit_code, main
 from nxtdrive.cli.mission_template import meanings, template
 
 GOOD = '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "color"\ncolor = "red"\n'
@@ -56,10 +58,74 @@ def test_pictures_and_cascades_are_tried(tmp_path, capsys):
     assert cat.startswith("target.cat: ")
 
 
+def test_mistakes_in_keys_ports_and_pictures_are_found_in_one_pass(tmp_path, capsys):
+    (tmp_path / "cat.jpg").write_text("no picture")
+    path = tmp_path / "all.toml"
+    path.write_text(
+        '[mission]\ntargets = ["cat", "dog", "fox"]\nrounds = 0\n[robot]\nleft = "C"\n'
+        '[target.cat]\ndetector = "picture"\npictures = ["cat.jpg"]\n'
+        '[target.dog]\ndetector = "picture"\npictures = ["dog.jpg"]\n',
+        encoding="utf-8",
+    )
+    assert main(["mission", "check", "--json", str(path)]) == USAGE
+    found = json.loads(capsys.readouterr().out)[0]["mistakes"]
+    starts = (
+        "mission.rounds: must",
+        "robot: left",
+        "mission.targets: target 'fox'",
+        "target.dog.pictures",
+        "target.cat: ",
+    )
+    for start in starts:
+        assert [line for line in found if line.startswith(start)], start
+    assert len(found) == len(starts)
+
+
+def _picture(folder, width, height):
+    path = folder / f"{width}x{height}.png"
+    cv2.imwrite(str(path), np.random.default_rng(0).integers(0, 256, (height, width, 3), np.uint8))
+    return path.name
+
+
+@pytest.mark.parametrize(
+    ("size", "keys", "expected"),
+    [
+        ((210, 297), "", None),
+        ((297, 210), "", "an A4 sheet across is 210"),
+        ((200, 200), "", "height_mm is missing"),
+        ((297, 210), "height_mm = 210", None),
+        ((210, 297), "height_mm = 205", None),
+        ((210, 297), "height_mm = 250", "no sheet is 250 mm high (upright: A3 420, A4 297, A5 210, A6 148)"),
+        ((297, 210), "height_mm = 250", "no sheet is 250 mm high (across: A3 297, A4 210, A5 148, A6 105)"),
+        ((900, 60), "height_mm = 200", "3000 mm wide"),
+        ((60, 900), "height_mm = 200", "13 mm wide"),
+        ((300, 400), "height_mm = 1000", "Set arrive_mm = 1330"),
+        ((300, 400), "height_mm = 1000\n[adaptive]\narrive_mm = 1330", None),
+        ((210, 280), "height_mm = 20", "Is it in centimetres?"),
+    ],
+)
+def test_a_size_that_is_hardly_meant_is_a_warning(size, keys, expected, tmp_path, capsys):
+    path = tmp_path / "size.toml"
+    picture = _picture(tmp_path, *size)
+    head = '[mission]\ntargets = ["cat"]\n[target.cat]\ndetector = "picture"\n'
+    path.write_text(f'{head}pictures = ["{picture}"]\n{keys}\n', encoding="utf-8")
+    assert main(["mission", "check", str(path)]) == DONE
+    out = capsys.readouterr().out
+    assert (expected or "good") in out
+    assert ("warning" in out) is (expected is not None)
+
+
+def test_a_run_begins_with_the_warnings(tmp_path, capsys):
+    path = tmp_path / "twice.toml"
+    path.write_text(GOOD.replace('["box"]', '["box", "box"]'), encoding="utf-8")
+    assert main(["run", str(path), "--nxt", "sim://nowhere"]) == USAGE
+    assert "nxtdrive: warning: mission.targets: 'box' is listed 2 times" in capsys.readouterr().err
+
+
 def test_mistakes_as_json(good, bad, capsys):
     assert main(["mission", "check", "--json", str(good), str(bad)]) == USAGE
     first, second = json.loads(capsys.readouterr().out)
-    assert first == {"file": str(good), "mistakes": []}
+    assert first == {"file": str(good), "mistakes": [], "warnings": []}
     assert len(second["mistakes"]) == 2
 
 
@@ -122,4 +188,4 @@ def test_every_number_of_a_profile_has_a_meaning(profile):
 
 
 def test_a_mission_error_is_a_usage_error():
-    assert _exit_code(MissionError("two mistakes")) == USAGE
+    assert exit_code(MissionError("two mistakes")) == USAGE

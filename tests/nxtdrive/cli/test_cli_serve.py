@@ -51,7 +51,7 @@ def test_a_signal_ends_it_in_good_order_in_the_midst_of_a_command(server, number
         client.sendall(b"move_to 90\nmove_to 90\n")
         assert int(replies.readline()) == 0
         process.send_signal(number)
-        assert replies.read() in (b"-5\n", b""), "broken off, or not even begun"
+        assert replies.read() in (b"1\n", b""), "broken off, or not even begun"
     said, errors = process.communicate(timeout=60)
     assert process.returncode == 0
     assert "connect -> 1" in said
@@ -83,6 +83,18 @@ def test_listening_on_all_interfaces_prints_a_warning(server):
     _, errors = process.communicate(timeout=60)
     assert address[0] == "0.0.0.0"
     assert "anyone who can reach 0.0.0.0 can drive this robot" in errors
+
+
+@pytest.mark.slow
+def test_a_camera_that_refuses_is_one_sentence_and_nothing_from_ffmpeg():
+    with socket.create_server(("127.0.0.1", 0)) as closed:
+        url = f"http://127.0.0.1:{closed.getsockname()[1]}/camera.mjpg"
+    command = [sys.executable, "-m", "nxtdrive", "serve", "--port", "0", "--nxt", "sim://open", "--camera", url]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"nxtdrive: The stream {url} gives no frames.")
+    assert done.stderr.count("\n") == 1
+    assert done.stdout == ""
 
 
 def test_a_port_that_is_taken_is_one_sentence(capsys):

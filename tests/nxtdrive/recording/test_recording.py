@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import cv2
 import numpy as np
@@ -13,6 +18,7 @@ from behaviors.journal import Kind, Record
 from behaviors.observers import Observers
 from behaviors.target_queue import TargetOutcome, TargetProgress
 from firmware_protocol.errors import ConfigError
+from nxtdrive.mission.setup import load
 from nxtdrive.recording.map_picture import STATE_COLORS, draw_map, gather
 from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import new_run_folder
@@ -66,6 +72,69 @@ def test_run_folders_are_numbered_and_never_overwritten(tmp_path):
     second = new_run_folder(tmp_path, "Lena, then Rilakkuma!")
     first.close(), second.close()
     assert [first.path.name, second.path.name] == ["lena-then-rilakkuma-001", "lena-then-rilakkuma-002"]
+
+
+def test_runs_that_begin_at_once_get_folders_of_their_own(tmp_path):
+    with ThreadPoolExecutor(8) as pool:
+        folders = list(pool.map(lambda _: new_run_folder(tmp_path, "x"), range(60)))
+    for folder in folders:
+        folder.close()
+    assert sorted(folder.path.name for folder in folders) == [f"x-{number:03d}" for number in range(1, 61)]
+
+
+def _recorded(folder, **options):
+    """A recording of a short run, not finished yet."""
+    recording = Recording(new_run_folder(folder, "x"), **options)
+    recording.folder.write_mission(load(None))
+    for record in RECORDS:
+        recording(record)
+    recording.frame(Frame(np.zeros((48, 64, 3), np.uint8), 0.5, 0))
+    return recording
+
+
+@pytest.mark.parametrize("video", [True, False])
+def test_a_folder_that_is_removed_during_the_run_is_made_again(tmp_path, video):
+    recording, observers = _recorded(tmp_path, video=video), Observers(on_failure=lambda *_: None)
+    shutil.rmtree(tmp_path / "x-001")
+    recording.finish(None, "", {}, observers)
+    assert [path.name for path in recording.files()] == ["journal.jsonl", "map.png", "mission.json", "summary.json"]
+    assert (tmp_path / "x-001" / "journal.jsonl").read_text().count("\n") == len(RECORDS)
+    assert list(observers.failures) == ["camera.mp4"] * video
+
+
+def test_a_folder_that_cannot_be_made_again_is_reported_for_each_file(tmp_path):
+    recording, observers = _recorded(tmp_path), Observers(on_failure=lambda *_: None)
+    shutil.rmtree(tmp_path / "x-001")
+    (tmp_path / "x-001").touch()
+    recording.finish(None, "", {}, observers)
+    assert list(observers.failures) == ["journal.jsonl", "camera.mp4", "map.png", "summary.json"]
+    assert recording.files() == []
+
+
+@pytest.fixture(name="small_disk")
+def _small_disk(tmp_path):
+    """A disk of 64 kB."""
+    if sys.platform != "linux" or os.geteuid() != 0:
+        pytest.skip("only root may mount a small disk")
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk], check=False)
+    if mounted.returncode:
+        pytest.skip("nothing can be mounted here")
+    yield disk
+    subprocess.run(["umount", "-l", disk], check=True)
+
+
+def test_a_full_disk_has_room_for_the_summary(small_disk):
+    recording, observers = _recorded(small_disk, video=False), Observers(on_failure=lambda *_: None)
+    journal = observers.guarded("journal.jsonl", recording)
+    for _ in range(1000):
+        journal(RECORDS[0])
+    recording.finish(None, "", {}, observers)
+    assert list(observers.failures) == ["journal.jsonl", "map.png"]
+    assert [path.name for path in recording.files()] == ["journal.jsonl", "mission.json", "summary.json"]
+    summary = json.loads((small_disk / "x-001" / "summary.json").read_text(encoding="utf-8"))
+    assert "No space left" in summary["observer_failures"]["journal.jsonl"]
 
 
 def test_a_folder_that_cannot_be_made_is_refused_with_advice(tmp_path):

@@ -2,6 +2,8 @@
 
 import contextlib
 import socket
+import subprocess
+import sys
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
@@ -193,3 +195,35 @@ def test_a_webcam_whose_driver_hangs_is_reported(mocker):
     with pytest.raises(CameraError, match=r"Camera 0 gives no frames"):
         open_camera("0", clock=WallClock(), open_timeout_s=0.1)
     hanging.unplug()
+
+
+INTERRUPTED = """
+import os, signal, socket, sys, time
+from nxtdrive.signals import signals_as_interrupt
+from nxtdrive.vision.sources import open_camera
+server = socket.create_server(("127.0.0.1", 0))
+program = os.getpid()
+if not os.fork():
+    viewer, _ = server.accept()
+    time.sleep(0.3)
+    os.kill(program, signal.SIGTERM)
+    time.sleep(float(sys.argv[1]))
+    viewer.close()
+    os._exit(0)
+try:
+    with signals_as_interrupt():
+        open_camera(f"http://127.0.0.1:{server.getsockname()[1]}/camera.mjpg")
+except KeyboardInterrupt:
+    sys.exit(3)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="forks")
+@pytest.mark.parametrize("after_s", [0.0, 0.02, 2.5])
+def test_a_program_that_is_interrupted_while_a_camera_opens_ends_in_good_order(after_s):
+    """A thread that returns from OpenCV to a Python that ends would abort the process."""
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED, str(after_s)], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 3, done.stderr

@@ -65,7 +65,7 @@ def test_a_mistake_has_one_clear_sentence(spec, message):
 
 
 def test_a_missing_picture_is_named_with_its_path(tmp_path):
-    with pytest.raises(ConfigError, match=f"{tmp_path}/lena.png cannot be read"):
+    with pytest.raises(ConfigError, match=f"{tmp_path}/lena.png: cannot be read"):
         make_detector({"detector": "picture", "pictures": ["lena.png"]}, tmp_path)
 
 

@@ -127,4 +127,6 @@ class House:
 @pytest.fixture
 def house(wall, tmp_path):
     with contextlib.ExitStack() as stack:
-        yield House(stack, wall, tmp_path)
+        house = House(stack, wall, tmp_path)
+        yield house
+        assert not house.server.failures

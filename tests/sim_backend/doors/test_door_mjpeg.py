@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import ConfigError
-from sim_backend.doors.mjpeg import STREAM, MjpegDoor
+from sim_backend.doors import mjpeg
+from sim_backend.doors.door import wait_readable
+from sim_backend.doors.mjpeg import STREAM, VIEWER_LIMIT, WAITING_LIMIT, MjpegDoor
 
 LIMITS = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, 10_000, cv2.CAP_PROP_READ_TIMEOUT_MSEC, 10_000]
 GRAY = np.full((120, 160, 3), 90, np.uint8)
@@ -44,10 +46,24 @@ def _showing(door, image):
         thread.join()
 
 
+def _dial(door):
+    """A connection that has sent nothing."""
+    parts = urlsplit(door.url)
+    return socket.create_connection((parts.hostname, parts.port), timeout=10)
+
+
+def _drip(line, data):
+    """Send byte by byte until the other end answers; the number of bytes sent."""
+    for sent, byte in enumerate(data):
+        line.sendall(bytes((byte,)))
+        if wait_readable([line.fileno()], 0.002):
+            return sent
+    return len(data)
+
+
 def _connect(door):
     """A watcher that has sent its request; it need not read."""
-    parts = urlsplit(door.url)
-    line = socket.create_connection((parts.hostname, parts.port), timeout=10)
+    line = _dial(door)
     line.sendall(f"GET {STREAM} HTTP/1.0\r\n\r\n".encode())
     return line
 
@@ -108,15 +124,88 @@ def test_a_viewer_that_does_not_read_holds_up_no_other(door):
         door.close()
 
 
-def test_closing_ends_every_thread():
+def test_closing_ends_the_thread_and_every_connection():
     before = threading.active_count()
     door = MjpegDoor()
     lines = [_connect(door) for _ in range(3)]
-    assert _until(lambda: threading.active_count() == before + 4)
+    assert _until(lambda: door.watched)
+    door.close()
     door.close()
     assert threading.active_count() == before
     for line in lines:
-        line.close()
+        with line, contextlib.suppress(ConnectionError):
+            while line.recv(4096):
+                pass
+
+
+@pytest.mark.parametrize(
+    "sent", [b"", b"G", b"GET /camera.mjpg HTTP/1.1\r\nHost: a\r\n"], ids=["silent", "slow", "halfway"]
+)
+def test_closing_does_not_wait_for_a_request(sent):
+    door = MjpegDoor()
+    with _dial(door) as line:
+        line.sendall(sent)
+        door.close()
+        with contextlib.suppress(ConnectionError):
+            assert line.recv(100) == b""
+
+
+def test_closing_does_not_wait_for_a_viewer_that_does_not_read():
+    door = MjpegDoor()
+    with _connect(door):
+        assert _until(lambda: door.watched)
+        for _ in range(30):
+            door.show(NOISE)
+        door.close()
+
+
+def test_a_request_has_a_deadline_as_a_whole(monkeypatch):
+    monkeypatch.setattr(mjpeg, "REQUEST_S", 0.1)
+    door = MjpegDoor()
+    with contextlib.closing(door), _dial(door) as line:
+        dripped = _drip(line, b"GET /camera.mjpg HTTP/1.1\r\n" + b"X: y\r\n" * 1000)
+        answer = line.recv(4096)
+        assert answer.startswith(b"HTTP/1.0 408 ")
+        assert dripped < 1000
+
+
+def test_a_viewer_too_many_is_told_so_and_logged_once(door, caplog):
+    with contextlib.ExitStack() as stack:
+        for _ in range(VIEWER_LIMIT):
+            stack.enter_context(_connect(door))
+        assert _until(lambda: len(door._viewers) == VIEWER_LIMIT)
+        for _ in range(3):
+            with _connect(door) as line:
+                assert line.recv(4096).startswith(b"HTTP/1.0 503 ")
+        assert caplog.text.count("is refused") == 1
+    with _showing(door, GRAY):
+        assert _until(lambda: not door.watched)
+    with _connect(door):
+        assert _until(lambda: door.watched)
+
+
+def test_connections_without_a_request_keep_no_viewer_out(door):
+    with contextlib.ExitStack() as stack:
+        lines = [stack.enter_context(_dial(door)) for _ in range(WAITING_LIMIT + 10)]
+        stack.enter_context(_connect(door))
+        assert _until(lambda: door.watched)
+        with contextlib.suppress(ConnectionError):
+            assert lines[0].recv(100) == b"", "the oldest were closed"
+
+
+@pytest.mark.parametrize(
+    ("request_", "status"),
+    [
+        (b"hello\r\n\r\n", 400),
+        (b"\x00\xff\x1b\r\n\r\n", 400),
+        (b"POST /camera.mjpg HTTP/1.1\r\n\r\n", 405),
+        (b"GET /camera.mjpg HTTP/1.1\r\n" + b"X" * 10_000 + b"\r\n\r\n", 431),
+    ],
+)
+def test_what_is_no_request_is_refused(door, request_, status):
+    with _dial(door) as line:
+        line.sendall(request_)
+        assert line.recv(4096).startswith(b"HTTP/1.0 %d " % status)
 
 
 def test_other_addresses_are_not_found(door):

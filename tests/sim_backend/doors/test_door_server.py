@@ -9,6 +9,8 @@ from sim_backend.doors.switchboard import Switchboard
 from sim_backend.simulation import SimLink, Simulation
 
 GET_BATTERY = bytes.fromhex("00 0b")
+GET_DEVICE_INFO = bytes.fromhex("01 9b")
+SET_SWITCH = bytes.fromhex("00 05 00 01 20")
 
 
 class _Mailbox:
@@ -137,3 +139,38 @@ def test_an_unplugged_camera_shows_nothing(server, wall, audience, simulation):
     simulation.webcam.unplugged_ms = ((0, 10_000),)
     _run_for(server, wall, 1.0)
     assert audience.shown == []
+
+
+class _DefectiveSensor:
+    """An analog sensor that fails while a program asks for it."""
+
+    defective = True
+
+    def raw(self):
+        if self.defective:
+            raise ZeroDivisionError("a defect")
+        return 512
+
+
+def test_a_defect_of_the_brick_is_logged_once_per_telegram_and_ends_nothing(server, wall, door, simulation, caplog):
+    sensor = _DefectiveSensor()
+    simulation.brick.attach_sensor(1, sensor)
+    door.incoming.append(SET_SWITCH)
+    _run_for(server, wall, 0.5)
+    assert server.failures > 1
+    assert [record.getMessage() for record in caplog.records] == [
+        "the simulated brick failed; its last telegram was 0005000120"
+    ]
+    assert simulation.now_ms == pytest.approx(500, abs=20)
+    sensor.defective = False
+    door.incoming.append(GET_BATTERY)
+    _run_for(server, wall, 0.1)
+    assert [reply[:3].hex() for reply in door.replies] == ["020500", "020b00"]
+
+
+def test_a_telegram_that_fails_is_not_answered_and_the_next_one_is(server, wall, door, simulation, caplog):
+    simulation.brick.radio.name = None  # no telegram does that; it stands for a defect
+    door.incoming += [GET_DEVICE_INFO, GET_BATTERY]
+    _run_for(server, wall, 0.1)
+    assert [reply[:3].hex() for reply in door.replies] == ["020b00"]
+    assert server.failures == len(caplog.records) == 1

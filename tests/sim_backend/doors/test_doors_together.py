@@ -184,17 +184,30 @@ def test_a_flood_waits_outside_the_brick(house):
     assert PROGRAMS["tcp"](house, door).ask(GET_BATTERY)[1] == 0x0B
 
 
-def test_too_many_programs_are_sent_away(house):
+def test_too_many_programs_are_refused_once_all_have_spoken(house):
     door = house.add("tcp")
-    lines = [house.connect(door) for _ in range(8)]
-    for _ in range(CLIENT_LIMIT // 8):
-        house.turn(3)
-        lines += [house.connect(door) for _ in range(8)]
-    house.turn(3)
+    programs = []
+    for _ in range(CLIENT_LIMIT):
+        programs.append(PROGRAMS["tcp"](house, door))
+        assert programs[-1].ask(GET_BATTERY)[1] == 0x0B
+    for _ in range(3):
+        assert house.hear(house.connect(door)) == b""
     assert house.board.clients == CLIENT_LIMIT
-    lines[0].close()
+    assert [visit.event for visit in house.visits].count("refused") == 1
+    programs[0].line.close()
     assert house.until(lambda: house.board.clients == CLIENT_LIMIT - 1)
     assert PROGRAMS["tcp"](house, door).ask(GET_BATTERY)[1] == 0x0B
+
+
+def test_programs_that_send_nothing_keep_no_other_out(house):
+    door = house.add("tcp")
+    silent = []
+    for _ in range(CLIENT_LIMIT + 8):
+        silent.append(house.connect(door))
+        house.turn()
+    assert house.board.clients == CLIENT_LIMIT
+    assert PROGRAMS["tcp"](house, door).ask(GET_BATTERY)[1] == 0x0B
+    assert house.hear(silent[0]) == b"", "the oldest gave way"
 
 
 def test_a_pulled_cable_ends_connections_until_it_is_back(house):

@@ -17,7 +17,8 @@ from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.tools.sweep import cluster as cluster_module
 from nxtdrive.tools.sweep.cluster import Cluster
 from nxtdrive.tools.sweep.performance import FAILED, evaluate
-from nxtdrive.tools.sweep.runner import plan, read_lines, sweep
+from nxtdrive.tools.sweep.result_file import read_lines
+from nxtdrive.tools.sweep.runner import plan, sweep
 
 pytestmark = [
     pytest.mark.slow,

@@ -12,7 +12,8 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.tools.sweep import policies
 from nxtdrive.tools.sweep.performance import FAILED, evaluate
-from nxtdrive.tools.sweep.runner import InProcess, plan, read_lines, sweep, workers
+from nxtdrive.tools.sweep.result_file import read_lines
+from nxtdrive.tools.sweep.runner import InProcess, plan, sweep, workers
 from nxtdrive.tools.sweep.summary import aggregate, difference, estimate, success_rate
 from nxtdrive.tools.sweep.tables import choice_rows, reached_rows
 

@@ -10,7 +10,17 @@ import time
 
 from .campaign import Campaign, Tally, batch_of, run_campaign
 
-CAMPAIGNS: tuple[str, ...] = ()
+CAMPAIGNS: tuple[str, ...] = (
+    "telegrams",
+    "programs",
+    "replies",
+    "links",
+    "signals",
+    "soak",
+    "errors",
+    "files",
+    "servers",
+)
 """The modules of this folder that hold a campaign, in the order of docs/reliability.md."""
 
 SHOWN = 10

@@ -1,0 +1,66 @@
+"""What is allowed in a mission and hardly meant."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+
+from behaviors.mission import Mission
+from behaviors.plausibility import LENS_BEHIND_SONAR_MM
+
+LEAST_HEIGHT_MM, GREATEST_HEIGHT_MM = 40.0, 2500.0
+"""Heights outside are hardly ever meant: smaller ones are found from less than a metre, or are centimetres."""
+WHEEL_DEG_S = 855.0
+"""An NXT motor's speed at full power and 8 V. Source: docs/firmware.md section 0.2."""
+
+
+def value_warnings(mission: Mission) -> Iterator[str]:
+    """Yield what is allowed and hardly meant in a mission, one sentence or two each."""
+    table = mission.mission
+    for name, count in Counter(table.targets).items():
+        if count > 1:
+            yield f"mission.targets: {name!r} is listed {count} times; the robot goes there {count} times."
+    for name in mission.target:
+        if name not in table.targets:
+            yield f"target.{name}: no effect, since targets = [...] in [mission] does not list it."
+    own, other = (mission.adaptive, "thesis") if table.profile == "adaptive" else (mission.thesis, "adaptive")
+    # a key that is set for both profiles is meant for either
+    if unused := sorted(getattr(mission, other).model_fields_set - own.model_fields_set):
+        yield f"{other}: {', '.join(unused)} has no effect: the mission's profile is {table.profile!r}."
+    for name in dict.fromkeys(table.targets):
+        yield from _odd_height(name, mission.target[name].height_mm)
+    yield from _odd_robot(mission)
+
+
+def _odd_height(name: str, height_mm: float) -> Iterator[str]:
+    if height_mm < LEAST_HEIGHT_MM:
+        yield (
+            f"target.{name}: height_mm = {height_mm:g} is small; all distances are measured by it. "
+            f"Is it in centimetres? Then it is {10 * height_mm:g} mm."
+        )
+    elif height_mm > GREATEST_HEIGHT_MM:
+        most_m = GREATEST_HEIGHT_MM / 1000
+        yield f"target.{name}: height_mm = {height_mm:g} is more than {most_m:g} m; all distances are measured by it."
+
+
+def _odd_robot(mission: Mission) -> Iterator[str]:
+    robot, profile = mission.robot, mission.mission.profile
+    parameters = mission.thesis if profile == "thesis" else mission.adaptive
+    nearest_mm = robot.stop_distance_mm + LENS_BEHIND_SONAR_MM
+    if robot.ultrasonic and nearest_mm >= parameters.arrive_mm:
+        yield (
+            f"robot.stop_distance_mm: the safety stop ends an approach {nearest_mm:g} mm from the target, before "
+            f"{profile}.arrive_mm = {parameters.arrive_mm:g}; make that larger or the stop distance smaller."
+        )
+    fastest_mm_s = WHEEL_DEG_S / 360 * math.pi * robot.wheel_diameter_mm
+    if parameters.cruise_mm_s > fastest_mm_s:
+        yield (
+            f"robot.wheel_diameter_mm: wheels of {robot.wheel_diameter_mm:g} mm drive {fastest_mm_s:.0f} mm/s at most, "
+            f"slower than {profile}.cruise_mm_s = {parameters.cruise_mm_s:g}. Is that their diameter?"
+        )
+    if robot.axle_track_mm < robot.wheel_diameter_mm / 2:
+        yield (
+            f"robot.axle_track_mm: wheels of {robot.wheel_diameter_mm:g} mm are hardly only {robot.axle_track_mm:g} mm "
+            "apart; measure between their centres."
+        )

@@ -1,0 +1,27 @@
+"""Whether the sonar and the apparent size agree on how far away a target is.
+
+A target's distance by its apparent size is wrong by the factor by which its ``height_mm`` is wrong; the sonar does not
+depend on it.
+"""
+
+from __future__ import annotations
+
+LENS_BEHIND_SONAR_MM = 40.0
+TOLERANCE_MM = 250.0
+"""Default tolerance: sonar and lens are not at the same place, and both are uncertain by 5 % within a metre."""
+TOLERANCE_SHARE = 1 / 3
+"""Farther away, this share of the distance is tolerated: a box of a slanted picture is uncertain, and so is the height
+of a target that was measured by eye."""
+
+
+def contradicts(range_mm: float | None, distance_mm: float, tolerance_mm: float = TOLERANCE_MM) -> bool:
+    """Whether the sonar contradicts a distance by apparent size.
+
+    Args:
+        range_mm: The sonar's echo from straight ahead; None, without an echo, contradicts nothing.
+        distance_mm: How far away the target is by its apparent size; the target is straight ahead.
+        tolerance_mm: Differences up to this are tolerated, or up to a third of the distance if that is more.
+    """
+    if range_mm is None:
+        return False
+    return abs(range_mm - distance_mm) > max(tolerance_mm, TOLERANCE_SHARE * distance_mm)

@@ -1,0 +1,44 @@
+"""Put the mistakes of a file into words."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from itertools import islice
+
+SHOWN = 20
+"""Mistakes that are listed; the others are counted."""
+LONGEST = 400
+LONGEST_VALUE = 80
+
+_MORE = re.compile(r"and (\d+) more")
+
+
+def listed(count: int, problems: Iterable[str]) -> list[str]:
+    """Return the number of mistakes in words, then the first of them, one per line.
+
+    Args:
+        count: How many there are.
+        problems: All of them; only the first 20 are taken.
+    """
+    first = [_cut(each, LONGEST) for each in islice(problems, SHOWN)]
+    more = [f"and {count - len(first)} more"] if count > len(first) else []
+    return [_in_words(count), *first, *more]
+
+
+def counted(lines: Iterable[str]) -> str:
+    """Return in words how many mistakes there are, by the lines of `listed` after the first."""
+    return _in_words(sum(int(more[1]) if (more := _MORE.fullmatch(line)) else 1 for line in lines))
+
+
+def _in_words(count: int) -> str:
+    return "1 mistake" if count == 1 else f"{count} mistakes"
+
+
+def shown(value: object) -> str:
+    """Return the value as Python writes it, cut if it is long."""
+    return _cut(repr(value), LONGEST_VALUE)
+
+
+def _cut(text: str, length: int) -> str:
+    return text if len(text) <= length else text[: length - 3] + "..."

@@ -1,0 +1,67 @@
+"""Read pictures: their size first, then their pixels."""
+
+from __future__ import annotations
+
+import io
+import logging
+import warnings
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from input_files.plain import MEGABYTE, InputFileError, read_bytes
+
+MAX_BYTES = 64 * MEGABYTE
+MAX_PIXELS = 64_000_000
+"""Decoding takes 3 bytes for each."""
+KEPT_PIXELS = 16_000_000
+"""A picture with more is reduced; detectors need far fewer."""
+FORMATS = ("PNG", "JPEG", "BMP", "WEBP", "TIFF", "PPM")
+REDUCED = {1: cv2.IMREAD_COLOR, 2: cv2.IMREAD_REDUCED_COLOR_2, 4: cv2.IMREAD_REDUCED_COLOR_4}
+
+log = logging.getLogger(__name__)
+
+
+def read_picture(path: Path) -> NDArray[np.uint8]:
+    """Read a picture as BGR; one of more than 16 million pixels is reduced.
+
+    Raises:
+        InputFileError: The file cannot be read, is no picture, or has more than 64 million pixels.
+    """
+    data = read_bytes(path, MAX_BYTES)
+    width, height = _size(path, data)
+    pixels = width * height
+    if pixels > MAX_PIXELS:
+        raise InputFileError(
+            f"{path} has {width}x{height} pixels; {MAX_PIXELS / 1e6:.0f} million are the limit. Make it smaller."
+        )
+    factor = next(each for each in REDUCED if each == max(REDUCED) or pixels <= KEPT_PIXELS * each**2)
+    try:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), REDUCED[factor])
+    except cv2.error:
+        image = None
+    if image is None:
+        raise _no_picture(path)
+    if factor > 1:
+        log.info("%s has %dx%d pixels and is reduced to 1/%d of its width and height.", path, width, height, factor)
+    return image.astype(np.uint8, copy=False)
+
+
+def _size(path: Path, data: bytes) -> tuple[int, int]:
+    """Return width and height as the file's header says."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # about the size, which is judged here, and damage, which OpenCV judges
+            with Image.open(io.BytesIO(data), formats=FORMATS) as image:
+                return image.size
+    except Image.DecompressionBombError as error:
+        raise InputFileError(f"{path} has far too many pixels ({error}). Make it smaller.") from None
+    except Exception:  # noqa: BLE001 - whatever a damaged header makes of the library
+        raise _no_picture(path) from None
+
+
+def _no_picture(path: Path) -> InputFileError:
+    return InputFileError(f"{path} is not an image OpenCV can read. Use a PNG or JPEG file.")

@@ -1,0 +1,80 @@
+"""Read a whole file as bytes or as text."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+MEGABYTE = 1_000_000
+MAX_DEPTH = 32
+"""How deep tables, lists and objects may be nested; ours need 6."""
+
+
+class InputFileError(ValueError):
+    """A file that cannot be used; the message names it, says what is wrong and what to do."""
+
+
+def read_bytes(path: Path, limit: int) -> bytes:
+    """Read a regular file.
+
+    Args:
+        path: The file. Folders, devices and pipes are refused, because reading them may never end.
+        limit: Most bytes it may have.
+
+    Raises:
+        InputFileError: It cannot be read, or is too large.
+    """
+    try:
+        found = os.stat(path)
+        if stat.S_ISDIR(found.st_mode):
+            raise InputFileError(f"{path} is a folder. Name a file in it.")
+        if not stat.S_ISREG(found.st_mode):
+            raise InputFileError(f"{path} is a device or a pipe. Name a regular file.")
+        with open(path, "rb") as file:
+            content = file.read(limit + 1) if found.st_size <= limit else None
+    except OSError as error:
+        raise InputFileError(f"{path}: cannot be read ({error.strerror}). Check the path.") from None
+    except InputFileError:
+        raise
+    except ValueError as error:  # a NUL in the path
+        raise InputFileError(f"{str(path)!r} cannot be read ({error}). Check the path.") from None
+    if content is None or len(content) > limit:
+        raise InputFileError(f"{path} is too large: more than {limit / MEGABYTE:g} MB. Name another file.")
+    return content
+
+
+def read_text(path: Path, limit: int) -> str:
+    """Read a regular file in UTF-8, with or without a byte order mark; line ends become line feeds.
+
+    Raises:
+        InputFileError: It cannot be read, is too large, or is not UTF-8.
+    """
+    try:
+        text = read_bytes(path, limit).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputFileError(f"{path} is not a text file in UTF-8 ({error}). Save it as UTF-8.") from None
+    return text.replace("\r\n", "\n")
+
+
+def leaves(value: Any) -> Iterator[Any]:  # noqa: ANN401 - any plain value
+    """Yield what is in dictionaries and lists that lie in each other.
+
+    Raises:
+        ValueError: They are nested more than `MAX_DEPTH` levels deep.
+    """
+    level = [value]
+    for _ in range(MAX_DEPTH + 1):
+        tables = [each.values() if isinstance(each, dict) else each for each in level if isinstance(each, dict | list)]
+        yield from (each for each in level if not isinstance(each, dict | list))
+        level = [inner for table in tables for inner in table]
+        if not level:
+            return
+    raise ValueError(f"nested more than {MAX_DEPTH} levels deep")
+
+
+def is_too_large(value: Any) -> bool:  # noqa: ANN401 - any plain value
+    """Whether it is a whole number of more than 64 bits, which no format of ours needs and few libraries take."""
+    return isinstance(value, int) and abs(value) >= 2**63

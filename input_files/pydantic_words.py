@@ -1,0 +1,46 @@
+"""What the value of a key must be, in words, where pydantic speaks of inputs and types."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+WORDS = {
+    "greater_than": "must be more than {gt:g}",
+    "greater_than_equal": "must be {ge:g} or more",
+    "less_than": "must be less than {lt:g}",
+    "less_than_equal": "must be {le:g} or less",
+    "finite_number": "must be a finite number",
+    "float_type": "must be a number",
+    "float_parsing": "must be a number",
+    "int_type": "must be a whole number",
+    "int_parsing": "must be a whole number",
+    "int_from_float": "must be a whole number",
+    "bool_type": "must be true or false",
+    "bool_parsing": "must be true or false",
+    "string_type": "must be text in quotes",
+    "string_too_short": "must not be empty",
+    "list_type": "must be a list in brackets, as in [1, 2]",
+    "tuple_type": "must be a list in brackets, as in [1200, 800]",
+    "path_type": "must be a file name in quotes",
+    "multiple_of": "must be a multiple of {multiple_of:g}",
+    "model_type": "must be a table",
+    "model_attributes_type": "must be a table",
+    "dict_type": "must be a table",
+    "too_short": "must not be empty",
+    "too_long": "must have {max_length} entries",
+    "literal_error": "must be {expected}",
+    "missing": "is missing",
+}
+"""By pydantic's name of the kind of mistake, with its context to be filled in."""
+
+
+def words(kind: str, context: Mapping[str, object], message: str) -> str:
+    """Return what is wrong with a value.
+
+    Args:
+        kind: Pydantic's name of the kind of mistake.
+        context: Its numbers.
+        message: Pydantic's own message, for kinds that are not listed.
+    """
+    text = WORDS.get(kind)
+    return message.removeprefix("Value error, ") if text is None else text.format(**context)

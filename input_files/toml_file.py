@@ -1,0 +1,42 @@
+"""Read TOML files: missions, worlds, faults."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from input_files.plain import MAX_DEPTH, MEGABYTE, InputFileError, is_too_large, leaves, read_text
+
+MAX_BYTES = MEGABYTE // 4
+"""A mission or a world has some thousand bytes."""
+
+_PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MAX_DEPTH}}}")
+"""A dotted key of more parts than tables may be deep: tomllib needs memory by the square of their number."""
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read the tables of a TOML file.
+
+    Raises:
+        InputFileError: It cannot be read, is too large, is not TOML, or is nested too deeply.
+    """
+    text = read_text(path, MAX_BYTES)
+    try:
+        return _parse(text)
+    except RecursionError:
+        reason = f"nested more than {MAX_DEPTH} levels deep"
+    except ValueError as error:
+        reason = str(error)
+    raise InputFileError(f"{path} is not TOML: {reason}. Correct it there.")
+
+
+def _parse(text: str) -> dict[str, Any]:
+    if _LONG_KEY.search(text):
+        raise ValueError(f"it has a key of more than {MAX_DEPTH} parts")
+    tables = tomllib.loads(text)
+    if any(is_too_large(each) for each in leaves(tables)):
+        raise ValueError("it has a whole number of more than 64 bits")
+    return tables

@@ -1,0 +1,19 @@
+"""A console of rich's for text from outside."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
+
+from firmware_protocol.printable import printable_lines
+
+
+class SafeConsole(Console):
+    """Escapes what a terminal would obey in any text; colours and cursor movements are rich's own."""
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
+        """Render as rich does, with the text escaped."""
+        for segment in super().render(renderable, options):
+            yield segment if segment.control else Segment(printable_lines(segment.text), segment.style)

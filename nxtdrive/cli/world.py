@@ -1,0 +1,95 @@
+"""``nxtdrive world``: checks a simulated room, draws it, writes a new one."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shlex
+from pathlib import Path
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import DONE, USAGE
+from nxtdrive.cli.mission import report_file
+from nxtdrive.cli.options import add_action, add_json_argument, new_file, writing
+from nxtdrive.cli.output import CONTINUED, write_json, write_line, write_text
+
+DESCRIPTION = """\
+Check the simulated rooms that sim:// opens, draw one with everything in it, or
+write a commented room to start from. docs/worlds.md has all tables and keys."""
+EXAMPLES = """\
+  nxtdrive world show arena              # the room of `nxtdrive run`
+  nxtdrive world new my-room.toml
+  nxtdrive world check my-room.toml
+  nxtdrive world show my-room.toml --out my-room.png"""
+
+TEMPLATE = "room"
+"""The bundled world that a new one begins as."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the three actions."""
+    actions = parser.add_subparsers(metavar="ACTION", required=True)
+    check = add_action(actions, "check", "report every mistake in world files at once", _check)
+    check.add_argument("files", metavar="FILE", nargs="+", help="world files, *.toml, or names of bundled worlds")
+    add_json_argument(check)
+    show = add_action(actions, "show", "draw a room: as text, or with --out as an image", _show)
+    show.add_argument("file", metavar="FILE", nargs="?", default="arena", help="default: the room of `nxtdrive run`")
+    show.add_argument("--out", metavar="IMAGE", type=Path, help="a PNG or JPEG file to write")
+    new = add_action(actions, "new", "write a commented world file", _new)
+    new.add_argument("file", metavar="FILE", type=new_file, help="a new file, such as my-room.toml")
+    new.add_argument("--force", action="store_true", help="overwrite a file that exists")
+
+
+def _check(args: argparse.Namespace) -> int:
+    mistakes = {file: _mistakes(file) for file in args.files}
+    if args.json:
+        write_json([{"file": file, "mistakes": found} for file, found in mistakes.items()], indent=2)
+    else:
+        for file, found in mistakes.items():
+            report_file(file, found)
+    return USAGE if any(mistakes.values()) else DONE
+
+
+def _mistakes(file: str) -> list[str]:
+    """Return what is wrong with a world, image files included."""
+    from sim_backend.simulation import Simulation
+
+    try:
+        simulation = Simulation(file)
+        simulation.truth.fronts()
+        simulation.webcam.frame()
+    except ConfigError as error:
+        head, *rest = str(error).split(CONTINUED)
+        return rest or [head]
+    return []
+
+
+def _show(args: argparse.Namespace) -> int:
+    from nxtdrive.cli.room_sketch import draw, sketch
+    from nxtdrive.recording.output_file import write_picture
+    from sim_backend.world.loading import load_world
+
+    world = load_world(args.file)
+    if args.out is None:
+        write_text(sketch(world))
+        return DONE
+    with writing(args.out):
+        write_picture(args.out, draw(world))
+    write_line(args.out)
+    return DONE
+
+
+def _new(args: argparse.Namespace) -> int:
+    from nxtdrive.recording.output_file import write_file
+    from sim_backend.bundled import WORLDS
+
+    if os.path.lexists(args.file) and not args.force:
+        raise ConfigError(f"{args.file} exists already.", remedy="Choose another name, or --force to overwrite it.")
+    with writing(args.file):
+        write_file(args.file, (WORLDS / f"{TEMPLATE}.toml").read_bytes())
+    write_line(f"Wrote {args.file}, a room with lena and rilakkuma. Draw it, change it, check it, and run in it:")
+    file = shlex.quote(str(args.file))
+    write_line(f"  nxtdrive world show {file}")
+    write_line(f"  nxtdrive world check {file}")
+    write_line(f"  nxtdrive run --profile adaptive --nxt {shlex.quote(f'sim://{args.file}')}")
+    return DONE

@@ -1,0 +1,225 @@
+"""The room for a first mission: holds the one target, large enough for it, and tried before it is written."""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.mission.checking import FRAME_SHAPE, RIM
+
+if TYPE_CHECKING:
+    from nxtdrive.vision.detection import TargetDetector
+    from sim_backend.simulation import Simulation
+
+START_X_MM = 600.0
+LENS_FORWARD_MM = 60.0
+LENS_HEIGHT_MM = 200.0
+USUAL_STOP_MM = 420.0
+FARTHEST_STOP_MM = 2000.0
+"""Largest ``arrive_mm`` of a mission."""
+HALF_VIEW = math.tan(math.radians(30.0))
+"""Half the width of a frame, as a share of the distance; at 60 degrees of view."""
+HALF_VIEW_UP = FRAME_SHAPE * HALF_VIEW
+
+WORLD = """\
+# A room for a first mission; `nxtdrive world show FILE` draws it.
+# Lengths in mm, times in s, angles in degrees clockwise: 0 looks to the right of the map, 90 down.
+# The map has x to the right and y down. docs/worlds.md has all tables and keys.
+title = {title}
+
+[floor]
+size_mm = [{width_mm:g}, {depth_mm:g}]
+wall_height_mm = {wall_mm:g}
+
+[robot]
+start_mm = [{start_x_mm:g}, {row_mm:g}]
+heading_deg = 270              # it has to turn before it sees the target
+
+{target}
+
+# More to put into the room; remove the "# ".
+#
+# [[boxes]]
+# name = "crate"               # stops the robot, and hides the target if it is high enough
+# at_mm = [{way_mm:g}, {row_mm:g}]
+# size_mm = [300, 300]
+# height_mm = 350
+# texture = "crate"
+#
+# [[people]]
+# name = "anna"                # comes in through the door at the edge
+# enters_from_mm = [{way_mm:g}, {depth_mm:g}]
+#
+# [[events]]
+# name = "anna steps in front of it"
+# when = {{ at_s = 3 }}
+# person = "anna"
+# to_mm = [{way_mm:g}, {row_mm:g}]
+# stays_s = 8
+"""
+
+PICTURE = """\
+[[pictures]]
+name = {name}
+file = {file}
+at_mm = [{x_mm:g}, {row_mm:g}]
+facing_deg = 180               # towards the robot's start
+size_mm = [{width_mm:g}, {height_mm:g}]
+centre_height_mm = {centre_mm:g}"""
+
+BOX = """\
+[[boxes]]
+name = {name}
+at_mm = [{x_mm:g}, {row_mm:g}]
+size_mm = [200, 200]
+height_mm = {height_mm:g}
+texture = "{color}_box\""""
+
+
+@dataclass(frozen=True, slots=True)
+class TemplateTarget:
+    """The target of a first mission.
+
+    Attributes:
+        name: In mission and world.
+        height_mm: Its real height.
+        width_mm: Its real width.
+        picture: Its image file; None for the red box.
+    """
+
+    name: str
+    height_mm: float
+    width_mm: float
+    picture: Path | None = None
+
+    @property
+    def top_mm(self) -> float:
+        """Upper edge above the floor: a picture is level with the camera, if it is not too high for that."""
+        return self.height_mm if self.picture is None else max(LENS_HEIGHT_MM, self.height_mm / 2) + self.height_mm / 2
+
+    @property
+    def whole_mm(self) -> float:
+        """Smallest distance from which the whole target is in view."""
+        wide_mm = self.width_mm / 2 / HALF_VIEW
+        high_mm = max(self.top_mm - LENS_HEIGHT_MM, min(LENS_HEIGHT_MM, self.height_mm / 2)) / HALF_VIEW_UP
+        return 10 * math.ceil(RIM * max(wide_mm, high_mm) / 10)
+
+    @property
+    def stop_mm(self) -> float:
+        """Distance at which the robot has arrived: as usual, or so far away that the whole target is in view."""
+        return max(USUAL_STOP_MM, self.whole_mm)
+
+    @property
+    def distance_mm(self) -> float:
+        """Distance of the target from the lens at the start, well within a detector's range."""
+        return max(self.stop_mm + 300.0, min(1800.0, 7 * self.height_mm))
+
+
+def world_text(target: TemplateTarget, folder: Path) -> str:
+    """Return the text of a world with the target.
+
+    Args:
+        target: The target.
+        folder: Where the world will lie; the picture's path is relative to it if it can be.
+
+    Raises:
+        ConfigError: The name of the picture cannot be written in TOML.
+    """
+    row_mm = math.ceil(max(1200.0, target.width_mm / 2 + 400.0) / 100) * 100.0
+    x_mm = math.ceil(START_X_MM + LENS_FORWARD_MM + target.distance_mm)
+    place = {"name": json.dumps(target.name), "x_mm": x_mm, "row_mm": row_mm, "height_mm": target.height_mm}
+    if target.picture is None:
+        thing = BOX.format(**place, color="red")
+    else:
+        image = toml_path(target.picture, folder)
+        centre_mm = target.top_mm - target.height_mm / 2
+        thing = PICTURE.format(**place, file=image, width_mm=target.width_mm, centre_mm=centre_mm)
+    return WORLD.format(
+        title=json.dumps(f"A room with {target.name}", ensure_ascii=False),
+        width_mm=math.ceil((x_mm + 600.0) / 100) * 100,
+        depth_mm=2 * row_mm,
+        wall_mm=max(600.0, math.ceil(target.top_mm / 100) * 100 + 100.0),
+        start_x_mm=START_X_MM,
+        row_mm=row_mm,
+        way_mm=round((START_X_MM + x_mm) / 2),
+        target=thing,
+    )
+
+
+def toml_path(path: Path, folder: Path) -> str:
+    """Return a path as a TOML string: relative to a folder that is above it, else absolute.
+
+    Raises:
+        ConfigError: It is not UTF-8.
+    """
+    path, folder = path.resolve(), folder.resolve()
+    shown = path.relative_to(folder) if path.is_relative_to(folder) else path
+    text = json.dumps(shown.as_posix(), ensure_ascii=False).replace("\x7f", "\\u007f")
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise ConfigError(f"{path}: a mission cannot name this file, it is not UTF-8.", remedy="Rename it.") from None
+    return text
+
+
+def try_out(target: TemplateTarget, detector: TargetDetector, text: str, path: Path) -> None:
+    """Look for the target in its room, from the start to the stop, as the simulated robot will.
+
+    Args:
+        target: The target.
+        detector: The mission's detector of it.
+        text: The world, as `world_text` made it.
+        path: Where the world will lie.
+
+    Raises:
+        ConfigError: The detector does not find the target, or finds it where it is not.
+    """
+    from sim_backend.simulation import Simulation
+    from sim_backend.world.loading import parse_world
+
+    if target.stop_mm > FARTHEST_STOP_MM:
+        raise ConfigError(
+            f"{target.picture}: {target.width_mm:.0f} x {target.height_mm:.0f} mm is too large: the camera sees all of "
+            f"it only from {target.stop_mm / 1000:.1f} m, and arrivals are at {FARTHEST_STOP_MM / 1000:g} m or less.",
+            remedy="Crop the photograph to a part of it, and give the height of that part.",
+        )
+    simulation = Simulation(parse_world(tomllib.loads(text), path))
+    start_mm = simulation.truth.pose
+    far_mm, near_mm = target.distance_mm, target.stop_mm
+    for heading_deg in (270.0, 225.0, 180.0, 135.0):
+        if _found_mm(simulation, detector, START_X_MM, start_mm.y_mm, heading_deg) is not None:
+            raise ConfigError(
+                f"{target.picture}: the picture detector finds it where it is not: it looks like a plain wall.",
+                remedy='Use a picture with more contrast and detail, or a marker (`detector = "marker"`).',
+            )
+    for away_mm in (far_mm, (far_mm + near_mm) / 2, near_mm):
+        x_mm = START_X_MM + far_mm - away_mm
+        found_mm = _found_mm(simulation, detector, x_mm, start_mm.y_mm, 0.0)
+        if found_mm is None or abs(found_mm - away_mm) > 0.2 * away_mm:
+            raise ConfigError(
+                f"{target.picture}: the picture detector does not find it from {away_mm / 1000:.1f} m; "
+                f"as a print of {target.width_mm:.0f} x {target.height_mm:.0f} mm it has too few details for that.",
+                remedy="Crop it to a part with clear shapes and contrast, print it larger and give that --height-mm, "
+                'or use a marker (`detector = "marker"`).',
+            )
+
+
+def _found_mm(
+    simulation: Simulation, detector: TargetDetector, x_mm: float, y_mm: float, heading_deg: float
+) -> float | None:
+    """Return how far away a detector places its target in the frame from a pose; None where it finds nothing."""
+    from nxtdrive.vision.geometry import Pinhole
+
+    simulation.world.place_robot((x_mm, y_mm), heading_deg)
+    simulation.advance(1000)
+    image = simulation.webcam.frame()
+    found = [] if image is None else detector.detector.detect(image)
+    if image is None or not found:
+        return None
+    pinhole = Pinhole.from_hfov(image.shape[1], simulation.webcam.hfov_deg)
+    return pinhole.locate(found[0], detector.height_mm)[1]

@@ -1,0 +1,55 @@
+"""Transfers of several telegrams that are right or fail, also over a link that delivers a reply twice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TypeVar
+
+from firmware_protocol.errors import RemoteProtocolError
+from nxtdrive.link.protocol import RequestLink
+
+ATTEMPTS = 3
+
+T = TypeVar("T")
+
+
+def pieces(size: int, limit: int) -> Iterator[tuple[int, int]]:
+    """Split `size` bytes into pieces of at most `limit`: start and length of each.
+
+    Neighbours differ in length, by which a piece that arrives twice is told from the next one.
+    """
+    start = before = 0
+    while start < size:
+        length = min(limit, size - start)
+        before = length - (length == before)
+        yield start, before
+        start += before
+
+
+def in_step(link: RequestLink, transfer: Callable[[], T]) -> T:
+    """Return what `transfer` returns; repeat it if what it got is wrong, or a reply arrived that belongs to no request.
+
+    Replies have no numbers. After one that arrived twice, each reply may be taken for the answer to the next request,
+    such as the next piece of a file, until a request of another kind is answered. So `transfer` ends with one.
+
+    Args:
+        link: The link that `transfer` uses.
+        transfer: Makes requests that may be repeated; the reply to the last one does not look like those before it.
+
+    Raises:
+        RemoteProtocolError: No attempt succeeded.
+    """
+    for attempt in range(1, ATTEMPTS + 1):
+        before = link.surplus
+        try:
+            result = transfer()
+        except RemoteProtocolError:
+            if attempt == ATTEMPTS:
+                raise
+        else:
+            if link.surplus == before:
+                return result
+    raise RemoteProtocolError(
+        "replies arrive that belong to no request, so what was read is not reliable",
+        remedy="Connect again, or use the cable.",
+    )

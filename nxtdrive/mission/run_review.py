@@ -1,0 +1,166 @@
+"""What a person should know about a run besides its journal: hints at what to mend, and in the simulator the truth."""
+
+from __future__ import annotations
+
+import shlex
+from collections import Counter
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from behaviors.adaptive.approach import N as APPROACH
+from behaviors.events import Event, Reason
+from behaviors.journal import Kind, Record
+from behaviors.plausibility import LENS_BEHIND_SONAR_MM, TOLERANCE_MM, contradicts
+from nxtdrive.mission.setup import build_detectors
+from nxtdrive.mission.truth import Truth, recognised
+
+if TYPE_CHECKING:
+    from behaviors.mission import Mission
+    from nxtdrive.vision.detection import TargetDetector
+
+ROUND = (Reason.FULL_TURN_WITHOUT_SIGHTING, Reason.NEVER_SEEN)
+"""A search that ends so has looked all round, when the target was never seen before."""
+STOPPED = (Reason.BLOCKED_SHORT, Reason.BLOCKED_LONG)
+STOPPED_TWICE = 2
+"""A target before which the robot was stopped so often may be nearer than its size says."""
+
+
+class RunReview:
+    """Observes a run; receives its records.
+
+    Args:
+        mission: What the robot does.
+        truth: Of a simulated world, or None.
+        say: Called with each hint, as soon as there is one.
+        file: The mission's file, for the command in a hint; None for the built-in one.
+
+    Attributes:
+        hints: What to check or change, one sentence or two each.
+        arrivals: For each target that was reached: ``target``, ``time_s``, ``believed_mm`` by its size, ``sonar_mm`` or
+            None; in the simulator also ``true_mm`` and ``there``, whether it really stands before the target.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        truth: Truth | None,
+        say: Callable[[str], None],
+        file: Path | None = None,
+    ) -> None:
+        self.hints: list[str] = []
+        self.arrivals: list[dict[str, object]] = []
+        self._mission, self._truth, self._say, self._file = mission, truth, say, file
+        self._seen: set[str] = set()
+        self._reached: set[str] = set()
+        self._told: set[str] = set()
+        self._stopped: Counter[str] = Counter()
+        self._look: Mapping[str, Any] = {}
+        self._nearer: dict[str, tuple[float, float]] = {}
+
+    def __call__(self, record: Record) -> None:
+        """Learn from a record."""
+        if record.kind is Kind.LOOK:
+            self._look = record.data
+            if record.data["sighting"] is not None:
+                self._seen.add(record.target)
+        elif record.kind is Kind.TRANSITION:
+            self._transition(record)
+        elif record.kind is Kind.END:
+            self._end()
+
+    def _transition(self, record: Record) -> None:
+        target, data = record.target, cast("Mapping[str, Any]", record.data)
+        if data["to"] == "reached":
+            self._arrive(record.time_s, target, data["evidence"]["sighting"]["distance_mm"])
+        elif data["event"] == Event.SEARCH_FAILED and data["reason"] in ROUND:
+            if target not in self._seen and self._truth is not None:
+                self._missing(target, self._truth)
+            elif target not in self._seen:
+                self._unseen(target)
+        elif data.get("reason") == Reason.RANGE_MISMATCH:
+            evidence = data["evidence"]
+            if evidence["range_mm"] is not None:
+                self._wrong_size(target, evidence["range_mm"], evidence["distance_mm"])
+        elif data.get("reason") in STOPPED and (sizes := self._contradiction()) and sizes[0] < sizes[1]:
+            self._stopped[target] += 1
+            self._nearer[target] = sizes
+
+    def _arrive(self, time_s: float, target: str, believed_mm: float) -> None:
+        self._reached.add(target)
+        arrival: dict[str, object] = {"target": target, "time_s": time_s, "believed_mm": believed_mm}
+        arrival["sonar_mm"] = self._look.get("range_mm")
+        if self._truth is not None:
+            arrival |= self._judge(target, believed_mm, self._truth)
+        self.arrivals.append(arrival)
+        if sizes := self._contradiction():
+            self._wrong_size(target, *sizes)
+
+    def _contradiction(self) -> tuple[float, float] | None:
+        """Return echo and distance by size of the last look, if they contradict each other."""
+        sighting, range_mm = self._look.get("sighting"), self._look.get("range_mm")
+        if sighting is None or range_mm is None or abs(sighting["bearing_deg"]) > APPROACH.ahead_deg:
+            return None
+        distance_mm = sighting["distance_mm"]
+        thesis = self._mission.mission.profile == "thesis"
+        tolerance_mm = TOLERANCE_MM if thesis else self._mission.adaptive.sonar_tolerance_mm
+        return (range_mm, distance_mm) if contradicts(range_mm, distance_mm, tolerance_mm) else None
+
+    def _judge(self, target: str, believed_mm: float, truth: Truth) -> dict[str, object]:
+        """Compare an arrival with the truth: with the object in view that is the target, else the nearest such."""
+        names = recognised(self._detectors[target].detector, truth)
+        objects = sorted((not truth.before(name), truth.lens_distance_mm(name)) for name in names)
+        if not objects:
+            return {"true_mm": None, "there": False}
+        hidden, true_mm = objects[0]
+        return {"true_mm": round(true_mm, 1), "there": not hidden and not contradicts(true_mm, believed_mm)}
+
+    def _missing(self, target: str, truth: Truth) -> None:
+        """The search looked all round: say so if this world has no such thing."""
+        if recognised(self._detectors[target].detector, truth):
+            return
+        has = ", ".join(truth.fronts()) or "nothing"
+        room = self._file and self._file.with_name(f"{self._file.stem}-world.toml")
+        advice = (
+            f"Open the mission's own with --nxt {shlex.quote(f'sim://{room}')}."
+            if room is not None and room.is_file()
+            else "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
+        )
+        self._hint(
+            target, f"Nothing all round looks like {target}, and nothing in this world does; it has: {has}. {advice}"
+        )
+
+    def _unseen(self, target: str) -> None:
+        file = f" --mission {shlex.quote(str(self._file))}" if self._file else ""
+        self._hint(
+            target,
+            f"Nothing all round looked like {target}. Give it more light, stand it nearer and upright, and check its "
+            f"height_mm; `nxtdrive detect try 0{file} --target {shlex.quote(target)}` shows what the camera finds.",
+        )
+
+    def _wrong_size(self, target: str, range_mm: float, distance_mm: float) -> None:
+        height_mm = self._mission.target[target].height_mm
+        fits_mm = float(f"{height_mm * (range_mm + LENS_BEHIND_SONAR_MM) / distance_mm:.2g}")
+        self._hint(
+            target,
+            f"{target}: the sonar says {range_mm / 1000:.1f} m, its size in the picture says "
+            f"{distance_mm / 1000:.1f} m. Is height_mm = {height_mm:g} right? "
+            f"If the sonar heard {target}, it is about {fits_mm:g} mm high.",
+        )
+
+    def _end(self) -> None:
+        for target, times in self._stopped.items():
+            if target not in self._reached and times >= STOPPED_TWICE:
+                self._wrong_size(target, *self._nearer[target])
+
+    @cached_property
+    def _detectors(self) -> dict[str, TargetDetector]:
+        return build_detectors(self._mission)
+
+    def _hint(self, target: str, text: str) -> None:
+        """Say it, once for each target."""
+        if target not in self._told:
+            self._told.add(target)
+            self.hints.append(text)
+            self._say(text)

@@ -1,0 +1,65 @@
+"""The simulation's truth, for messages to people and the record of a run; nothing that drives the robot reads it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Protocol, cast
+
+import cv2
+import numpy as np
+
+from nxtdrive.transports.record import recorded
+from nxtdrive.transports.sim import SimTransport
+
+if TYPE_CHECKING:
+    from nxtdrive.brick import Brick
+    from nxtdrive.vision.detection import Detector, Image
+
+FRAME = (240, 320)
+HEIGHTS_PX = (120, 70)
+"""Apparent heights at which a front is shown to a detector; every detector finds its target at one of these."""
+GRAY = 128
+LEAST_SHARE = 0.25
+"""A detection that covers less of a front is of a detail: a red sleeve on a portrait is no red box."""
+
+
+class Truth(Protocol):
+    """What is really in the room. Only ``sim://`` offers it, and reading it changes nothing."""
+
+    def fronts(self) -> Mapping[str, Image]:
+        """Return what each object of the world looks like from the front, BGR pixels by name; some may be absent."""
+        ...
+
+    def lens_distance_mm(self, name: str) -> float:
+        """Return how far an object is from the camera's lens."""
+        ...
+
+    def before(self, name: str) -> bool:
+        """Whether the camera points at an object and nothing hides it."""
+        ...
+
+
+def truth_of(brick: Brick) -> Truth | None:
+    """Return the truth about a simulated brick's world; None for any other brick."""
+    transport = recorded(brick.link.transport)
+    return cast("Truth", transport.truth) if isinstance(transport, SimTransport) else None
+
+
+def recognised(detector: Detector, truth: Truth) -> list[str]:
+    """Return the names of the objects of the world whose front a detector takes for its target."""
+    return [name for name, front in truth.fronts().items() if shows(front, detector)]
+
+
+def shows(front: Image, detector: Detector) -> bool:
+    """Whether a detector finds its target in a frame that shows `front` before a gray wall."""
+    return any(_finds(detector, front, height_px) for height_px in HEIGHTS_PX)
+
+
+def _finds(detector: Detector, front: Image, height_px: int) -> bool:
+    frame = np.full((*FRAME, 3), GRAY, np.uint8)
+    height, width = front.shape[:2]
+    scale = min(height_px / height, 0.9 * FRAME[1] / width)
+    wide, high = max(1, round(scale * width)), max(1, round(scale * height))
+    left, top = (FRAME[1] - wide) // 2, (FRAME[0] - high) // 2
+    frame[top : top + high, left : left + wide] = cv2.resize(front, (wide, high), interpolation=cv2.INTER_AREA)
+    return any(found.box[2] * found.box[3] >= LEAST_SHARE * wide * high for found in detector.detect(frame))

@@ -1,0 +1,52 @@
+"""Write files as a whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from firmware_protocol.errors import ConfigError
+
+
+def write_file(path: Path, content: bytes) -> None:
+    """Write a file; what was written of it before an error, as on a full disk, is removed.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    left = memoryview(content)
+    with open(path, "wb", buffering=0) as file:
+        try:
+            while left:
+                left = left[file.write(left) :]
+        except OSError:
+            if os.path.isfile(path):  # not a device
+                with suppress(OSError):
+                    path.unlink()
+            raise
+
+
+def write_picture(path: Path, image: npt.NDArray[np.uint8]) -> None:
+    """Write an image file.
+
+    Args:
+        path: Its suffix chooses the format.
+        image: BGR.
+
+    Raises:
+        ConfigError: No format has this suffix.
+        OSError: It cannot be written.
+    """
+    import cv2
+
+    try:
+        coded, data = cv2.imencode(path.suffix, image)
+    except cv2.error:
+        coded = False
+    if not coded:
+        raise ConfigError(f"{path} cannot be written: no image format ends in {path.suffix!r}.", remedy="Use .png.")
+    write_file(path, data.tobytes())

@@ -1,0 +1,41 @@
+"""The campaign of errors: a sample, and that it finds broken promises."""
+
+from __future__ import annotations
+
+import pytest
+
+from firmware_protocol.errors import BrickError, LinkTimeout
+from nxtdrive.tools.dev.faults import errors
+
+FEW = range(20 * len(errors.PROVOKED))
+
+
+@pytest.fixture(autouse=True)
+def _few(monkeypatch):
+    monkeypatch.setattr(errors, "WARM", 50)
+    monkeypatch.setattr(errors, "TRACED", 50)
+
+
+def test_a_sample():
+    tally = errors.CAMPAIGN.run(1, FEW)
+    assert tally.violations == []
+    assert set(tally.outcomes) == set(errors.PROVOKED)
+
+
+def test_what_is_left_behind_is_found(monkeypatch):
+    kept = []
+
+    def leave_behind(*_):
+        kept.append([bytes(100 + i % 2) for i in range(1000)])
+        raise LinkTimeout("too late.")
+
+    monkeypatch.setitem(errors.PROVOKED, "timeout", (leave_behind, (LinkTimeout,)))
+    violations = str(errors.CAMPAIGN.run(1, FEW).violations)
+    assert "objects behind" in violations
+    assert "bytes behind" in violations
+
+
+@pytest.mark.parametrize(("provoke", "text"), [(lambda *_: None, "no error"), (lambda *_: 1 / 0, "ZeroDivisionError")])
+def test_another_error_than_the_promised_one_is_found(provoke, text, monkeypatch):
+    monkeypatch.setitem(errors.PROVOKED, "refusal", (provoke, (BrickError,)))
+    assert text in str(errors.CAMPAIGN.run(1, range(1)).violations)

@@ -1,0 +1,48 @@
+"""An arrival counts when the sonar agrees with the distance that the target's size gives."""
+
+from __future__ import annotations
+
+import pytest
+
+from behaviors.events import Reason
+from behaviors.executive import Ending
+from behaviors.journal import Kind
+from behaviors.mission import Mission
+
+TRUE_HEIGHT_MM = 297.0
+
+
+def _mission(mission: Mission, height_mm: float, profile: str = "adaptive", **adaptive: object) -> Mission:
+    table = mission.mission.model_copy(update={"profile": profile, "time_limit_s": 20.0})
+    target = {name: each.model_copy(update={"height_mm": height_mm}) for name, each in mission.target.items()}
+    update = {"mission": table, "target": target, "adaptive": mission.adaptive.model_copy(update=adaptive)}
+    return mission.model_copy(update=update)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("height_mm", [12.0, 20.0, 30.0, 60.0, 100.0, 150.0])
+def test_a_target_that_is_higher_than_its_mission_says_is_not_reached_from_afar(perform, mission_for, height_mm):
+    done = perform("open", _mission(mission_for("lena"), height_mm))
+    assert done.report.ending is Ending.TIME_UP
+    failures = [record.data["evidence"] for record in done.of(Kind.TRANSITION, reason=Reason.RANGE_MISMATCH)]
+    assert failures
+    assert failures[0]["range_mm"] > failures[0]["distance_mm"] + 250
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("height_mm", [0.8 * TRUE_HEIGHT_MM, TRUE_HEIGHT_MM, 1.2 * TRUE_HEIGHT_MM])
+def test_a_height_that_is_measured_roughly_will_do(perform, mission_for, height_mm):
+    done = perform("open", _mission(mission_for("lena"), height_mm))
+    assert done.report.achieved
+    assert done.of(Kind.TRANSITION, to="reached")[0].data["evidence"]["range_mm"] < 600
+
+
+@pytest.mark.slow
+def test_a_mission_may_tolerate_an_echo_from_behind_the_target(perform, mission_for):
+    done = perform("open", _mission(mission_for("lena"), 100.0, sonar_tolerance_mm=2000.0))
+    assert done.report.achieved
+
+
+@pytest.mark.slow
+def test_the_thesis_arrives_by_apparent_size_alone(perform, mission_for):
+    assert perform("open", _mission(mission_for("lena"), 20.0, "thesis")).report.achieved

@@ -1,0 +1,106 @@
+"""What a run tells people besides its journal: hints, and the truth beside the belief."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from behaviors.events import Event, Reason
+from behaviors.journal import Kind, Record
+from behaviors.mission import Mission
+from nxtdrive.mission.run_review import RunReview
+from sim_backend.simulation import Simulation
+
+
+def _reviewed(perform, world: str, mission: Mission, *, geometric: bool = True, file: Path | None = None) -> RunReview:
+    """The review of a mission in a bundled world."""
+    made: list[RunReview] = []
+
+    def arrange(simulation: Simulation) -> None:
+        made.append(RunReview(mission, simulation.truth, lambda _: None, file))
+
+    def observe(record: Record) -> None:
+        made[0](record)
+
+    perform(world, mission, geometric=geometric, arrange=arrange, observer=observe)
+    return made[0]
+
+
+def _with(mission: Mission, height_mm: float, profile: str, limit_s: float = 20.0) -> Mission:
+    table = mission.mission.model_copy(update={"profile": profile, "time_limit_s": limit_s})
+    target = {name: each.model_copy(update={"height_mm": height_mm}) for name, each in mission.target.items()}
+    return mission.model_copy(update={"mission": table, "target": target})
+
+
+def _unsuccessful(target: str) -> Record:
+    data = {"source": "search", "to": "select", "event": Event.SEARCH_FAILED, "reason": Reason.NEVER_SEEN}
+    return Record(10.0, Kind.TRANSITION, "select", target, {**data, "evidence": {}})
+
+
+def test_a_target_that_the_simulated_world_does_not_have_is_named_with_what_it_has(perform, mission_for):
+    review = _reviewed(perform, "open", _with(mission_for("rilakkuma"), 297.0, "thesis"))
+    [hint] = review.hints
+    assert "nothing in this world does; it has: lena." in hint
+    assert "nxtdrive mission new" in hint
+
+
+def test_the_room_beside_the_mission_is_recommended(perform, mission_for, tmp_path):
+    (tmp_path / "bear-world.toml").touch()
+    review = _reviewed(perform, "open", _with(mission_for("rilakkuma"), 297.0, "thesis"), file=tmp_path / "bear.toml")
+    assert f"--nxt sim://{tmp_path}/bear-world.toml" in review.hints[0]
+
+
+def test_a_target_that_the_simulated_world_hides_is_no_reason_for_a_hint(perform, mission_for):
+    assert _reviewed(perform, "arena", _with(mission_for("lena"), 297.0, "thesis")).hints == []
+
+
+def test_what_has_been_carried_off_belongs_to_the_world(mission_for):
+    simulation = Simulation("open")
+    simulation.world.place("lena", None, None, present=False)
+    review = RunReview(mission_for("lena"), simulation.truth, lambda _: None)
+    review(_unsuccessful("lena"))
+    assert review.hints == []
+
+
+def test_a_real_room_in_which_nothing_looks_like_the_target_leads_to_what_to_try(mission_for):
+    said: list[str] = []
+    review = RunReview(mission_for("lena"), None, said.append, Path("my mission.toml"))
+    review(_unsuccessful("lena"))
+    review(_unsuccessful("lena"))
+    [hint] = said
+    assert hint == review.hints[0]
+    assert "nxtdrive detect try 0 --mission 'my mission.toml' --target lena" in hint
+
+
+def test_a_target_that_was_seen_before_is_not_called_invisible(mission_for):
+    review = RunReview(mission_for("lena"), None, lambda _: None)
+    sighting = {"bearing_deg": 0.0, "distance_mm": 900.0, "confidence": 0.9, "box": [0, 0, 9, 9]}
+    review(Record(1.0, Kind.LOOK, "search", "lena", {"pose": [0, 0, 0], "range_mm": 860.0, "sighting": sighting}))
+    review(_unsuccessful("lena"))
+    assert review.hints == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("profile", ["adaptive", "thesis"])
+def test_a_wrong_height_is_named_with_both_distances_and_the_height_that_fits(perform, mission_for, profile):
+    [hint] = _reviewed(perform, "open", _with(mission_for("lena"), 20.0, profile), geometric=False).hints
+    assert "the sonar says 1.9 m, its size in the picture says 0.1 m" in hint
+    assert "height_mm = 20" in hint
+    assert "about 290 mm high" in hint
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("height_mm", "profile", "there"), [(297.0, "adaptive", True), (20.0, "thesis", False)])
+def test_the_truth_stands_beside_the_belief(perform, mission_for, height_mm, profile, there):
+    [arrival] = _reviewed(perform, "open", _with(mission_for("lena"), height_mm, profile), geometric=False).arrivals
+    assert arrival["target"] == "lena"
+    assert arrival["there"] is there
+    assert (arrival["true_mm"] == pytest.approx(arrival["believed_mm"], rel=0.1)) is there
+    assert arrival["sonar_mm"] == pytest.approx(arrival["true_mm"], abs=80)
+
+
+@pytest.mark.slow
+def test_a_height_that_is_too_large_is_told_when_the_mission_ends(perform, mission_for):
+    [hint] = _reviewed(perform, "open", _with(mission_for("lena"), 600.0, "adaptive", 120.0), geometric=False).hints
+    assert "height_mm = 600" in hint

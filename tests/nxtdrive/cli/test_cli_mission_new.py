@@ -1,0 +1,211 @@
+"""``nxtdrive mission new``: a mission and a room in which it succeeds."""
+
+from __future__ import annotations
+
+import os
+import pty
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import nxtdrive
+from behaviors.mission import PictureTarget, load_mission
+from nxtdrive.cli.main import DONE, USAGE, main
+from sim_backend.world.loading import load_world
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def _shapes(height: int, width: int, seed: int) -> np.ndarray:
+    """Coloured circles, boxes and lines on a gradient."""
+    rng = np.random.default_rng(seed)
+    image = np.empty((height, width, 3), np.uint8)
+    image[:] = rng.integers(120, 230, 3)
+    image[..., 0] = np.linspace(60, 200, width)[None, :]
+    size = min(height, width)
+    for _ in range(14):
+        at = int(rng.integers(0, width)), int(rng.integers(0, height))
+        color = tuple(int(each) for each in rng.integers(0, 256, 3))
+        radius = max(3, int(size * rng.uniform(0.05, 0.2)))
+        if rng.random() < 0.5:
+            cv2.circle(image, at, radius, color, -1)
+        else:
+            cv2.rectangle(image, at, (at[0] + radius, at[1] + 2 * radius), color, -1)
+    return image
+
+
+def _blobs(height: int, width: int, seed: int) -> np.ndarray:
+    """Soft stains, as in a photograph that is out of focus."""
+    rng = np.random.default_rng(seed)
+    coarse = rng.integers(0, 256, (7, 7, 3)).astype(np.uint8)
+    return cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)
+
+
+def _text(height: int, width: int, seed: int) -> np.ndarray:
+    """A poster with large letters."""
+    image = np.full((height, width, 3), (235, 240, 245), np.uint8)
+    for row, word in enumerate(("NXT", "Cat", "42!")):
+        at = round(0.05 * width), round((0.3 + 0.3 * row) * height)
+        cv2.putText(image, word, at, cv2.FONT_HERSHEY_DUPLEX, width / 90, (30, 20 + 60 * row, 160), max(2, width // 40))
+    cv2.circle(image, (round(0.8 * width), round(0.8 * height)), round(0.12 * width), (40, 120, 30 + seed), -1)
+    return image
+
+
+def _gray(height: int, width: int, seed: int) -> np.ndarray:
+    return cv2.cvtColor(_shapes(height, width, seed), cv2.COLOR_BGR2GRAY)
+
+
+def _alpha(height: int, width: int, seed: int) -> np.ndarray:
+    image = cv2.cvtColor(_shapes(height, width, seed), cv2.COLOR_BGR2BGRA)
+    image[: height // 4, : width // 4, 3] = 0
+    return image
+
+
+PHOTOGRAPHS = {
+    "portrait.jpg": (_shapes, 800, 600, 297),
+    "landscape.jpg": (_shapes, 600, 800, 210),
+    "square.png": (_shapes, 500, 500, 200),
+    "huge.jpg": (_shapes, 3000, 2200, 420),
+    "tiny.png": (_shapes, 84, 60, 297),
+    "gray.png": (_gray, 640, 480, 297),
+    "alpha.png": (_alpha, 640, 480, 297),
+    "soft.jpg": (_blobs, 900, 700, 297),
+    "poster.png": (_text, 700, 500, 420),
+    "wide.jpg": (_shapes, 400, 1000, 210),
+    "narrow.jpg": (_shapes, 1000, 400, 400),
+    "postcard.jpg": (_blobs, 500, 740, 105),
+    "A6 Größe (1).png": (_shapes, 740, 525, 148),
+    "door.jpg": (_blobs, 900, 450, 900),
+}
+
+
+def _save(name: str, *, at: Path = Path()) -> Path:
+    draw, height, width, _ = PHOTOGRAPHS[name]
+    path = at / name
+    assert cv2.imwrite(str(path), draw(height, width, seed=sorted(PHOTOGRAPHS).index(name)))
+    return path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(PHOTOGRAPHS))
+def test_a_photograph_becomes_a_mission_that_succeeds_in_its_room(name, capsys):
+    height_mm = PHOTOGRAPHS[name][3]
+    assert main(["mission", "new", "m.toml", "--picture", str(_save(name)), "--height-mm", str(height_mm)]) == DONE
+    assert "nxtdrive run m.toml --nxt sim://m-world.toml" in capsys.readouterr().out
+    assert main(["mission", "check", "m.toml"]) == DONE
+    assert capsys.readouterr().out == "m.toml: good\n"
+    assert nxtdrive.run_mission("m.toml", nxt="sim://m-world.toml?seed=0").achieved
+
+
+@pytest.mark.slow
+def test_the_red_box_stands_in_its_room():
+    assert main(["mission", "new"]) == DONE
+    assert nxtdrive.run_mission("my-mission.toml", nxt="sim://my-mission-world.toml").achieved
+
+
+def test_a_picture_elsewhere_is_named_by_its_path(tmp_path):
+    folder = tmp_path / "pictures of cats"
+    folder.mkdir()
+    _save("portrait.jpg", at=folder)
+    (tmp_path / "missions").mkdir()
+    picture = "pictures of cats/portrait.jpg"
+    assert main(["mission", "new", "missions/m.toml", "--picture", picture, "--height-mm", "297"]) == DONE
+    target = load_mission(Path("missions/m.toml")).target["portrait"]
+    assert isinstance(target, PictureTarget)
+    assert target.pictures == [str(folder / "portrait.jpg")]
+    [picture] = load_world("missions/m-world.toml").pictures
+    assert picture.file == folder / "portrait.jpg"
+
+
+@pytest.mark.slow
+def test_the_files_are_called_like_the_picture_and_never_overwritten_unasked(capsys):
+    command = ["mission", "new", "--picture", str(_save("portrait.jpg")), "--height-mm", "297"]
+    assert main(command) == DONE
+    Path("portrait-world.toml").write_text("mine", encoding="utf-8")
+    Path("portrait.toml").unlink()
+    assert main(command) == USAGE
+    assert "portrait-world.toml exists already" in capsys.readouterr().err
+    assert not Path("portrait.toml").exists()
+    assert main([*command, "--force"]) == DONE
+    assert load_world("portrait-world.toml").pictures[0].name == "portrait"
+
+
+def test_without_a_height_it_says_what_is_needed(capsys):
+    assert main(["mission", "new", "--picture", str(_save("landscape.jpg"))]) == USAGE
+    error = capsys.readouterr().err
+    assert "--height-mm" in error
+    assert "A4 sheet lying across is 210" in error
+
+
+@pytest.mark.parametrize(
+    ("image", "height_mm", "expected"),
+    [
+        (np.full((400, 300, 3), 128, np.uint8), "297", "single colour"),
+        (np.tile(np.linspace(90, 150, 300, dtype=np.uint8), (400, 1)), "297", "detector"),
+        (_shapes(30, 30, 1), "297", "only 30x30 pixels"),
+        (_shapes(400, 300, 1), "12", "does not find it"),
+        (_shapes(400, 300, 1), "2900", "too large"),
+    ],
+    ids=["plain", "gradient", "few pixels", "a stamp", "a facade"],
+)
+def test_a_picture_that_cannot_be_found_is_refused_with_what_to_do(image, height_mm, expected, capsys):
+    cv2.imwrite("p.png", image)
+    assert main(["mission", "new", "--picture", "p.png", "--height-mm", height_mm]) == USAGE
+    assert expected in capsys.readouterr().err
+    assert not list(Path().glob("*.toml"))
+
+
+def test_what_is_no_picture_is_refused(capsys):
+    Path("cat.jpg").write_text("meow", encoding="utf-8")
+    assert main(["mission", "new", "--picture", "cat.jpg", "--height-mm", "297"]) == USAGE
+    assert "not an image" in capsys.readouterr().err
+    assert main(["mission", "new", "--height-mm", "297"]) == USAGE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("answer", "written"), [("297", True), ("twelve", False), ("3", False)])
+def test_in_a_terminal_it_asks_for_the_height(answer, written):
+    keyboard, terminal = pty.openpty()
+    command = [sys.executable, "-m", "nxtdrive", "mission", "new", "--picture", str(_save("portrait.jpg"))]
+    with subprocess.Popen(command, stdin=terminal, stdout=terminal, stderr=subprocess.PIPE, text=True) as process:
+        os.write(keyboard, f"{answer}\n".encode())
+        _, error = process.communicate(timeout=60)
+    os.close(keyboard)
+    os.close(terminal)
+    assert process.returncode == (DONE if written else USAGE)
+    assert Path("portrait.toml").exists() is written
+    assert written or f"height must be a number from 10 to 3,000, not '{answer}'" in error
+
+
+@pytest.mark.parametrize("command", ["mission", "world"])
+@pytest.mark.parametrize(
+    "name", ["why?.toml", "two\nlines.toml", "not-utf8-\udcff.toml", "-dash.toml", "in\x7f/my.toml"]
+)
+def test_a_name_that_cannot_be_typed_as_an_address_is_refused(command, name, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main([command, "new", "--", name])
+    assert ended.value.code == USAGE
+    assert "letters" in capsys.readouterr().err
+    assert not list(Path().iterdir())
+
+
+def test_a_picture_whose_name_no_toml_file_can_hold_is_refused(capsys):
+    path = Path("cat\udcff.png")
+    path.write_bytes(cv2.imencode(".png", _shapes(400, 300, 1))[1].tobytes())
+    assert main(["mission", "new", "--picture", str(path), "--height-mm", "200"]) == USAGE
+    assert "Rename it" in capsys.readouterr().err
+
+
+def test_control_characters_in_a_pictures_name_are_escaped(capsys):
+    path = Path("cat\x7f\t.png")
+    path.write_bytes(cv2.imencode(".png", _shapes(400, 300, 1))[1].tobytes())
+    assert main(["mission", "new", "--picture", str(path), "--height-mm", "200"]) == DONE
+    assert load_mission(Path("cat.toml")).target["cat"].pictures == [str(path.resolve())]
+    load_world("cat-world.toml")

@@ -1,0 +1,104 @@
+"""The file of a sweep: only its own lines are taken for results, and nothing foreign is changed."""
+
+import json
+import sys
+
+import pytest
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import USAGE, main
+from nxtdrive.tools.sweep.performance import FAILED
+from nxtdrive.tools.sweep.result_file import ResultFile, read_lines
+
+TARGET = {
+    **{"target": "lena", "reachable": True, "success": True, "wrong_stops": 0, "time_s": 5.0, "given_up_s": None},
+    **{"pursuit_s": 5, "path_mm": 900.5, "shortest_mm": None, "spl": 1.0, "soft_spl": 1.0, "sct": 0.5},
+}
+LINE = {
+    **{"episode_index": 0, "class": "open", "seed": 100, "policy": "oracle", "eyes": "geometric", "success": True},
+    **{"sum_reward": 1.0, "max_reward": 1.0, "done": True, "ending": "achieved", "error": "", "duration_s": 9.5},
+    **{"contacts": 0, "targets": [TARGET], "recognition_s": [0.5], "longest_run": 1},
+    "choices": [{"cause": "missed", "choice": "rescan", "regret_s": None, "fits": True}],
+}
+BROKEN = {**{name: LINE[name] for name in list(LINE)[:8]}, "ending": FAILED, "error": "RuntimeError", "targets": []}
+
+
+def _changed(**values):
+    return json.dumps({**LINE, **values})
+
+
+def _without(name):
+    return json.dumps({key: value for key, value in LINE.items() if key != name})
+
+
+BAD_LINES = {
+    **{f"no {name}": _without(name) for name in ("class", "seed", "policy", "eyes", "success", "targets", "ending")},
+    **{f"no {name}": _without(name) for name in ("sum_reward", "duration_s", "contacts", "error")},
+    "seed is a text": _changed(seed="100"),
+    "class is a list": _changed(**{"class": ["open"]}),
+    "targets are texts": _changed(targets=["lena"]),
+    "target without success": _changed(targets=[{"reachable": True}]),
+    "choice is a number": _changed(choices=[3]),
+    "choice of no cause": _changed(choices=[{"cause": "x", "choice": "wait", "regret_s": 0}]),
+    "not finite": _changed(duration_s=float("inf")),
+    "deep": '{"episode_index": ' + "[" * 5000 + "]" * 5000 + "}",
+    "a list": "[]",
+    "empty": "",
+    "another program's": '{"kind": "start"}',
+}
+
+
+@pytest.mark.parametrize("text", BAD_LINES.values(), ids=BAD_LINES.keys())
+def test_a_line_with_missing_or_mistyped_values_is_refused(tmp_path, capsys, text):
+    path = tmp_path / "x.jsonl"
+    path.write_text(json.dumps(LINE) + "\n" + text + "\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"not the file of a sweep \(line 2"):
+        read_lines(path)
+    command = ["sweep", "--classes", "open", "--seeds", "100", "--profiles", "oracle", "--resume", "--out", str(path)]
+    assert main(command) == USAGE
+    assert "line 2" in capsys.readouterr().err
+
+
+def test_good_lines_are_read_as_they_are(tmp_path):
+    path = tmp_path / "x.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in (LINE, BROKEN)), encoding="utf-8")
+    assert read_lines(path) == [LINE, BROKEN]
+
+
+@pytest.mark.parametrize("foreign", ["my only notes", '{"kind": "start"}', "\0", '{"episode'[:3] + "notes"])
+@pytest.mark.parametrize("lines", ["", json.dumps(LINE) + "\n"], ids=["alone", "after results"])
+def test_a_foreign_file_without_a_line_end_is_refused_and_kept(tmp_path, capsys, lines, foreign):
+    path = tmp_path / "notes.txt"
+    path.write_text(lines + foreign, encoding="utf-8")
+    command = ["sweep", "--classes", "open", "--seeds", "100", "--profiles", "oracle", "--resume", "--out", str(path)]
+    assert main(command) == USAGE
+    assert "not the file of a sweep" in capsys.readouterr().err
+    assert path.read_text(encoding="utf-8") == lines + foreign
+
+
+@pytest.mark.parametrize("length", [0, 1, 5, 17, 30, 200])
+def test_a_line_that_was_cut_short_is_left_out_and_overwritten(tmp_path, length):
+    path, whole = tmp_path / "x.jsonl", json.dumps(LINE) + "\n"
+    path.write_text(whole + whole[:length], encoding="utf-8")
+    assert read_lines(path) == [LINE]
+    with ResultFile(path) as file:
+        file.append(BROKEN)
+    assert read_lines(path) == [LINE, BROKEN]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs limits of the operating system")
+def test_results_that_cannot_be_written_say_how_to_go_on(tmp_path):
+    import resource
+
+    path, whole = tmp_path / "x.jsonl", json.dumps(LINE) + "\n"
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with ResultFile(path) as file:
+        file.append(LINE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (len(whole) + 100, limits[1]))
+        try:
+            with pytest.raises(ConfigError, match=r"cannot be written .*--resume"):
+                file.append(LINE)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert path.read_text(encoding="utf-8") == whole + whole[:100], "a line cut short"
+    assert read_lines(path) == [LINE]

@@ -1,0 +1,44 @@
+"""A sweep's tables can be read on a terminal of any usual width."""
+
+import io
+
+import pytest
+from rich.console import Console
+
+from nxtdrive.tools.sweep.causes import Cause
+from nxtdrive.tools.sweep.policies import ALL_NAMES
+from nxtdrive.tools.sweep.scenarios import CLASSES
+from nxtdrive.tools.sweep.tables import POLICY_COLUMNS, print_tables
+
+TARGET = {
+    **{"target": "lena", "reachable": True, "success": True, "wrong_stops": 1, "time_s": 5.0, "given_up_s": None},
+    **{"pursuit_s": 5.0, "path_mm": 900.5, "shortest_mm": None, "spl": 1.0, "soft_spl": 1.0, "sct": 0.5},
+}
+LINES = [
+    {
+        **{"class": kind, "seed": 100, "policy": policy, "success": True, "ending": "achieved", "error": ""},
+        **{"duration_s": 900.5, "contacts": 12, "targets": [TARGET], "recognition_s": [123.5]},
+        "choices": [{"cause": cause, "choice": "wait", "regret_s": 1.0, "fits": True} for cause in Cause],
+    }
+    for kind, policy in [*((kind, "thesis") for kind in CLASSES), *(("open", policy) for policy in ALL_NAMES[1:])]
+]
+
+
+def _printed(width):
+    out = io.StringIO()
+    print_tables(LINES, Console(file=out, width=width))
+    return out.getvalue()
+
+
+@pytest.mark.parametrize("width", [60, 80, 100, 180])
+def test_every_word_of_the_tables_is_shown_whole(width):
+    text = _printed(width)
+    assert "…" not in text
+    for word in (*ALL_NAMES, *CLASSES, *POLICY_COLUMNS, *Cause, "contact-free", "0.500"):
+        assert word in text
+    assert max(map(len, text.splitlines())) <= width
+
+
+def test_a_table_that_fits_is_one_table():
+    assert "policies, continued" not in _printed(180)
+    assert "policies, continued" in _printed(80)

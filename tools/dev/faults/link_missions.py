@@ -1,0 +1,127 @@
+"""Missions for the campaign of link faults."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import traceback
+from pathlib import Path
+from random import Random
+
+from behaviors.executive import Ending, Executive, Report
+from behaviors.mission import Mission
+from behaviors.observers import Observers
+from behaviors.ports import Eyes
+from firmware_protocol.errors import NXTError
+from nxtdrive.brick import Brick
+from nxtdrive.mission import setup
+from nxtdrive.mission.body import MissionClock
+from nxtdrive.recording.recording import Recording
+from nxtdrive.recording.run_folder import JOURNAL, MAP, MISSION, SUMMARY, RunFolder
+from nxtdrive.vision.eyes import GeometricEyes
+from sim_backend.simulation import Simulation
+
+from .wire import FOR_GOOD, KINDS, TRANSPORTS, Fault, Wire
+from .wire_transports import plug_in
+
+PROFILES = ("thesis", "adaptive")
+CAMERA_EVERY = 25
+"""One mission in so many looks through the camera, which takes some seconds."""
+TELEGRAMS = 900
+"""About as many as a mission has, over a quick link."""
+LATENCIES_MS = (2, 2, 45)
+STILL_MS, STILL_MM_S = 2300, 1.0
+NO_BRICK = "no brick"
+"""The outcome if the brick fails while it is opened."""
+SETTING_UP = 12
+"""Telegrams until the mission begins; an error of the link then ends the program."""
+
+
+def mission_trial(seed: int, number: int) -> tuple[str, list[str]]:
+    """Run a mission with a fault; returns its outcome and what is wrong."""
+    random = Random(f"{seed}:{number}")  # noqa: S311 - repeatable
+    profile, kind = PROFILES[number % 2], KINDS[number // 2 % len(KINDS)]
+    transport, latency_ms = random.choice(TRANSPORTS), random.choice(LATENCIES_MS)
+    camera = number % CAMERA_EVERY == CAMERA_EVERY - 1
+    fault = Fault(kind, random.randrange(TELEGRAMS), draw=seed)
+    outcome, wrong = perform_mission(profile, transport, fault, latency_ms=latency_ms, camera=camera)
+    if outcome not in (Ending.ACHIEVED, NO_BRICK) and (kind, outcome) != (FOR_GOOD, Ending.LINK_LOST):
+        wrong.append(f"it ended with {outcome}")
+    what = f"mission, {profile}, over {transport} at {latency_ms} ms, {kind} at telegram {fault.at}, camera: {camera}"
+    return f"mission: {outcome}", [f"{what}: {each}" for each in wrong]
+
+
+def perform_mission(
+    profile: str, transport: str, fault: Fault, *, latency_ms: int = 2, camera: bool = False
+) -> tuple[str, list[str]]:
+    """Perform a mission in an open room; returns how it ended and what is wrong."""
+    wire = Wire(Simulation("open", seed=1), transport, fault, latency_ms)
+    with tempfile.TemporaryDirectory() as folder:
+        return _perform(wire, mission_of(profile), Path(folder), camera=camera)
+
+
+def mission_of(profile: str) -> Mission:
+    """Return a mission with one target."""
+    mission = setup.load(None)
+    table = mission.mission.model_copy(update={"profile": profile, "targets": ["lena"], "reconnect_timeout_s": 15.0})
+    return mission.model_copy(update={"mission": table})
+
+
+def _perform(wire: Wire, mission: Mission, folder: Path, *, camera: bool) -> tuple[str, list[str]]:
+    simulation, wrong, outcome = wire.simulation, [], "broken"
+
+    def lost(until_ms: int) -> None:
+        def look() -> None:
+            if (speed := simulation.truth.speed_mm_s) > STILL_MM_S:
+                wrong.append(f"the robot drives at {speed:.0f} mm/s {STILL_MS / 1000} s after the loss")
+
+        if until_ms > simulation.now_ms + STILL_MS:
+            simulation.at(simulation.now_ms + STILL_MS, look)
+
+    wire.on_loss = lost
+    try:
+        with Brick(plug_in(wire)) as brick:
+            brick.link.keep_alive()
+            brick.link.reconnect_timeout_s, brick.link.reconnecting = 0.0, True
+            report = _pursue(brick, mission, folder, camera=camera)
+        outcome = report.ending.value
+        wrong += _record_wrong(folder, report)
+    except NXTError as error:
+        outcome = NO_BRICK if wire.count < SETTING_UP else f"broken by {type(error).__name__}"
+    except Exception:  # noqa: BLE001 - anything else is a defect
+        wrong.append(traceback.format_exc(limit=-3))
+    simulation.advance(STILL_MS)
+    if (speed := simulation.truth.speed_mm_s) > STILL_MM_S or simulation.motors_turn():
+        wrong.append(f"the robot drives at {speed:.0f} mm/s after the mission")
+    return outcome, wrong
+
+
+def _pursue(brick: Brick, mission: Mission, folder: Path, *, camera: bool) -> Report:
+    clock = MissionClock(brick)
+    eyes: Eyes
+    if camera:
+        eyes = setup.camera_eyes(setup.open_mission_camera("sim", brick), mission)
+    else:
+        eyes = GeometricEyes(brick.link.transport.webcam, clock)  # type: ignore[attr-defined]
+    recording = Recording(RunFolder(folder), video=False)
+    recording.folder.write_mission(mission)
+    observers = Observers()
+    observers.add(JOURNAL, recording)
+    body = setup.build_body(brick, mission)
+    report = None
+    try:
+        report = Executive(mission, body, eyes, clock, observers).run()
+    finally:
+        recording.finish(report, "", {"mission": mission.mission.name}, observers)
+    return report
+
+
+def _record_wrong(folder: Path, report: Report) -> list[str]:
+    """Return what is missing in the run folder."""
+    names = {path.name for path in folder.iterdir()}
+    wrong = [f"{name} is missing" for name in (MISSION, JOURNAL, SUMMARY, MAP) if name not in names]
+    records = [json.loads(line) for line in (folder / JOURNAL).read_text(encoding="utf-8").splitlines()]
+    summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+    if records[-1].get("ending") != report.ending or summary["ending"] != report.ending or not summary["targets"]:
+        wrong.append(f"the record says {records[-1]} and {summary}, the report {report.ending}")
+    return wrong

@@ -1,0 +1,176 @@
+"""Campaign: any telegram to the simulated brick, over both framings."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import Any, Protocol
+
+from firmware_protocol.direct import GetBatteryLevel
+from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.framing import LENGTH_LIMIT, LENGTH_SIZE, USB_TELEGRAM_LIMIT, FrameReader, frame, usb_packets
+from firmware_protocol.system import Read
+from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Command, Kind
+from sim_backend.devices.analog import AnalogInput
+from sim_backend.devices.digital import GenericI2CDevice
+from sim_backend.doors.door import completed
+from sim_backend.firmware.bench_motor import BenchMotor
+from sim_backend.firmware.brick import FIRMWARES, SimBrick
+from sim_backend.simulation import Simulation
+
+from .assembler import sample_program
+from .campaign import Campaign, Tally, Violation
+from .hostile import random_request
+
+BATCH = 250
+"""Telegrams that one brick gets."""
+
+PAUSES_MS = (*[0] * 8, *[1] * 6, 2, 3, 5, 10, 20, 101)
+LONG_PAUSES_MS = (400, 1000, 5000)
+"""Time between telegrams, and once in a thousand times."""
+
+WORLDS = 0.1
+"""Share of the bricks that drive a robot in a world; the others have motors and sensors on a bench."""
+
+SPLIT = 256
+"""Length of a Bluetooth telegram that the firmware takes for two. Source: docs/firmware.md section 1, fact 20."""
+
+CHECK, GOOD = GetBatteryLevel().encode(), GetBatteryLevel.encode_reply()
+"""A plain request, sent after one telegram in ten, and the head of its reply."""
+
+
+class _Clock(Protocol):
+    def __call__(self, duration_ms: int, /) -> None: ...
+
+
+class _Rig:
+    """A brick, and how its time passes."""
+
+    def __init__(self, rng: Random) -> None:
+        self.firmware = rng.choice(FIRMWARES)
+        self.bluetooth = rng.random() < 0.5
+        self.advance: _Clock
+        if rng.random() < WORLDS:
+            simulation = Simulation(rng.choice(("arena", "open")), firmware=self.firmware)
+            self.brick, self.advance = simulation.brick, simulation.advance
+        else:
+            self.brick = SimBrick(firmware=self.firmware)
+            self.advance = self.brick.tick
+            for port in "ABC":
+                self.brick.attach_motor(port, BenchMotor())
+            self.brick.attach_sensor(1, AnalogInput(lambda: rng.randrange(1024)))
+            self.brick.attach_sensor(4, GenericI2CDevice())
+        self.frames = FrameReader(LENGTH_LIMIT)
+        _store(self.brick, "a.rxe", sample_program())
+
+    def exchange(self, *pieces: bytes) -> list[tuple[bytes, bytes]]:
+        """Send what a program writes; return each telegram that the brick got, with its reply if there was one."""
+        if not self.bluetooth:
+            return [(packet, self.brick.receive(packet) or b"") for piece in pieces for packet in usb_packets(piece)]
+        telegrams = [telegram for piece in pieces for telegram in completed(self.frames, piece)]
+        return [(telegram, self.brick.receive_bluetooth(frame(telegram))) for telegram in telegrams]
+
+    def revive(self) -> None:
+        """Switch a brick on again that was told to switch itself off."""
+        self.brick.io_control.power_word = self.brick.ui.force_off = 0
+
+
+def run(seed: int, numbers: range) -> Tally:
+    """Send these telegrams, each batch to a brick of its own."""
+    tally = Tally()
+    rng = Random(f"{seed} {numbers.start // BATCH}")  # noqa: S311 - repeatable
+    rig = _Rig(rng)
+    for number in numbers:
+        telegram = random_request(rng)
+        try:
+            outcome = _try(rig, rng, telegram)
+        except Exception as error:  # noqa: BLE001 - that is what the campaign looks for
+            outcome = f"violated: {error!r}"
+        if outcome.startswith("violated: "):
+            link = "Bluetooth" if rig.bluetooth else "USB"
+            text = f"{telegram.hex()} over {link}, firmware {rig.firmware}: {outcome}"
+            tally.violations.append(Violation(number, text))
+            rig = _Rig(rng)
+        else:
+            tally.outcomes[outcome] += 1
+    return tally
+
+
+def _try(rig: _Rig, rng: Random, telegram: bytes) -> str:
+    """Send one telegram, let time pass, and return the outcome."""
+    outcome = "incomplete"
+    for request, reply in rig.exchange(*_pieces(rng, telegram) if rig.bluetooth else (telegram,)):
+        outcome = _judge(rig, request, reply) if reply else "no reply"
+        if outcome.startswith("violated: "):
+            return outcome
+    rig.advance(rng.choice(LONG_PAUSES_MS if rng.random() < 0.001 else PAUSES_MS))
+    if rig.brick.powered_off:
+        rig.revive()
+        return "switched off"
+    if rng.random() < 0.1:
+        rig.frames.reset()  # as a pause does
+        replies = rig.exchange(frame(CHECK) if rig.bluetooth else CHECK)
+        if len(replies) != 1 or not replies[0][1][LENGTH_SIZE if rig.bluetooth else 0 :].startswith(GOOD):
+            return f"violated: after it GetBatteryLevel is answered with {replies}"
+    return outcome
+
+
+def _pieces(rng: Random, telegram: bytes) -> list[bytes]:
+    """Return a telegram as it arrives in a stream: whole, in pieces, twice at once, or with a wrong length."""
+    framed = frame(telegram)
+    match rng.randrange(8):
+        case 0:
+            return [framed[i : i + 1] for i in range(len(framed))]
+        case 1:
+            cut = rng.randrange(len(framed))
+            return [framed[:cut], framed[cut:]]
+        case 2:
+            return [framed * 2]
+        case 3 if rng.random() < 0.1:
+            return [rng.randbytes(LENGTH_SIZE) + telegram]
+        case _:
+            return [framed]
+
+
+def _judge(rig: _Rig, request: bytes, reply: bytes) -> str:
+    """Return the outcome that a reply stands for."""
+    if len(request) == SPLIT and rig.bluetooth:
+        return "split in two"
+    limit = USB_TELEGRAM_LIMIT
+    if rig.bluetooth:
+        announced, reply, limit = int.from_bytes(reply[:LENGTH_SIZE], "little"), reply[LENGTH_SIZE:], LENGTH_LIMIT
+        if announced != len(reply) and reply[1] != Read.opcode:  # long reads are cut short
+            return f"violated: a reply of {len(reply)} bytes announces {announced}"
+    kind = request[0] & ~NO_REPLY
+    command = COMMANDS.get((Kind(kind), reply[1])) if kind in tuple(Kind) and len(reply) > 1 else None
+    if reply[:1] != bytes([Kind.REPLY]) or len(reply) > limit:
+        return f"violated: the reply is {reply.hex()}"
+    if command is None or not (command.firmware_1_05 or rig.firmware != "1.05"):
+        return "unknown opcode"
+    if len(reply) < REPLY_HEADER:
+        return f"violated: the reply is {reply.hex()}"
+    if reply[2] not in command.success:
+        return "refused" if len(reply) == REPLY_HEADER else _decoded(command, reply, "refused")
+    return _decoded(command, reply, "carried out")
+
+
+def _decoded(command: type[Command[Any]], reply: bytes, outcome: str) -> str:
+    try:
+        command.decode_reply(reply)
+    except RemoteProtocolError as error:
+        return f"violated: {error}"
+    return outcome
+
+
+def _store(brick: SimBrick, name: str, content: bytes) -> None:
+    handle = brick.loader.create(name, len(content)).handle
+    brick.loader.write(handle, content)
+    brick.loader.close(handle)
+
+
+CAMPAIGN = Campaign(
+    promise="No telegram makes the simulated brick fail: it replies as declared or not at all, and goes on answering.",
+    unit="telegrams",
+    count=1_000_000,
+    batch=BATCH,
+    run=run,
+)

@@ -1,0 +1,136 @@
+"""The file of a sweep: one line of JSON per mission, in the order of the tasks."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from firmware_protocol.errors import ConfigError
+from input_files.json_text import MAX_BYTES, parse_object
+from input_files.plain import InputFileError, read_bytes
+
+from .causes import Judgement
+from .metrics import TargetResult
+from .performance import FAILED, Line
+
+BEGIN = b'{"episode_index": '
+"""How each line begins, also one that an interruption cut short."""
+ANOTHER = "Name another one with --out."
+
+Key = tuple[str, int, str, str]
+
+
+class _Checked(BaseModel):
+    """The keys of a line that figures are computed from."""
+
+    model_config = ConfigDict(strict=True)
+
+    episode_index: int
+    kind: str = Field(alias="class")
+    seed: int
+    policy: str
+    eyes: str
+    success: bool
+    sum_reward: float
+    max_reward: float
+    ending: str
+    error: str
+    targets: list[TargetResult]
+    recognition_s: list[float] = []
+    choices: list[Judgement] = []
+
+
+class _CheckedMission(_Checked):
+    """The same of a mission that did not break."""
+
+    duration_s: float
+    contacts: int
+
+
+def read_lines(path: Path) -> list[Line]:
+    """Return the lines of a sweep's file, except a last line that an interruption cut short.
+
+    Raises:
+        ConfigError: The file cannot be read, or is not a sweep's.
+    """
+    if not os.path.exists(path):
+        return []
+    try:
+        *whole, rest = read_bytes(path, MAX_BYTES).split(b"\n")
+    except InputFileError as error:
+        raise ConfigError(str(error)) from None
+    if rest[: len(BEGIN)] != BEGIN[: len(rest)]:
+        raise _foreign(path, len(whole) + 1)
+    return [_line(path, number, text) for number, text in enumerate(whole, start=1)]
+
+
+def _line(path: Path, number: int, text: bytes) -> Line:
+    try:
+        line = parse_object(text.decode())
+        model = _Checked if line.get("ending") == FAILED else _CheckedMission
+        model.model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise _foreign(path, number, f": {'.'.join(map(str, first['loc']))}: {first['msg']}") from None
+    except ValueError:
+        raise _foreign(path, number) from None
+    return line
+
+
+def _foreign(path: Path, number: int, reason: str = "") -> ConfigError:
+    return ConfigError(f"{path} is not the file of a sweep (line {number}{reason}).", remedy=ANOTHER)
+
+
+def key_of(line: Line) -> Key:
+    """Return the identity of the mission that a line describes."""
+    return line["class"], line["seed"], line["policy"], line["eyes"]
+
+
+class ResultFile:
+    """Appends lines to the file, after its last complete one.
+
+    Args:
+        path: A sweep's file, as `read_lines` accepts it, or a new one; its folder is made.
+
+    Raises:
+        ConfigError: It cannot be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = path.open("ab+", buffering=0)
+            self._file.seek(0)
+            self._file.truncate(self._file.read().rfind(b"\n") + 1)
+        except OSError as error:
+            raise ConfigError(f"{path} cannot be written: {error.strerror}.", remedy=ANOTHER) from error
+
+    def append(self, line: Line) -> None:
+        """Write a line at once.
+
+        Raises:
+            ConfigError: It cannot be written; the lines before it are in the file.
+        """
+        left = json.dumps(line, ensure_ascii=False).encode() + b"\n"
+        try:
+            while left:
+                left = left[self._file.write(left) :]
+        except OSError as error:
+            raise ConfigError(
+                f"{self._path} cannot be written ({error.strerror}); the results before are in it.",
+                remedy="Make room, and go on with --resume.",
+            ) from error
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._file.close()
