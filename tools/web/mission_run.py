@@ -29,6 +29,7 @@ from nxtdrive.recording.wording import evidence_lines, failure_words
 from .hub import BELIEF, GRID, Hub
 from .pictures import layer
 from .runs import record_values
+from .true_room import TrueRoom
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -109,6 +110,7 @@ class MissionRun:
         self._pause = Pause()
         self._profile: Profile | None = None
         self._map_s = -MAP_EVERY_S
+        self._true_room = TrueRoom(brick, hub)
 
     def end(self) -> None:
         """End it as Ctrl-C ends ``nxtdrive run``; any thread."""
@@ -172,6 +174,7 @@ class MissionRun:
 
     def _tell(self, record: Record) -> None:
         self._hub.tell("record", {"record": record_values(record)})
+        self._true_room.show()
         if record.kind is Kind.LOOK and record.time_s - self._map_s >= MAP_EVERY_S:
             self._map_s = record.time_s
             self._show_map(record)

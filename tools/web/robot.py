@@ -22,6 +22,7 @@ from ..teleop.pilot import Pilot, View
 from .hub import Hub
 from .mission_run import MissionRun
 from .pictures import PictureFeed
+from .true_room import TrueRoom
 
 if TYPE_CHECKING:
     from nxtdrive.vision.camera import Camera
@@ -178,9 +179,11 @@ class Robot:
     def _drive_by_hand(self, brick: Brick) -> None:
         """Drive as the controls demand until a mission is wanted."""
         pilot = Pilot(brick, setup.build_rover(brick, self._mission), self.controls, rest=self._rest(brick))
+        room = TrueRoom(brick, self._hub)
         while not self._closing.is_set() and self._wanted.empty():
             try:
                 self._show(pilot.step())
+                room.show()
             except LinkError as error:
                 self._hub.show("link", {"lost": str(error)})
                 self._news.wait(RETRY_S)
