@@ -57,6 +57,8 @@ class Reason(StrEnum):
     SENSOR_LOST = "sensor_lost"
     SENSOR_BACK = "sensor_back"
     OPERATOR_STOP = "operator_stop"
+    OPERATOR_PAUSE = "operator_pause"
+    OPERATOR_RESUME = "operator_resume"
     TIME_UP = "time_up"
     NEVER_SEEN = "never_seen"
     LOST_BEHIND = "lost_behind"

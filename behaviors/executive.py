@@ -21,6 +21,7 @@ from behaviors.journal import JOURNAL_FORMAT, Kind, Observer, Record, plain
 from behaviors.mission import Mission
 from behaviors.observers import Observers
 from behaviors.outages import OutageSupervisor, part_of
+from behaviors.pause import Pause
 from behaviors.ports import Body, Clock, Eyes, Outage
 from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import PROFILES
@@ -91,6 +92,7 @@ class Executive:
         clock: Mission time.
         observers: Called with every record, in order. One that fails is reported once and left out.
         make_profile: Makes the profile; None for the one that the mission names.
+        pause: With it an operator pauses the mission, which then stands for any time.
     """
 
     def __init__(
@@ -101,11 +103,13 @@ class Executive:
         clock: Clock,
         observers: Iterable[Observer] | Observers = (),
         make_profile: MakeProfile | None = None,
+        pause: Pause | None = None,
     ) -> None:
         self._mission = mission
         self._body = body
         self._clock = clock
         self._observers = observers if isinstance(observers, Observers) else Observers(observers)
+        self._pause = pause or Pause()
         self._start_s = clock.now()
         deadline_s = self._start_s + mission.mission.time_limit_s
         self._context = SkillContext(body, eyes, clock, mission.thesis, self.note, self._report, deadline_s)
@@ -117,6 +121,8 @@ class Executive:
             check_time=self._context.check_time,
             report=self._report,
             note=self.note,
+            pause=self._pause,
+            extend_time=self._extend_time,
         )
         self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
         self._profile = (make_profile or PROFILES[mission.mission.profile])(self._context, mission, self._queue)
@@ -181,7 +187,8 @@ class Executive:
             while not self._chart.is_terminated:
                 self._context.check_time()
                 try:
-                    fact = self._serve()
+                    with self._pause.interrupting():
+                        fact = self._serve()
                 except Outage as outage:
                     self._outages.outlast(outage)
                     if self._chart.mission_state == "arrive":
@@ -245,6 +252,9 @@ class Executive:
         choice = self._profile.select(evidence)
         self.note(Kind.CHOICE, **choice.record(), evidence=evidence.known())
         return choice
+
+    def _extend_time(self, paused_s: float) -> None:
+        self._context.deadline_s += paused_s
 
     def _stop_motors(self) -> None:
         # on a dead link the lease stops them; the failure has been reported already

@@ -1,17 +1,19 @@
-"""The one way to outlast an outage of brick, camera or sensors, in every profile.
+"""The one way to outlast an outage of brick, camera or sensors, and an operator's pause, in every profile.
 
 The robot stands, the outage is reported, and what failed is tried again until it works or the mission's
-``reconnect_timeout_s`` is over.
+``reconnect_timeout_s`` is over. A pause has no limit, and the time of a pause counts for no other limit.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TypeVar
 
 from behaviors.events import Event, Fact, Reason
 from behaviors.journal import Kind, Note
+from behaviors.pause import Pause, Paused
 from behaviors.ports import Blind, Body, BodyLost, Clock, Eyes, Outage, SensorLost
 
 T = TypeVar("T")
@@ -42,6 +44,8 @@ class OutageSupervisor:
         check_time: Called before each attempt; may raise to end the mission.
         report: Called with the facts ``link_lost``, ``link_back``, ``camera_lost`` and so on.
         note: Writes a record into the journal.
+        pause: The operator's.
+        extend_time: Called with the duration of a pause in seconds, which the mission's time limit leaves out.
     """
 
     def __init__(
@@ -54,6 +58,8 @@ class OutageSupervisor:
         check_time: Callable[[], None],
         report: Callable[[Fact], None],
         note: Note,
+        pause: Pause | None = None,
+        extend_time: Callable[[float], None] = lambda _: None,
     ) -> None:
         self._body = body
         self._eyes = eyes
@@ -62,6 +68,8 @@ class OutageSupervisor:
         self._check_time = check_time
         self._report = report
         self._note = note
+        self._pause = pause or Pause()
+        self._extend_time = extend_time
         self._lost_sensors: set[str] = set()
         body.on_sensor_change(self._sensor_changed)
 
@@ -78,15 +86,23 @@ class OutageSupervisor:
                 self.outlast(outage)
 
     def outlast(self, outage: Outage) -> None:
-        """Wait until what failed works again; the robot stands, by its leases if it cannot be reached.
+        """Wait until what failed works again, or until the pause ends.
+
+        The robot stands, by its leases if it cannot be reached.
 
         Raises:
             Outage: `outage` itself, which says what happened first: it lasted too long, or is permanent.
         """
+        if isinstance(outage, Paused):
+            self._report(Fact(Event.SUSPEND, Reason.OPERATOR_PAUSE))
+            self._report(Fact(Event.RESUME, Reason.OPERATOR_RESUME, {"paused_s": self._stand()}))
+            return
         part, begun_s, lost_sensors = part_of(outage), self._clock.now(), set(self._lost_sensors)
         self._report(Fact(Event(f"{part}_lost"), Reason(f"{part}_lost"), {"error": str(outage)}))
         slept, noted_s = True, -math.inf
         while not self._works_again(part, lost_sensors):
+            if self._pause.wanted:
+                begun_s += self._stand()
             self._check_time()
             now_s = self._clock.now()
             left_s = begun_s + self._timeout_s - now_s
@@ -105,6 +121,18 @@ class OutageSupervisor:
                 slept = False
         silent_s = self._clock.now() - begun_s
         self._report(Fact(Event(f"{part}_back"), Reason(f"{part}_back"), {"silent_s": silent_s}))
+
+    def _stand(self) -> float:
+        """Let the robot stand, and stay switched on, until the pause ends; returns how long that took."""
+        begun_s = self._clock.now()
+        while True:
+            with suppress(Outage):  # a robot that cannot be reached stands by its leases
+                self._body.stop()
+                self._body.keep_alive()
+            if self._pause.wait(RETRY_S):
+                paused_s = self._clock.now() - begun_s
+                self._extend_time(paused_s)
+                return paused_s
 
     def _works_again(self, part: str, lost_sensors: set[str]) -> bool:
         """Stop the robot and try what has failed."""

@@ -69,7 +69,7 @@ class Reply(IntEnum):
     FAILED = 2
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class SkillContext:
     """What every skill works with.
 
@@ -80,7 +80,7 @@ class SkillContext:
         profile: The parameters of the thesis profile.
         note: Writes a record.
         report: Tells the chart a fact that does not end the skill.
-        deadline_s: When the mission's time is over, on its clock.
+        deadline_s: When the mission's time is over, on its clock; each pause puts it off.
     """
 
     body: Body

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import socket
+import sys
 from contextlib import closing, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
@@ -14,17 +16,24 @@ from nxtdrive.cli.output import print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.host.environment import install_extra
 
+if TYPE_CHECKING:
+    from nxtdrive.tools.web.access import Pin
+
 DESCRIPTION = """\
 Watch and drive the robot in the browser: camera, map, statechart, missions, and a
 pad that works on a phone. Without a brick it opens the simulated one in real time.
-Needs the extra nxtdrive[web]. Only this computer can open the page."""
+Needs the extra nxtdrive[web]. Only this computer can open the page; with --lan
+phones and other computers can, too, after a PIN that is printed here."""
 EXAMPLES = """\
   nxtdrive web
   nxtdrive web --nxt usb:// --camera 0
+  nxtdrive web --lan
   nxtdrive web --nxt "sim://open?seed=3" --port 8000"""
 
 PORT = 7080
-HOST = "127.0.0.1"
+LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"  # noqa: S104 - only with --lan, and behind a PIN
+ELSEWHERE = ("192.0.2.1", 9)
+"""An address for documentation (RFC 5737): asking for the way there names this computer's own; nothing is sent."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,17 +53,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=PORT,
         help=f"TCP port; 0 takes a free one (default: {PORT})",
     )
+    parser.add_argument(
+        "--lan", action="store_true", help="let phones and other computers of the network in, who need the printed PIN"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Serve until Ctrl-C; returns the exit code."""
     from importlib.util import find_spec
 
-    if any(find_spec(name) is None for name in ("starlette", "uvicorn", "websockets")):
+    if any(find_spec(name) is None for name in ("starlette", "uvicorn", "websockets", "segno", "tomlkit")):
         raise ConfigError(
             "the page needs packages that are not installed.", remedy=f"Install them: {install_extra('web')}"
         )
     from nxtdrive.mission import setup
+    from nxtdrive.tools.web.access import Pin
     from nxtdrive.tools.web.app import Server, serve
     from nxtdrive.tools.web.hub import Hub
     from nxtdrive.tools.web.missions import Missions
@@ -62,19 +75,53 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.tools.web.runs import Runs
 
     address = in_real_time(args.nxt)
-    with closing(_listen(args.port)) as listener:
+    pin = Pin() if args.lan else None
+    with closing(_listen(EVERYWHERE if args.lan else LOOPBACK, args.port)) as listener:
         hub = Hub()
         robot = Robot(address, args.camera, setup.load(args.mission), hub, args.out)
         with closing(robot), suppress(KeyboardInterrupt):
-            serve(Server(robot, hub, Missions(args.folder), Runs(args.out), str(address)), listener, print_line)
+            server = Server(robot, hub, Missions(args.folder), Runs(args.out), str(address), pin)
+            serve(server, listener, lambda: _announce(listener.getsockname()[1], pin))
     if robot.failure:
         raise robot.failure
     print_line("ended; motors off")
     return DONE
 
 
-def _listen(port: int) -> socket.socket:
+def _announce(port: int, pin: Pin | None) -> None:
+    """Print where the page is, and for other computers also as a QR code and with the PIN."""
+    url = f"http://{LOOPBACK if pin is None else _own_address()}:{port}/"
+    print_line(f"{url}  (Ctrl-C ends it)")
+    if pin is None:
+        return
+    from nxtdrive.tools.web.qr import qr_code
+
+    if _can_print(code := qr_code(url)):
+        for line in code.splitlines():
+            print_line(line)
+    print_line(f"PIN {pin.digits}")
+
+
+def _can_print(text: str) -> bool:
     try:
-        return socket.create_server((HOST, port))
+        text.encode(sys.stdout.encoding or "ascii")
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def _own_address() -> str:
+    """Return this computer's address in the network, or its name where there is no way out of the network."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(ELSEWHERE)
+        except OSError:
+            return socket.gethostname()
+        return str(probe.getsockname()[0])
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    try:
+        return socket.create_server((host, port))
     except OSError as error:
         raise ConfigError(f"cannot listen on port {port}: {error}.", remedy="Choose another --port.") from None

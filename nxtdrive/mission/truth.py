@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol, cast
 
 import cv2
@@ -25,6 +25,15 @@ LEAST_SHARE = 0.25
 
 class Truth(Protocol):
     """What is really in the room. Only ``sim://`` offers it, and reading it changes nothing."""
+
+    @property
+    def pose(self) -> tuple[float, float, float]:
+        """Return the robot's true place and heading on the world's map: x_mm, y_mm (down), degrees clockwise from x."""
+        ...
+
+    def lines(self) -> Sequence[tuple[float, float, float, float]]:
+        """Return where walls and objects stand on the floor: x0_mm, y0_mm, x1_mm, y1_mm of each side, on the map."""
+        ...
 
     def fronts(self) -> Mapping[str, Image]:
         """Return what each object of the world looks like from the front, BGR pixels by name; some may be absent."""

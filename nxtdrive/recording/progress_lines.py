@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from behaviors.events import Event
+from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
 from behaviors.recoveries import choice_from
 from nxtdrive.recording.wording import failure_words, outage_words
@@ -62,6 +62,10 @@ def _transition(target: str, data: Mapping[str, Any]) -> Iterator[str]:
             yield f"{target} seen{_where(data['evidence'].get('sighting'))}; driving to it"
         case "reached", _:
             yield f"{target} reached"
+        case "suspended", _ if data.get("reason") == Reason.OPERATOR_PAUSE:
+            yield "paused"
+        case _ if data.get("reason") == Reason.OPERATOR_RESUME:
+            yield "going on"
         case "down", _:
             yield str(data["evidence"]["error"])
         case "up", event if event in BACK:

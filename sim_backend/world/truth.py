@@ -88,6 +88,10 @@ class GroundTruth:
         """Whether the camera could recognise the picture now."""
         return self._world.in_view(picture)
 
+    def lines(self) -> list[tuple[float, float, float, float]]:
+        """Where the sides of walls and of objects that are present stand on the floor: x0_mm, y0_mm, x1_mm, y1_mm."""
+        return [(side.x0_mm, side.y0_mm, side.x1_mm, side.y1_mm) for side in self._world.panels()]
+
     def fronts(self) -> dict[str, Image]:
         """What each picture, box and person looks like from the front, also those that are absent: pixels by name."""
         return {name: self._textures[each.texture].pixels for name, each in self._objects().items()}

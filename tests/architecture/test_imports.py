@@ -24,7 +24,8 @@ LIBRARIES = {
     "behaviors": {"numpy", "pydantic", "statemachine"},
     "sim_backend": {"cv2", "numpy", "pydantic", "pydantic_core", "pymunk", "usb", "gi"},
     "nxtdrive": DRIVER | {"pytest"},
-    "tools": DRIVER | {"anyio", "distributed", "matplotlib", "pygame", "starlette", "textual", "uvicorn"},
+    "tools": DRIVER
+    | {"anyio", "distributed", "matplotlib", "pygame", "segno", "starlette", "textual", "tomlkit", "uvicorn"},
 }
 """Package -> what it may import besides the standard library and the other packages."""
 

@@ -12,6 +12,7 @@ from behaviors.executive import Executive, Report
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.operator import Ask
+from behaviors.pause import Pause
 from behaviors.profiles.registry import supervised
 from nxtdrive.brick import Brick
 from nxtdrive.mission import setup
@@ -73,10 +74,12 @@ def perform(
     ask: Ask | None = None,
     arrange: Callable[[Simulation], None] = lambda _: None,
     observer: Callable[[Record], None] = lambda _: None,
+    pause: Pause | None = None,
 ) -> Performance:
     """Run a mission in a bundled world.
 
-    `reconnecting` is as `nxtdrive run` has it on real links; `arrange` may change the world first.
+    `reconnecting` is as `nxtdrive run` has it on real links; `arrange` may change the world first; `pause` is checked
+    before each request.
     """
     simulation = Simulation(world, seed=1)
     arrange(simulation)
@@ -92,7 +95,9 @@ def perform(
             eyes = setup.camera_eyes(setup.open_mission_camera("sim", brick), mission)
         body, clock = setup.build_body(brick, mission), MissionClock(brick)
         make_profile = supervised(mission, ask) if ask else None
-        executive = Executive(mission, body, eyes, clock, [observer, done.records.append, console], make_profile)
+        observers = [observer, done.records.append, console]
+        executive = Executive(mission, body, eyes, clock, observers, make_profile, pause)
+        brick.link.before_request = pause.check if pause else None
         start_ms = simulation.now_ms
 
         def sample() -> None:

@@ -77,6 +77,7 @@ AREAS: dict[str, tuple[str, str]] = {
     "motion": ("bench_motion", "measure_motion"),
     "nxt-python": ("bench_nxt_python", "measure_nxt_python"),
     "sensors": ("bench_sensors", "measure_sensors"),
+    "web": ("bench_web", "measure_web"),
 }
 """Area to (module in this package, function that yields figures); a module is imported when its area is measured."""
 

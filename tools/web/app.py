@@ -1,31 +1,31 @@
-"""The web server: the page, its WebSocket, and the guard against other web sites."""
+"""The web server: the page and its WebSocket."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import ipaddress
 import socket
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from importlib import resources
 from itertools import count
 from pathlib import Path
-from urllib.parse import urlsplit
 
 import anyio
 import uvicorn
 from starlette.applications import Starlette
-from starlette.requests import HTTPConnection, Request
+from starlette.middleware import Middleware
+from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
-from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
-from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from firmware_protocol.errors import ConfigError
 
+from .access import SESSION, Pin, PinGate, SameSite
 from .chart import chart, recoveries
+from .editor import Editor
 from .hub import Client, Hub
 from .messages import (
     MAX_MESSAGE_BYTES,
@@ -34,7 +34,9 @@ from .messages import (
     Drive,
     GiveWheel,
     Message,
+    PauseMission,
     Release,
+    ResumeMission,
     SpeedLimit,
     StartMission,
     Stop,
@@ -43,6 +45,7 @@ from .messages import (
     read_message,
 )
 from .missions import Missions
+from .photographs import Photographs
 from .robot import Robot
 from .runs import Runs
 from .wheel import Wheel
@@ -55,43 +58,6 @@ TRY_LATER = 1013
 """WebSocket close code "try again later". Source: the IANA registry of close codes."""
 
 
-class SameSite:
-    """Refuses requests that other web sites make through the user's browser.
-
-    The host must be this server by an address or a name of its own, which also refuses names that were rebound to this
-    computer; the origin, which browsers send with every WebSocket, must be the same host.
-
-    Args:
-        app: What is guarded.
-        hosts: Host names that are allowed; addresses of loopback always are.
-    """
-
-    def __init__(self, app: ASGIApp, hosts: frozenset[str] = frozenset()) -> None:
-        self._app = app
-        self._hosts = hosts | {"localhost"}
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request on, or refuse it with 403."""
-        if scope["type"] in ("http", "websocket"):
-            headers = HTTPConnection(scope).headers
-            host, origin = headers.get("host", ""), headers.get("origin")
-            if not self._known(host) or (origin is not None and urlsplit(origin).netloc != host):
-                if scope["type"] == "websocket":
-                    await WebSocket(scope, receive, send).close()
-                else:
-                    await PlainTextResponse("This page is not for other web sites.\n", 403)(scope, receive, send)
-                return
-        await self._app(scope, receive, send)
-
-    def _known(self, host: str) -> bool:
-        name = urlsplit(f"//{host}").hostname or ""
-        if name in self._hosts:
-            return True
-        with contextlib.suppress(ValueError):
-            return ipaddress.ip_address(name).is_loopback
-        return False
-
-
 @dataclass
 class Server:
     """One robot and its clients.
@@ -102,6 +68,7 @@ class Server:
         missions: The missions that can be started.
         runs: The runs that can be replayed.
         address: The brick's, for the page.
+        pin: The PIN without which no browser is let in, for a server that other computers can reach; else None.
     """
 
     robot: Robot
@@ -109,6 +76,7 @@ class Server:
     missions: Missions
     runs: Runs
     address: str
+    pin: Pin | None = None
     _numbers: Iterator[int] = field(default_factory=lambda: count(1))
 
     def __post_init__(self) -> None:
@@ -116,16 +84,19 @@ class Server:
 
     def app(self) -> Starlette:
         """Return the web application."""
-        routes = [
+        routes: list[BaseRoute] = [
             WebSocketRoute("/ws", self._connect),
+            Route(SESSION, self.pin.answer, methods=["GET", "POST"]) if self.pin else Route(SESSION, _admit),
+            *Editor(self.missions, Photographs(self.missions.folder, self.robot.picture)).routes(),
             Route("/api/runs", self._list_runs),
             Route("/api/runs/{name}", self._replay),
             Route("/runs/{name}/{file}", self._run_file),
             Mount("/", StaticFiles(directory=STATIC, html=True)),
         ]
-        app = Starlette(routes=routes)
-        app.add_middleware(SameSite)
-        return app
+        middleware = [Middleware(SameSite, lan=self.pin is not None)]
+        if self.pin is not None:
+            middleware.append(Middleware(PinGate, pin=self.pin))
+        return Starlette(routes=routes, middleware=middleware)
 
     def _list_runs(self, _request: Request) -> Response:
         return JSONResponse(self.runs.listed())
@@ -208,6 +179,10 @@ class Server:
                 self.robot.start_mission(self.missions.load(message.mission, message.profile), confirm=message.confirm)
             case StopMission():
                 self.robot.stop_mission()
+            case PauseMission():
+                self.robot.pause_mission()
+            case ResumeMission():
+                self.robot.resume_mission()
             case Answer(question=question, choice=choice):
                 self.robot.answer(question, choice)
 
@@ -223,13 +198,18 @@ class Server:
         }
 
 
-def serve(server: Server, listener: socket.socket, say: Callable[[str], None]) -> None:
+def _admit(_request: Request) -> Response:
+    """Answer that no PIN is needed."""
+    return Response(status_code=204)
+
+
+def serve(server: Server, listener: socket.socket, ready: Callable[[], None]) -> None:
     """Open the robot and serve the page until a signal comes or the robot's thread ends.
 
     Args:
         server: What to serve.
         listener: A bound socket.
-        say: Called with the page's address.
+        ready: Called when the robot is open.
 
     Raises:
         NXTError: Brick or camera cannot be opened.
@@ -244,5 +224,5 @@ def serve(server: Server, listener: socket.socket, say: Callable[[str], None]) -
     )
     http = uvicorn.Server(config)
     server.robot.open(on_end=lambda: setattr(http, "should_exit", True))
-    say("http://{}:{}/  (Ctrl-C ends it)".format(*listener.getsockname()[:2]))
+    ready()
     http.run(sockets=[listener])

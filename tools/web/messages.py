@@ -82,6 +82,18 @@ class StopMission(_Message):
     type: Literal["stop_mission"]
 
 
+class PauseMission(_Message):
+    """Let the robot stand, in the running mission, until `ResumeMission`."""
+
+    type: Literal["pause"]
+
+
+class ResumeMission(_Message):
+    """End the pause: the mission goes on where it was."""
+
+    type: Literal["resume"]
+
+
 class Answer(_Message):
     """Answer the server's `question`.
 
@@ -95,7 +107,19 @@ class Answer(_Message):
     choice: Annotated[int, Field(ge=0)]
 
 
-Message = Drive | Stop | Release | SpeedLimit | TakeWheel | GiveWheel | StartMission | StopMission | Answer
+Message = (
+    Drive
+    | Stop
+    | Release
+    | SpeedLimit
+    | TakeWheel
+    | GiveWheel
+    | StartMission
+    | StopMission
+    | PauseMission
+    | ResumeMission
+    | Answer
+)
 _ADAPTER: TypeAdapter[Message] = TypeAdapter(Annotated[Message, Field(discriminator="type")])
 
 

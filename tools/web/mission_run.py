@@ -12,6 +12,7 @@ from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.observers import Observers
 from behaviors.operator import Question
+from behaviors.pause import Pause
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.profile import Profile
 from behaviors.profiles.registry import PROFILES, supervised
@@ -28,6 +29,7 @@ from nxtdrive.recording.wording import evidence_lines, failure_words
 from .hub import BELIEF, GRID, Hub
 from .pictures import layer
 from .runs import record_values
+from .true_room import TrueRoom
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -105,13 +107,26 @@ class MissionRun:
         self._hub = hub
         self._confirm = confirm
         self._ended = threading.Event()
+        self._pause = Pause()
         self._profile: Profile | None = None
         self._map_s = -MAP_EVERY_S
+        self._true_room = TrueRoom(brick, hub)
 
     def end(self) -> None:
         """End it as Ctrl-C ends ``nxtdrive run``; any thread."""
         self._ended.set()
         self.operator.end()
+        self.resume()
+
+    def pause(self) -> None:
+        """Let the robot stand until `resume`; the time of a simulated robot stands still, too. Any thread."""
+        self._pause.request()
+        self._hub.show("paused", {"paused": True})
+
+    def resume(self) -> None:
+        """End the pause; any thread."""
+        self._pause.resume()
+        self._hub.show("paused", {"paused": False})
 
     def pursue(self) -> Report:
         """Run the mission; motors are off and the run's folder is complete when it returns or raises.
@@ -131,7 +146,7 @@ class MissionRun:
         observers.add("progress", ProgressLines(lambda line: hub.tell("line", {"text": line})))
         details: dict[str, object] = {"mission": mission.mission.name, "nxt": self._brick.link.transport.address}
         body, clock = setup.build_body(self._brick, mission), MissionClock(self._brick)
-        executive = Executive(mission, body, eyes, clock, observers, self._make_profile)
+        executive = Executive(mission, body, eyes, clock, observers, self._make_profile, self._pause)
         report, error = None, ""
         self._brick.link.before_request = self._check
         try:
@@ -142,6 +157,7 @@ class MissionRun:
             raise
         finally:
             self._brick.link.before_request = None
+            self.resume()
             recording.finish(report, error, details, observers)
             hub.tell("ended", {**summary(report, error, details), "folder": recording.folder.path.name})
 
@@ -149,6 +165,7 @@ class MissionRun:
         if self._ended.is_set():
             self._ended.clear()
             raise KeyboardInterrupt
+        self._pause.check()
 
     def _make_profile(self, context: SkillContext, mission: Mission, targets: TargetQueue) -> Profile:
         make = supervised(mission, self.operator) if self._confirm else PROFILES[mission.mission.profile]
@@ -157,6 +174,7 @@ class MissionRun:
 
     def _tell(self, record: Record) -> None:
         self._hub.tell("record", {"record": record_values(record)})
+        self._true_room.show()
         if record.kind is Kind.LOOK and record.time_s - self._map_s >= MAP_EVERY_S:
             self._map_s = record.time_s
             self._show_map(record)

@@ -1,12 +1,26 @@
-"""The missions a page can start: the built-in one and the files of a folder."""
+"""The missions a page can start and edit: the built-in one and the files of a folder."""
 
 from __future__ import annotations
 
+import hashlib
+import re
+import secrets
+import shutil
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from behaviors.mission import Mission
 from firmware_protocol.errors import ConfigError
 from nxtdrive.mission import setup
+from nxtdrive.mission.checking import Findings, check_mission
+
+NAME = re.compile(r"\w[\w .-]*\.toml")
+
+
+class Conflict(ValueError):
+    """The file is not what it was when it was opened; nothing has been written."""
 
 
 class Missions:
@@ -17,11 +31,12 @@ class Missions:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        self.folder = folder
+        self._saving = threading.Lock()
 
     def names(self) -> list[str]:
         """Return the names of the files, sorted; the built-in mission is the empty name and not among them."""
-        return sorted(path.name for path in self._folder.glob("*.toml") if _is_mission(path))
+        return sorted(path.name for path in self.folder.glob("*.toml") if _is_mission(path))
 
     def load(self, name: str, profile: str | None = None) -> Mission:
         """Read a mission.
@@ -32,7 +47,7 @@ class Missions:
         if name and name not in self.names():
             raise ValueError(f"There is no mission {name!r} here.")
         try:
-            mission = setup.load(self._folder / name if name else None)
+            mission = setup.load(self.folder / name if name else None)
         except ConfigError as error:
             raise ValueError(str(error)) from None
         if profile is None:
@@ -40,9 +55,70 @@ class Missions:
         table = mission.mission.model_copy(update={"profile": profile})
         return mission.model_copy(update={"mission": table})
 
+    def read(self, name: str) -> tuple[str, str]:
+        """Return the text of a mission file and its version, which `save` asks for.
+
+        Raises:
+            KeyError: There is none of this name.
+        """
+        if name not in self.names():
+            raise KeyError(name)
+        content = (self.folder / name).read_bytes()
+        return content.decode(), _version(content)
+
+    def check(self, text: str) -> Findings:
+        """Check a text as ``nxtdrive mission check`` checks it as a file of the folder.
+
+        Raises:
+            OSError: The folder cannot be written.
+        """
+        with self._draft(text.encode()) as draft:
+            found = check_mission(draft)
+        found.mistakes = [mistake.replace(str(draft), "The text") for mistake in found.mistakes]
+        return found
+
+    def save(self, name: str, text: str, version: str) -> str:
+        """Write a mission file, as a whole or not at all, also with mistakes; returns its new version.
+
+        Args:
+            name: Of the file.
+            text: Its new content.
+            version: As `read` returned it; empty for a new file.
+
+        Raises:
+            Conflict: The file has changed or is gone, or a new one exists already.
+            ValueError: The name is none for a mission file.
+            OSError: It cannot be written.
+        """
+        if not NAME.fullmatch(name):
+            raise ValueError(f"{name!r} is no name for a mission file. Use letters and digits, and .toml at the end.")
+        path, content = self.folder / name, text.encode()
+        with self._saving, self._draft(content) as draft:
+            if (_version(path.read_bytes()) if path.exists() else "") != version:
+                told = "has changed on the disk since it was opened" if version else "exists already"
+                raise Conflict(f"{name} {told}. Nothing was saved: open it again, or choose another name.")
+            if version:
+                shutil.copymode(path, draft)
+            draft.replace(path)
+        return _version(content)
+
+    @contextmanager
+    def _draft(self, content: bytes) -> Iterator[Path]:
+        """Write a hidden file beside the missions, as their pictures lie there; it is gone afterwards."""
+        draft = self.folder / f".draft-{secrets.token_hex(8)}.toml"
+        try:
+            draft.write_bytes(content)
+            yield draft
+        finally:
+            draft.unlink(missing_ok=True)
+
+
+def _version(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
 
 def _is_mission(path: Path) -> bool:
     try:
-        return "[mission]" in path.read_text(encoding="utf-8")
+        return not path.name.startswith(".") and "[mission]" in path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         return False

@@ -28,6 +28,7 @@ class PictureFeed:
     Attributes:
         fps: Frames a second asked of a simulated camera.
         caption: The running mission's recording, if there is one.
+        latest: The latest frame's image, if there is one.
     """
 
     fps = 20
@@ -35,9 +36,11 @@ class PictureFeed:
     def __init__(self, hub: Hub) -> None:
         self.caption: Recording | None = None
         self._hub = hub
+        self.latest: NDArray[np.uint8] | None = None
 
     def frame(self, frame: Frame) -> None:
         """Take a frame; for a webcam in its own thread."""
+        self.latest = frame.image
         if self._hub.watched:
             _, jpeg = cv2.imencode(".jpg", frame.image, (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
             self._hub.show_image(FRAME, frame.index, frame.time_s, jpeg.tobytes())

@@ -22,9 +22,11 @@ from ..teleop.pilot import Pilot, View
 from .hub import Hub
 from .mission_run import MissionRun
 from .pictures import PictureFeed
+from .true_room import TrueRoom
 
 if TYPE_CHECKING:
     from nxtdrive.vision.camera import Camera
+    from nxtdrive.vision.detection import Image
 
 SPEED_MM_S, TURN_DEG_S = 300.0, 90.0
 """Highest speeds of driving by hand; the speed limit takes a share of them."""
@@ -124,6 +126,25 @@ class Robot:
         if run := self._run:
             run.end()
 
+    def pause_mission(self) -> None:
+        """Let the robot stand, in the running mission, until `resume_mission`; any thread.
+
+        Raises:
+            ValueError: No mission is running.
+        """
+        if (run := self._run) is None:
+            raise ValueError("No mission is running.")
+        run.pause()
+
+    def resume_mission(self) -> None:
+        """End the pause of the running mission, if there is one; any thread."""
+        if run := self._run:
+            run.resume()
+
+    def picture(self) -> Image | None:
+        """Return the camera's latest picture, if it has given one; any thread."""
+        return self._pictures.latest
+
     def answer(self, question: int, choice: int) -> None:
         """Answer the question of a mission whose recoveries are confirmed; any thread."""
         if run := self._run:
@@ -158,9 +179,11 @@ class Robot:
     def _drive_by_hand(self, brick: Brick) -> None:
         """Drive as the controls demand until a mission is wanted."""
         pilot = Pilot(brick, setup.build_rover(brick, self._mission), self.controls, rest=self._rest(brick))
+        room = TrueRoom(brick, self._hub)
         while not self._closing.is_set() and self._wanted.empty():
             try:
                 self._show(pilot.step())
+                room.show()
             except LinkError as error:
                 self._hub.show("link", {"lost": str(error)})
                 self._news.wait(RETRY_S)

@@ -40,7 +40,7 @@ class Bench:
         )
         self.queue = TargetQueue(robot.mission.mission.targets)
         self.profile = AdaptiveProfile(context, robot.mission, self.queue)
-        self.world: WorldModel = self.profile._world
+        self.world: WorldModel = self.profile.world
 
     def evidence(self, failure: Failure) -> Evidence:
         """What is known after a failure."""

@@ -82,6 +82,45 @@ def test_drive_by_keys_and_pad_and_stop(browser, url):
     assert _colours(browser, "camera") > 100
 
 
+def test_pause_and_resume_a_mission(browser, url):
+    browser.get(url)
+    _until(browser, "doing", "stopped")
+    browser.find_element(By.ID, "start").click()
+    _until(browser, "lines", "searching for lena")
+    browser.find_element(By.ID, "pause").click()
+    _until(browser, "lines", "paused")
+    assert [each.text for each in browser.find_elements(By.CSS_SELECTOR, "#pause.paused")] == ["Resume"]
+    assert "suspended" in [each.text for each in browser.find_elements(By.CSS_SELECTOR, ".state.active")]
+    browser.find_element(By.ID, "pause").click()
+    _until(browser, "lines", "going on")
+    assert "suspended" not in [each.text for each in browser.find_elements(By.CSS_SELECTOR, ".state.active")]
+
+
+def test_photograph_a_target_and_save_the_mission(browser, url, tmp_path):
+    browser.set_window_size(1920, 1080)
+    browser.get(f"{url}missions.html")
+    _until(browser, "verdict", "can be started")
+    browser.find_element(By.ID, "take").click()
+    photo = browser.find_element(By.ID, "photo")
+    WebDriverWait(browser, WAIT_S).until(lambda _: _colours(browser, "photo") > 100)
+    drag = ActionChains(browser).move_to_element_with_offset(photo, -100, -100).click_and_hold()
+    drag.move_to_element_with_offset(photo, 100, 100).release().perform()
+    browser.find_element(By.ID, "target-name").send_keys("what stands there")
+    browser.find_element(By.ID, "add").click()
+    WebDriverWait(browser, WAIT_S).until(lambda _: list(tmp_path.glob("*.png")))
+    _until(browser, "verdict", "can be started")
+    browser.find_element(By.ID, "save").click()
+    _until(browser, "saved", "saved")
+    WebDriverWait(browser, WAIT_S).until(lambda _: (tmp_path / "new.toml").exists())
+    assert 'targets = ["what stands there"]' in (tmp_path / "new.toml").read_text(encoding="utf-8")
+    text = browser.find_element(By.ID, "text")
+    text.send_keys(Keys.CONTROL, Keys.END)
+    text.send_keys("wheight = 3")
+    _until(browser, "verdict", "1 mistake")
+    browser.find_element(By.ID, "save").click()
+    WebDriverWait(browser, WAIT_S).until(lambda page: page.find_element(By.ID, "saved").text == "saved")
+
+
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (1920, 1080)])
 def test_start_a_mission_confirm_a_recovery_and_end_it(browser, url, width, height):
     browser.set_window_size(width, height)

@@ -198,6 +198,21 @@ def test_a_mission_waits_for_the_answer_to_its_question_and_can_be_ended(tmp_pat
         assert _until(page, lambda each: each["type"] == "ended")["ending"] == "interrupted"
 
 
+@pytest.mark.slow
+def test_a_mission_is_paused_resumed_and_ended_while_it_is_paused(tmp_path):
+    with _running(tmp_path, "sim://?pace=fast") as client, client.websocket_connect("/ws") as page:
+        page.send_json({"type": "pause"})
+        assert "No mission" in _until(page, lambda each: each["type"] == "refused")["text"]
+        page.send_json({"type": "start_mission"})
+        for ends in ("resume", "stop_mission"):
+            _until(page, lambda each: each["type"] == "record" and each["record"]["kind"] == "look")
+            page.send_json({"type": "pause"})
+            paused = _until(page, lambda each: each["type"] == "record" and each["record"].get("to") == "suspended")
+            assert paused["record"]["reason"] == "operator_pause"
+            page.send_json({"type": ends})
+        assert _until(page, lambda each: each["type"] == "ended")["ending"] == "interrupted"
+
+
 def test_runs_are_listed_and_replayed(tmp_path):
     client = _client(_server(tmp_path))
     assert client.get("/api/runs").json() == []

@@ -13,7 +13,7 @@ const connection = new Connection();
 let me = "", stopped = false, hidesNotice = 0;
 
 showCamera(connection, find("camera"));
-new FloorMap(connection, find("map"), { grid: find("layer-grid"), belief: find("layer-belief") });
+new FloorMap(connection, find("map"), { grid: find("layer-grid"), belief: find("layer-belief"), truth: find("layer-truth") });
 new Chart(connection, find("chart"));
 new Drive(connection, find("pad"), find("knob"));
 new MissionPanel(connection, find);
@@ -46,6 +46,7 @@ connection.on("record", ({ record }) => {
   if ("battery_mv" in record) find("battery").textContent = `${(record.battery_mv / 1000).toFixed(1)} V`;
   find("doing").textContent = `${record.state.replaceAll("_", " ")}: ${record.target}`;
 });
+connection.on("true_room", () => (find("layer-truth-label").hidden = false));
 connection.on("wheel", ({ driver, asking }) => {
   const mine = driver === me;
   find("wheel").textContent = !driver ? "The wheel is free." : mine ? (asking ? `${asking} asks for the wheel.` : "You drive.") : `${driver} drives.`;

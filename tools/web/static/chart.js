@@ -8,7 +8,7 @@ export class Chart {
     connection.on("hello", ({ chart, recoveries }) => this.build(chart, recoveries));
     connection.on("run", () => this.light(["idle", "up", "clear"]));
     connection.on("record", ({ record }) => {
-      if (record.kind === "transition") this.enter(record.to);
+      if (record.kind === "transition") this.enter(this.boxes.has(record.to) ? record.to : record.state); // after a pause: history
     });
   }
 
@@ -54,7 +54,6 @@ export class Chart {
   }
 
   enter(id) {
-    if (!this.boxes.has(id)) return;
     this.active.set(this.region(id), id);
     this.show();
   }

@@ -25,8 +25,15 @@ export class Connection {
     this.socket.onmessage = ({ data }) => (typeof data === "string" ? this.text(JSON.parse(data)) : this.image(data));
     this.socket.onclose = () => {
       this.tell("closed", {});
-      setTimeout(() => this.open(), RETRY_MS);
+      setTimeout(() => this.reopen(), RETRY_MS);
     };
+  }
+
+  // a session ends with the server's program; the next one asks for its own PIN
+  async reopen() {
+    const status = await fetch("/api/session").then((answer) => answer.status, () => 0);
+    if (status === 401) location.replace("pin.html");
+    else this.open();
   }
 
   text(message) {

@@ -19,6 +19,7 @@ export class FloorMap {
     connection.on("record", ({ record }) => this.record(record));
     connection.on(`image ${GRID}`, ({ bitmap }) => { this.grid = tinted(bitmap, gridColour); this.draw(); });
     connection.on(`image ${BELIEF}`, ({ bitmap }) => { this.belief = tinted(bitmap, beliefColour); this.draw(); });
+    connection.on("true_room", (room) => { this.room = room; this.draw(); });
     for (const layer of Object.values(layers)) layer.addEventListener("change", () => this.draw());
     new ResizeObserver(() => this.draw()).observe(canvas);
   }
@@ -30,7 +31,7 @@ export class FloorMap {
     this.marks = [];
     this.pose = [0, 0, 0];
     this.range = null;
-    this.grid = this.belief = null;
+    this.grid = this.belief = this.room = null;
     this.box = [0, 0, 0, 0]; // least and greatest x, least and greatest y
     this.draw();
   }
@@ -86,9 +87,26 @@ export class FloorMap {
     if (this.grid && this.layers.grid.checked) context.drawImage(this.grid, -GRID_MM / 2, -GRID_MM / 2, GRID_MM, GRID_MM);
     context.imageSmoothingEnabled = true;
     if (this.belief && this.layers.belief.checked && !this.inView) context.drawImage(this.belief, -BELIEF_MM / 2, -BELIEF_MM / 2, BELIEF_MM, BELIEF_MM);
+    if (this.room && this.layers.truth?.checked) this.paintRoom(context, 2 / scale * devicePixelRatio);
     this.paintLines(context, 1 / scale * devicePixelRatio);
     context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
     this.paintScale(context, wide, side / devicePixelRatio);
+  }
+
+  paintRoom(context, wide) {
+    context.strokeStyle = "#a020a0";
+    context.lineWidth = wide;
+    context.beginPath();
+    for (const [x0, y0, x1, y1] of this.room.lines) {
+      context.moveTo(y0, -x0);
+      context.lineTo(y1, -x1);
+    }
+    const [x, y, heading] = this.room.pose, [noseX, noseY] = ahead([x, y, heading], 130, 0);
+    context.moveTo(y + 100, -x);
+    context.arc(y, -x, 100, 0, 2 * Math.PI);
+    context.moveTo(y, -x);
+    context.lineTo(noseY, -noseX);
+    context.stroke();
   }
 
   paintLines(context, pixel) {

@@ -53,7 +53,9 @@ export class MissionPanel {
       const profile = find("profile").value || null;
       connection.send({ type: "start_mission", mission: find("mission").value, profile, confirm: find("confirm").checked });
     });
+    connection.on("paused", ({ paused }) => this.pause(paused));
     find("end").addEventListener("click", () => connection.send({ type: "stop_mission" }));
+    find("pause").addEventListener("click", () => connection.send({ type: this.paused ? "resume" : "pause" }));
   }
 
   offer(missions) {
@@ -65,7 +67,13 @@ export class MissionPanel {
 
   running(is) {
     this.find("start").hidden = is;
-    this.find("end").hidden = !is;
+    this.find("end").hidden = this.find("pause").hidden = !is;
+  }
+
+  pause(is) {
+    this.paused = is;
+    this.find("pause").textContent = is ? "Resume" : "Pause";
+    this.find("pause").classList.toggle("paused", is);
   }
 
   ask({ open, number, target, failed, known, candidates }) {

@@ -1,0 +1,67 @@
+"""An operator's pause of a mission: the robot stands, and the mission goes on where it was."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from behaviors.ports import Outage
+
+
+class Paused(Outage):
+    """The operator has paused the mission; leaves a skill as an outage does."""
+
+
+class Pause:
+    """Asked for and ended by any thread, obeyed by the mission's.
+
+    A motion that is under way is broken off where `check` is called; without such calls a pause begins when the
+    skill has done its bounded piece of work.
+    """
+
+    def __init__(self) -> None:
+        self._resumed = threading.Event()
+        self._resumed.set()
+        self._armed = False
+
+    @property
+    def wanted(self) -> bool:
+        """Whether the mission is to stand."""
+        return not self._resumed.is_set()
+
+    def request(self) -> None:
+        """Pause the mission."""
+        self._resumed.clear()
+
+    def resume(self) -> None:
+        """Let the mission go on."""
+        self._resumed.set()
+
+    def wait(self, timeout_s: float) -> bool:
+        """Wait for the end of the pause, for at most `timeout_s` of real time; returns whether it has ended."""
+        return self._resumed.wait(timeout_s)
+
+    @contextmanager
+    def interrupting(self) -> Iterator[None]:
+        """Let `check` break off what happens within.
+
+        Raises:
+            Paused: The mission is to stand.
+        """
+        self._armed = True
+        try:
+            self.check()
+            yield
+        finally:
+            self._armed = False
+
+    def check(self) -> None:
+        """Break off a skill that is at work; call it where that is safe, such as before each request to the robot.
+
+        Raises:
+            Paused: The mission is to stand; raised once, so that what cleans up may use the robot.
+        """
+        if self._armed and self.wanted:
+            self._armed = False
+            raise Paused("paused")

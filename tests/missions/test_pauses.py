@@ -1,0 +1,127 @@
+"""An operator's pause: the robot stands for any time, and the mission goes on where it was."""
+
+from __future__ import annotations
+
+import pytest
+
+from behaviors.events import Reason
+from behaviors.executive import Ending
+from behaviors.journal import Kind
+from behaviors.pause import Pause
+from sim_backend.link import LinkFaults
+
+PROFILES = pytest.mark.parametrize("profile", ["thesis", "adaptive"])
+SEARCHING_MS, APPROACHING_MS = 40, 7000
+WAIT_MS = 60_000
+BRAKING_MS, BRAKING_MM = 300, 40
+
+
+class Operator(Pause):
+    """Pauses the mission at a moment, and ends the pause when simulated time has passed.
+
+    Attributes:
+        crept_mm: How far the robot moved in the pause, once it had braked.
+        slid_mm: How far it moved before.
+    """
+
+    def __init__(self, at_ms: int, for_ms: int = 120_000) -> None:
+        super().__init__()
+        self.crept_mm = self.slid_mm = 0.0
+        self._at_ms, self._for_ms, self._waited_ms = at_ms, for_ms, 0
+
+    def arrange(self, simulation) -> None:
+        """Plan the pause."""
+        self._simulation = simulation
+        simulation.at(simulation.now_ms + self._at_ms, self.request)
+
+    def wait(self, timeout_s: float) -> bool:
+        """Let simulated time pass in place of real time, minutes at a time."""
+        self.slid_mm += self._advance(BRAKING_MS)
+        self.crept_mm += self._advance(WAIT_MS - BRAKING_MS)
+        self._waited_ms += WAIT_MS
+        if self._waited_ms >= self._for_ms:
+            self.resume()
+        return super().wait(timeout_s=0.0)
+
+    def _advance(self, time_ms: int) -> float:
+        begun = self._simulation.truth.pose
+        self._simulation.advance(time_ms)
+        ended = self._simulation.truth.pose
+        return ((ended.x_mm - begun.x_mm) ** 2 + (ended.y_mm - begun.y_mm) ** 2) ** 0.5
+
+
+@PROFILES
+@pytest.mark.parametrize(("moment_ms", "state"), [(SEARCHING_MS, "search"), (APPROACHING_MS, "arrive")])
+def test_the_robot_stands_and_the_mission_goes_on_where_it_was(perform, mission_for, profile, moment_ms, state):
+    operator = Operator(moment_ms)
+    mission = mission_for("lena", profile=profile)
+    done = perform("open", mission, geometric=True, arrange=operator.arrange, pause=operator)
+    assert done.report.achieved
+    (paused,) = done.of(Kind.TRANSITION, reason=Reason.OPERATOR_PAUSE)
+    (resumed,) = done.of(Kind.TRANSITION, reason=Reason.OPERATOR_RESUME)
+    assert (paused.state, resumed.state) == ("suspended", state)
+    assert paused.time_s == pytest.approx(moment_ms / 1000, abs=0.3), "it begins at once"
+    assert resumed.data["evidence"]["paused_s"] == pytest.approx(120.0, abs=1.0), "reconnect_timeout_s is no limit"
+    assert operator.slid_mm < BRAKING_MM
+    assert operator.crept_mm < 1.0
+    assert not done.of(Kind.CHOICE)
+
+
+@pytest.mark.slow
+def test_a_pause_in_a_motion_lets_the_skill_complete_it(perform, mission_for):
+    mission = mission_for("rilakkuma", max_researches=1, advances=2)
+    whole = perform("open", mission, geometric=True)
+    moment_ms = round(whole.of(Kind.CALL, verb="move_to")[0].time_s * 1000) + 600
+    operator = Operator(moment_ms)
+    done = perform("open", mission, geometric=True, arrange=operator.arrange, pause=operator)
+    (resumed,) = done.of(Kind.TRANSITION, reason=Reason.OPERATOR_RESUME)
+    assert resumed.state == "move_to"
+    (turn,) = done.of(Kind.STEP, what="turn")
+    assert turn.data["turned_deg"] == pytest.approx(90.0, abs=2.0)
+    assert len(done.of(Kind.STEP, what="advance")) == 2
+
+
+def test_the_time_of_a_pause_does_not_count_against_the_time_limit(perform, mission_for):
+    mission = mission_for("lena")
+    short = mission.model_copy(update={"mission": mission.mission.model_copy(update={"time_limit_s": 5.0})})
+    operator = Operator(SEARCHING_MS)
+    done = perform("open", short, geometric=True, arrange=operator.arrange, pause=operator)
+    assert done.report.ending is Ending.TIME_UP
+    assert done.report.duration_s == pytest.approx(125.0, abs=1.0)
+
+
+@pytest.mark.slow
+def test_the_brick_does_not_switch_itself_off(perform, mission_for):
+    operator = Operator(SEARCHING_MS, 25 * 60_000)
+    assert perform(
+        "open", mission_for("lena"), geometric=True, arrange=operator.arrange, pause=operator
+    ).report.achieved
+
+
+def test_a_pause_during_an_outage_stops_the_clock_of_the_outage(perform, mission_for):
+    faults = LinkFaults(silent_ms=((5000, 12_000),))
+    operator = Operator(10_000)
+    mission = mission_for("lena")
+    limited = mission.model_copy(update={"mission": mission.mission.model_copy(update={"reconnect_timeout_s": 20.0})})
+    done = perform("open", limited, geometric=True, faults=faults, arrange=operator.arrange, pause=operator)
+    assert done.report.achieved
+    assert done.of(Kind.TRANSITION, event="link_back")
+
+
+def test_a_pause_asked_for_before_the_start_begins_with_the_mission(perform, mission_for):
+    operator = Operator(0)
+    operator.request()
+    done = perform("open", mission_for("lena"), geometric=True, arrange=operator.arrange, pause=operator)
+    assert done.report.achieved
+    assert done.of(Kind.TRANSITION, reason=Reason.OPERATOR_PAUSE)[0].time_s == pytest.approx(0.0, abs=0.1)
+
+
+def test_ending_a_mission_that_is_paused_ends_it(perform, mission_for):
+    class Quitter(Operator):
+        def wait(self, timeout_s: float) -> bool:
+            raise KeyboardInterrupt
+
+    operator = Quitter(APPROACHING_MS)
+    done = perform("open", mission_for("lena"), geometric=True, arrange=operator.arrange, pause=operator)
+    assert done.report.ending is Ending.INTERRUPTED
+    assert done.simulation.truth.speed_mm_s < 1.0

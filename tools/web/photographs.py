@@ -1,0 +1,167 @@
+"""Targets by photograph: a box drawn on the camera's picture becomes a target of a mission."""
+
+from __future__ import annotations
+
+import json
+import re
+import threading
+import tomllib
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import cv2
+import tomlkit
+from pydantic import BaseModel, ConfigDict, Field
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.vision.detectors.picture import PictureDetector
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from nxtdrive.vision.detection import Image
+
+KEPT = 20
+"""Pictures that boxes can still be drawn on."""
+LEAST_OVERLAP = 0.5
+"""The detector must find the box again where it was drawn: intersection over union."""
+Box = tuple[int, int, int, int]
+BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+
+
+class NewTarget(BaseModel):
+    """A target to add.
+
+    Attributes:
+        text: The mission's text; empty for a new mission.
+        name: Of the target.
+        height_mm: Real height of what is in the box.
+        picture: Number of the picture.
+        box: Left, top, width, height in pixels.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    text: str
+    name: Annotated[str, Field(pattern=r"^\w[\w -]{0,39}$")]
+    height_mm: Annotated[float, Field(ge=10, le=3000)]
+    picture: int
+    box: Box
+
+
+class Photographs:
+    """Pictures taken on request, and the targets made of them.
+
+    Args:
+        folder: Where the targets' pictures go: beside the missions.
+        latest: Returns the camera's latest frame, or None.
+    """
+
+    def __init__(self, folder: Path, latest: Callable[[], Image | None]) -> None:
+        self._folder = folder
+        self._latest = latest
+        self._pictures: dict[int, Image] = {}
+        self._numbers = count(1)
+        self._lock = threading.Lock()
+
+    def take(self) -> tuple[int, bytes]:
+        """Keep the present picture; returns its number, and it as PNG.
+
+        Raises:
+            ValueError: The camera gives none.
+        """
+        image = self._latest()
+        if image is None:
+            raise ValueError("The camera has given no picture yet.")
+        with self._lock:
+            number = next(self._numbers)
+            self._pictures[number] = image
+            self._pictures.pop(number - KEPT, None)
+        return number, _png(image)
+
+    def add(self, target: NewTarget) -> dict[str, str]:
+        """Save what is in the box beside the missions; returns its file and the mission's text with the target.
+
+        Raises:
+            ValueError: The box or the text cannot be used; the message says why.
+            OSError: The picture cannot be written.
+        """
+        image = self._pictures.get(target.picture)
+        if image is None:
+            raise ValueError("This picture is no longer kept. Take another one.")
+        picture = cut_out(image, target.box)
+        text_for(target, "picture.png")  # a text that cannot be used leaves no file behind
+        file = self._write(target.name, _png(picture))
+        return {"file": file, "text": text_for(target, file)}
+
+    def _write(self, name: str, png: bytes) -> str:
+        """Write a new file that is called as the target is, with a number if there is one already."""
+        stem = name.replace(" ", "-")
+        for number in count(1):
+            path = self._folder / (f"{stem}.png" if number == 1 else f"{stem}-{number}.png")
+            try:
+                with path.open("xb") as file:
+                    file.write(png)
+            except FileExistsError:
+                continue
+            return path.name
+        raise AssertionError
+
+
+def cut_out(image: Image, box: Box) -> Image:
+    """Return what is in the box, if the picture detector finds it again in the image.
+
+    Raises:
+        ValueError: It does not; the message says why.
+    """
+    left, top, width, height = box
+    rows, columns = image.shape[:2]
+    if not (0 <= left < left + width <= columns and 0 <= top < top + height <= rows):
+        raise ValueError("The box does not lie in the picture. Draw it again.")
+    picture = image[top : top + height, left : left + width].copy()
+    try:
+        found = PictureDetector([picture]).detect(image)
+    except ConfigError as error:
+        raise ValueError(str(error)) from None
+    if not any(_overlap(box, detection.box) >= LEAST_OVERLAP for detection in found):
+        raise ValueError(
+            "The detector does not find this box again in the same picture. Draw it around something flat with a "
+            "pattern, seen from the front, without the background."
+        )
+    return picture
+
+
+def text_for(target: NewTarget, file: str) -> str:
+    """Return the mission's text with the target at the end, its comments and its form kept.
+
+    Raises:
+        ValueError: The text is not a mission to which a target can be added.
+    """
+    key = target.name if BARE_KEY.fullmatch(target.name) else json.dumps(target.name, ensure_ascii=False)
+    table = f'[target.{key}]\ndetector = "picture"\npictures = ["{file}"]\nheight_mm = {target.height_mm:g}\n'
+    quoted = json.dumps(target.name, ensure_ascii=False)
+    if not target.text.strip():
+        return f'[mission]\nname = "find {target.name}"\ntargets = [{quoted}]\n\n{table}'
+    try:
+        document = tomlkit.parse(target.text)
+        document["mission"]["targets"].append(target.name)
+        text = f"{tomlkit.dumps(document).rstrip()}\n\n{table}"
+        tomllib.loads(text)
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise ValueError(
+            f"The target cannot be added to this text ({error}). Correct its mistakes, or choose another name."
+        ) from None
+    return text
+
+
+def _png(image: Image) -> bytes:
+    return bytes(cv2.imencode(".png", image)[1].tobytes())
+
+
+def _overlap(one: Box, other: Box) -> float:
+    """Return the intersection of two boxes over their union."""
+    wide = min(one[0] + one[2], other[0] + other[2]) - max(one[0], other[0])
+    high = min(one[1] + one[3], other[1] + other[3]) - max(one[1], other[1])
+    shared = max(0, wide) * max(0, high)
+    return shared / (one[2] * one[3] + other[2] * other[3] - shared)
