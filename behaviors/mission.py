@@ -259,7 +259,7 @@ def load_mission(path: Path, picture_folders: Sequence[Path] = ()) -> Mission:
 
 
 def valid_targets(path: Path, picture_folders: Sequence[Path] = ()) -> dict[str, Target]:
-    """Return the targets of a mission file that are right by themselves, whatever else is wrong in it."""
+    """Return the targets of a mission file that are valid on their own; other parts of it may have mistakes."""
     try:
         table = _read(path)
     except MissionError:

@@ -1,4 +1,4 @@
-"""Mistakes in a mission file that involve several keys, each of which may be right by itself."""
+"""Check keys of a mission file against each other; each of them may be valid on its own."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MOTORS, SENSORS = ("left", "right"), ("ultrasonic", "touch", "compass")
 
 
 def cross_checks(tables: Mapping[str, Any], robot_ports: Mapping[str, object]) -> Iterator[str]:
-    """Yield mistakes that involve several keys, from the tables as they are in the file, whatever else is wrong there.
+    """Yield mistakes that involve several keys, from the tables as they are in the file, which may have others.
 
     Args:
         tables: The file's tables.

@@ -1,4 +1,4 @@
-"""What is allowed in a mission and hardly meant."""
+"""Warnings about the values of a mission: valid, but probably not intended."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from behaviors.mission import Mission
 from behaviors.plausibility import LENS_BEHIND_SONAR_MM
 
 LEAST_HEIGHT_MM, GREATEST_HEIGHT_MM = 40.0, 2500.0
-"""Heights outside are hardly ever meant: smaller ones are found from less than a metre, or are centimetres."""
+"""Heights outside are rarely intended: smaller ones are found from less than a metre, or are centimetres."""
 WHEEL_DEG_S = 855.0
 """An NXT motor's speed at full power and 8 V. Source: docs/firmware.md section 0.2."""
 
 
 def value_warnings(mission: Mission) -> Iterator[str]:
-    """Yield what is allowed and hardly meant in a mission, one sentence or two each."""
+    """Yield the warnings, one sentence or two each."""
     table = mission.mission
     for name, count in Counter(table.targets).items():
         if count > 1:
@@ -61,6 +61,6 @@ def _odd_robot(mission: Mission) -> Iterator[str]:
         )
     if robot.axle_track_mm < robot.wheel_diameter_mm / 2:
         yield (
-            f"robot.axle_track_mm: wheels of {robot.wheel_diameter_mm:g} mm are hardly only {robot.axle_track_mm:g} mm "
-            "apart; measure between their centres."
+            f"robot.axle_track_mm: wheels of {robot.wheel_diameter_mm:g} mm are unlikely to be only "
+            f"{robot.axle_track_mm:g} mm apart; measure between their centres."
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import csv
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
@@ -29,7 +30,7 @@ def column(quantity: str, unit: str) -> str:
 
 
 class CsvFile:
-    """A CSV file; the keys of its first row are the header.
+    """A CSV file; the first row replaces what was in it, and its keys are the header.
 
     Raises:
         ConfigError: The file cannot be written; also raised by `write`.
@@ -38,7 +39,7 @@ class CsvFile:
     def __init__(self, path: Path) -> None:
         self._path = path
         with writing(path):
-            self._file = path.open("w", encoding="utf-8", newline="")
+            self._file = path.open("a", encoding="utf-8", newline="")
         self._rows: csv.DictWriter[str] | None = None
 
     def __enter__(self) -> Self:
@@ -54,6 +55,8 @@ class CsvFile:
         """Write a row at once; True and False become 1 and 0, None an empty cell."""
         with writing(self._path):
             if self._rows is None:
+                if os.path.isfile(self._path):  # not a device
+                    self._file.truncate(0)
                 self._rows = csv.DictWriter(self._file, list(row), lineterminator="\n")
                 self._rows.writeheader()
             self._rows.writerow({name: int(value) if isinstance(value, bool) else value for name, value in row.items()})

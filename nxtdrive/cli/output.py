@@ -96,7 +96,7 @@ def finish_output() -> None:
 
 
 def drop_output() -> None:
-    """Let standard output, with what is still buffered, lead nowhere; else Python complains when it ends."""
+    """Discard what is still buffered for standard output, and what follows; else Python complains when it ends."""
     with contextlib.suppress(OSError):  # a stream without a file has nothing buffered
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())

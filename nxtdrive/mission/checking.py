@@ -1,4 +1,4 @@
-"""Everything that can be found wrong with a mission before it runs: mistakes, and what is allowed and hardly meant."""
+"""Check a mission before it runs: mistakes, and warnings of what is valid but probably not intended."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Findings:
 
     Attributes:
         mistakes: Why it cannot run.
-        warnings: What is allowed and hardly meant.
+        warnings: What is valid but probably not intended.
     """
 
     mistakes: list[str] = field(default_factory=list)
@@ -61,7 +61,7 @@ def check_mission(path: Path) -> Findings:
 
 
 def warnings(mission: Mission) -> Iterator[str]:
-    """Yield what is allowed and hardly meant in a mission, one sentence or two each."""
+    """Yield warnings, one sentence or two each: about values, and about how pictures fit them."""
     yield from value_warnings(mission)
     for name in dict.fromkeys(mission.mission.targets):
         target = mission.target[name]

@@ -1,4 +1,4 @@
-"""What a person should know about a run besides its journal: hints at what to mend, and in the simulator the truth."""
+"""What a person should know about a run besides its journal: hints at what to fix, and in the simulator the truth."""
 
 from __future__ import annotations
 

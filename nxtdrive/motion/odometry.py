@@ -12,7 +12,7 @@ from nxtdrive.motion.outputs import Sample
 JUMP_DEG, JUMP_DEG_S = 180.0, 1200.0
 """A jump beyond these, faster than any motor, means that the counter was reset."""
 RESET_DEG = 10.0
-"""So does a step of more than this to zero of both counters, which wheels that turn hardly ever pass together."""
+"""A step beyond this that ends with both counters at zero means the same; turning wheels rarely pass it together."""
 
 
 @dataclass(frozen=True, slots=True)

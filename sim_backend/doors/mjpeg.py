@@ -69,7 +69,11 @@ class MjpegDoor:
         try:
             if not 0 <= port <= LAST_PORT:
                 raise OSError(f"ports are numbered from 0 to {LAST_PORT}")
-            self._listener = socket.create_server((LOOPBACK, port))
+            with contextlib.ExitStack() as on_error:
+                self._listener = on_error.enter_context(socket.create_server((LOOPBACK, port)))
+                self._runner = asyncio.Runner(loop_factory=asyncio.SelectorEventLoop)
+                self._loop = self._runner.get_loop()
+                on_error.pop_all()
         except OSError as error:
             raise ConfigError(
                 f"the camera stream cannot use port {port}: {error}.", remedy="Take another one; 0 finds a free one."
@@ -79,10 +83,9 @@ class MjpegDoor:
         self._viewers: set[asyncio.Task[None]] = set()
         self._full = False
         self._frame, self._number = b"", 0
-        started = threading.Event()
-        self._thread = threading.Thread(target=self._run, args=(started,), name="camera stream")
+        self._ended, self._published = asyncio.Event(), asyncio.Event()
+        self._thread = threading.Thread(target=self._run, name="camera stream")
         self._thread.start()
-        started.wait()
 
     @property
     def watched(self) -> bool:
@@ -102,16 +105,13 @@ class MjpegDoor:
 
     # --- in the thread ---
 
-    def _run(self, started: threading.Event) -> None:
-        with asyncio.Runner() as runner:  # at its end it cancels the tasks of all connections
-            runner.run(self._serve(started))
+    def _run(self) -> None:
+        with self._runner:  # at its end it cancels the tasks of all connections
+            self._runner.run(self._serve())
 
-    async def _serve(self, started: threading.Event) -> None:
-        self._loop = asyncio.get_running_loop()
-        self._ended, self._published = asyncio.Event(), asyncio.Event()
+    async def _serve(self) -> None:
         self._listener.setblocking(False)
         self._loop.add_reader(self._listener, self._accept)
-        started.set()
         await self._ended.wait()
         self._loop.remove_reader(self._listener)
         self._listener.close()

@@ -108,8 +108,8 @@ def _misplaced_picture(world: WorldFile, path: str, picture: Picture, solid: lis
         inside = any(outline.distance_mm(point) == 0.0 for point in front)
         if inside and outline.height_mm > bottom_mm:
             yield (
-                f"{path}: {picture.name!r} is inside {outline.what}, where nobody sees it; put it before that, "
-                f"or above it with a larger centre_height_mm"
+                f"{path}: {picture.name!r} is inside {outline.what}, where it cannot be seen; put it in front, "
+                f"or above with a larger centre_height_mm"
             )
     if board.distance_mm(world.robot.start_mm) < world.robot.radius_mm - SLACK_MM:
         yield f"{path}: {picture.name!r} stands where the robot starts; keep {world.robot.radius_mm:g} mm from it"

@@ -232,11 +232,14 @@ def test_no_mistake_is_told_in_the_words_of_the_library(place, value):
         (("color =", "height_mm = 2600\ncolor ="), "more than 2.5 m"),
         (("[target.box]", "[robot]\nstop_distance_mm = 400\n[target.box]"), "the safety stop ends an approach 440 mm"),
         (("[target.box]", "[robot]\nwheel_diameter_mm = 20\n[target.box]"), "drive 149 mm/s at most"),
-        (("[target.box]", "[robot]\nwheel_diameter_mm = 81.6\naxle_track_mm = 35\n[target.box]"), "hardly only 35 mm"),
+        (
+            ("[target.box]", "[robot]\nwheel_diameter_mm = 81.6\naxle_track_mm = 35\n[target.box]"),
+            "only 35 mm apart",
+        ),
         (("[target.box]", "[robot]\nstop_distance_mm = 400\nultrasonic = 0\n[target.box]"), None),
     ],
 )
-def test_what_is_allowed_and_hardly_meant_is_told(tmp_path, change, expected):
+def test_valid_values_that_are_probably_not_intended_are_warned_of(tmp_path, change, expected):
     told = list(value_warnings(load_mission(_write(tmp_path, GOOD.replace(*change)))))
     assert len(told) == (expected is not None)
     assert expected is None or expected in told[0]

@@ -7,7 +7,7 @@ import pytest
 
 from firmware_protocol.direct import GetInputValues
 from firmware_protocol.enums import InputPort, SensorType
-from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.cli.main import DONE, NO_BRICK, USAGE, main
 from nxtdrive.tools.monitor import TYPES, look, recognize
 from sim_backend.devices import GenericI2CDevice, TemperatureSensor, UltrasonicSensor
 
@@ -111,3 +111,18 @@ def test_a_table_in_a_missing_folder_is_refused_before_the_brick_is_opened(capsy
     path = tmp_path / "nowhere" / "x.csv"
     assert main(["sensor", "watch", "4", "--csv", str(path), "--nxt", "tcp://127.0.0.1:1"]) == USAGE
     assert "nowhere" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [["sensor", "watch", "4"], ["monitor"]])
+def test_the_table_of_an_earlier_run_is_kept_until_there_is_a_reading(words, tmp_path):
+    table = tmp_path / "earlier.csv"
+    table.write_text("time_s,distance_mm\n0.0,310\n", encoding="utf-8")
+    assert main([*words, "--csv", str(table), "--nxt", "tcp://127.0.0.1:1"]) == NO_BRICK
+    assert table.read_text(encoding="utf-8") == "time_s,distance_mm\n0.0,310\n"
+
+
+def test_the_table_of_an_earlier_run_is_replaced(tmp_path):
+    table = tmp_path / "earlier.csv"
+    table.write_text("something longer than a single reading\n" * 99, encoding="utf-8")
+    assert main(["sensor", "watch", "1", "touch", "--count", "1", "--csv", str(table), *FAST]) == DONE
+    assert len(table.read_text(encoding="utf-8").splitlines()) == 2

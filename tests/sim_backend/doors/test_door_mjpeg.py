@@ -1,6 +1,8 @@
 """The camera's stream: readable by OpenCV and by any other client, none of which the brick waits for."""
 
 import contextlib
+import os
+import resource
 import socket
 import threading
 import urllib.error
@@ -221,3 +223,17 @@ def test_it_listens_on_this_computer_only(door):
 def test_a_port_in_use_is_one_sentence(door):
     with pytest.raises(ConfigError, match="cannot use port"):
         MjpegDoor(urlsplit(door.url).port)
+
+
+# asyncio's own: the finaliser of an event loop that could not be made
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_camera_that_gets_no_file_descriptors_is_an_error():
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    spare = os.dup(0)
+    os.close(spare)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (spare + 1, hard))  # one for the listener, none for its event loop
+    try:
+        with pytest.raises(ConfigError, match="Too many open files"):
+            MjpegDoor()
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
