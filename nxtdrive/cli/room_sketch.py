@@ -16,25 +16,26 @@ if TYPE_CHECKING:
     from sim_backend.world.toml_types import Point
     from sim_backend.world.world_file import WorldFile
 
-COLUMNS = 72
+COLUMNS = ROWS = 72
+"""Of the text, at most."""
 ASPECT = 2.0
 """Height of a character divided by its width."""
 ARROWS = ">v<^"
-WIDTH_PX, MARGIN_PX = 900, 50
+LONGEST_PX, MARGIN_PX = 900, 50
 PERSON: Color = (160, 110, 60)
 
 
 def sketch(world: WorldFile) -> str:
     """Return the room as text: the map, and below it what stands where."""
     width_mm, depth_mm = world.floor.size_mm
-    cell_mm = width_mm / COLUMNS
-    rows = max(3, round(depth_mm / cell_mm / ASPECT))
-    text = [[" "] * COLUMNS for _ in range(rows)]
+    cell_mm = max(width_mm / COLUMNS, depth_mm / ASPECT / ROWS)
+    columns, rows = max(3, round(width_mm / cell_mm)), max(3, round(depth_mm / cell_mm / ASPECT))
+    text = [[" "] * columns for _ in range(rows)]
 
     def put(point: Point, letters: str) -> None:
         row = min(rows - 1, max(0, int(point[1] / cell_mm / ASPECT)))
-        column = min(COLUMNS - len(letters), max(0, int(point[0] / cell_mm)))
-        text[row][column : column + len(letters)] = letters
+        column = max(0, min(columns - len(letters), int(point[0] / cell_mm)))
+        text[row][column : column + len(letters)] = letters[: columns - column]
 
     for outline, letter in _outlines(world):
         for point in _inside(outline, cell_mm):
@@ -48,7 +49,7 @@ def sketch(world: WorldFile) -> str:
         if picture.present:
             put(picture.at_mm, f"{_arrow(picture.facing_deg)}{picture.name}")
     put(world.robot.start_mm, f"R{_arrow(world.robot.heading_deg)}")
-    edge = "+" + "-" * COLUMNS + "+"
+    edge = "+" + "-" * columns + "+"
     lines = [edge, *("|" + "".join(row) + "|" for row in text), edge]
     lines.append(f"{width_mm:g} x {depth_mm:g} mm; a character is {cell_mm:.0f} x {ASPECT * cell_mm:.0f} mm")
     return "\n".join([*lines, "", *_legend(world)])
@@ -103,8 +104,9 @@ def _inside(outline: Outline, step_mm: float) -> Iterator[Point]:
 def draw(world: WorldFile) -> Image:
     """Draw the room from above; BGR."""
     width_mm, depth_mm = world.floor.size_mm
-    scale = WIDTH_PX / width_mm
-    image: Image = np.full((round(depth_mm * scale) + 2 * MARGIN_PX, WIDTH_PX + 2 * MARGIN_PX, 3), PAPER, np.uint8)
+    scale = LONGEST_PX / max(width_mm, depth_mm)
+    width_px, depth_px = (round(scale * size_mm) + 2 * MARGIN_PX for size_mm in (width_mm, depth_mm))
+    image: Image = np.full((depth_px, width_px, 3), PAPER, np.uint8)
 
     def at(point: Point) -> tuple[int, int]:
         return round(point[0] * scale) + MARGIN_PX, round(point[1] * scale) + MARGIN_PX

@@ -34,7 +34,6 @@ MAX_TELEGRAM = 65_535
 """Bytes of a telegram that the length field of a Bluetooth packet allows."""
 MAX_TIME_S = 1e6
 """Eleven days."""
-SUFFIX = ".nxttrace"
 _RECORD = "Record one with --trace FILE.nxttrace."
 
 HOUSEKEEPING = bytes((NO_REPLY, 0x0D))

@@ -22,7 +22,6 @@ from sim_backend.simulation import Simulation
 from .scenarios import CameraLoss, Scenario, Sight
 
 GEOMETRIC, CAMERA = "geometric", "camera"
-EYES = (GEOMETRIC, CAMERA)
 """Eyes that skip rendering and detection, and eyes that do both."""
 
 LOOK_MS = 100

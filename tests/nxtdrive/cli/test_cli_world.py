@@ -106,3 +106,17 @@ def test_check_counts_the_mistakes_that_it_does_not_list(command, capsys):
     heading, *lines = capsys.readouterr().err.splitlines()
     more = int(re.fullmatch(r" *and (\d+) more", lines.pop())[1])
     assert heading == f"many.toml: {len(lines) + more} mistakes"
+
+
+@pytest.mark.parametrize("size_mm", [(600, 1_000_000), (1_000_000, 600), (600, 600)])
+def test_a_drawing_has_a_limited_size_whatever_the_room_and_its_names(size_mm, capsys):
+    box = f"[[boxes]]\nname = '{'long' * 50}'\nat_mm = [500, 500]\nsize_mm = [50, 50]\nheight_mm = 90\n"
+    text = f"[floor]\nsize_mm = {list(size_mm)}\n[robot]\nstart_mm = [200, 200]\n{box}"
+    Path("odd.toml").write_text(text, encoding="utf-8")
+    assert main(["world", "show", "odd.toml"]) == DONE
+    rows = [line for line in capsys.readouterr().out.splitlines() if line[:1] in ("|", "+")]
+    assert len(rows) < 100
+    assert len({len(row) for row in rows}) == 1
+    assert len(rows[0]) <= 80
+    assert main(["world", "show", "odd.toml", "--out", "odd.png"]) == DONE
+    assert max(cv2.imread("odd.png").shape) <= 1000
