@@ -115,6 +115,7 @@ class Files:
             LocalProtocolError: The name is not valid, or there is no data; nothing was sent.
             BrickError: The file exists, there is no room, no handle is free; the brick has no part of the file.
             LinkError: The link failed; the brick has no part of the file.
+            RemoteProtocolError: The brick lists the file with another size; it stays there.
         """
         _checked(name)
         if not data:
