@@ -125,11 +125,3 @@ def test_a_closed_output_is_no_mistake():
         ["sh", "-c", '"$0" -m nxtdrive files ls >&-', sys.executable], capture_output=True, text=True, check=False
     )
     assert (ran.returncode, ran.stderr) == (DONE, "")
-
-
-@pytest.mark.slow
-def test_a_file_name_that_is_not_utf8_can_be_named(tmp_path):
-    path = os.fsencode(tmp_path) + b"/caf\xe9.toml"
-    ran = subprocess.run([sys.executable, "-m", "nxtdrive", "mission", "new", path], capture_output=True, check=False)
-    assert (ran.returncode, ran.stderr) == (DONE, b"")
-    assert os.path.isfile(path)

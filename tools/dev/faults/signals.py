@@ -103,7 +103,8 @@ class Served:
         values: dict[str, Any] = json.loads(lines.readline())
         self.nxt, self._tcp = values["doors"]
         self.camera = values["camera"]
-        threading.Thread(target=lines.read, daemon=True).start()
+        self._reader = threading.Thread(target=lines.read, daemon=True)
+        self._reader.start()
 
     def moving(self) -> list[str]:
         """Return the motors that have power or turn."""
@@ -119,6 +120,9 @@ class Served:
         """End the server."""
         self._process.terminate()
         self._process.wait(30)
+        self._reader.join(30)
+        if self._process.stdout:
+            self._process.stdout.close()
 
 
 def _command(words: list[str]) -> list[str]:
