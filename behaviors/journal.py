@@ -54,9 +54,13 @@ class Record:
     data: Mapping[str, Value] = field(default_factory=dict)
 
     def to_json(self) -> str:
-        """Return one line of ``journal.jsonl``, keys in a fixed order, without its end."""
+        """Return one line of ``journal.jsonl``, without its end."""
+        return json.dumps(self.values(), ensure_ascii=False)
+
+    def values(self) -> dict[str, Value]:
+        """Return it as plain values with the journal's keys, in a fixed order."""
         head = {"t": self.time_s, "kind": self.kind.value, "state": self.state, "target": self.target}
-        return json.dumps({**head, **self.data}, ensure_ascii=False)
+        return {**head, **self.data}
 
     @classmethod
     def from_json(cls, line: str) -> Self:

@@ -184,7 +184,7 @@ def _pursue(executive: Executive, recording: Recording, details: dict[str, objec
 
 
 def _print_json(record: Record) -> None:
-    print_line(json.dumps(json.loads(record.to_json())))
+    print_line(json.dumps(record.values()))
 
 
 def _say_where(report: Report, recording: Recording, details: dict[str, object], *, as_json: bool) -> None:

@@ -28,7 +28,6 @@ from nxtdrive.recording.wording import evidence_lines, failure_words
 
 from .hub import BELIEF, GRID, Hub
 from .pictures import layer
-from .runs import record_values
 from .true_room import TrueRoom
 
 if TYPE_CHECKING:
@@ -173,7 +172,7 @@ class MissionRun:
         return self._profile
 
     def _tell(self, record: Record) -> None:
-        self._hub.tell("record", {"record": record_values(record)})
+        self._hub.tell("record", {"record": record.values()})
         self._true_room.show()
         if record.kind is Kind.LOOK and record.time_s - self._map_s >= MAP_EVERY_S:
             self._map_s = record.time_s

@@ -33,7 +33,6 @@ SPEED_MM_S, TURN_DEG_S = 300.0, 90.0
 SLICE_S = 0.005
 """A simulated robot sleeps in slices of this time, so that a message of the driver is heard at once."""
 RETRY_S = 0.5
-MakeRun = Callable[[], MissionRun]
 
 
 class Robot:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Kind
 from input_files.json_text import parse_object
 from input_files.plain import InputFileError, read_text
 from nxtdrive.recording.progress_lines import ProgressLines
@@ -53,7 +53,7 @@ class Runs:
             "mission": run.name,
             "chart": chart(),
             "recoveries": recoveries(),
-            "records": [record_values(record) for record in run.records],
+            "records": [record.values() for record in run.records],
             "lines": _lines(run),
         }
 
@@ -80,12 +80,6 @@ class Runs:
         except (InputFileError, ValueError):
             shown = {"mission": "", "ending": "unfinished", "achieved": False, "duration_s": None, "targets": []}
         return {"name": name, "map": (self._folder / name / MAP).is_file(), **shown}
-
-
-def record_values(record: Record) -> dict[str, Any]:
-    """Return a record as plain values, with the keys of the journal."""
-    head = {"t": record.time_s, "kind": record.kind.value, "state": record.state, "target": record.target}
-    return {**head, **record.data}
 
 
 def _lines(run: PastRun) -> list[dict[str, Any]]:
