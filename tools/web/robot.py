@@ -221,6 +221,8 @@ class Robot:
 
     def _pursue(self, run: MissionRun) -> Report | None:
         self._run = run
+        if self.controls.stopped or self._closing.is_set():
+            run.end()  # what came before this moment did not find the run
         self._pictures.caption = run.recording
         try:
             return run.pursue()

@@ -295,7 +295,7 @@ def test_a_radio_that_is_switched_off_is_said_to_be(tmp_path, monkeypatch, state
 
 
 def test_long_findings_are_wrapped_below_each_other_and_commands_stay_whole():
-    command = "`sudo usermod -aG plugdev somebody-with-a-long-name`"
+    command = "`sudo usermod -aG plugdev user-with-a-long-name`"
     made = finding.problem(
         "permissions", "this user may not open the brick on USB.", f"First line:\n{command}, then {command}"
     )

@@ -244,3 +244,16 @@ def test_a_damaged_run_is_listed_and_its_replay_says_why_not(tmp_path):
     answer = client.get("/api/runs/broken-001")
     assert answer.status_code == 422
     assert "not a journal" in answer.text
+
+
+@pytest.mark.slow
+def test_a_stop_also_ends_a_mission_that_has_not_begun(tmp_path):
+    server = _server(tmp_path, "sim://open?pace=fast")
+    with _client(server).websocket_connect("/ws") as page:
+        server.robot.start_mission(setup.load(_quick(tmp_path)), confirm=False)
+        server.robot.stop()
+        server.robot.open()
+        try:
+            assert _until(page, lambda each: each["type"] == "ended")["ending"] == "interrupted"
+        finally:
+            server.robot.close()
