@@ -63,6 +63,8 @@ class Report:
         duration_s: How long it took, in mission time.
         error: The outage that ended it, in words, or an empty string.
         observer_failures: Names of observers that failed and were left out, each with its error in words.
+        hints: What to check or change, one sentence or two each; from those who assemble missions.
+        arrivals: What was believed and measured at each target that was reached; likewise.
     """
 
     ending: Ending
@@ -71,6 +73,8 @@ class Report:
     duration_s: float
     error: str = ""
     observer_failures: Mapping[str, str] = field(default_factory=dict)
+    hints: Sequence[str] = ()
+    arrivals: Sequence[Mapping[str, object]] = ()
 
     @property
     def achieved(self) -> bool:
@@ -122,7 +126,7 @@ class Executive:
             report=self._report,
             note=self.note,
             pause=self._pause,
-            extend_time=self._extend_time,
+            extend_time=self._context.add_pause,
         )
         self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
         self._profile = (make_profile or PROFILES[mission.mission.profile])(self._context, mission, self._queue)
@@ -252,9 +256,6 @@ class Executive:
         choice = self._profile.select(evidence)
         self.note(Kind.CHOICE, **choice.record(), evidence=evidence.known())
         return choice
-
-    def _extend_time(self, paused_s: float) -> None:
-        self._context.deadline_s += paused_s
 
     def _stop_motors(self) -> None:
         # on a dead link the lease stops them; the failure has been reported already

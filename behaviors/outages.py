@@ -103,6 +103,7 @@ class OutageSupervisor:
         while not self._works_again(part, lost_sensors):
             if self._pause.wanted:
                 begun_s += self._stand()
+            self._pause.check_end()
             self._check_time()
             now_s = self._clock.now()
             left_s = begun_s + self._timeout_s - now_s
@@ -123,13 +124,18 @@ class OutageSupervisor:
         self._report(Fact(Event(f"{part}_back"), Reason(f"{part}_back"), {"silent_s": silent_s}))
 
     def _stand(self) -> float:
-        """Let the robot stand, and stay switched on, until the pause ends; returns how long that took."""
+        """Let the robot stand, and stay switched on, until the pause ends; returns how long that took.
+
+        Raises:
+            KeyboardInterrupt: The operator ends the mission instead.
+        """
         begun_s = self._clock.now()
         while True:
             with suppress(Outage):  # a robot that cannot be reached stands by its leases
                 self._body.stop()
                 self._body.keep_alive()
             if self._pause.wait(RETRY_S):
+                self._pause.check_end()
                 paused_s = self._clock.now() - begun_s
                 self._extend_time(paused_s)
                 return paused_s

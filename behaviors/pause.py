@@ -1,4 +1,4 @@
-"""An operator's pause of a mission: the robot stands, and the mission goes on where it was."""
+"""An operator's pause of a mission, after which it goes on where it was, and an operator's end of it."""
 
 from __future__ import annotations
 
@@ -18,9 +18,13 @@ class Pause:
 
     A motion that is under way is broken off where `check` is called; without such calls a pause begins when the
     skill has done its bounded piece of work.
+
+    Attributes:
+        ended: Whether the mission is to end.
     """
 
     def __init__(self) -> None:
+        self.ended = False
         self._resumed = threading.Event()
         self._resumed.set()
         self._armed = False
@@ -38,6 +42,11 @@ class Pause:
         """Let the mission go on."""
         self._resumed.set()
 
+    def end(self) -> None:
+        """End the mission, paused or not, as Ctrl-C does."""
+        self.ended = True
+        self._resumed.set()
+
     def wait(self, timeout_s: float) -> bool:
         """Wait for the end of the pause, for at most `timeout_s` of real time; returns whether it has ended."""
         return self._resumed.wait(timeout_s)
@@ -48,6 +57,7 @@ class Pause:
 
         Raises:
             Paused: The mission is to stand.
+            KeyboardInterrupt: It is to end.
         """
         self._armed = True
         try:
@@ -61,7 +71,18 @@ class Pause:
 
         Raises:
             Paused: The mission is to stand; raised once, so that what cleans up may use the robot.
+            KeyboardInterrupt: It is to end; likewise.
         """
-        if self._armed and self.wanted:
+        if self._armed and (self.ended or self.wanted):
             self._armed = False
+            self.check_end()
             raise Paused("paused")
+
+    def check_end(self) -> None:
+        """Break off the mission.
+
+        Raises:
+            KeyboardInterrupt: It is to end.
+        """
+        if self.ended:
+            raise KeyboardInterrupt

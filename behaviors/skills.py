@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Protocol
 
@@ -81,6 +81,7 @@ class SkillContext:
         note: Writes a record.
         report: Tells the chart a fact that does not end the skill.
         deadline_s: When the mission's time is over, on its clock; each pause puts it off.
+        pauses: Beginning on the clock and duration of each pause, in seconds.
     """
 
     body: Body
@@ -90,6 +91,7 @@ class SkillContext:
     note: Note
     report: Callable[[Fact], None]
     deadline_s: float = math.inf
+    pauses: list[tuple[float, float]] = field(default_factory=list)
 
     def check_time(self) -> None:
         """Check the time; skills call this before each bounded piece of work.
@@ -99,6 +101,15 @@ class SkillContext:
         """
         if self.clock.now() >= self.deadline_s:
             raise TimeUp
+
+    def add_pause(self, duration_s: float) -> None:
+        """Put the end of the mission's time off by a pause that ends now."""
+        self.deadline_s += duration_s
+        self.pauses.append((self.clock.now() - duration_s, duration_s))
+
+    def active_s(self, since_s: float) -> float:
+        """Return the time since a moment on the clock, without the pauses."""
+        return self.clock.now() - since_s - sum(paused_s for begun_s, paused_s in self.pauses if begun_s >= since_s)
 
 
 class Skill(Protocol):

@@ -6,7 +6,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable
-from contextlib import ExitStack, closing, suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ from nxtdrive.cli.output import complain, make_console, print_line
 from nxtdrive.signals import held
 
 if TYPE_CHECKING:
-    from behaviors.executive import Executive, Report
+    from behaviors.executive import Report
     from behaviors.journal import Record
     from behaviors.mission import Mission
     from behaviors.observers import Observers
@@ -76,49 +76,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the mission; returns the exit code."""
-    from behaviors.executive import Executive
     from behaviors.observers import Observers
-    from nxtdrive.brick import open_brick
-    from nxtdrive.mission import setup
-    from nxtdrive.mission.body import MissionClock
-    from nxtdrive.mission.run import reconnect_in_background
-    from nxtdrive.mission.run_review import RunReview
-    from nxtdrive.mission.truth import truth_of
-    from nxtdrive.recording.recording import Recording
-    from nxtdrive.recording.run_folder import JOURNAL, MISSION, VIDEO, new_run_folder
+    from nxtdrive.mission.assembly import MissionRun, open_robot
     from nxtdrive.recording.status_line import StatusLine
-    from nxtdrive.recording.video import VIDEO_FPS
 
     mission = _mission(args)
     observers = Observers(on_failure=_say_failure)
     if not args.json:
         observers.attempt(OUTPUT, print_line, GREETINGS[args.console].format(args.nxt))
     with ExitStack() as stack:
-        brick = stack.enter_context(open_brick(args.nxt))
-        reconnect_in_background(brick)
-        source = args.camera or setup.default_camera(brick)
-        camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
-        eyes = setup.camera_eyes(camera, mission)
-        body, clock = setup.build_body(brick, mission), MissionClock(brick)
+        robot = stack.enter_context(open_robot(args.nxt, args.camera))
         status = stack.enter_context(StatusLine(make_console(stderr=True)))
         make_profile = _supervised(mission, status) if args.confirm_recovery else None
-        executive = Executive(mission, body, eyes, clock, observers, make_profile)
-        review = RunReview(mission, truth_of(brick), _say_nothing if args.json else _say_hint, args.mission)
-        details: dict[str, object] = {"mission": mission.mission.name, "nxt": args.nxt, "camera": source}
-        details |= {"arrivals": review.arrivals, "hints": review.hints}
+        say_hint = _say_nothing if args.json else _say_hint
+        run = MissionRun(mission, robot, observers, file=args.mission, say_hint=say_hint, make_profile=make_profile)
         release = stack.enter_context(held())  # once there is a folder, it will be complete
-        recording = Recording(new_run_folder(args.out, mission.mission.name), video=not args.no_video)
-        observers.attempt(MISSION, recording.folder.write_mission, mission)
-        eyes.on_look(observers.guarded(VIDEO, recording.look))
-        setup.watch(camera, brick, observers.guarded(VIDEO, recording.frame), VIDEO_FPS)
-        observers.add(JOURNAL, recording)
+        recording = run.record(args.out, video=not args.no_video)
         observers.add("signals", lambda _record: release())
         observers.add(OUTPUT, _print_json if args.json else _console(args.console))
         if not args.json:
             observers.add("status line", status)
-        observers.add("hints", review)
-        report = _pursue(executive, recording, details, observers)
-    observers.attempt(OUTPUT, _say_where, report, recording, {**details, **observers.summary()}, as_json=args.json)
+        report = run.pursue()
+    if args.json:
+        values = {"kind": "summary", **run.summary(), "folder": str(recording.folder.path)}
+        observers.attempt(OUTPUT, print_line, json.dumps(values))
+    else:
+        observers.attempt(OUTPUT, _say_where, report, recording)
     return _exit_code(report, observers)
 
 
@@ -169,33 +152,12 @@ def _say_failure(name: str, error: Exception) -> None:
         complain(f"{name} failed and is left out; the mission goes on: {error}")
 
 
-def _pursue(executive: Executive, recording: Recording, details: dict[str, object], observers: Observers) -> Report:
-    """Run the mission; the run folder is completed even when it raises."""
-    report, error = None, ""
-    try:
-        report = executive.run()
-        return report
-    except BaseException as reason:
-        error = str(reason) or type(reason).__name__
-        raise
-    finally:
-        with held():
-            recording.finish(report, error, details, observers)
-
-
 def _print_json(record: Record) -> None:
     print_line(json.dumps(record.values()))
 
 
-def _say_where(report: Report, recording: Recording, details: dict[str, object], *, as_json: bool) -> None:
+def _say_where(report: Report, recording: Recording) -> None:
     """Print the result of each target and the paths of the run's files."""
-    from nxtdrive.recording.run_folder import summary
-
-    folder = recording.folder.path
-    if as_json:
-        values = {"kind": "summary", **summary(report, "", details), "folder": str(folder)}
-        print_line(json.dumps(values))
-        return
     print_line(f"{report.ending.replace('_', ' ')} after {report.duration_s:.1f} s")
     for progress in report.targets:
         when = "" if progress.time_s is None else f" at {progress.time_s:.1f} s"

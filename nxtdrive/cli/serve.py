@@ -57,21 +57,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serve until a signal comes; returns the exit code."""
-    from nxtdrive.brick import Brick
     from nxtdrive.mission import setup
+    from nxtdrive.mission.assembly import open_robot
     from nxtdrive.mission.line_server import LineServer, sessions
     from nxtdrive.recording.status_line import StatusLine
-    from nxtdrive.transports import open_transport
     from nxtdrive.transports.address import Address
 
     mission = setup.load(args.mission)
     with ExitStack() as stack:
         stopped = stack.enter_context(until_signal())
-        brick = stack.enter_context(Brick(open_transport(in_real_time(args.nxt))))
-        brick.link.keep_alive()
-        source = args.camera or setup.default_camera(brick)
-        camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
-        eyes = setup.camera_eyes(camera, mission)
+        robot = stack.enter_context(open_robot(in_real_time(args.nxt), args.camera, reconnect=False))
+        brick = robot.brick
+        eyes = setup.camera_eyes(robot.camera, mission)
         in_step = Address.parse(brick.link.transport.address).options.get("pace") == "realtime"
         status = stack.enter_context(StatusLine(make_console(stderr=True)))
         server = LineServer(
@@ -84,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
             passing=brick.sleep if in_step else None,
         )
         stack.enter_context(closing(server))
-        _say_where(server.address, brick.link.transport.address, source, mission)
+        _say_where(server.address, brick.link.transport.address, robot.source, mission)
         server.run()
     _say("ended; motors off")
     return DONE

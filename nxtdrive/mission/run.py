@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from contextlib import ExitStack, closing
 from pathlib import Path
 
-from behaviors.executive import Executive, Report
+from behaviors.executive import Report
 from behaviors.journal import Observer
 from behaviors.observers import Observers
-from nxtdrive.brick import Brick, open_brick
 from nxtdrive.mission import setup
-from nxtdrive.mission.body import MissionClock
+from nxtdrive.mission.assembly import MissionRun, open_robot
 
 
 def run_mission(
@@ -42,23 +40,10 @@ def run_mission(
         LinkError: A brick, but no link to it.
         CameraError: The camera cannot be opened.
     """
-    loaded = setup.load(None if mission is None else Path(mission))
-    with ExitStack() as stack:
-        brick = stack.enter_context(open_brick(nxt))
-        reconnect_in_background(brick)
-        source = camera or setup.default_camera(brick)
-        frames = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
-        eyes, body = setup.camera_eyes(frames, loaded), setup.build_body(brick, loaded)
-        guarded = Observers()
-        for number, observer in enumerate(observers, 1):
-            guarded.add(f"observer {number}", observer)
-        return Executive(loaded, body, eyes, MissionClock(brick), guarded).run()
-
-
-def reconnect_in_background(brick: Brick) -> None:
-    """Reopen a lost link in the background; requests fail at once, and the suspended mission does the waiting.
-
-    A simulated link opened by its address is never lost, and probing it would shift the simulation by milliseconds.
-    """
-    brick.link.reconnect_timeout_s = 0.0
-    brick.link.reconnecting = not brick.link.transport.simulated
+    file = None if mission is None else Path(mission)
+    loaded = setup.load(file)
+    guarded = Observers()
+    for number, observer in enumerate(observers, 1):
+        guarded.add(f"observer {number}", observer)
+    with open_robot(nxt, camera) as robot:
+        return MissionRun(loaded, robot, guarded, file=file).pursue()

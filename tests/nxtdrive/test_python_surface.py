@@ -180,6 +180,8 @@ def test_a_mission_is_one_call_that_returns_its_report(tmp_path):
     assert report.ending in ("achieved", "time_up")
     assert [each.target for each in report.targets] == ["lena"]
     assert "search" in states
+    assert [each["target"] for each in report.arrivals] == ["lena"] * report.achieved
+    assert not report.hints
     with pytest.raises(ConfigError, match="nosuch"):
         nxtdrive.run_mission(tmp_path / "nosuch.toml")
 

@@ -175,8 +175,9 @@ class Server:
                 self._wheel.take(client.name)
             case GiveWheel():
                 self._wheel.give(client.name)
-            case StartMission():
-                self.robot.start_mission(self.missions.load(message.mission, message.profile), confirm=message.confirm)
+            case StartMission(mission=name):
+                mission = self.missions.load(name, message.profile)
+                self.robot.start_mission(mission, confirm=message.confirm, file=self.missions.file(name))
             case StopMission():
                 self.robot.stop_mission()
             case PauseMission():

@@ -1,13 +1,12 @@
-"""A mission that clients watch: its records go to the run's folder and to the hub."""
+"""A mission that clients watch: its records go to the hub, and they pause it, end it and answer its questions."""
 
 from __future__ import annotations
 
 import threading
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from behaviors.executive import Executive, Report
+from behaviors.executive import Report
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.observers import Observers
@@ -19,21 +18,16 @@ from behaviors.profiles.registry import PROFILES, supervised
 from behaviors.recoveries import Choice
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
-from nxtdrive.mission import setup
-from nxtdrive.mission.body import MissionClock
+from nxtdrive.mission.assembly import MissionRun, OpenRobot
 from nxtdrive.recording.progress_lines import ProgressLines
-from nxtdrive.recording.recording import Recording
-from nxtdrive.recording.run_folder import JOURNAL, MISSION, VIDEO, new_run_folder, summary
 from nxtdrive.recording.wording import evidence_lines, failure_words
 
 from .hub import BELIEF, GRID, Hub
 from .pictures import layer
 from .true_room import TrueRoom
 
-if TYPE_CHECKING:
-    from nxtdrive.brick import Brick
-    from nxtdrive.vision.camera import Camera
-
+LOOK_S = 0.2
+"""How often a wait for an answer looks for signals, which an unlimited wait ignores on Windows."""
 MAP_EVERY_S = 1.0
 SURE = 2.0
 """Evidence of the occupancy grid that is shown as certain."""
@@ -46,14 +40,15 @@ class WebOperator:
 
     Args:
         hub: Where the question goes.
+        pause: Says whether the mission is to end.
     """
 
-    def __init__(self, hub: Hub) -> None:
+    def __init__(self, hub: Hub, pause: Pause) -> None:
         self._hub = hub
+        self._pause = pause
         self._number = 0
         self._answered = threading.Condition()
         self._choice: int | None = None
-        self.ended = False
 
     def __call__(self, question: Question) -> Choice:
         """Ask, and wait for the answer.
@@ -65,10 +60,12 @@ class WebOperator:
             self._number += 1
             self._choice = None
             self._hub.show("question", {"open": True, "number": self._number, **_shown(question)})
-            self._answered.wait_for(lambda: self.ended or self._choice is not None)
-            self._hub.show("question", {"open": False, "number": self._number})
-            if self._choice is None:
-                raise KeyboardInterrupt
+            try:
+                while self._choice is None:
+                    self._pause.check_end()
+                    self._answered.wait(LOOK_S)
+            finally:
+                self._hub.show("question", {"open": False, "number": self._number})
             return question.candidates[min(self._choice, len(question.candidates) - 1)].choice
 
     def answer(self, question: int, choice: int) -> None:
@@ -78,44 +75,56 @@ class WebOperator:
                 self._choice = choice
                 self._answered.notify_all()
 
-    def end(self) -> None:
-        """End an open question and refuse further ones; any thread."""
+    def wake(self) -> None:
+        """Look at once whether the mission is to end; any thread."""
         with self._answered:
-            self.ended = True
             self._answered.notify_all()
 
 
-class MissionRun:
-    """One mission on the robot of the page.
+class ShownMission:
+    """Shows a mission to the clients, who may pause it, end it and answer its questions.
 
     Args:
-        mission: What to do.
-        brick: The robot's.
-        camera: The robot's.
+        mission: What is done.
         hub: Told every record.
-        runs: Where the run's folder goes.
         confirm: Whether clients confirm each recovery.
+        file: The mission's file, for hints; None for the built-in one.
+
+    Attributes:
+        over: Whether it has ended, so that another one may be started.
     """
 
-    def __init__(self, mission: Mission, brick: Brick, camera: Camera, hub: Hub, runs: Path, *, confirm: bool) -> None:
-        self.operator = WebOperator(hub)
-        self.recording = Recording(new_run_folder(runs, mission.mission.name))
+    def __init__(self, mission: Mission, hub: Hub, *, confirm: bool, file: Path | None = None) -> None:
+        self.over = False
+        self._pause = Pause()
+        self._operator = WebOperator(hub, self._pause)
         self._mission = mission
-        self._brick = brick
-        self._camera = camera
         self._hub = hub
         self._confirm = confirm
-        self._ended = threading.Event()
-        self._pause = Pause()
+        self._file = file
         self._profile: Profile | None = None
         self._map_s = -MAP_EVERY_S
-        self._true_room = TrueRoom(brick, hub)
+
+    def assemble(self, robot: OpenRobot, observers: Observers | None = None) -> MissionRun:
+        """Assemble the mission.
+
+        Args:
+            robot: What does it.
+            observers: Further observers.
+
+        Raises:
+            ConfigError: A target's picture cannot be used.
+        """
+        observers = observers or Observers(on_failure=self._say_failure)
+        make, pause = self._make_profile, self._pause
+        return MissionRun(
+            self._mission, robot, observers, file=self._file, say_hint=self._say_hint, make_profile=make, pause=pause
+        )
 
     def end(self) -> None:
         """End it as Ctrl-C ends ``nxtdrive run``; any thread."""
-        self._ended.set()
-        self.operator.end()
-        self.resume()
+        self._pause.end()
+        self._operator.wake()
 
     def pause(self) -> None:
         """Let the robot stand until `resume`; the time of a simulated robot stands still, too. Any thread."""
@@ -127,47 +136,41 @@ class MissionRun:
         self._pause.resume()
         self._hub.show("paused", {"paused": False})
 
-    def pursue(self) -> Report:
-        """Run the mission; motors are off and the run's folder is complete when it returns or raises.
+    def answer(self, question: int, choice: int) -> None:
+        """Answer a question; any thread."""
+        self._operator.answer(question, choice)
 
-        Raises:
-            ConfigError: A target's picture cannot be used.
+    def pursue(self, run: MissionRun, folder: str) -> Report:
+        """Run the mission, and show it from its beginning to its result.
+
+        Args:
+            run: As `assemble` returned it.
+            folder: Name of the run's folder.
         """
-        hub, mission, recording = self._hub, self._mission, self.recording
+        hub = self._hub
         hub.begin_run()
-        hub.tell("run", {"folder": recording.folder.path.name, **mission.model_dump(mode="json")["mission"]})
-        observers = Observers(on_failure=lambda name, error: hub.tell("problem", {"text": f"{name}: {error}"}))
-        observers.attempt(MISSION, recording.folder.write_mission, mission)
-        eyes = setup.camera_eyes(self._camera, mission)
-        eyes.on_look(observers.guarded(VIDEO, recording.look))
-        observers.add(JOURNAL, recording)
-        observers.add("page", self._tell)
-        observers.add("progress", ProgressLines(lambda line: hub.tell("line", {"text": line})))
-        details: dict[str, object] = {"mission": mission.mission.name, "nxt": self._brick.link.transport.address}
-        body, clock = setup.build_body(self._brick, mission), MissionClock(self._brick)
-        executive = Executive(mission, body, eyes, clock, observers, self._make_profile, self._pause)
-        report, error = None, ""
-        self._brick.link.before_request = self._check
+        hub.tell("run", {"folder": folder, **self._mission.model_dump(mode="json")["mission"]})
+        self._true_room = TrueRoom(run.robot.brick, hub)
+        run.observers.add("page", self._tell)
+        run.observers.add("progress", ProgressLines(self._say))
         try:
-            report = executive.run()
-            return report
-        except Exception as failure:
-            error = str(failure)
-            raise
+            return run.pursue()
         finally:
-            self._brick.link.before_request = None
             self.resume()
-            recording.finish(report, error, details, observers)
-            hub.tell("ended", {**summary(report, error, details), "folder": recording.folder.path.name})
+            self.over = True
+            hub.tell("ended", {**run.summary(), "folder": folder})
 
-    def _check(self) -> None:
-        if self._ended.is_set():
-            self._ended.clear()
-            raise KeyboardInterrupt
-        self._pause.check()
+    def _say(self, line: str) -> None:
+        self._hub.tell("line", {"text": line})
+
+    def _say_hint(self, hint: str) -> None:
+        self._say(f"hint: {hint}")
+
+    def _say_failure(self, name: str, error: Exception) -> None:
+        self._hub.tell("problem", {"text": f"{name}: {error}"})
 
     def _make_profile(self, context: SkillContext, mission: Mission, targets: TargetQueue) -> Profile:
-        make = supervised(mission, self.operator) if self._confirm else PROFILES[mission.mission.profile]
+        make = supervised(mission, self._operator) if self._confirm else PROFILES[mission.mission.profile]
         self._profile = make(context, mission, targets)
         return self._profile
 

@@ -38,6 +38,10 @@ class Missions:
         """Return the names of the files, sorted; the built-in mission is the empty name and not among them."""
         return sorted(path.name for path in self.folder.glob("*.toml") if _is_mission(path))
 
+    def file(self, name: str) -> Path | None:
+        """Return the path of a mission; None for the built-in one."""
+        return self.folder / name if name else None
+
     def load(self, name: str, profile: str | None = None) -> Mission:
         """Read a mission.
 
@@ -47,7 +51,7 @@ class Missions:
         if name and name not in self.names():
             raise ValueError(f"There is no mission {name!r} here.")
         try:
-            mission = setup.load(self.folder / name if name else None)
+            mission = setup.load(self.file(name))
         except ConfigError as error:
             raise ValueError(str(error)) from None
         if profile is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import cv2
@@ -13,30 +14,32 @@ from nxtdrive.recording.video import VIDEO_FPS
 from .hub import FRAME, Hub
 
 if TYPE_CHECKING:
-    from nxtdrive.recording.recording import Recording
     from nxtdrive.vision.camera import Frame
 
 JPEG_QUALITY = 80
 
 
 class PictureFeed:
-    """Sends each of the camera's frames to the hub, and some of them to a mission's recording.
+    """Sends each of the camera's frames to the hub, and some of them to the recording of a mission.
 
     Args:
         hub: Where frames go, while there are clients.
 
     Attributes:
         fps: Frames a second asked of a simulated camera.
-        caption: The running mission's recording, if there is one.
         latest: The latest frame's image, if there is one.
     """
 
     fps = 20
 
     def __init__(self, hub: Hub) -> None:
-        self.caption: Recording | None = None
-        self._hub = hub
         self.latest: NDArray[np.uint8] | None = None
+        self._hub = hub
+        self._observer: Callable[[Frame], None] | None = None
+
+    def watch(self, observer: Callable[[Frame], None] | None) -> None:
+        """Call `observer` with the frames of a video; None ends that."""
+        self._observer = observer
 
     def frame(self, frame: Frame) -> None:
         """Take a frame; for a webcam in its own thread."""
@@ -44,9 +47,9 @@ class PictureFeed:
         if self._hub.watched:
             _, jpeg = cv2.imencode(".jpg", frame.image, (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
             self._hub.show_image(FRAME, frame.index, frame.time_s, jpeg.tobytes())
-        recording = self.caption
-        if recording is not None and frame.index % (self.fps // VIDEO_FPS) == 0:
-            recording.frame(frame)
+        observer = self._observer
+        if observer is not None and frame.index % (self.fps // VIDEO_FPS) == 0:
+            observer(frame)
 
 
 def layer(values: NDArray[np.floating], lowest: float, highest: float) -> bytes:

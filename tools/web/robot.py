@@ -5,27 +5,25 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Callable
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from behaviors.executive import Report
 from behaviors.mission import Mission
 from firmware_protocol.errors import LinkError, NXTError
-from nxtdrive.brick import Brick, open_brick
+from nxtdrive.brick import Brick
 from nxtdrive.mission import setup
-from nxtdrive.mission.run import reconnect_in_background
+from nxtdrive.mission.assembly import OpenRobot, open_robot
 from nxtdrive.transports.address import Address
 
 from ..teleop.controls import Controls
 from ..teleop.pilot import Pilot, View
 from .hub import Hub
-from .mission_run import MissionRun
+from .mission_run import ShownMission
 from .pictures import PictureFeed
 from .true_room import TrueRoom
 
 if TYPE_CHECKING:
-    from nxtdrive.vision.camera import Camera
     from nxtdrive.vision.detection import Image
 
 SPEED_MM_S, TURN_DEG_S = 300.0, 90.0
@@ -59,8 +57,8 @@ class Robot:
         self._runs = runs
         self._news = threading.Event()
         self._closing = threading.Event()
-        self._wanted: queue.SimpleQueue[Callable[[Brick, Camera], MissionRun]] = queue.SimpleQueue()
-        self._run: MissionRun | None = None
+        self._wanted: queue.SimpleQueue[ShownMission] = queue.SimpleQueue()
+        self._run: ShownMission | None = None
         self._opened: queue.SimpleQueue[Exception | None] = queue.SimpleQueue()
         self._now: Callable[[], float] = lambda: 0.0
         self._pictures = PictureFeed(hub)
@@ -105,19 +103,22 @@ class Robot:
         self.controls.release()
         self._news.set()
 
-    def start_mission(self, mission: Mission, *, confirm: bool) -> None:
+    def start_mission(self, mission: Mission, *, confirm: bool, file: Path | None = None) -> None:
         """Run a mission, unless one is running or the robot is stopped; any thread.
+
+        Args:
+            mission: What to do.
+            confirm: Whether clients confirm each recovery.
+            file: The mission's file, for hints; None for the built-in one.
 
         Raises:
             ValueError: It cannot start now; the text says why.
         """
         if self.controls.stopped:
             raise ValueError("The robot is stopped. Release the stop first.")
-        if self._run is not None or not self._wanted.empty():
+        if ((run := self._run) and not run.over) or not self._wanted.empty():
             raise ValueError("A mission is running. End it first.")
-        self._wanted.put(
-            lambda brick, camera: MissionRun(mission, brick, camera, self._hub, self._runs, confirm=confirm)
-        )
+        self._wanted.put(ShownMission(mission, self._hub, confirm=confirm, file=file))
         self._news.set()
 
     def stop_mission(self) -> None:
@@ -147,7 +148,7 @@ class Robot:
     def answer(self, question: int, choice: int) -> None:
         """Answer the question of a mission whose recoveries are confirmed; any thread."""
         if run := self._run:
-            run.operator.answer(question, choice)
+            run.answer(question, choice)
 
     def _guarded(self) -> None:
         try:
@@ -160,20 +161,17 @@ class Robot:
     def _work(self) -> None:
         with ExitStack() as stack:
             try:
-                brick = stack.enter_context(open_brick(self._address))
-                reconnect_in_background(brick)
-                source = self._camera or setup.default_camera(brick)
-                camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
-                setup.watch(camera, brick, self._pictures.frame, self._pictures.fps)
+                robot = stack.enter_context(open_robot(self._address, self._camera))
             except NXTError as error:
                 self._opened.put(error)
                 return
-            self._now = brick.now
+            robot.watch(self._pictures.frame, self._pictures.fps)
+            self._now = robot.brick.now
             self._opened.put(None)
             while not self._closing.is_set():
-                self._drive_by_hand(brick)
+                self._drive_by_hand(robot.brick)
                 if not self._wanted.empty():
-                    self._pursue(self._wanted.get()(brick, camera))
+                    self._pursue(self._wanted.get(), robot)
 
     def _drive_by_hand(self, brick: Brick) -> None:
         """Drive as the controls demand until a mission is wanted."""
@@ -219,16 +217,17 @@ class Robot:
             },
         )
 
-    def _pursue(self, run: MissionRun) -> Report | None:
-        self._run = run
+    def _pursue(self, shown: ShownMission, robot: OpenRobot) -> None:
+        self._run = shown
         if self.controls.stopped or self._closing.is_set():
-            run.end()  # what came before this moment did not find the run
-        self._pictures.caption = run.recording
+            shown.end()  # what came before this moment did not find the mission
         try:
-            return run.pursue()
+            run = shown.assemble(robot)
+            recording = run.record(self._runs, watch=self._pictures.watch)
+            shown.pursue(run, recording.folder.path.name)
         except NXTError as error:
+            shown.over = True
             self._hub.tell("problem", {"text": str(error)})
-            return None
         finally:
-            self._pictures.caption = None
+            self._pictures.watch(None)
             self._run = None

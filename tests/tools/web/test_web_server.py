@@ -257,3 +257,42 @@ def test_a_stop_also_ends_a_mission_that_has_not_begun(tmp_path):
             assert _until(page, lambda each: each["type"] == "ended")["ending"] == "interrupted"
         finally:
             server.robot.close()
+
+
+@pytest.mark.slow
+def test_a_mission_of_the_page_leaves_arrivals_and_hints(tmp_path):
+    text = QUICK.replace("\n[target.lena]", "\ntime_limit_s = 20\n[target.lena]").replace("lena", "rilakkuma")
+    (tmp_path / "other.toml").write_text(text, encoding="utf-8")
+    _quick(tmp_path)
+    with _running(tmp_path, "sim://open?pace=fast") as client, client.websocket_connect("/ws") as page:
+        page.send_json({"type": "start_mission", "mission": "quick.toml"})
+        (arrival,) = _until(page, lambda each: each["type"] == "ended")["arrivals"]
+        assert (arrival["target"], arrival["there"]) == ("lena", True)
+        page.send_json({"type": "start_mission", "mission": "other.toml", "profile": "thesis"})
+        hint = _until(page, lambda each: "hint: " in each.get("text", "") or each["type"] == "ended")
+        assert "it has: lena" in hint["text"]
+
+
+@pytest.mark.slow
+def test_a_run_that_cannot_be_recorded_is_told_and_the_page_goes_on(tmp_path):
+    _quick(tmp_path)
+    (tmp_path / "runs").write_text("a file, no folder", encoding="utf-8")
+    with _running(tmp_path, "sim://open?pace=fast") as client, client.websocket_connect("/ws") as page:
+        for _ in range(2):
+            page.send_json({"type": "start_mission", "mission": "quick.toml"})
+            told = _until(page, lambda each: each["type"] in ("problem", "refused"))
+            assert "cannot keep the run" in told["text"]
+
+
+@pytest.mark.slow
+def test_a_paused_mission_that_is_ended_does_not_go_on_first(tmp_path):
+    with _running(tmp_path, "sim://?pace=fast") as client, client.websocket_connect("/ws") as page:
+        page.send_json({"type": "start_mission"})
+        _until(page, lambda each: each["type"] == "record" and each["record"]["kind"] == "look")
+        page.send_json({"type": "pause"})
+        _until(page, lambda each: each["type"] == "line" and each["text"].endswith("paused"))
+        page.send_json({"type": "stop_mission"})
+        seen: list[str] = []
+        ended = _until(page, lambda each: seen.append(each.get("text", "")) or each["type"] == "ended")
+    assert ended["ending"] == "interrupted"
+    assert not [text for text in seen if "going on" in text]

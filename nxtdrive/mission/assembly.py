@@ -1,0 +1,173 @@
+"""Assembles a mission: an open robot, its hints, and where wanted the record of the run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from behaviors.executive import Executive, Report
+from behaviors.observers import Observers
+from nxtdrive.brick import Brick, open_brick
+from nxtdrive.mission import setup
+from nxtdrive.mission.body import MissionClock
+from nxtdrive.mission.run_review import RunReview
+from nxtdrive.mission.truth import truth_of
+from nxtdrive.recording.recording import Recording
+from nxtdrive.recording.run_folder import JOURNAL, MISSION, VIDEO, new_run_folder, summary
+from nxtdrive.recording.video import VIDEO_FPS
+from nxtdrive.signals import held
+
+if TYPE_CHECKING:
+    from behaviors.mission import Mission
+    from behaviors.pause import Pause
+    from behaviors.profiles.profile import MakeProfile
+    from nxtdrive.transports.address import Address
+    from nxtdrive.vision.camera import Camera, Frame
+
+WatchFrames = Callable[[Callable[["Frame"], None]], None]
+"""Has a function called with the camera's frames."""
+
+
+@dataclass(frozen=True, slots=True)
+class OpenRobot:
+    """A brick and its camera, open.
+
+    Attributes:
+        brick: The brick.
+        camera: The camera.
+        address: The brick's, as it was given.
+        source: The camera's, as for `nxtdrive.vision.sources.open_camera`.
+    """
+
+    brick: Brick
+    camera: Camera
+    address: str
+    source: str
+
+    def watch(self, observer: Callable[[Frame], None], fps: float = VIDEO_FPS) -> None:
+        """Call `observer` with the camera's frames; see `nxtdrive.mission.setup.watch`."""
+        setup.watch(self.camera, self.brick, observer, fps)
+
+
+@contextmanager
+def open_robot(nxt: str | Address, camera: str | None = None, *, reconnect: bool = True) -> Iterator[OpenRobot]:
+    """Open a brick and its camera; at the end of the block the motors are off and both are closed.
+
+    Args:
+        nxt: The brick's address.
+        camera: As for `nxtdrive.vision.sources.open_camera`; by default the simulated robot's own, else webcam 0.
+        reconnect: Reopen a lost link in the background; requests fail at once, and the suspended mission does the
+            waiting.
+
+    Raises:
+        BrickNotFound: No brick there.
+        LinkError: A brick, but no link to it.
+        CameraError: The camera cannot be opened.
+    """
+    with open_brick(nxt) as brick:
+        if reconnect:
+            brick.link.reconnect_timeout_s = 0.0
+            # a simulated link is never lost, and probing it would shift the simulation by milliseconds
+            brick.link.reconnecting = not brick.link.transport.simulated
+        source = camera or setup.default_camera(brick)
+        with closing(setup.open_mission_camera(source, brick)) as opened:
+            yield OpenRobot(brick, opened, str(nxt), source)
+
+
+class MissionRun:
+    """A mission on an open robot; it begins with `pursue`.
+
+    Args:
+        mission: What to do.
+        robot: What does it.
+        observers: Called with each record of the journal; further ones may be added before `pursue`.
+        file: The mission's file, for the commands in hints; None for the built-in one.
+        say_hint: Called with each hint as soon as there is one.
+        make_profile: Makes the profile; None for the one that the mission names.
+        pause: With it an operator pauses and ends the mission.
+
+    Attributes:
+        observers: As given.
+        robot: As given.
+        recording: The record of the run, once `record` was called.
+
+    Raises:
+        ConfigError: A target's picture cannot be used.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        robot: OpenRobot,
+        observers: Observers,
+        *,
+        file: Path | None = None,
+        say_hint: Callable[[str], None] = lambda _: None,
+        make_profile: MakeProfile | None = None,
+        pause: Pause | None = None,
+    ) -> None:
+        self.observers = observers
+        self.recording: Recording | None = None
+        self.robot, self._mission, self._pause = robot, mission, pause
+        self._report: Report | None = None
+        self._error = ""
+        self._eyes = setup.camera_eyes(robot.camera, mission)
+        body, clock = setup.build_body(robot.brick, mission), MissionClock(robot.brick)
+        self._executive = Executive(mission, body, self._eyes, clock, observers, make_profile, pause)
+        self._review = RunReview(mission, truth_of(robot.brick), say_hint, file)
+
+    def record(self, parent: Path, *, video: bool = True, watch: WatchFrames | None = None) -> Recording:
+        """Keep the run in a new folder, which is complete when `pursue` ends.
+
+        Args:
+            parent: Where to make the folder.
+            video: Whether to make the video.
+            watch: Has a function called with the camera's frames; the robot's own by default.
+
+        Raises:
+            ConfigError: The folder cannot be made.
+        """
+        recording = self.recording = Recording(new_run_folder(parent, self._mission.mission.name), video=video)
+        self.observers.attempt(MISSION, recording.folder.write_mission, self._mission)
+        self._eyes.on_look(self.observers.guarded(VIDEO, recording.look))
+        (watch or self.robot.watch)(self.observers.guarded(VIDEO, recording.frame))
+        self.observers.add(JOURNAL, recording)
+        return recording
+
+    def pursue(self) -> Report:
+        """Run the mission to its end; motors are off and the record is complete when it returns or raises.
+
+        Returns:
+            What came of it, with hints and arrivals.
+        """
+        self.observers.add("hints", self._review)
+        link, review = self.robot.brick.link, self._review
+        link.before_request = self._pause.check if self._pause else None
+        try:
+            report = self._executive.run()
+            self._report = replace(report, hints=tuple(review.hints), arrivals=tuple(review.arrivals))
+            return self._report
+        except BaseException as reason:
+            self._error = str(reason) or type(reason).__name__
+            raise
+        finally:
+            link.before_request = None
+            if self.recording:
+                with held():
+                    self.recording.finish(self._report, self._error, self._details(), self.observers)
+
+    def summary(self) -> dict[str, object]:
+        """Return what came of it as plain values, as ``summary.json`` has it."""
+        return summary(self._report, self._error, {**self._details(), **self.observers.summary()})
+
+    def _details(self) -> dict[str, object]:
+        details: dict[str, object] = {"mission": self._mission.mission.name, "nxt": self.robot.address}
+        return {
+            **details,
+            "camera": self.robot.source,
+            "arrivals": self._review.arrivals,
+            "hints": self._review.hints,
+        }
