@@ -116,4 +116,4 @@ class AdaptiveProfile:
     def _spent_s(self, target: str) -> float:
         known = self.world.known.get(target)
         since_s = self._pursued_s if known is None else max(self._pursued_s, known.time_s)
-        return self._perception.now() - since_s
+        return self._perception.context.active_s(since_s)

@@ -125,3 +125,16 @@ def test_ending_a_mission_that_is_paused_ends_it(perform, mission_for):
     done = perform("open", mission_for("lena"), geometric=True, arrange=operator.arrange, pause=operator)
     assert done.report.ending is Ending.INTERRUPTED
     assert done.simulation.truth.speed_mm_s < 1.0
+
+
+def test_the_time_of_a_pause_does_not_count_as_time_spent_on_a_target(perform, mission_for):
+    mission = mission_for("rilakkuma", profile="adaptive")
+    spent_s = []
+    for for_ms in (0, 300_000):
+        operator = Operator(SEARCHING_MS, for_ms) if for_ms else None
+        arrange = operator.arrange if operator else lambda _: None
+        done = perform(
+            "open", mission, geometric=True, arrange=arrange, pause=operator, interrupt_at_s=30 + for_ms / 1000
+        )
+        spent_s.append(done.of(Kind.CHOICE)[0].data["evidence"]["spent_s"])
+    assert spent_s[1] == pytest.approx(spent_s[0], abs=2.0)
