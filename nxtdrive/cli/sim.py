@@ -23,7 +23,8 @@ EXAMPLES = """\
   nxtdrive sim exec -- nxt-test --backend usb
   nxtdrive sim exec --native -- t2n -i
   nxtdrive sim exec --latency-ms 30 -- python my_robot.py
-  nxtdrive sim check tests/golden/firmware.jsonl --firmware 1.05"""
+  nxtdrive sim check tests/golden/firmware.jsonl --firmware 1.05
+  nxtdrive sim check my-brick.jsonl --scenario 'motor_*' --causes"""
 
 LATENCY_MS = 1.0
 """The brick polls for telegrams once per millisecond, so no link is faster; programs rely on it (docs/interop.md)."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterable
 from dataclasses import asdict
+from fnmatch import filter as matching
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,9 +16,16 @@ from nxtdrive.cli.output import write_json, write_line, write_text
 
 if TYPE_CHECKING:
     from nxtdrive.tools.conformance.replay import Report
+    from nxtdrive.tools.conformance.summary import Category, Cause
 
 FIRMWARES = ("1.29", "1.05")
 """Firmware versions the simulated brick can behave as."""
+
+LISTED = 50
+"""Of more scenarios than this, only those that differ are listed."""
+
+EXAMPLE_LENGTH = 240
+"""Characters of an example; the JSON has them all."""
 
 
 def add_check_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,9 +34,16 @@ def add_check_arguments(parser: argparse.ArgumentParser) -> None:
         "recording", metavar="FILE.jsonl", type=Path, help="a recording, see docs/firmware.md section 0"
     )
     parser.add_argument(
-        "--firmware", choices=FIRMWARES, default=FIRMWARES[0], help="which one to behave as (default: %(default)s)"
+        "--firmware",
+        choices=FIRMWARES,
+        help="which one to behave as (default: the one recorded, which is 1.29 where the file does not say)",
     )
-    parser.add_argument("--scenario", metavar="NAME", action="append", help="only this scenario; may be repeated")
+    parser.add_argument(
+        "--scenario", metavar="NAME", action="append", help="only these, as motor_sync_AB or 'g_motor_*'; repeatable"
+    )
+    parser.add_argument(
+        "--causes", action="store_true", help="group all differences of all steps by cause, instead of the scenarios"
+    )
     add_json_argument(parser)
 
 
@@ -39,32 +55,81 @@ def check(args: argparse.Namespace) -> int:
     """
     from nxtdrive.tools.conformance.recording import load
     from nxtdrive.tools.conformance.replay import replay
+    from nxtdrive.tools.conformance.summary import by_category, by_cause
 
-    scenarios = load(args.recording, args.firmware)
-    if unknown := sorted(set(args.scenario or ()) - scenarios.keys()):
-        raise ConfigError(
-            f"{args.recording} has no scenario {unknown[0]!r}.", remedy=f"It has {', '.join(list(scenarios)[:20])}."
-        )
-    chosen = args.scenario or scenarios
-    reports = [replay(name, steps, args.firmware) for name, steps in scenarios.items() if name in chosen]
+    scenarios = load(args.recording, args.firmware or "")
+    chosen = _chosen(args, list(scenarios))
+    reports = [replay(name, scenarios[name].steps, scenarios[name].firmware) for name in chosen]
+    categories, causes = by_category(reports), by_cause(reports)
     if args.json:
-        _print_json(reports, args.firmware)
+        _print_json(reports, categories, causes)
     else:
-        _print_text(reports, args.firmware)
-    return NOT_ACHIEVED if any(report.difference for report in reports) else DONE
+        if args.causes:
+            _print_causes(causes)
+        else:
+            _print_scenarios(reports)
+        _print_categories(categories)
+        _print_total(reports)
+    return NOT_ACHIEVED if causes else DONE
 
 
-def _print_text(reports: list[Report], firmware: str) -> None:
+def _chosen(args: argparse.Namespace, names: list[str]) -> list[str]:
+    """The names of the scenarios that `--scenario` asks for, in the file's order."""
+    wanted: set[str] = set()
+    for pattern in args.scenario or ["*"]:
+        found = {pattern} & set(names) or matching(names, pattern)
+        if not found:
+            raise ConfigError(
+                f"{args.recording} has no scenario {pattern!r}.", remedy=f"It has {', '.join(names[:20])}."
+            )
+        wanted.update(found)
+    return [name for name in names if name in wanted]
+
+
+def _print_scenarios(reports: list[Report]) -> None:
     width = max(len(report.scenario) for report in reports)
     for report in reports:
-        verdict = f"step {report.step}: {report.difference}" if report.difference else "same"
+        if not report.differences and len(reports) > LISTED:
+            continue
+        first = next(iter(report.differences), None)
+        verdict = f"step {first.step}: {first.text}" if first else "same"
         write_line(f"{report.scenario:{width}}  {report.matched:4}/{report.steps:<4}  {verdict}")
+
+
+def _print_causes(causes: Iterable[Cause]) -> None:
+    write_line("steps scenarios  cause")
+    for cause in causes:
+        write_line(f"{cause.count:5} {len(cause.scenarios):9}  {cause.cause}")
+        text = cause.example if len(cause.example) <= EXAMPLE_LENGTH else cause.example[:EXAMPLE_LENGTH] + "..."
+        write_line(f"{'':15}  {text}")
+
+
+def _print_categories(categories: Iterable[Category]) -> None:
+    write_text("\ncategory         scenarios       steps")
+    for each in categories:
+        scenarios, steps = f"{each.same}/{each.scenarios}", f"{each.matched}/{each.steps}"
+        write_line(f"{each.category:14} {scenarios:>11} {steps:>11}")
+
+
+def _print_total(reports: list[Report]) -> None:
     steps, matched = (sum(getattr(report, name) for report in reports) for name in ("steps", "matched"))
-    same = sum(not report.difference for report in reports)
-    write_text(f"\nfirmware {firmware}: {same} of {len(reports)} scenarios and {matched} of {steps} steps are the same")
+    same = sum(not report.differences for report in reports)
+    result = f"{same} of {len(reports)} scenarios and {matched} of {steps} steps are the same"
+    write_text(f"\nfirmware {_firmwares(reports)}: {result}")
 
 
-def _print_json(reports: list[Report], firmware: str) -> None:
-    same = sum(not report.difference for report in reports)
-    scenarios = [asdict(report) for report in reports]
-    write_json({"firmware": firmware, "same": same, "of": len(reports), "scenarios": scenarios})
+def _firmwares(reports: list[Report]) -> str:
+    return ", ".join(sorted({report.firmware for report in reports}))
+
+
+def _print_json(reports: list[Report], categories: Iterable[Category], causes: Iterable[Cause]) -> None:
+    write_json(
+        {
+            "firmware": _firmwares(reports),
+            "same": sum(not report.differences for report in reports),
+            "of": len(reports),
+            "scenarios": [asdict(report) | {"matched": report.matched} for report in reports],
+            "categories": [asdict(each) for each in categories],
+            "causes": [asdict(each) for each in causes],
+        }
+    )

@@ -7,6 +7,8 @@ import pytest
 
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
 from nxtdrive.cli.sim_check import FIRMWARES
+from nxtdrive.tools.conformance import bench
+from sim_backend.devices import GenericI2CDevice
 from sim_backend.firmware import brick
 
 GOLDEN = Path(__file__).parents[2] / "golden" / "firmware.jsonl"
@@ -79,8 +81,96 @@ def test_json_holds_the_same(recording, capsys):
     told = json.loads(capsys.readouterr().out)
     assert (told["firmware"], told["same"], told["of"]) == ("1.29", 0, 1)
     [scenario] = told["scenarios"]
-    assert (scenario["scenario"], scenario["steps"], scenario["matched"], scenario["step"]) == ("talk", 2, 1, 1)
-    assert "status is 0xc0" in scenario["difference"]
+    assert (scenario["scenario"], scenario["firmware"]) == ("talk", "1.29")
+    assert (scenario["steps"], scenario["matched"]) == (2, 1)
+    [difference] = scenario["differences"]
+    assert difference["step"] == 1
+    assert "status is 0xc0" in difference["text"]
+    [category] = told["categories"]
+    assert category == {"category": "talk", "same": 0, "scenarios": 1, "matched": 1, "steps": 2}
+    [cause] = told["causes"]
+    assert cause["cause"] == difference["cause"] == "StartProgram: status C0 out of range, not 00 ok"
+    assert (cause["count"], cause["scenarios"]) == (1, ["talk"])
+    assert "talk step 1" in cause["example"]
+
+
+def battery(scenario, reply=BATTERY["reply"]):
+    return {"scenario": scenario, **BATTERY, "reply": reply}
+
+
+def test_results_are_counted_by_category(recording, capsys):
+    names = ("g_motor_00", "g_motor_01", "g_fs_00", "i2c/states", "i2c/errors", "message_one", "message_two", "alone")
+    assert check(recording(*(battery(name, "00" if name == "g_fs_00" else "020b004a1e") for name in names))) == 1
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    table = lines[lines.index(["category", "scenarios", "steps"]) + 1 : -2]
+    assert table == [
+        ["motor", "2/2", "2/2"],
+        ["fs", "0/1", "0/1"],
+        ["i2c", "2/2", "2/2"],
+        ["message", "2/2", "2/2"],
+        ["other", "1/1", "1/1"],
+    ]
+
+
+def test_of_many_scenarios_only_those_that_differ_are_listed(recording, capsys):
+    many = [battery(f"g_motor_{number:02}") for number in range(60)]
+    assert check(recording(*many, battery("g_fs_00", "020b004b1e"))) == NOT_ACHIEVED
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("g_fs_00")
+    assert lines[1] == ""
+
+
+def test_scenarios_are_chosen_by_a_pattern(recording, capsys):
+    path = recording(*map(battery, ("g_motor_00", "g_motor_01", "g_fs_00", "x[1]")))
+    assert check(path, "--scenario", "g_motor_*", "--scenario", "x[1]") == DONE
+    assert "3 of 3 scenarios" in capsys.readouterr().out
+
+
+def test_causes_count_all_differences_of_all_scenarios_and_show_one(recording, capsys):
+    wrong = [battery("a", "020b004b1e"), battery("a", "020b00ff1e"), battery("b", "020b004b1f")]
+    assert check(recording(*wrong, {"scenario": "b", "request": "0000", "reply": "020000"}), "--causes") == NOT_ACHIEVED
+    first, example, second, *_ = capsys.readouterr().out.splitlines()[1:]
+    assert first.split(maxsplit=2) == ["3", "2", "GetBatteryLevel: voltage_mv"]
+    assert "a step 0: 000b: voltage_mv, byte 0 is 0x4a" in example
+    assert second.split(maxsplit=2) == ["1", "1", "StartProgram: status C0 out of range, not 00 ok"]
+
+
+class Broken(GenericI2CDevice):
+    """A device that fails in the middle of an exchange."""
+
+    def __init__(self, address):
+        raise KeyError(address)
+
+
+def test_an_exception_of_the_simulated_brick_is_a_difference_that_names_the_step(recording, capsys, monkeypatch):
+    monkeypatch.setattr(bench, "GenericI2CDevice", Broken)
+    lines = ({"control": "!i2c 0 attach 02", "reply": "ok"}, BATTERY)
+    assert check(recording(*lines), "--causes") == NOT_ACHIEVED
+    out = capsys.readouterr().out
+    assert "!i2c attach: the simulated brick raised KeyError" in out
+    assert "step 0: !i2c 0 attach 02: the simulated brick raised KeyError: 2" in out
+    assert "1 of 2 steps are the same" in out
+
+
+VERSION = {"request": "0188", "reply": "0288007c010501"}
+
+
+def test_a_recording_says_which_firmware_it_was_made_with(recording, capsys):
+    header = {"firmware": "1.05", "about": "my brick"}
+    assert check(recording(header, VERSION)) == DONE
+    assert "firmware 1.05: 1 of 1" in capsys.readouterr().out
+    assert check(recording({**VERSION, "firmware": "1.05", "scenario": "old"}, battery("new"))) == DONE
+    assert "firmware 1.05, 1.29: 2 of 2" in capsys.readouterr().out
+    assert check(recording(header, VERSION), "--firmware", "1.29") == NOT_ACHIEVED
+
+
+def test_a_firmware_that_is_not_simulated_is_refused_unless_another_one_is_named(recording, capsys):
+    path = recording({"firmware": "1.31"}, BATTERY)
+    assert check(path) == USAGE
+    told = capsys.readouterr().err
+    assert "'1.31'" in told
+    assert "--firmware 1.29 or 1.05" in told
+    assert check(path, "--firmware", "1.29") == DONE
 
 
 @pytest.mark.parametrize(
@@ -97,6 +187,8 @@ def test_json_holds_the_same(recording, capsys):
         ({"request": "000b", "reply": 5},),
         ({"request": "000b", "control": "!tick 1", "reply": ""},),
         ({"control": "!bt", "reply": "ok", "mask": "ff"},),
+        ({"firmware": "1.29"},),
+        ({"firmware": 1.29}, BATTERY),
     ],
 )
 def test_a_file_that_is_no_recording_is_refused(lines, recording, capsys):

@@ -17,7 +17,7 @@ CASES = [(firmware, name) for firmware in FIRMWARES for name in SCENARIOS[firmwa
 @pytest.mark.slow
 @pytest.mark.parametrize(("firmware", "name"), CASES)
 def test_it_answers_and_moves_as_the_firmware_did(firmware, name):
-    assert replay(name, SCENARIOS[firmware][name], firmware).difference == ""
+    assert replay(name, SCENARIOS[firmware][name].steps, firmware).differences == []
 
 
 def test_no_scenario_is_left_out():
@@ -25,5 +25,5 @@ def test_no_scenario_is_left_out():
 
 
 def test_a_difference_is_named_by_its_field():
-    steps = SCENARIOS["1.29"]["identity"]
-    assert "firmware_minor" in replay("identity", steps, "1.05").difference
+    steps = SCENARIOS["1.29"]["identity"].steps
+    assert "firmware_minor" in replay("identity", steps, "1.05").differences[0].text

@@ -138,8 +138,10 @@ def _cascade(path: Path, _random: Random) -> str:
 
 def _recording(path: Path, random: Random) -> str:
     firmware = random.choice(("1.29", "1.05"))
-    for name, steps in load_recording(path, firmware).items():
-        replay(name, steps, firmware)
+    for name, scenario in load_recording(path, firmware).items():
+        for difference in replay(name, scenario.steps, firmware).differences:
+            if difference.exception:
+                raise AssertionError(f"{name}, step {difference.step}: {difference.text}")
     return "accepted"
 
 
