@@ -8,7 +8,7 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firmware_protocol.errors import ConfigError
+from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, number
 from nxtdrive.cli.pace import in_real_time
@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from behaviors.mission import Mission
     from nxtdrive.brick import Brick
     from nxtdrive.tools.teleop.gamepad import Gamepad
+    from nxtdrive.tools.teleop.picture import Picture
     from nxtdrive.tools.teleop.spotter import Spotter
+    from nxtdrive.vision.camera import Camera
 
 DESCRIPTION = """\
 Drive by hand: arrow keys or WASD, Q and E for bends, + and - for the speed, space
@@ -26,7 +28,8 @@ for an emergency stop, Esc to quit. The robot stops after half a second without 
 key, and when the link is lost: the brick itself ends every motion that is not
 renewed. The map is drawn from odometry and sonar. A gamepad works, too: the left
 stick drives, the right stick steers, B is the emergency stop, A releases it, the
-shoulder buttons change the speed. Needs the extra nxtdrive[tui], and for a gamepad nxtdrive[gamepad]."""
+shoulder buttons change the speed. The camera's picture is shown as well; ? lists
+the keys. Needs the extra nxtdrive[tui], and for a gamepad nxtdrive[gamepad]."""
 EXAMPLES = """\
   nxtdrive teleop
   nxtdrive teleop --nxt usb:// --speed 150
@@ -44,7 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--target", metavar="NAME", help="look for this target of the mission (default: with --mission, its first)"
     )
-    parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`; only with a target")
+    camera = parser.add_mutually_exclusive_group()
+    camera.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
+    camera.add_argument("--no-camera", dest="show_camera", action="store_false", help="drive by the map alone")
     parser.add_argument(
         "--speed",
         metavar="MM_S",
@@ -63,9 +68,10 @@ def run(args: argparse.Namespace) -> int:
     """Drive until the user quits."""
     _check()
     from nxtdrive.brick import open_brick
-    from nxtdrive.mission.setup import build_rover, load
+    from nxtdrive.mission.setup import build_rover, load, watch
     from nxtdrive.tools.teleop.app import Teleop
     from nxtdrive.tools.teleop.controls import Controls
+    from nxtdrive.tools.teleop.picture import FPS, Picture
     from nxtdrive.tools.teleop.pilot import Pilot
 
     mission = load(args.mission)
@@ -75,10 +81,16 @@ def run(args: argparse.Namespace) -> int:
         brick = stack.enter_context(open_brick(in_real_time(args.nxt)))
         rover = build_rover(brick, mission)
         controls = Controls(args.speed, rover.settings.turn_deg_s)
-        spotter = stack.enter_context(closing(_spotter(args, brick, mission, target, stack))) if target else None
+        camera, why_none = _open_camera(args, brick, target, stack)
+        picture, spotter = None, None
+        if camera is not None:
+            picture = Picture()
+            watch(camera, brick, picture.frame, FPS)
+            if target:
+                spotter = stack.enter_context(closing(_spotter(camera, brick, mission, target, picture)))
         stopped = stack.enter_context(until_signal())
-        address = brick.link.transport.address
-        app = Teleop(Pilot(brick, rover, controls, spotter), controls, brick.now, address, gamepad, stopped)
+        pilot, name = Pilot(brick, rover, controls, spotter), brick.link.transport.address
+        app = Teleop(pilot, controls, brick.now, name, gamepad, picture=picture, camera=why_none, stopped=stopped)
         stack.callback(app.finish)
         app.run()
     if app.failure is not None:
@@ -124,12 +136,35 @@ def _target(args: argparse.Namespace, mission: Mission) -> str | None:
     return str(args.target)
 
 
-def _spotter(args: argparse.Namespace, brick: Brick, mission: Mission, target: str, stack: ExitStack) -> Spotter:
+def _open_camera(
+    args: argparse.Namespace, brick: Brick, target: str | None, stack: ExitStack
+) -> tuple[Camera | None, str]:
+    """Return the camera, or None and why there is none; a camera that was not asked for may be missing."""
+    from nxtdrive.mission import setup
+    from nxtdrive.vision.camera import ReplayCamera
+
+    if not args.show_camera:
+        return None, "no camera (--no-camera)"
+    try:
+        source = args.camera or setup.default_camera(brick)
+        camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
+    except CameraError as error:
+        if args.camera or args.target:
+            raise
+        return None, str(error.args[0])
+    if isinstance(camera, ReplayCamera) and not target:
+        raise ConfigError(
+            f"--camera {source} is a recording, in which only a target is looked for.",
+            remedy="Name one: --target NAME.",
+        )
+    return camera, ""
+
+
+def _spotter(camera: Camera, brick: Brick, mission: Mission, target: str, picture: Picture) -> Spotter:
     from nxtdrive.mission import setup
     from nxtdrive.tools.teleop.spotter import ThreadSpotter, TurnSpotter
 
-    source = args.camera or setup.default_camera(brick)
-    camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
     eyes = setup.camera_eyes(camera, mission)
+    eyes.on_look(picture.look)
     spotter = TurnSpotter if brick.link.transport.simulated else ThreadSpotter
     return spotter(eyes, target)

@@ -9,9 +9,10 @@ from typing import ClassVar
 
 from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal
+from textual.containers import Container, Vertical
 from textual.events import Key
 from textual.message import Message
+from textual.screen import Screen
 from textual.widgets import Footer, Header, Static
 
 from firmware_protocol.errors import NXTError
@@ -19,7 +20,9 @@ from firmware_protocol.printable import printable
 
 from .controls import STEP_PERCENT, Controls, Direction
 from .gamepad import Button, Gamepad
+from .picture import FPS, Picture
 from .pilot import Pilot, View
+from .widgets import LEGEND, CameraView, KeysScreen
 
 DIRECTIONS = {
     "up": Direction.FORWARD,
@@ -41,12 +44,17 @@ GAMEPAD_EVERY_S = 0.02
 class Teleop(App[None]):
     """Drives while it runs; the robot stands when it has ended.
 
+    The pilot drives in a thread of its own. The screen shows its latest step and the camera's latest frame when there
+    is time for it, so that drawing delays neither driving nor keys.
+
     Args:
         pilot: Drives.
         controls: What it listens to.
         now: The clock of the controls.
         name: Which brick, for the title.
         gamepad: Read between the keys, if there shall be one.
+        picture: The camera's, if there is one.
+        camera: Why there is none, in words.
         stopped: Checked between the pilot's steps; once it returns True, the robot stops and the screen closes.
 
     Attributes:
@@ -55,26 +63,31 @@ class Teleop(App[None]):
 
     TITLE = "nxtdrive teleop"
     CSS = """
+    #body { layout: horizontal; height: 1fr; }
+    #sight { width: 1fr; height: 1fr; }
+    #camera { width: 1fr; height: auto; border: round $primary; }
+    #camera.alarm { border: heavy $error; }
     #map { width: 1fr; height: 1fr; border: round $primary; }
     #panel { width: 42; height: 1fr; border: round $primary; padding: 0 1; }
     #panel.alarm { border: heavy $error; }
+    .-narrow #body { layout: vertical; }
+    .-narrow #panel { dock: top; width: 1fr; height: auto; }
+    .-narrow.-low #camera { display: none; }
+    .-low Header { display: none; }
     """
+    HORIZONTAL_BREAKPOINTS: ClassVar[list[tuple[int, str]]] = [(0, "-narrow"), (72, "-wide")]  # type: ignore[misc] # theirs is a union
+    VERTICAL_BREAKPOINTS: ClassVar[list[tuple[int, str]]] = [(0, "-low"), (30, "-high")]  # type: ignore[misc] # as above
     ENABLE_COMMAND_PALETTE = False
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("space", "emergency_stop", "STOP", priority=True),
+        Binding("question_mark", "keys", "keys", key_display="?"),
+        Binding("escape", "close", "leave", priority=True, key_display="esc"),
         Binding("enter", "release", "release"),
         Binding("plus,equals_sign", f"faster({STEP_PERCENT})", "faster", key_display="+"),
         Binding("minus", f"faster({-STEP_PERCENT})", "slower", key_display="-"),
         Binding("x", "let_go", "halt"),
-        Binding("escape,ctrl+c,ctrl+q", "leave", "leave", priority=True, key_display="esc"),
+        Binding("ctrl+c,ctrl+q", "leave", "leave", priority=True, show=False),
     ]
-
-    class Seen(Message):
-        """The pilot has made a step."""
-
-        def __init__(self, view: View) -> None:
-            super().__init__()
-            self.view = view
 
     class Ended(Message):
         """The pilot drives no more."""
@@ -86,6 +99,8 @@ class Teleop(App[None]):
         now: Callable[[], float],
         name: str = "",
         gamepad: Gamepad | None = None,
+        picture: Picture | None = None,
+        camera: str = "",
         stopped: Callable[[], bool] = lambda: False,
     ) -> None:
         super().__init__()
@@ -93,21 +108,29 @@ class Teleop(App[None]):
         self.failure: NXTError | None = None
         self._pilot, self._controls, self._now = pilot, controls, now
         self._gamepad, self._gamepad_words = gamepad, ""
+        self._picture, self._camera = picture, camera
+        self._view: View | None = None
         self._stopped = stopped
         self._leaving = threading.Event()
         self._driving = threading.Thread(target=self._drive, name="teleop pilot", daemon=True)
 
     def compose(self) -> ComposeResult:
-        """Lay out the map, the panel and the list of keys."""
+        """Lay out the picture, the map, the panel and the list of keys."""
+        floor = Static(id="map", markup=False)
+        floor.border_subtitle = LEGEND
         yield Header()
-        with Horizontal():
-            yield Static(id="map", markup=False)
+        with Container(id="body"):
+            with Vertical(id="sight"):
+                if self._picture is not None:
+                    yield CameraView(self._picture)
+                yield floor
             yield Static(id="panel", markup=False)
         yield Footer()
 
     def on_mount(self) -> None:
         """Start the driving thread."""
         self._driving.start()
+        self.set_interval(1 / FPS, partial(self._show, self.screen_stack[0]))
         if self._gamepad is not None:
             self.set_interval(GAMEPAD_EVERY_S, partial(self._listen, self._gamepad))
 
@@ -124,6 +147,16 @@ class Teleop(App[None]):
     def action_emergency_stop(self) -> None:
         """Stop at once and stay stopped."""
         self._controls.emergency_stop()
+        self._close_keys()
+
+    def action_keys(self) -> None:
+        """List the keys; driving goes on."""
+        self.push_screen(KeysScreen())
+
+    def action_close(self) -> None:
+        """Close the list of keys, or leave."""
+        if not self._close_keys():
+            self.action_leave()
 
     def action_release(self) -> None:
         """End the emergency stop."""
@@ -141,14 +174,26 @@ class Teleop(App[None]):
         """Stop and quit; the screen closes when the robot stands still."""
         self._leaving.set()
 
-    def on_teleop_seen(self, message: Seen) -> None:
-        """Show a step."""
-        view, floor = message.view, self.query_one("#map", Static)
+    def _close_keys(self) -> bool:
+        """Close the list of keys; return whether it was open."""
+        open_ = isinstance(self.screen, KeysScreen)
+        if open_:
+            self.pop_screen()
+        return open_
+
+    def _show(self, screen: Screen[object]) -> None:
+        """Show the pilot's latest step and the camera's latest frame."""
+        view = self._view
+        if view is None:
+            return
+        floor, panel = screen.query_one("#map", Static), screen.query_one("#panel", Static)
         size = floor.content_size
         floor.update("\n".join(self._pilot.map.draw(view.pose, size.width, size.height)))
-        panel = self.query_one("#panel", Static)
         panel.set_class(self._controls.stopped, "alarm")
-        panel.update(describe(view, self._gamepad_words))
+        panel.update(describe(view, self._gamepad_words, self._camera, compact=screen.has_class("-narrow")))
+        for camera in screen.query(CameraView):
+            if camera.display:
+                camera.show(self._now())
 
     def on_teleop_ended(self) -> None:
         """Leave."""
@@ -186,30 +231,41 @@ class Teleop(App[None]):
         """Run the pilot; only this thread uses the brick."""
         try:
             while not (self._leaving.is_set() or self._stopped()):
-                self.post_message(self.Seen(self._pilot.step()))
+                self._view = self._pilot.step()
             self._pilot.stop()
         except NXTError as error:
             self.failure = error
         self.post_message(self.Ended())
 
 
-def describe(view: View, gamepad: str = "") -> str:
-    """Format the panel's text; `gamepad` names the gamepad, or says why there is none."""
+def describe(view: View, gamepad: str = "", camera: str = "", *, compact: bool = False) -> str:
+    """Format the panel's text.
+
+    Args:
+        view: The pilot's latest step.
+        gamepad: Name of the gamepad, or why there is none.
+        camera: Why there is no camera.
+        compact: Only what driving needs, in few lines.
+    """
     ahead = "no echo" if view.range_mm is None else f"{view.range_mm:.0f} mm"
-    rows = {
-        "state": view.state,
-        "speed": f"{view.speed_mm_s:+.0f} mm/s  ({view.percent} %)",
-        "turn": f"{view.turn_deg_s:+.0f} °/s, right is +",
-        "ahead": ahead,
-        "bumper": "PRESSED" if view.touching else "free",
-        "at": f"{view.pose.x_mm:.0f} mm ahead, {view.pose.y_mm:.0f} mm right",
-        "heading": f"{view.pose.heading_deg:.0f}°",
-        "battery": f"{view.battery_mv / 1000:.2f} V",
-        "link": f"{view.latency_ms:.0f} ms",
-        "eyes": view.eyes or "no target (--target NAME)",
-        "gamepad": gamepad or "off (--gamepad)",
-    }
-    keys = "\narrows, WASD: drive  Q E: bend\nhold to go on, let go to stop"
-    if gamepad:
-        keys += "\nsticks: drive  B: STOP  A: release\nRB, LB: faster, slower"
-    return "\n".join(printable(f"{label:<8} {text}") for label, text in rows.items()) + "\n" + keys
+    speed = f"{view.speed_mm_s:+.0f} mm/s  ({view.percent} %)"
+    power, link = f"{view.battery_mv / 1000:.2f} V", f"{view.latency_ms:.0f} ms"
+    if compact:
+        bumper = "  BUMPER PRESSED" if view.touching else ""
+        rows = {"speed": speed, "ahead": ahead + bumper, "power": f"{power}, link {link}", "eyes": view.eyes or camera}
+    else:
+        rows = {
+            "speed": speed,
+            "turn": f"{view.turn_deg_s:+.0f} °/s, right is +",
+            "ahead": ahead,
+            "bumper": "PRESSED" if view.touching else "free",
+            "at": f"{view.pose.x_mm:.0f} mm ahead, {view.pose.y_mm:.0f} mm right",
+            "heading": f"{view.pose.heading_deg:.0f}°",
+            "battery": power,
+            "link": link,
+            "eyes": view.eyes or camera or "no target (--target NAME)",
+            "gamepad": gamepad or "off (--gamepad)",
+        }
+    keys = "" if compact else "\n\narrows, WASD: drive   ?: all keys\nhold to go on, let go to stop"
+    state = view.state if compact else f"state    {view.state}"
+    return "\n".join(map(printable, [state, *(f"{label:<8} {text}" for label, text in rows.items() if text)])) + keys

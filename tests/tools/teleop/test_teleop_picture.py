@@ -1,0 +1,209 @@
+"""The camera's picture and the list of keys on the screen, from a phone's width to a desk's."""
+
+import asyncio
+
+import numpy as np
+import pytest
+
+from behaviors.ports import Sighting
+from nxtdrive.tools.teleop.controls import Controls
+from nxtdrive.tools.teleop.picture import BOXES_LAST_S, STALE_S, Picture
+from nxtdrive.tools.teleop.pilot import Pilot
+from nxtdrive.vision.annotate import CONFIRMED, UNCONFIRMED
+from nxtdrive.vision.camera import Frame
+from nxtdrive.vision.detection import Detection
+
+PATIENCE = 400
+RED, BLUE = (0, 0, 200), (200, 0, 0)
+BOX = (80, 60, 40, 40)
+
+
+def frame(time_s=0.0, color=RED, size=(320, 240)):
+    return Frame(np.full((size[1], size[0], 3), color, np.uint8), time_s, 0)
+
+
+def sighting(box=BOX):
+    return Sighting("lena", 0.0, 900.0, 0.9, 0.0, box)
+
+
+@pytest.mark.parametrize(
+    ("room", "size"), [((78, 40), (53, 40)), ((36, 200), (36, 27)), ((1, 1), (1, 1)), ((640, 480), (640, 480))]
+)
+def test_the_picture_fits_and_keeps_its_shape(room, size):
+    picture = Picture()
+    picture.frame(frame())
+    assert picture.fitted(*room).shape[1::-1] == size
+
+
+@pytest.mark.parametrize("room", [(0, 10), (10, 0)])
+def test_without_room_or_frame_there_is_no_picture(room):
+    picture = Picture()
+    assert picture.fitted(80, 48) is None
+    assert picture.age_s(3.0) is None
+    picture.frame(frame())
+    assert picture.fitted(*room) is None
+
+
+def test_only_the_latest_frame_is_shown():
+    picture = Picture()
+    picture.frame(frame(1.0, RED))
+    picture.frame(frame(2.0, BLUE))
+    assert tuple(picture.fitted(4, 3)[0, 0]) == BLUE
+    assert picture.age_s(2.5) == 0.5
+
+
+def test_found_boxes_are_green_and_others_orange_in_later_frames_too():
+    picture = Picture()
+    picture.frame(frame(1.0))
+    picture.look(frame(0.9), "lena", sighting(), [Detection(BOX, 0.9), Detection((200, 100, 40, 40), 0.4)])
+    small = picture.fitted(80, 60)
+    assert tuple(small[15, 20]) == tuple(small[25, 30]) == CONFIRMED
+    assert tuple(small[25, 50]) == UNCONFIRMED
+    assert tuple(small[20, 25]) == RED
+    picture.frame(frame(1.0 + BOXES_LAST_S))
+    assert tuple(picture.fitted(80, 60)[15, 20]) == RED
+
+
+def test_frames_that_only_looks_have_are_shown():
+    picture = Picture()
+    picture.look(frame(1.0, BLUE), "lena", None, [])
+    assert tuple(picture.fitted(4, 3)[0, 0]) == BLUE
+
+
+def test_two_pixels_share_a_character():
+    from rich.style import Style
+
+    from nxtdrive.tools.teleop.widgets import HALF_BLOCK, half_blocks
+
+    image = np.array([[RED, RED, BLUE], [BLUE, BLUE, RED], [RED, RED, RED]], np.uint8)
+    top, first, second, bottom = half_blocks(image, 5, 4, Style())
+    assert top.text == bottom.text == " " * 5
+    assert [segment.text for segment in first] == [" ", HALF_BLOCK * 2, HALF_BLOCK, " "]
+    colors = [(tuple(each.style.color.triplet), tuple(each.style.bgcolor.triplet)) for each in list(first)[1:3]]
+    assert colors == [((200, 0, 0), (0, 0, 200)), ((0, 0, 200), (200, 0, 0))]
+    assert tuple(list(second)[1].style.bgcolor.triplet) == (0, 0, 0)
+
+
+@pytest.fixture
+def screen(room):
+    """Plays on a screen of a size: screen(size, play, picture=None, camera="") and checks that it ended well."""
+    from nxtdrive.tools.teleop.app import Teleop
+
+    def show(size, play, **options):
+        _, brick = room(realtime=True)
+        controls = Controls(300.0, 120.0)
+        app = Teleop(Pilot(brick, brick.rover(), controls), controls, brick.now, "sim://", **options)
+
+        async def go():
+            async with app.run_test(size=size) as pilot:
+                await until(pilot, lambda: "stopped" in text(app, "panel"))
+                await play(app, pilot, brick.now)
+                app.action_leave()
+                await until(pilot, lambda: not app.is_running)
+
+        try:
+            asyncio.run(go())
+        finally:
+            app.finish()
+        assert app.failure is None
+
+    return show
+
+
+async def until(pilot, true):
+    for _ in range(PATIENCE):
+        if true():
+            return
+        await pilot.pause(0.02)
+    raise AssertionError("it never came")
+
+
+def widget(app, name):
+    return app.screen_stack[0].query_one(f"#{name}")
+
+
+def text(app, name):
+    return str(widget(app, name).render())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("size", "seen"),
+    [((40, 20), False), ((40, 40), True), ((80, 24), True), ((120, 40), True), ((24, 8), False)],
+)
+def test_every_size_shows_the_state_and_the_picture_goes_first(screen, size, seen):
+    picture = Picture()
+
+    async def play(app, pilot, now):
+        picture.frame(frame(now() + 60))
+        app._controls.emergency_stop()
+        await until(pilot, lambda: "EMERGENCY" in text(app, "panel"))
+        camera, panel = widget(app, "camera"), widget(app, "panel")
+        assert camera.display is seen
+        assert panel.region.height >= 4
+        assert panel.region.right <= size[0]
+        if seen:
+            await until(pilot, lambda: any(segment.style.color for segment in camera.render_line(2)))
+            assert camera.region.bottom <= widget(app, "map").region.y
+            assert widget(app, "map").region.height >= 5
+        shown = app.export_screenshot()
+        assert "EMERGENCY" in shown
+        assert "STOP" in shown
+
+    screen(size, play, picture=picture)
+
+
+@pytest.mark.slow
+def test_a_picture_that_no_longer_comes_is_said(screen):
+    picture = Picture()
+
+    async def play(app, pilot, now):
+        picture.frame(frame(now() - STALE_S - 3))
+        await until(pilot, lambda: widget(app, "camera").has_class("alarm"))
+        assert "NO PICTURE" in str(widget(app, "camera").border_subtitle)
+        picture.frame(frame(now() + 60))
+        await until(pilot, lambda: not widget(app, "camera").has_class("alarm"))
+
+    screen((80, 24), play, picture=picture)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(40, 20), (80, 24)])
+def test_without_a_camera_one_line_says_so(screen, size):
+    async def play(app, pilot, now):
+        await until(pilot, lambda: "Camera 0 gives no frames." in text(app, "panel"))
+        assert not app.query("#camera")
+
+    screen(size, play, camera="Camera 0 gives no frames.")
+
+
+def listed(app):
+    return len(app.screen_stack) == 2
+
+
+@pytest.mark.slow
+def test_any_key_closes_the_list_of_keys_and_does_its_work(screen):
+    async def play(app, pilot, now):
+        await pilot.press("question_mark")
+        await until(pilot, lambda: listed(app))
+        await until(pilot, lambda: "Ctrl-C" in app.export_screenshot())
+        await pilot.press("escape")
+        await until(pilot, lambda: not listed(app))
+        assert app.is_running
+        await pilot.press("question_mark")
+        await until(pilot, lambda: listed(app))
+        await pilot.press("d")
+        await until(pilot, lambda: "driving" in text(app, "panel"))
+        assert not listed(app)
+        await pilot.press("question_mark", "space")
+        await until(pilot, lambda: "EMERGENCY" in text(app, "panel"))
+        assert not listed(app)
+        for key in ("question_mark", "enter"):
+            await pilot.press("question_mark")
+            await until(pilot, lambda: listed(app))
+            await pilot.press(key)
+            await until(pilot, lambda: not listed(app))
+        await pilot.pause(0.2)
+        assert "EMERGENCY" in text(app, "panel")
+
+    screen((40, 20), play)
