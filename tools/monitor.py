@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -121,6 +122,66 @@ class Snapshot:
     latency_ms: float
     motors: tuple[MotorState, ...]
     sensors: tuple[SensorState, ...]
+
+
+HISTORY_S = 60.0
+"""Time that a plot of the latest readings spans."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """The latest readings of one motor or sensor.
+
+    Attributes:
+        heights: Mean reading of each of the equal parts of the last `HISTORY_S`, the latest last; 0..1, or None.
+        lowest: Reading at height 0.
+        highest: Reading at height 1.
+    """
+
+    heights: list[float | None]
+    lowest: float
+    highest: float
+
+
+class History:
+    """The readings of the last minute by port: a motor's angle, a sensor's value, else its converter value."""
+
+    def __init__(self) -> None:
+        self._readings: dict[str, deque[tuple[float, float]]] = {}
+        self._now_s = 0.0
+
+    def add(self, snapshot: Snapshot) -> None:
+        """Note the readings of a snapshot and forget the oldest."""
+        self._now_s = snapshot.time_s
+        numbers: dict[str, float | None] = {motor.port: motor.angle_deg for motor in snapshot.motors}
+        numbers |= {str(sensor.port): _number(sensor) for sensor in snapshot.sensors}
+        for port, number in numbers.items():
+            readings = self._readings.setdefault(port, deque())
+            if number is not None:
+                readings.append((snapshot.time_s, number))
+            while readings and readings[0][0] <= snapshot.time_s - HISTORY_S:
+                readings.popleft()
+
+    def plot(self, port: str, width: int) -> Plot | None:
+        """Return a plot of `width` parts, or None without a reading in the last minute."""
+        readings = self._readings.get(port)
+        if not readings:
+            return None
+        parts: list[list[float]] = [[] for _ in range(width)]
+        for time_s, number in readings:
+            age = min(width - 1, int((self._now_s - time_s) / HISTORY_S * width))
+            parts[width - 1 - age].append(number)
+        means = [sum(part) / len(part) if part else None for part in parts]
+        lowest, highest = (limit(number for _, number in readings) for limit in (min, max))
+        span = highest - lowest or 1.0
+        return Plot([None if mean is None else (mean - lowest) / span for mean in means], lowest, highest)
+
+
+def _number(sensor: SensorState) -> float | None:
+    """The number to plot: the measurement, or the converter value of a sensor without one."""
+    if isinstance(sensor.value, int | float):
+        return float(sensor.value)
+    return float(sensor.raw) if sensor.analog and sensor.value is None else None
 
 
 def recognize(brick: Brick, ports: Collection[int]) -> dict[int, Digital]:

@@ -16,18 +16,20 @@ from nxtdrive.cli.output import complain, make_console, write_json
 from nxtdrive.cli.pace import in_real_time
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.table import Table
 
     from nxtdrive.brick import Brick
     from nxtdrive.sensors import Measuring
-    from nxtdrive.tools.monitor import Snapshot
+    from nxtdrive.tools.monitor import History, Plot, Snapshot
 
 DESCRIPTION = """\
 Show motors, input ports, battery and link of a brick until Ctrl-C, also when the
 link is lost meanwhile and comes back. Digital sensors, such as the ultrasonic
 one, say what they are; touch, light, sound and color sensors do not: --sensor
 names one, sets its port up and shows its measurements. While a program runs on
-the brick, other ports are only read as it has set them up."""
+the brick, other ports are only read as it has set them up. In a terminal, the
+readings of the last minute are plotted between their lowest and highest."""
 EXAMPLES = """\
   nxtdrive monitor
   nxtdrive monitor --sensor 1=touch --sensor 3=light --nxt usb://
@@ -35,6 +37,10 @@ EXAMPLES = """\
   nxtdrive monitor --once --json"""
 
 REDRAWS_PER_S = 8
+BLOCKS, ASCII = "▁▂▃▄▅▆▇█", "_.,-=+*#"
+"""Signs of a plot from the lowest to the highest reading; the second ones where the terminal has no blocks."""
+SCALE_WIDTH, WIDEST_PLOT = 22, 60
+"""Characters of a line beside a plot: port and scale; and most characters of a plot."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -139,9 +145,17 @@ def _print(snapshot: Snapshot, *, as_json: bool) -> None:
 def _show(snapshots: Iterator[Snapshot]) -> None:
     from rich.live import Live
 
-    with Live(_table(next(snapshots)), console=make_console(), refresh_per_second=REDRAWS_PER_S) as live:
+    from nxtdrive.tools.monitor import History
+
+    console, history = make_console(), History()
+
+    def view(snapshot: Snapshot) -> Table:
+        history.add(snapshot)
+        return _plots(snapshot, history, console) if console.is_terminal else _table(snapshot)
+
+    with Live(view(next(snapshots)), console=console, refresh_per_second=REDRAWS_PER_S) as live:
         for snapshot in snapshots:
-            live.update(_table(snapshot))
+            live.update(view(snapshot))
 
 
 def _table(snapshot: Snapshot) -> Table:
@@ -155,3 +169,33 @@ def _table(snapshot: Snapshot) -> Table:
     for sensor in snapshot.sensors:
         table.add_row(str(sensor.port), sensor.name, sensor.text, str(sensor.raw) if sensor.analog else "")
     return table
+
+
+def _plots(snapshot: Snapshot, history: History, console: Console) -> Table:
+    """Make a table with a line for each port and a plot of its latest readings below it."""
+    from rich.table import Table
+
+    from nxtdrive.tools.monitor import HISTORY_S
+
+    power = f"battery {snapshot.battery_mv / 1000:.2f} V  link {snapshot.latency_ms:.1f} ms"
+    table = Table(box=None, show_header=False, caption=f"{power}  last {HISTORY_S:.0f} s")
+    table.add_column(width=1, style="bold")
+    table.add_column(no_wrap=True, overflow="ellipsis")
+    lines = {each.port: f"{each.state}, power {each.power} %, angle {each.angle_deg}°" for each in snapshot.motors}
+    for each in snapshot.sensors:
+        raw = f"raw {each.raw}" if each.analog else ""
+        lines[str(each.port)] = "  ".join(filter(None, [each.text, raw, each.name]))
+    width = min(max(console.width - SCALE_WIDTH, 1), WIDEST_PLOT)
+    for port, line in lines.items():
+        plot = history.plot(port, width)
+        table.add_row(
+            port, f"{line}\n{_plot_line(plot, ASCII if console.options.ascii_only else BLOCKS)}" if plot else line
+        )
+    return table
+
+
+def _plot_line(plot: Plot, signs: str) -> str:
+    """Draw a plot with a sign for each part, and its scale behind it."""
+    levels = (None if height is None else round(height * (len(signs) - 1)) for height in plot.heights)
+    drawn = "".join(" " if level is None else signs[level] for level in levels)
+    return f"{drawn} {plot.lowest:g} to {plot.highest:g}"

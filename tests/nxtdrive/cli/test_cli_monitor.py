@@ -1,6 +1,8 @@
 """What the monitor recognises by itself, and the CSV files of ``monitor`` and ``sensor watch``."""
 
 import csv
+import io
+import math
 import os
 
 import pytest
@@ -8,7 +10,9 @@ import pytest
 from firmware_protocol.direct import GetInputValues
 from firmware_protocol.enums import InputPort, SensorType
 from nxtdrive.cli.main import DONE, NO_BRICK, USAGE, main
-from nxtdrive.tools.monitor import TYPES, look, recognize
+from nxtdrive.cli.monitor import _plots
+from nxtdrive.cli.safe_console import SafeConsole
+from nxtdrive.tools.monitor import HISTORY_S, TYPES, History, MotorState, SensorState, Snapshot, look, recognize
 from sim_backend.devices import GenericI2CDevice, TemperatureSensor, UltrasonicSensor
 
 FAST = ("--nxt", "sim://?pace=fast")
@@ -126,3 +130,60 @@ def test_the_table_of_an_earlier_run_is_replaced(tmp_path):
     table.write_text("something longer than a single reading\n" * 99, encoding="utf-8")
     assert main(["sensor", "watch", "1", "touch", "--count", "1", "--csv", str(table), *FAST]) == DONE
     assert len(table.read_text(encoding="utf-8").splitlines()) == 2
+
+
+def _snapshot(time_s, angle_deg=0, value=None, raw=500, kind="switch"):
+    motors = tuple(MotorState(port, 60, "running", angle_deg if port == "A" else 0) for port in "ABC")
+    sensors = tuple(SensorState(port, kind, "touch sensor", raw, value, "pressed: no") for port in PORTS)
+    return Snapshot(time_s, 7900, 2.0, motors, sensors)
+
+
+def test_a_plot_spans_the_last_minute_between_its_lowest_and_highest_reading():
+    history = History()
+    for tenth in range(int(HISTORY_S * 20)):
+        history.add(_snapshot(tenth / 10, angle_deg=tenth))
+    plot = history.plot("A", 6)
+    assert (plot.lowest, plot.highest) == (600, 1199)
+    assert plot.heights == pytest.approx([(99.5 * part + 49.5) / 599 for part in range(6)], abs=0.02)
+
+
+def test_a_plot_begins_at_the_right_and_has_gaps():
+    history = History()
+    for time_s, value in ((0.0, 100), (1.0, 100), (15.0, None), (30.0, 300), (31.0, 200)):
+        history.add(_snapshot(time_s, value=value, kind="low speed 9v"))
+    assert history.plot("4", 4).heights == [None, 0.0, None, 0.75]
+    history.add(_snapshot(90.5, value=None, kind="low speed 9v"))
+    assert history.plot("4", 4).heights == [0.0, None, None, None]
+    history.add(_snapshot(91.5, value=None, kind="low speed 9v"))
+    assert history.plot("4", 4) is None
+
+
+@pytest.mark.parametrize(
+    ("value", "kind", "plotted"),
+    [(21.5, "low speed 9v", 21.5), (True, "switch", 1.0), (None, "switch", 500.0), ("red", "color full", None)],
+)
+def test_what_is_plotted_is_the_measurement_or_the_converter_value(value, kind, plotted):
+    history = History()
+    history.add(_snapshot(0.0, value=value, kind=kind))
+    plot = history.plot("2", 8)
+    assert (plot.highest if plot else None) == plotted
+
+
+@pytest.mark.parametrize("width", [20, 40, 80, 200])
+@pytest.mark.parametrize("encoding", ["utf-8", "ascii"])
+def test_the_screen_fits_a_narrow_terminal(width, encoding):
+    history = History()
+    for tenth in range(600):
+        history.add(snapshot := _snapshot(tenth / 10, round(360 * math.sin(tenth / 60)), value=tenth % 90 > 45))
+    screen = io.TextIOWrapper(io.BytesIO(), encoding=encoding, errors="replace")
+    console = SafeConsole(file=screen, width=width, height=20, force_terminal=True, color_system=None)
+    console.print(_plots(snapshot, history, console))
+    screen.seek(0)
+    lines = screen.read().splitlines()
+    assert max(map(len, lines)) <= width
+    assert len(lines) <= 20
+    if width >= 40:
+        assert lines[0].split()[:2] == ["A", "running,"]
+        assert lines[1].rstrip().endswith(" -360 to 360")
+        assert lines[7].strip().endswith(" 0 to 1")
+        assert {*"▁█"} <= {*lines[1]} or {*"_#"} <= {*lines[1]}
