@@ -179,7 +179,7 @@ def _plots(snapshot: Snapshot, history: History, console: Console) -> Table:
 
     power = f"battery {snapshot.battery_mv / 1000:.2f} V  link {snapshot.latency_ms:.1f} ms"
     table = Table(box=None, show_header=False, caption=f"{power}  last {HISTORY_S:.0f} s")
-    table.add_column(width=1, style="bold")
+    table.add_column(min_width=1, no_wrap=True, style="bold")
     table.add_column(no_wrap=True, overflow="ellipsis")
     lines = {each.port: f"{each.state}, power {each.power} %, angle {each.angle_deg}°" for each in snapshot.motors}
     for each in snapshot.sensors:
