@@ -8,6 +8,7 @@ from pathlib import Path
 
 from nxtdrive.cli.options import add_action, add_json_argument, number
 from nxtdrive.cli.sim_check import add_check_arguments, check
+from nxtdrive.cli.sim_record import add_record_arguments, record
 
 DESCRIPTION = """\
 Let any program written for a real brick use the simulated one, in real time.
@@ -16,7 +17,8 @@ serve  opens ports until Ctrl-C: a serial port as a brick's Bluetooth has, TCP,
        nxt-python's nxt-server; any number at once, all of them connected to one
        brick. Its camera is a stream.
 exec   runs a program that looks for a brick on USB; it finds the simulated one.
-check  replays a recorded conversation with a real brick, reports differences."""
+check  replays a recorded conversation with a real brick, reports differences.
+record holds a conversation with a real brick, or a simulated one, and records it."""
 EXAMPLES = """\
   nxtdrive sim serve --pty /tmp/nxt
   nxtdrive sim serve --pty /tmp/nxt --tcp 2728 --nxt-server 2727 --world arena
@@ -24,19 +26,22 @@ EXAMPLES = """\
   nxtdrive sim exec --native -- t2n -i
   nxtdrive sim exec --latency-ms 30 -- python my_robot.py
   nxtdrive sim check tests/golden/firmware.jsonl --firmware 1.05
-  nxtdrive sim check my-brick.jsonl --scenario 'motor_*' --causes"""
+  nxtdrive sim check my-brick.jsonl --scenario 'motor_*' --causes
+  nxtdrive sim record questions.txt --nxt usb:// --out my-brick.jsonl"""
 
 LATENCY_MS = 1.0
 """The brick polls for telegrams once per millisecond, so no link is faster; programs rely on it (docs/interop.md)."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare ``serve``, ``exec`` and ``check`` and their arguments."""
+    """Declare the actions and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     _add_serve(add_action(actions, "serve", "a serial port, TCP ports and a camera stream", _serve))
     _add_exec(add_action(actions, "exec", "run a program with the simulated brick on USB", _exec))
     checked = "compare the simulated brick with a recorded conversation"
     add_check_arguments(add_action(actions, "check", checked, check))
+    recorded = "record a conversation with a brick as a file for check"
+    add_record_arguments(add_action(actions, "record", recorded, record))
 
 
 def _add_serve(serve: argparse.ArgumentParser) -> None:

@@ -22,6 +22,9 @@ from .recording import Step
 _INTERRUPTS = re.compile(r" irqs=\d+")
 """How often the timer fired during the recording: a property of its stub hardware, not of the firmware or the bus."""
 
+DONE = "ok"
+"""Result of a control line; after a wait the time follows, which a recording of a real brick lacks."""
+
 _NUMBER = re.compile(r"-?\b[0-9a-f]*\d[0-9a-f]*\b")
 _MOTOR = ("pwm", "brake", "count")
 _SHORT = 60
@@ -56,7 +59,7 @@ def compare(step: Step, got: str) -> Difference | None:
     if step.request or step.mask or (in_hex and step.control.startswith("!bt ")):
         return _compare_bytes(step, got)
     theirs, ours = (_INTERRUPTS.sub("", reply) for reply in (step.reply, got))
-    if theirs == ours:
+    if theirs == ours or (theirs == DONE and ours.startswith(f"{DONE} ")):
         return None
     if in_hex and step.control.startswith("!also "):
         return _compare_several(step, ours.split(" "), theirs.split(" "))
@@ -83,11 +86,11 @@ def sent_name(step: Step) -> str:
         word, *arguments = step.control.split()
         return f"{word} {arguments[1]}" if word == "!i2c" and len(arguments) > 1 else word
     telegram = bytes.fromhex(step.request)
-    command = _command(telegram)
+    command = command_of_telegram(telegram)
     return command.__name__ if command else f"telegram {telegram[:REQUEST_HEADER].hex(' ')}"
 
 
-def _command(telegram: bytes) -> AnyCommand | None:
+def command_of_telegram(telegram: bytes) -> AnyCommand | None:
     """The command of a request, or that a reply answers."""
     kind = telegram[0] & ~NO_REPLY if len(telegram) >= REQUEST_HEADER else None
     return command_of(Kind(kind), telegram[1]) if kind in tuple(Kind) else None
@@ -104,7 +107,7 @@ def _compare_bytes(step: Step, got: str) -> Difference | None:
         telegram, start = bytes.fromhex(step.request), 0
     else:  # a stream of framed replies
         telegram, start = _frame(theirs, len(ours) if offset is None else offset)
-        command = _command(telegram)
+        command = command_of_telegram(telegram)
         name += f" {command.__name__}" if command else ""
     sent, replies = step.request or step.control, f"({got or 'none'}, not {step.reply or 'none'})"
     field = "length" if offset is None else _field(telegram, offset - start)
@@ -141,7 +144,7 @@ def _field(telegram: bytes, offset: int) -> str:
     """Name the field at `offset` of the reply to a request, or of a reply itself; below 0 it is the frame's length."""
     if offset < REPLY_HEADER:
         return _HEADER[offset] if offset >= 0 else "length"
-    command = _command(telegram)
+    command = command_of_telegram(telegram)
     if command is None:
         return f"byte {offset}"
     layout = command.reply_type.layout
@@ -151,11 +154,11 @@ def _field(telegram: bytes, offset: int) -> str:
     if not layout.tail:
         return f"byte {offset}"
     place = offset - REPLY_HEADER - layout.size
-    variable = _variable(telegram, place) if command is IOMapRead and telegram[0] & ~NO_REPLY == Kind.SYSTEM else ""
+    variable = variable_at(telegram, place) if command is IOMapRead and telegram[0] & ~NO_REPLY == Kind.SYSTEM else ""
     return f"{variable or layout.tail}, byte {place}"
 
 
-def _variable(telegram: bytes, place: int) -> str:
+def variable_at(telegram: bytes, place: int) -> str:
     """Name the variable that is byte `place` of what an IOMapRead reads, such as ``Ui.Flags``."""
     if len(telegram) < REQUEST_HEADER + IOMapRead.layout.size:
         return ""

@@ -134,7 +134,9 @@ def test_the_table_of_an_earlier_run_is_replaced(tmp_path):
 
 def _snapshot(time_s, angle_deg=0, value=None, raw=500, kind="switch"):
     motors = tuple(MotorState(port, 60, "running", angle_deg if port == "A" else 0) for port in "ABC")
-    sensors = tuple(SensorState(port, kind, "temperature sensor (RCX)", raw, value, "temperature: 21.5 °C") for port in PORTS)
+    sensors = tuple(
+        SensorState(port, kind, "temperature sensor (RCX)", raw, value, "temperature: 21.5 °C") for port in PORTS
+    )
     return Snapshot(time_s, 7900, 2.0, motors, sensors)
 
 

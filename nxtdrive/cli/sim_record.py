@@ -1,0 +1,98 @@
+"""``nxtdrive sim record``: records a conversation with a brick, in the format that ``nxtdrive sim check`` replays."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from contextlib import closing, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from firmware_protocol.errors import AddressError, ConfigError
+from nxtdrive.cli.main import DONE
+from nxtdrive.cli.options import add_brick_arguments, writing
+from nxtdrive.cli.output import write_line
+from nxtdrive.cli.sim_check import FIRMWARES
+from nxtdrive.signals import held
+
+if TYPE_CHECKING:
+    from nxtdrive.tools.conformance.recorder import BenchPartner
+    from nxtdrive.transports.address import Address
+
+
+def add_record_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "script", metavar="SCRIPT", type=Path, help="a telegram in hex, a command or !tick MS a line, # notes"
+    )
+    parser.add_argument(
+        "--out", metavar="FILE.jsonl", type=Path, help="the recording (default: the script's name with .jsonl)"
+    )
+    parser.add_argument("--scenario", metavar="NAME", help="what to call it (default: the script's name)")
+    parser.add_argument("--about", metavar="TEXT", help="what it is about, such as where the firmware comes from")
+    parser.add_argument(
+        "--allow-writes",
+        action="store_true",
+        help="send also what deletes, writes or formats, renames the brick, changes its settings or is not known",
+    )
+    parser.add_argument(
+        "--with-identity",
+        action="store_true",
+        help="keep the brick's name and address, other devices' and the screen, which are blanked otherwise",
+    )
+    add_brick_arguments(parser)
+
+
+def record(args: argparse.Namespace) -> int:
+    """Send the script's lines and write what the brick replies.
+
+    Raises:
+        ConfigError: The script has a mistake, or the recording cannot be written.
+        NXTError: The brick cannot be opened or is lost; what was recorded until then is written.
+    """
+    from nxtdrive.recording.output_file import write_file
+    from nxtdrive.tools.conformance.recorder import Privacy, TransportPartner, ask_identity, converse, stop
+    from nxtdrive.tools.conformance.script import read_script
+    from nxtdrive.transports import open_transport
+    from nxtdrive.transports.address import Address
+
+    lines = read_script(args.script, allow_writes=args.allow_writes)
+    out = args.out or Path(f"{args.script.stem}.jsonl")
+    if out.is_dir() or not out.absolute().parent.is_dir() or out.absolute() == args.script.absolute():
+        raise ConfigError(f"{out} cannot be written.", remedy="Name another file: --out FILE.jsonl.")
+    address, records = Address.parse(args.nxt), list[dict[str, Any]]()
+    bench = _bench(address)
+    with nullcontext() if bench else closing(open_transport(address)) as transport:
+        partner = bench or TransportPartner(transport)
+        try:
+            real = transport is not None and not transport.simulated
+            privacy = Privacy(ask_identity(partner)) if real and not args.with_identity else None
+            about = args.about or f"a brick over {address.scheme}"
+            for line in converse(partner, lines, args.scenario or args.script.stem, about, privacy):
+                records.append(line)  # one by one: an error or a signal must not lose them
+        finally:
+            with held():
+                if transport is not None:
+                    stop(transport)
+                if records:
+                    with writing(out):
+                        write_file(out, "".join(json.dumps(each) + "\n" for each in records).encode())
+    firmware = records[0]["firmware"]
+    write_line(f"{out}: {len(records)} steps with firmware {firmware}")
+    if firmware not in FIRMWARES:
+        write_line(f"To compare it, name a similar firmware: nxtdrive sim check {out} --firmware {FIRMWARES[0]}")
+    return DONE
+
+
+def _bench(address: Address) -> BenchPartner | None:
+    """Return the bench of `nxtdrive sim check` for ``sim://``, alone or with a firmware; None for other addresses."""
+    from nxtdrive.tools.conformance.recorder import BenchPartner
+
+    if address.scheme != "sim" or address.target or address.options.keys() - {"firmware"}:
+        return None
+    firmware = address.options.get("firmware", FIRMWARES[0])
+    if firmware not in FIRMWARES:
+        raise AddressError(
+            f"{address}: there is no simulated firmware {firmware!r}.", remedy=f"It has {' and '.join(FIRMWARES)}."
+        )
+    return BenchPartner(firmware)
