@@ -6,6 +6,7 @@ The control lines are those of the recorded conversations, docs/firmware.md sect
 from __future__ import annotations
 
 from collections.abc import Callable
+from traceback import extract_tb
 
 from firmware_protocol.framing import LENGTH_SIZE, USB_TELEGRAM_LIMIT
 from firmware_protocol.iomap import UI, UiFlag
@@ -86,7 +87,7 @@ class Bench:
         return b"".join(replies).hex()
 
     def control(self, line: str) -> str:
-        """Carry out a control line.
+        """Carry out a control line; an exception of the simulated brick passes.
 
         Raises:
             NotSupportedOnBench: The line is unknown, or its arguments are wrong.
@@ -98,6 +99,8 @@ class Bench:
         try:
             return action(*arguments)
         except (ValueError, TypeError, IndexError, ZeroDivisionError) as error:
+            if _raised_elsewhere(error):
+                raise
             raise NotSupportedOnBench(f"the control line {line!r} cannot be carried out: {error}") from error
 
     def _tick(self, passes: str) -> str:
@@ -261,6 +264,11 @@ class Bench:
             data = rest
         self._stream = data
         return replies.hex()
+
+
+def _raised_elsewhere(error: Exception) -> bool:
+    """Whether the error was raised outside this module, by the simulated brick."""
+    return extract_tb(error.__traceback__)[-1].filename != __file__
 
 
 def _count(text: str) -> int:

@@ -7,8 +7,6 @@ import pytest
 
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
 from nxtdrive.cli.sim_check import FIRMWARES
-from nxtdrive.tools.conformance import bench
-from sim_backend.devices import GenericI2CDevice
 from sim_backend.firmware import brick
 
 GOLDEN = Path(__file__).parents[2] / "golden" / "firmware.jsonl"
@@ -135,20 +133,21 @@ def test_causes_count_all_differences_of_all_scenarios_and_show_one(recording, c
     assert second.split(maxsplit=2) == ["1", "1", "StartProgram: status C0 out of range, not 00 ok"]
 
 
-class Broken(GenericI2CDevice):
-    """A device that fails in the middle of an exchange."""
+@pytest.mark.parametrize("error", [KeyError, IndexError, ValueError])
+@pytest.mark.parametrize(("line", "name"), [("000b", "GetBatteryLevel"), ("!tick 5", "!tick"), ("!bt 0200000b", "!bt")])
+def test_an_exception_of_the_simulated_brick_is_a_difference_that_names_the_step(
+    error, line, name, recording, capsys, monkeypatch
+):
+    def fail(_brick, *_):
+        raise error("broken")
 
-    def __init__(self, address):
-        raise KeyError(address)
-
-
-def test_an_exception_of_the_simulated_brick_is_a_difference_that_names_the_step(recording, capsys, monkeypatch):
-    monkeypatch.setattr(bench, "GenericI2CDevice", Broken)
-    lines = ({"control": "!i2c 0 attach 02", "reply": "ok"}, BATTERY)
-    assert check(recording(*lines), "--causes") == NOT_ACHIEVED
+    for method in ("receive", "receive_bluetooth", "tick"):
+        monkeypatch.setattr(brick.SimBrick, method, fail)
+    exchange = {"control" if line.startswith("!") else "request": line, "reply": "00"}
+    assert check(recording(exchange, {"control": "!btname", "reply": "4e5854" + "00" * 13}), "--causes") == NOT_ACHIEVED
     out = capsys.readouterr().out
-    assert "!i2c attach: the simulated brick raised KeyError" in out
-    assert "step 0: !i2c 0 attach 02: the simulated brick raised KeyError: 2" in out
+    assert f"{name}: the simulated brick raised {error.__name__}" in out
+    assert f"talk step 0: {line}: the simulated brick raised {error.__name__}: " in out
     assert "1 of 2 steps are the same" in out
 
 
