@@ -18,7 +18,7 @@ serve  opens ports until Ctrl-C: a serial port as a brick's Bluetooth has, TCP,
        brick. Its camera is a stream.
 exec   runs a program that looks for a brick on USB; it finds the simulated one.
 check  replays a recorded conversation with a real brick, reports differences.
-record holds a conversation with a real brick, or a simulated one, and records it."""
+record records a conversation with a real brick, or a simulated one."""
 EXAMPLES = """\
   nxtdrive sim serve --pty /tmp/nxt
   nxtdrive sim serve --pty /tmp/nxt --tcp 2728 --nxt-server 2727 --world arena
