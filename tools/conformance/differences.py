@@ -55,7 +55,7 @@ class Difference:
 
 def compare(step: Step, got: str) -> Difference | None:
     """Describe the difference, if there is one."""
-    in_hex = re.fullmatch(r"(?:[0-9a-f]{2}| )*", step.reply) is not None
+    in_hex = re.fullmatch(r"(?:[0-9a-fA-F]{2}| )*", step.reply) is not None
     if step.request or step.mask or (in_hex and step.control.startswith("!bt ")):
         return _compare_bytes(step, got)
     theirs, ours = (_INTERRUPTS.sub("", reply) for reply in (step.reply, got))

@@ -19,7 +19,8 @@ from firmware_protocol.framing import USB_TELEGRAM_LIMIT
 from firmware_protocol.telegram import NO_REPLY, REQUEST_HEADER, Kind
 from input_files.plain import MEGABYTE, InputFileError, read_text
 
-LONGEST_WAIT_MS = 100_000
+from .bench import MOST
+
 MOST_TELEGRAM_BYTES = 1024
 
 WRITING: frozenset[AnyCommand] = DESTRUCTIVE | {
@@ -113,9 +114,9 @@ def _wait_ms(words: str, place: str) -> int:
         )
     if len(arguments) == 1 and re.fullmatch(r"[0-9]{1,6}", arguments[0]):
         wait_ms = int(arguments[0])
-        if 0 < wait_ms <= LONGEST_WAIT_MS:
+        if 0 < wait_ms <= MOST:
             return wait_ms
-    raise ConfigError(f"{place}: {words!r} is no wait.", remedy=f"Write {_TICK} N, N from 1 to {LONGEST_WAIT_MS}.")
+    raise ConfigError(f"{place}: {words!r} is no wait.", remedy=f"Write {_TICK} N, N from 1 to {MOST}.")
 
 
 def _objection(telegram: bytes) -> str:

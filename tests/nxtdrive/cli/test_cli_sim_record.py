@@ -2,15 +2,19 @@
 
 import json
 import signal
+from pathlib import Path
 
 import pytest
 
 from firmware_protocol.catalog import ALL_COMMANDS, DESTRUCTIVE
+from firmware_protocol.direct import SetProperty
 from firmware_protocol.errors import LinkLost
+from firmware_protocol.system import SetBrickName
 from nxtdrive.cli.main import DONE, LINK_LOST, SIGNALLED, USAGE, main
 from nxtdrive.tools.conformance.recorder import Privacy, TransportPartner, ask_identity, converse
 from nxtdrive.tools.conformance.script import WRITING, read_script
 from nxtdrive.transports.sim import SimTransport, shared
+from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
 
 QUESTIONS = """\
@@ -109,21 +113,12 @@ def test_what_changes_the_brick_is_refused_unless_it_is_allowed(line, reason, sc
     assert "line 2" in said
     assert reason in said
     assert "--allow-writes" in said
-    assert (
-        len(read_script(script(line, "allowed.txt").__class__ and __import__("pathlib").Path(path), allow_writes=True))
-        == 2
-    )
+    assert len(read_script(Path(path), allow_writes=True)) == 2
 
 
 def test_every_command_that_writes_or_erases_counts():
-    names = {command.__name__ for command in WRITING}
-    assert DESTRUCTIVE <= WRITING
-    assert {
-        name for name in (each.__name__ for each in ALL_COMMANDS) if name.startswith(("Write", "OpenWrite", "Set"))
-    } - {
-        "SetInputMode",
-        "SetOutputState",
-    } <= names
+    writing = {each for each in ALL_COMMANDS if each.__name__.startswith(("Write", "OpenWrite", "OpenAppend"))}
+    assert writing | DESTRUCTIVE | {SetBrickName, SetProperty} == WRITING
 
 
 @pytest.mark.parametrize(
@@ -241,3 +236,23 @@ def test_the_motors_stop_at_the_end_and_what_was_recorded_is_kept(kind, code, ke
     rest = simulation.truth.pose
     simulation.advance(1000)
     assert simulation.truth.pose == rest
+
+
+def test_a_brick_that_does_not_answer_leaves_no_recording(script, capsys):
+    silent = LinkFaults(silent_ms=((0, 10**9),))
+    with shared("robot", lambda: SimTransport(Simulation("open"), faults=silent)) as address:
+        assert record(script("GetBatteryLevel\n"), "--nxt", address) == LINK_LOST
+    assert "does not answer" in capsys.readouterr().err
+    assert not Path("questions.jsonl").exists()
+
+
+def test_a_late_reply_is_not_taken_for_the_next_one(script):
+    late = LinkFaults(delay_replies_ms={1: 2500})
+    with shared("robot", lambda: SimTransport(Simulation("open"), faults=late)) as address:
+        assert record(script("GetBatteryLevel\nKeepAlive\nGetCurrentProgramName\n"), "--nxt", address) == DONE
+    assert {each["request"]: each["reply"][:6] for each in steps() if "request" in each} == {
+        "0188": "028800",
+        "000b": "",
+        "000d": "020d00",
+        "0011": "0211ec",
+    }
