@@ -26,7 +26,8 @@ class Recovery:
         label: A short imperative, for the status line and the map.
         describe: Says what a choice of it does, with the choice's numbers.
         color: Of its path and its mark on the map: blue, green, red, each 0..255.
-        marker: Shape of its mark on the map: the end of one of OpenCV's names ``MARKER_...``, in lower case.
+        marker: Shape of its mark on the map, one of `nxtdrive.drawing.sheet.MARKERS`.
+        dash: Its path on the map: lengths of strokes and gaps in turn, pixels; none for a solid line.
         fits: The cause of a failure for which it is the right choice, as `nxtdrive.tools.sweep.causes` names them;
             empty for none.
         state: The chart's state that it leads to; its name when empty.
@@ -37,6 +38,7 @@ class Recovery:
     describe: Callable[[Choice], str]
     color: tuple[int, int, int]
     marker: str
+    dash: tuple[int, ...] = ()
     fits: str = ""
     state: str = ""
 
@@ -94,16 +96,18 @@ WAIT = Recovery(
     "wait",
     label="wait",
     describe=lambda choice: f"wait up to {choice.wait_s:.1f} s",
-    color=(40, 160, 230),
+    color=(0, 140, 220),
     marker="square",
+    dash=(3, 5),
     fits="blocked_short",
 )
 DETOUR = Recovery(
     "detour",
     label="go round",
     describe=lambda choice: "go round" + (f", to {place_words(choice.route[-1])}" if choice.route else ""),
-    color=(30, 90, 150),
+    color=(0, 80, 200),
     marker="diamond",
+    dash=(16, 5, 3, 5),
     fits="blocked_long",
 )
 MOVE_TO = Recovery(
@@ -112,6 +116,7 @@ MOVE_TO = Recovery(
     describe=_describe_move,
     color=(180, 60, 150),
     marker="triangle_up",
+    dash=(12, 7),
     fits="elsewhere",
 )
 RESCAN = Recovery(
@@ -120,6 +125,7 @@ RESCAN = Recovery(
     describe=lambda _: "look again from here",
     color=(160, 160, 40),
     marker="cross",
+    dash=(6, 5),
     fits="missed",
 )
 CHANGE_TARGET = Recovery(

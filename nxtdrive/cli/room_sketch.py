@@ -6,13 +6,19 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-import cv2
 import numpy as np
 
-from nxtdrive.recording.map_picture import ECHO, GRID, INK, PAPER, SEARCH, TARGET_COLORS, Color, Image, write
+from nxtdrive.drawing.blocks import Tag
+from nxtdrive.drawing.floor_view import Area, Axes, FloorView
+from nxtdrive.drawing.legend import Key, line_sample, patch_sample, ring_sample
+from nxtdrive.drawing.page import Page, draw_page
+from nxtdrive.drawing.sheet import INK, Color, Sheet
+from nxtdrive.recording.map_style import SEARCH, target_color
 from sim_backend.world.placement import Outline, outline_of_box, outline_of_picture, outline_of_wall
 
 if TYPE_CHECKING:
+    from PIL import Image
+
     from sim_backend.world.toml_types import Point
     from sim_backend.world.world_file import WorldFile
 
@@ -21,8 +27,9 @@ COLUMNS = ROWS = 72
 ASPECT = 2.0
 """Height of a character divided by its width."""
 ARROWS = ">v<^"
-LONGEST_PX, MARGIN_PX = 900, 50
-PERSON: Color = (160, 110, 60)
+EDGE_MM, ARROW_PX = 150.0, 26.0
+PERSON: Color = (60, 110, 160)
+BOX: Color = (190, 194, 200)
 
 
 def sketch(world: WorldFile) -> str:
@@ -101,49 +108,59 @@ def _inside(outline: Outline, step_mm: float) -> Iterator[Point]:
             yield float(x2 + i * (x1 - x2) + j * (x0 - x1)), float(y2 + i * (y1 - y2) + j * (y0 - y1))
 
 
-def draw(world: WorldFile) -> Image:
-    """Draw the room from above; BGR."""
+def draw(world: WorldFile) -> Image.Image:
+    """Draw the room from above."""
     width_mm, depth_mm = world.floor.size_mm
-    scale = LONGEST_PX / max(width_mm, depth_mm)
-    width_px, depth_px = (round(scale * size_mm) + 2 * MARGIN_PX for size_mm in (width_mm, depth_mm))
-    image: Image = np.full((depth_px, width_px, 3), PAPER, np.uint8)
+    people = [Tag(person.enters_from_mm, person.name, PERSON, number=False) for person in world.people]
+    boxes = [Tag(box.at_mm, box.name + _later(box.present), INK, number=False) for box in world.boxes]
+    pictures = [
+        Tag(picture.at_mm, picture.name + _later(picture.present), target_color(i), number=False)
+        for i, picture in enumerate(world.pictures)
+    ]
+    page = Page(
+        title=world.title or "A room",
+        subtitle=f"{width_mm:g} x {depth_mm:g} mm",
+        area=Area(-EDGE_MM, -EDGE_MM, width_mm + EDGE_MM, depth_mm + EDGE_MM),
+        axes=Axes("x, m", "y, m", up=False),
+        paint=lambda view: _paint(view, world),
+        keys=list(_keys(world)),
+        tags=[*pictures, *boxes, *people],
+        avoid=[world.robot.start_mm, *(tag.place for tag in (*pictures, *people))],
+    )
+    return draw_page(page)
 
-    def at(point: Point) -> tuple[int, int]:
-        return round(point[0] * scale) + MARGIN_PX, round(point[1] * scale) + MARGIN_PX
 
-    for i in range(1, math.ceil(width_mm / 500)):
-        cv2.line(image, at((500.0 * i, 0)), at((500.0 * i, depth_mm)), GRID, 1)
-    for i in range(1, math.ceil(depth_mm / 500)):
-        cv2.line(image, at((0, 500.0 * i)), at((width_mm, 500.0 * i)), GRID, 1)
-    cv2.rectangle(image, at((0, 0)), at((width_mm, depth_mm)), INK, 3)
+def _keys(world: WorldFile) -> Iterator[Key]:
+    yield Key("the robot, and where it faces", lambda sheet, at: _paint_arrow(sheet, at, 0.0, 9.0, SEARCH))
+    if world.pictures:
+        yield Key("picture, and where it faces", line_sample(target_color(0), 5.0))
+    if world.boxes:
+        yield Key("box", patch_sample(BOX, INK))
+    if world.walls:
+        yield Key("wall", patch_sample(INK, INK))
+    if world.people:
+        yield Key("where a person comes in", ring_sample(9.0, PERSON, 2.5))
+
+
+def _paint(view: FloorView, world: WorldFile) -> None:
+    sheet, (width_mm, depth_mm) = view.sheet, world.floor.size_mm
     for outline, letter in _outlines(world):
-        corners = np.array([at(corner) for corner in outline.points(1.0)], np.int32)
-        cv2.fillPoly(image, [corners], ECHO if letter == "#" else INK, cv2.LINE_AA)
-    for box in world.boxes:
-        _label(image, at(box.at_mm), box.name + _later(box.present), INK)
+        sheet.polygon(view.all_at(outline.points(1.0)), BOX if letter == "#" else INK, INK, 1.5)
+    (left, top), (right, bottom) = view.all_at([(0.0, 0.0), (width_mm, depth_mm)])
+    sheet.box((left, top, right, bottom), None, INK, 4.0)
     for person in world.people:
-        cv2.circle(image, at(person.enters_from_mm), round(person.radius_mm * scale), PERSON, 2, cv2.LINE_AA)
-        _label(image, at(person.enters_from_mm), person.name, PERSON)
+        sheet.circle(view.at(person.enters_from_mm), person.radius_mm * view.scale, None, PERSON, 2.5)
     for i, picture in enumerate(world.pictures):
-        color, board = TARGET_COLORS[i % len(TARGET_COLORS)], outline_of_picture(picture)
-        corners = np.array([at(corner) for corner in board.points(1.0)], np.int32)
-        cv2.polylines(image, [corners], True, color, 4, cv2.LINE_AA)
-        _arrowed(image, at(picture.at_mm), picture.facing_deg, 40, color)
-        _label(image, at(picture.at_mm), picture.name + _later(picture.present), color)
-    cv2.circle(image, at(world.robot.start_mm), round(world.robot.radius_mm * scale), SEARCH, 2, cv2.LINE_AA)
-    _arrowed(image, at(world.robot.start_mm), world.robot.heading_deg, round(200 * scale), SEARCH)
-    _label(image, at(world.robot.start_mm), "robot", SEARCH)
-    write(image, world.title, (MARGIN_PX, 30), INK, 0.5)
-    scale_text = f"{width_mm:g} x {depth_mm:g} mm, a line every 500 mm"
-    write(image, scale_text, (MARGIN_PX, image.shape[0] - 15), INK, 0.5)
-    return image
+        corners = view.all_at(outline_of_picture(picture).points(1.0))
+        sheet.line([*corners, corners[0]], target_color(i), 5.0)
+        _paint_arrow(sheet, view.at(picture.at_mm), picture.facing_deg, 0.0, target_color(i))
+    radius = world.robot.radius_mm * view.scale
+    _paint_arrow(sheet, view.at(world.robot.start_mm), world.robot.heading_deg, radius, SEARCH)
 
 
-def _label(image: Image, place: tuple[int, int], text: str, color: Color) -> None:
-    write(image, text, (place[0] + 12, place[1] + 20), color, 0.5)
-
-
-def _arrowed(image: Image, place: tuple[int, int], angle_deg: float, length: int, color: Color) -> None:
-    angle = math.radians(angle_deg)
-    end = round(place[0] + length * math.cos(angle)), round(place[1] + length * math.sin(angle))
-    cv2.arrowedLine(image, place, end, color, 2, cv2.LINE_AA, tipLength=0.35)
+def _paint_arrow(sheet: Sheet, at: Point, angle_deg: float, radius: float, color: Color) -> None:
+    """Draw an arrow, from the middle of a circle if that has a radius."""
+    if radius:
+        sheet.circle(at, radius, None, color, 3.0)
+    angle, length = math.radians(angle_deg), max(2 * radius, ARROW_PX)
+    sheet.arrow(at, (at[0] + length * math.cos(angle), at[1] + length * math.sin(angle)), color, 2.5, 12.0)

@@ -66,7 +66,8 @@ def _mistakes(file: str) -> list[str]:
 
 def _show(args: argparse.Namespace) -> int:
     from nxtdrive.cli.room_sketch import draw, sketch
-    from nxtdrive.recording.output_file import write_picture
+    from nxtdrive.drawing.sheet import encoded
+    from nxtdrive.recording.output_file import write_file
     from sim_backend.world.loading import load_world
 
     world = load_world(args.file)
@@ -74,7 +75,7 @@ def _show(args: argparse.Namespace) -> int:
         write_text(sketch(world))
         return DONE
     with writing(args.out):
-        write_picture(args.out, draw(world))
+        write_file(args.out, encoded(draw(world), args.out))
     write_line(args.out)
     return DONE
 

@@ -14,7 +14,7 @@ from nxtdrive.brick import Brick, open_brick
 from nxtdrive.mission import setup
 from nxtdrive.mission.body import MissionClock
 from nxtdrive.mission.run_review import RunReview
-from nxtdrive.mission.truth import truth_of
+from nxtdrive.mission.truth import simulated_room_of, truth_of
 from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import JOURNAL, MISSION, VIDEO, new_run_folder, summary
 from nxtdrive.recording.video import VIDEO_FPS
@@ -130,7 +130,9 @@ class MissionRun:
         Raises:
             ConfigError: The folder cannot be made.
         """
-        recording = self.recording = Recording(new_run_folder(parent, self._mission.mission.name), video=video)
+        room = simulated_room_of(self.robot.brick)
+        folder = new_run_folder(parent, self._mission.mission.name)
+        recording = self.recording = Recording(folder, video=video, room=room.lines if room else None)
         self.observers.attempt(MISSION, recording.folder.write_mission, self._mission)
         self._eyes.on_look(self.observers.guarded(VIDEO, recording.look))
         (watch or self.robot.watch)(self.observers.guarded(VIDEO, recording.frame))

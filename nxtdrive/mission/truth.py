@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol, cast
 
@@ -52,6 +53,39 @@ def truth_of(brick: Brick) -> Truth | None:
     """Return the truth about a simulated brick's world; None for any other brick."""
     transport = recorded(brick.link.transport)
     return cast("Truth", transport.truth) if isinstance(transport, SimTransport) else None
+
+
+class SimulatedRoom:
+    """What is really in the room, in the frame of the robot's start: x forward, y to the right.
+
+    Args:
+        truth: Of a simulated world; the robot stands at its start now.
+    """
+
+    def __init__(self, truth: Truth) -> None:
+        self._truth = truth
+        self._x_mm, self._y_mm, self._heading_deg = truth.pose
+
+    def pose(self) -> tuple[float, float, float]:
+        """Return where the robot really is: x_mm, y_mm, degrees clockwise from where it faced at the start."""
+        x_mm, y_mm, heading_deg = self._truth.pose
+        return *self._from_start(x_mm, y_mm), round(heading_deg - self._heading_deg, 1)
+
+    def lines(self) -> list[tuple[float, float, float, float]]:
+        """Return where walls and objects stand on the floor: x0_mm, y0_mm, x1_mm, y1_mm of each side."""
+        return [(*self._from_start(x0, y0), *self._from_start(x1, y1)) for x0, y0, x1, y1 in self._truth.lines()]
+
+    def _from_start(self, x_mm: float, y_mm: float) -> tuple[float, float]:
+        angle = math.radians(self._heading_deg)
+        dx, dy = x_mm - self._x_mm, y_mm - self._y_mm
+        forward, right = dx * math.cos(angle) + dy * math.sin(angle), dy * math.cos(angle) - dx * math.sin(angle)
+        return round(forward, 1), round(right, 1)
+
+
+def simulated_room_of(brick: Brick) -> SimulatedRoom | None:
+    """Return the room of a simulated brick whose odometry begins now; None for any other brick."""
+    truth = truth_of(brick)
+    return None if truth is None else SimulatedRoom(truth)
 
 
 def recognised(detector: Detector, truth: Truth) -> list[str]:

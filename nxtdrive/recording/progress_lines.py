@@ -31,15 +31,16 @@ class ProgressLines:
 
     def __call__(self, record: Record) -> None:
         """Print what a record says, if it says something new."""
-        if record.kind is Kind.CHOICE:
-            # the failure that it answers comes with the next record
-            self._choice = f"{choice_from(record.data).words()}: {record.data['why']}"
-            return
-        for number, line in enumerate(self._lines(record)):
+        for number, line in enumerate(self.lines(record)):
             self._write(f"{INDENT}{line}" if number else f"{record.time_s:7.1f} s  {line}")
 
-    def _lines(self, record: Record) -> Iterator[str]:
+    def lines(self, record: Record) -> Iterator[str]:
+        """Yield what a record says, without its time."""
         data = record.data
+        if record.kind is Kind.CHOICE:
+            # the failure that it answers comes with the next record
+            self._choice = f"{choice_from(data).words()}: {data['why']}"
+            return
         match record.kind:
             case Kind.TRANSITION if data["to"] == "select":
                 yield f"{record.target}: {failure_words(str(data.get('reason', 'failed')))}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,8 +11,10 @@ from behaviors.executive import Report
 from behaviors.journal import Record
 from behaviors.observers import Observers
 from behaviors.ports import Sighting
+from nxtdrive.drawing.sheet import encoded
 from nxtdrive.recording.map_picture import draw_map
-from nxtdrive.recording.output_file import write_picture
+from nxtdrive.recording.map_scene import Line
+from nxtdrive.recording.output_file import write_file
 from nxtdrive.recording.run_folder import JOURNAL, MAP, SUMMARY, VIDEO, RunFolder
 from nxtdrive.recording.video import VideoRecorder
 from nxtdrive.vision.annotate import annotate
@@ -28,10 +30,15 @@ class Recording:
     Args:
         folder: The folder to write to.
         video: Whether to make the video.
+        room: Returns the true room of a simulated run, for the map; called now and at the end.
     """
 
-    def __init__(self, folder: RunFolder, *, video: bool = True) -> None:
+    def __init__(
+        self, folder: RunFolder, *, video: bool = True, room: Callable[[], Sequence[Line]] | None = None
+    ) -> None:
         self.folder = folder
+        self._room = room or tuple
+        self._room_at_start = self._room()
         self._video = VideoRecorder(folder.path / VIDEO) if video else None
         self._video_lock = threading.Lock()
         self._caption = ""
@@ -71,7 +78,9 @@ class Recording:
         observers.attempt(SUMMARY, self.folder.write_summary, report, error, {**details, **observers.summary()})
 
     def _write_map(self) -> None:
-        write_picture(self.folder.path / MAP, draw_map(self.folder.records))
+        drawn = draw_map(self.folder.records, self.folder.mission, self._room_at_start, self._room())
+        path = self.folder.path / MAP
+        write_file(path, encoded(drawn, path))
 
     def _close_video(self) -> None:
         with self._video_lock:

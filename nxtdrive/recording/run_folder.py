@@ -37,7 +37,7 @@ class RunFolder:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.records: list[Record] = []
-        self._mission = b""
+        self.mission: Mission | None = None
         self._journal: TextIO = (path / JOURNAL).open("w", encoding="utf-8", newline="\n")
         self._reserve = path / RESERVE
         with suppress(OSError):
@@ -51,8 +51,8 @@ class RunFolder:
 
     def write_mission(self, mission: Mission) -> None:
         """Write ``mission.json``: the mission with all parameters it runs with."""
-        self._mission = (mission.model_dump_json(indent=2) + "\n").encode()
-        write_file(self.path / MISSION, self._mission)
+        self.mission = mission
+        write_file(self.path / MISSION, (mission.model_dump_json(indent=2) + "\n").encode())
 
     def close(self) -> None:
         """Close the journal; if the folder was removed in the meantime, make it and its files again."""
@@ -61,7 +61,8 @@ class RunFolder:
             self.path.mkdir(parents=True, exist_ok=True)
             journal = "".join(record.to_json() + "\n" for record in self.records)
             write_file(self.path / JOURNAL, journal.encode())
-            write_file(self.path / MISSION, self._mission)
+            if self.mission is not None:
+                self.write_mission(self.mission)
 
     def write_summary(self, report: Report | None, error: str, details: dict[str, object]) -> None:
         """Write ``summary.json``, on a full disk in the space that was reserved for it.

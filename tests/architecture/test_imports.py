@@ -23,9 +23,9 @@ LIBRARIES = {
     "input_files": {"cv2", "numpy", "PIL"},
     "behaviors": {"numpy", "pydantic", "statemachine"},
     "sim_backend": {"cv2", "numpy", "pydantic", "pydantic_core", "pymunk", "usb", "gi"},
-    "nxtdrive": DRIVER | {"pytest"},
+    "nxtdrive": DRIVER | {"PIL", "pytest"},
     "tools": DRIVER
-    | {"anyio", "distributed", "matplotlib", "pygame", "segno", "starlette", "textual", "tomlkit", "uvicorn"},
+    | {"PIL", "anyio", "distributed", "matplotlib", "pygame", "segno", "starlette", "textual", "tomlkit", "uvicorn"},
 }
 """Package -> what it may import besides the standard library and the other packages."""
 

@@ -15,7 +15,7 @@ from behaviors.evidence import Evidence
 from behaviors.journal import Kind, Record
 from behaviors.recoveries import RECOVERIES, WAIT, Choice, Recovery
 from nxtdrive.recording.decisions import decisions
-from nxtdrive.recording.map_picture import draw_map, gather
+from nxtdrive.recording.map_picture import draw_map, map_page
 from nxtdrive.recording.progress_lines import ProgressLines
 from nxtdrive.recording.status_line import StatusLine
 
@@ -81,8 +81,11 @@ def test_the_status_line_names_it_with_its_reason():
 
 
 def test_the_map_has_its_mark_and_its_colour():
-    assert [mark.text for mark in gather(RECORDS).marks] == ["lena: drive back"]
-    assert np.any(np.all(draw_map(RECORDS) == np.array(BACK_UP.color, np.uint8), axis=2))
+    failed = {"source": "arrive", "to": "select", "event": "arrive_failed", "reason": "blocked_short", "evidence": {}}
+    records = [RECORDS[0], Record(2.0, Kind.TRANSITION, "select", "lena", failed), *RECORDS[1:]]
+    assert {"failed, then: drive back", "path: drive back"} <= {key.text for key in map_page(records).keys}
+    drawn = np.asarray(draw_map(records))
+    assert np.any(np.all(drawn == np.array(BACK_UP.color[::-1], np.uint8), axis=2))
 
 
 def test_an_explanation_puts_it_into_words():

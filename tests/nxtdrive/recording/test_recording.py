@@ -19,52 +19,20 @@ from behaviors.observers import Observers
 from behaviors.target_queue import TargetOutcome, TargetProgress
 from firmware_protocol.errors import ConfigError
 from nxtdrive.mission.setup import load
-from nxtdrive.recording.map_picture import STATE_COLORS, draw_map, gather
 from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.recording.video import VideoRecorder
 from nxtdrive.vision.camera import Frame
 
 
-def _look(time_s, state, pose, *, sighting=None, range_mm=None):
-    return Record(time_s, Kind.LOOK, state, "lena", {"pose": pose, "range_mm": range_mm, "sighting": sighting})
+def _look(time_s, state, pose, range_mm=None):
+    return Record(time_s, Kind.LOOK, state, "lena", {"pose": pose, "range_mm": range_mm, "sighting": None})
 
 
-SIGHTING = {"bearing_deg": 90.0, "distance_mm": 1000.0, "confidence": 1.0, "box": [0, 0, 10, 10]}
 RECORDS = [
     _look(0.5, "search", [0.0, 0.0, 0.0], range_mm=500.0),
-    _look(1.0, "arrive", [300.0, 0.0, 0.0], sighting=SIGHTING),
-    Record(2.0, Kind.TRANSITION, "wait", "lena", {"source": "arrive", "to": "select", "reason": "target_lost"}),
-    Record(2.0, Kind.TRANSITION, "wait", "lena", {"source": "select", "to": "wait"}),
+    _look(1.0, "arrive", [300.0, 0.0, 0.0]),
 ]
-
-
-def test_the_map_puts_sightings_and_echoes_where_the_robot_saw_them():
-    known = gather(RECORDS)
-    assert known.echoes == [(500.0, 0.0)]
-    (seen,) = known.sightings["lena"]
-    # 90 degrees to the right of a robot that looks along x is along y
-    assert seen == pytest.approx((300.0, 1000.0))
-    assert [mark.text for mark in known.marks] == ["lena: target lost", "lena: wait"]
-    assert known.marks[0].where == (300.0, 0.0)
-
-
-@pytest.mark.parametrize("state", ["wait", "move_to", "detour", "rescan", "gave_up", "reached"])
-def test_every_decision_leaves_its_mark_on_the_map(state):
-    records = [*RECORDS, Record(3.0, Kind.TRANSITION, state, "lena", {"source": "select", "to": state})]
-    assert len(gather(records).marks) == len(gather(RECORDS).marks) + 1
-    assert draw_map(records).ndim == 3
-
-
-def test_the_map_shows_the_path_in_the_colour_of_the_state():
-    image = draw_map(RECORDS)
-    assert image.dtype == np.uint8
-    green = np.array(STATE_COLORS["arrive"], np.uint8)
-    assert np.any(np.all(image == green, axis=2))
-
-
-def test_a_map_of_nothing_is_still_a_map():
-    assert draw_map([]).ndim == 3
 
 
 def test_run_folders_are_numbered_and_never_overwritten(tmp_path):
@@ -185,3 +153,16 @@ def test_a_finished_recording_is_complete_even_when_the_run_broke(tmp_path, repo
     summary = json.loads((recording.folder.path / "summary.json").read_text(encoding="utf-8"))
     assert summary["achieved"] is (report is not None)
     assert summary["nxt"] == "sim://"
+
+
+def test_the_map_of_a_simulated_run_gets_the_room_of_start_and_end(tmp_path):
+    rooms = iter([[(500.0, -500.0, 500.0, 500.0)], [(700.0, -500.0, 700.0, 500.0)]])
+    recording = Recording(new_run_folder(tmp_path, "x"), video=False, room=lambda: next(rooms))
+    for record in RECORDS:
+        recording(record)
+    recording.finish(None, "", {}, Observers())
+    plain = Recording(new_run_folder(tmp_path, "x"), video=False)
+    plain.finish(None, "", {}, Observers())
+    with_room, without = (cv2.imread(str(tmp_path / name / "map.png")) for name in ("x-001", "x-002"))
+    assert list(rooms) == []
+    assert with_room.shape != without.shape or np.any(with_room != without)

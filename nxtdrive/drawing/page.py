@@ -1,0 +1,137 @@
+"""A page around a map: title above, legend below, numbered notes beside it; for a wide map, below it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from PIL import Image
+
+from nxtdrive.drawing.blocks import LegendBlock, Note, NotesBlock, Tag, draw_tag, tag_size
+from nxtdrive.drawing.floor_view import BELOW_PX, LEFT_PX, Area, Axes, FloorView, scale_for
+from nxtdrive.drawing.label_placement import centre, place_boxes
+from nxtdrive.drawing.legend import Key
+from nxtdrive.drawing.sheet import DIM, PAPER, Box, Point, Sheet, wrapped
+
+WIDTH, MARGIN = 1600, 40
+INNER_PX = float(WIDTH - 2 * MARGIN)
+TITLE, SUBTITLE = 32, 18
+SUBTITLE_PX = 26
+GAP_PX = 36
+"""Between the columns of the page."""
+NOTES_PX = 520
+"""Least width of a column of notes."""
+MAP_PX = 860.0
+"""Greatest height of the map."""
+SECTION_PX = 22
+"""Above and below the legend."""
+WIDE = 1.3
+"""Maps at least this much wider than high get the notes below."""
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """What is on a page.
+
+    Attributes:
+        title: The heading.
+        subtitle: More about it.
+        area: The floor that the map shows.
+        axes: The map's axes.
+        paint: Draws the map.
+        keys: The legend.
+        heading: Above the notes.
+        notes: What happened.
+        tags: Numbers and names on the map, the most important first.
+        avoid: Places that they should not cover.
+    """
+
+    title: str
+    subtitle: str
+    area: Area
+    axes: Axes
+    paint: Callable[[FloorView], None]
+    keys: Sequence[Key]
+    heading: str = ""
+    notes: Sequence[Note] = ()
+    tags: Sequence[Tag] = ()
+    avoid: Sequence[Point] = ()
+
+
+def draw_page(page: Page) -> Image.Image:
+    """Draw a page; returns an RGB picture `WIDTH` pixels wide."""
+    titles = wrapped(page.title, TITLE, WIDTH - 2 * MARGIN, 1)
+    subtitles = wrapped(page.subtitle, SUBTITLE, WIDTH - 2 * MARGIN, 3)
+    top = MARGIN + 40 * len(titles) + SUBTITLE_PX * len(subtitles) + 30
+    wide = page.area.width >= WIDE * page.area.height or not page.notes
+    layout = _below(page, top) if wide else _beside(page, top)
+    sheet = Sheet(WIDTH, math.ceil(layout.bottom + MARGIN))
+    view = FloorView(sheet, page.area, page.axes, (MARGIN + LEFT_PX, top), layout.most)
+    view.draw_grid()
+    page.paint(view)
+    view.draw_axes()
+    draw_tags(view, page.tags, page.avoid)
+    for i, text in enumerate(titles):
+        sheet.text((MARGIN, MARGIN + 26 + 40 * i), text, TITLE, bold=True)
+    for i, text in enumerate(subtitles):
+        sheet.text((MARGIN, MARGIN + 40 * len(titles) + 18 + SUBTITLE_PX * i), text, SUBTITLE, DIM)
+    layout.legend.draw(sheet, (MARGIN, layout.legend_top))
+    layout.notes.draw(sheet, layout.columns, layout.notes_top)
+    return sheet.finished()
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """Where things are on a page: the map's greatest size, then the blocks with their upper edges."""
+
+    most: Point
+    legend: LegendBlock
+    legend_top: float
+    notes: NotesBlock
+    notes_top: float
+    columns: tuple[float, ...]
+
+    @property
+    def bottom(self) -> float:
+        notes_bottom = self.notes_top + self.notes.height(len(self.columns))
+        return max(self.legend_top + self.legend.height, notes_bottom)
+
+
+def _below(page: Page, top: float) -> _Layout:
+    """Place the legend below the map, and the notes below the legend in two columns."""
+    most = (INNER_PX - LEFT_PX, MAP_PX)
+    legend = LegendBlock(page.keys, INNER_PX)
+    legend_top = top + page.area.height * scale_for(page.area, most) + BELOW_PX + SECTION_PX
+    notes = NotesBlock(page.heading, page.notes, (INNER_PX - GAP_PX) / 2)
+    columns = (float(MARGIN), (WIDTH + GAP_PX) / 2)
+    return _Layout(most, legend, legend_top, notes, legend_top + legend.height + SECTION_PX, columns)
+
+
+def _beside(page: Page, top: float) -> _Layout:
+    """Place the notes to the right of the map; the legend below the map, or if it is too long there, below both."""
+    most = (INNER_PX - LEFT_PX - GAP_PX - NOTES_PX, MAP_PX)
+    scale = scale_for(page.area, most)
+    right, bottom = MARGIN + LEFT_PX + page.area.width * scale, top + page.area.height * scale + BELOW_PX
+    notes = NotesBlock(page.heading, page.notes, WIDTH - MARGIN - right - GAP_PX)
+    notes_bottom = top + notes.height(1)
+    legend, legend_top = LegendBlock(page.keys, right - MARGIN), bottom + SECTION_PX
+    if legend_top + legend.height > notes_bottom:
+        legend, legend_top = LegendBlock(page.keys, INNER_PX), max(bottom, notes_bottom) + SECTION_PX
+    return _Layout(most, legend, legend_top, notes, top, (right + GAP_PX,))
+
+
+def draw_tags(view: FloorView, tags: Sequence[Tag], avoid: Sequence[Point]) -> None:
+    """Write numbers and names beside their places, none over another, with a line to the place."""
+    points = view.all_at([tag.place for tag in tags])
+    sizes = [tag_size(tag) for tag in tags]
+    left, top, right, bottom = view.frame
+    inner: Box = (left + 3, top + 3, right - 3, bottom - 3)
+    boxes = place_boxes(points, sizes, inner, view.all_at(avoid))
+    placed = [(tag, at, box) for tag, at, box in zip(tags, points, boxes, strict=True) if box]
+    for tag, at, box in placed:
+        if tag.number:
+            view.sheet.line([at, centre(box)], PAPER, 4.5)
+            view.sheet.line([at, centre(box)], tag.color, 1.5)
+    for tag, _, box in placed:
+        draw_tag(view.sheet, tag, box)

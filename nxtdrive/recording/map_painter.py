@@ -1,0 +1,190 @@
+"""Paints what a run's map shows, and says in the legend what it painted and nothing else."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+from behaviors.adaptive.occupancy_grid import CELL_MM
+from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.ports import Point, Pose
+from nxtdrive.drawing.floor_view import Area, FloorView
+from nxtdrive.drawing.legend import Key, Paint, dot_sample, line_sample, marker_sample, patch_sample, ring_sample
+from nxtdrive.drawing.sheet import DIM, INK, PAPER, Color, Sheet
+from nxtdrive.recording.map_events import MapEvent, Numbering
+from nxtdrive.recording.map_scene import Line, MapScene
+from nxtdrive.recording.map_style import (
+    ECHO,
+    HINT,
+    MOVED,
+    SOLID,
+    TRUE_ROOM,
+    UNKNOWN,
+    VIEW,
+    VIEW_EDGE,
+    mark_style,
+    pale,
+    path_style,
+    target_color,
+)
+
+ROBOT_MM, VIEW_MM = 130.0, 520.0
+"""The robot's radius; how far the view of the camera is drawn."""
+ARROW_MM = 450.0
+"""An arrowhead shows the direction of the path after each such stretch."""
+VISIBLE_MM = 40.0
+"""Shorter paths of a state cannot be seen and are not in the legend."""
+MARK_PX, SMALL_MARK_PX = 6.5, 3.5
+"""Marks of events with and without a number."""
+LAST = 9
+"""A target's place on the map is the median of this many last sightings, which are the nearest as a rule."""
+
+
+def on_page(point: Point) -> Point:
+    """Return a place as it lies on the page: to the right and downwards, with x forward up the page."""
+    return point[1], -point[0]
+
+
+class MapPainter:
+    """The map of one run.
+
+    Args:
+        scene: What it shows.
+        shown: Which events have numbers.
+        half_view_deg: Half the camera's angle of view.
+        room: The true room at the start, if it is simulated.
+        new: What else stood in it at the end.
+    """
+
+    def __init__(
+        self, scene: MapScene, shown: Numbering, half_view_deg: float, room: Sequence[Line], new: Sequence[Line]
+    ) -> None:
+        self._scene, self._half_view_deg = scene, half_view_deg
+        self._walls = ((TRUE_ROOM, room), (MOVED, new))
+        self._numbered = [group.first for group in shown.numbered]
+        self._targets = [
+            (target, target_color(i), points) for i, (target, points) in enumerate(scene.sightings.items())
+        ]
+        self._cells: tuple[tuple[str, Color, list[Point]], ...] = (
+            ("free floor, by the sonar", PAPER, scene.cells(-math.inf, -GRID.known)),
+            ("perhaps an obstacle", HINT, scene.cells(GRID.hint, GRID.solid)),
+            ("obstacle, by the sonar", SOLID, scene.cells(GRID.solid)),
+        )
+
+    def paint(self, view: FloorView) -> None:
+        """Paint it."""
+        sheet, (free, *occupied) = view.sheet, self._cells
+        sheet.box(view.frame, UNKNOWN)
+        _paint_cells(view, *free[1:])
+        view.draw_grid()
+        for event in self._failed():
+            _paint_view(view, event.pose, self._half_view_deg)
+        for _, color, cells in occupied:
+            _paint_cells(view, color, cells)
+        for style, lines in self._walls:
+            for x0, y0, x1, y1 in lines:
+                sheet.line(_pixels(view, [(x0, y0), (x1, y1)]), style.color, style.width, style.dash)
+        for at in _pixels(view, self._scene.echoes):
+            sheet.circle(at, 1.8, ECHO)
+        for _, color, points in self._targets:
+            for at in _pixels(view, points):
+                sheet.circle(at, 2.2, pale(color))
+            _paint_target(sheet, view.at(on_page(middle(points))), color)
+        for state, points in self._scene.pieces():
+            _paint_path(view, state, points)
+        self._paint_robot(view)
+        for events, size in ((self._scene.events, SMALL_MARK_PX), (self._numbered, MARK_PX)):
+            for event in events:
+                mark = mark_style(event)
+                sheet.marker(mark.marker, view.at(on_page((event.pose.x_mm, event.pose.y_mm))), size, mark.color)
+
+    def keys(self, area: Area) -> Iterator[Key]:
+        """Yield the legend of what is in an area."""
+        yield Key("start, and where the robot faced", lambda sheet, at: _paint_start(sheet, (at[0], at[1] + 4), 7.0))
+        if len(self._scene.poses) > 1:
+            yield Key("the robot at the end", ring_sample(10.0, INK, 1.5))
+        yield from self._path_keys()
+        marks = dict.fromkeys(mark_style(event) for event in self._scene.events)
+        yield from (Key(style.text, marker_sample(style.marker, style.color)) for style in marks)
+        yield from (Key(f"{target}, where the camera saw it", _sample(color)) for target, color, _ in self._targets)
+        if self._failed():
+            yield Key("view of the camera at a failure", patch_sample(VIEW, VIEW_EDGE))
+        if self._scene.echoes:
+            yield Key("echo of the sonar", dot_sample(2.5, ECHO))
+        for text, color, cells in self._cells:
+            if cells:
+                yield Key(text, patch_sample(color, DIM))
+        yield Key("not looked at", patch_sample(UNKNOWN, DIM))
+        for style, lines in self._walls:
+            if any(area.holds(on_page(end)) for x0, y0, x1, y1 in lines for end in ((x0, y0), (x1, y1))):
+                yield Key(style.text, line_sample(style.color, style.width, style.dash))
+
+    def _failed(self) -> list[MapEvent]:
+        return [event for event in self._numbered if event.kind == "failed"]
+
+    def _path_keys(self) -> Iterator[Key]:
+        lengths: dict[str, float] = {}
+        for state, points in self._scene.pieces():
+            lengths[state] = lengths.get(state, 0.0) + sum(math.dist(one, other) for one, other in pairwise(points))
+        for style in dict.fromkeys(path_style(state) for state, length in lengths.items() if length >= VISIBLE_MM):
+            yield Key(style.text, line_sample(style.color, style.width, style.dash))
+
+    def _paint_robot(self, view: FloorView) -> None:
+        """Draw the robot at its start and where it was last."""
+        radius = max(7.0, ROBOT_MM * view.scale)
+        _paint_start(view.sheet, view.at((0.0, 0.0)), radius)
+        if len(self._scene.poses) > 1:
+            last = self._scene.poses[-1][0]
+            at, front = _pixels(view, [(last.x_mm, last.y_mm), last.ahead(ROBOT_MM)])
+            view.sheet.circle(at, radius, None, INK, 1.5)
+            view.sheet.line([at, front], INK, 1.5)
+
+
+def middle(points: Sequence[Point]) -> Point:
+    """Return where a target is taken to be."""
+    xs, ys = (sorted(point[i] for point in points[-LAST:]) for i in (0, 1))
+    return xs[len(xs) // 2], ys[len(ys) // 2]
+
+
+def _pixels(view: FloorView, points: Sequence[Point]) -> list[Point]:
+    return [view.at(on_page(point)) for point in points]
+
+
+def _paint_cells(view: FloorView, color: Color, cells: Sequence[Point]) -> None:
+    half = CELL_MM * view.scale / 2
+    for x, y in _pixels(view, cells):
+        view.sheet.box((x - half, y - half, x + half, y + half), color)
+
+
+def _paint_view(view: FloorView, pose: Pose, half_deg: float) -> None:
+    arc = [pose.ahead(VIEW_MM, half_deg * i / 6) for i in range(-6, 7)]
+    view.sheet.polygon(_pixels(view, [(pose.x_mm, pose.y_mm), *arc]), VIEW, VIEW_EDGE, 1.2)
+
+
+def _paint_path(view: FloorView, state: str, points: Sequence[Point]) -> None:
+    style = path_style(state)
+    view.sheet.line(_pixels(view, points), style.color, style.width, style.dash)
+    left_mm = ARROW_MM / 2
+    for start, end in pairwise(points):
+        length_mm = math.dist(start, end)
+        left_mm -= length_mm
+        if left_mm <= 0:
+            tip, along = view.at(on_page(end)), on_page((end[0] - start[0], end[1] - start[1]))
+            tail = tip[0] - 12 * along[0] / length_mm, tip[1] - 12 * along[1] / length_mm
+            view.sheet.arrow(tail, tip, style.color, 1.0, 13.0)
+            left_mm = ARROW_MM
+
+
+def _paint_start(sheet: Sheet, at: Point, radius: float) -> None:
+    sheet.circle(at, radius, PAPER, INK, 2.5)
+    sheet.arrow(at, (at[0], at[1] - 1.9 * radius), INK, 2.5, radius * 0.7)
+
+
+def _sample(color: Color) -> Paint:
+    return lambda sheet, at: _paint_target(sheet, at, color)
+
+
+def _paint_target(sheet: Sheet, at: Point, color: Color) -> None:
+    sheet.circle(at, 10.0, PAPER, color, 3.0)
+    sheet.circle(at, 4.5, color)

@@ -1,0 +1,114 @@
+"""What a run's map shows, from its journal: path, obstacles as the sonar found them, sightings, events.
+
+Everything is in the frame of the robot's start and as the robot measured it: x forward, y to the right, millimetres.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.occupancy_grid import OccupancyGrid, centre_mm
+from behaviors.journal import Kind, Record
+from behaviors.ports import Point, Pose
+from nxtdrive.recording.map_events import EventReader, MapEvent
+
+Line = tuple[float, float, float, float]
+"""Both ends of a line on the floor: x0_mm, y0_mm, x1_mm, y1_mm."""
+FARTHEST_MM = 1e6
+"""Numbers beyond this are no places."""
+START = Pose(0.0, 0.0, 0.0)
+
+
+@dataclass(slots=True)
+class MapScene:
+    """What a journal has for the map.
+
+    Attributes:
+        poses: Where the robot was, and the state in which it got there.
+        echoes: Where the sonar received its echoes from.
+        sightings: Where the camera located each target.
+        events: What happened.
+        floor: Obstacles as the sonar found them.
+    """
+
+    poses: list[tuple[Pose, str]] = field(default_factory=list)
+    echoes: list[Point] = field(default_factory=list)
+    sightings: dict[str, list[Point]] = field(default_factory=dict)
+    events: list[MapEvent] = field(default_factory=list)
+    floor: OccupancyGrid = field(default_factory=OccupancyGrid)
+
+    def points(self) -> list[Point]:
+        """Return every place that must be on the map."""
+        seen = [point for points in self.sightings.values() for point in points]
+        return [(0.0, 0.0), *((pose.x_mm, pose.y_mm) for pose, _ in self.poses), *self.echoes, *seen]
+
+    def pieces(self) -> list[tuple[str, list[Point]]]:
+        """Return the path in pieces, each with the state in which it was driven."""
+        pieces: list[tuple[str, list[Point]]] = []
+        here: Point = (0.0, 0.0)
+        for pose, state in self.poses:
+            there = (pose.x_mm, pose.y_mm)
+            if there != here:
+                if not pieces or pieces[-1][0] != state:
+                    pieces.append((state, [here]))
+                pieces[-1][1].append(there)
+            here = there
+        return pieces
+
+    def cells(self, least: float, most: float = math.inf) -> list[Point]:
+        """Return the middles of the cells whose evidence for an obstacle is above `least` and up to `most`.
+
+        The outermost cells are left out: they stand for everything beyond the grid.
+        """
+        inner = self.floor.evidence[1:-1, 1:-1]
+        rows, columns = np.nonzero((inner > least) & (inner <= most))
+        return [(float(x), float(y)) for x, y in zip(centre_mm(rows + 1), centre_mm(columns + 1), strict=True)]
+
+
+def gather(records: Sequence[Record]) -> MapScene:
+    """Extract from a journal what the map shows."""
+    scene, reader, here = MapScene(), EventReader(), START
+    for record in records:
+        pose = _pose(record.data.get("pose"))
+        if pose is not None:
+            here = pose
+            scene.poses.append((here, record.state))
+            if record.kind is Kind.LOOK:
+                _add_look(scene, record, here)
+        event = reader.read(record, here)
+        if event:
+            scene.events.append(event)
+    return scene
+
+
+def _add_look(scene: MapScene, record: Record, here: Pose) -> None:
+    scene.floor.stands_on(here)
+    range_mm, sighting = _number(record.data.get("range_mm")), record.data.get("sighting")
+    if range_mm is None:
+        scene.floor.no_echo(here)
+    else:
+        scene.echoes.append(here.ahead(GRID.sonar_forward_mm + range_mm))
+        scene.floor.echo(here, range_mm)
+    if isinstance(sighting, dict):
+        distance_mm, bearing_deg = _number(sighting.get("distance_mm")), _number(sighting.get("bearing_deg"))
+        if distance_mm is not None and bearing_deg is not None:
+            place = here.ahead(distance_mm, bearing_deg)
+            scene.sightings.setdefault(record.target, []).append(place)
+
+
+def _pose(value: object) -> Pose | None:
+    if not isinstance(value, list) or len(value) != 3:
+        return None
+    x_mm, y_mm, heading_deg = map(_number, value)
+    return None if x_mm is None or y_mm is None or heading_deg is None else Pose(x_mm, y_mm, heading_deg)
+
+
+def _number(value: object) -> float | None:
+    if isinstance(value, int | float) and abs(value) <= FARTHEST_MM:  # not NaN, either
+        return float(value)
+    return None

@@ -1,0 +1,82 @@
+"""Axes, dashes and files of drawings."""
+
+from __future__ import annotations
+
+import io
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.drawing.blocks import Note, Tag
+from nxtdrive.drawing.floor_view import Area, Axes, FloorView, tick_mm
+from nxtdrive.drawing.legend import Key, dot_sample, line_sample
+from nxtdrive.drawing.page import WIDTH, Page, draw_page
+from nxtdrive.drawing.sheet import INK, Sheet, dashes, encoded
+
+AXES = Axes("x, m", "y, m", up=True)
+
+
+def test_a_place_on_the_floor_is_at_its_scale_in_the_frame():
+    view = FloorView(Sheet(400, 300), Area(-1000, -500, 1000, 500), AXES, (50, 20), (300, 250))
+    assert view.frame == pytest.approx((50, 20, 350, 170))
+    assert view.at((0, 0)) == pytest.approx((200, 95))
+    assert view.at((1000, 500)) == pytest.approx((350, 170))
+
+
+@pytest.mark.parametrize(("least", "step"), [(1, 1), (130, 200), (200, 200), (201, 500), (7000, 10000)])
+def test_ticks_are_round_numbers(least, step):
+    assert tick_mm(least) == pytest.approx(step)
+
+
+def test_an_area_around_one_point_has_its_least_size():
+    area = Area.around([(3000.0, 3000.0)], 100, 1600)
+    assert (area.width, area.height) == (1600, 1600)
+    assert area.holds((3000, 3000))
+    assert not area.holds((5000, 3000))
+
+
+def test_dashes_cover_their_share_of_a_line_around_corners():
+    line = [(0.0, 0.0), (35.0, 0.0), (35.0, 65.0)]
+    strokes = list(dashes(line, (6, 4)))
+    drawn = sum(math.dist(one, other) for stroke in strokes for one, other in pairwise(stroke))
+    assert drawn == pytest.approx(60)
+    assert len(strokes) == 10
+
+
+@pytest.mark.parametrize("size_mm", [(1000.0, 6000.0), (4000.0, 3000.0), (9000.0, 1500.0), (20.0, 20.0)])
+@pytest.mark.parametrize("notes", [0, 1, 16])
+def test_pages_of_every_shape_hold_their_notes(size_mm, notes):
+    area = Area(0.0, 0.0, *size_mm)
+    page = Page(
+        "A title",
+        "and what there is to say about it " * 8,
+        area,
+        AXES,
+        lambda view: view.sheet.line(view.all_at([(0, 0), size_mm]), INK, 2, (5, 3)),
+        [Key("line", line_sample(INK, 2)), Key("dot " * 40, dot_sample(3, INK))],
+        "What happened",
+        [Note(str(i), "it went out of view on the way there", ("→ wait",)) for i in range(notes)],
+        [Tag((10.0, 10.0), str(i), INK) for i in range(notes)],
+    )
+    drawn = np.asarray(draw_page(page))
+    assert drawn.shape[1] == WIDTH
+    assert drawn.shape[0] < 1.5 * WIDTH
+    edge = np.concatenate([drawn[:3].ravel(), drawn[-3:].ravel(), drawn[:, :3].ravel(), drawn[:, -3:].ravel()])
+    assert edge.min() == 255, "nothing is cut off at the edges"
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".png", ".PNG", ".webp"])
+def test_a_drawing_is_written_in_the_format_of_its_suffix(suffix):
+    content = encoded(Sheet(30, 20).finished(), Path(f"x{suffix}"))
+    assert Image.open(io.BytesIO(content)).size == (30, 20)
+
+
+@pytest.mark.parametrize("name", ["map.txt", "map", "map."])
+def test_an_unknown_format_is_refused_with_advice(name):
+    with pytest.raises(ConfigError, match=r"\.png"):
+        encoded(Sheet(3, 3).finished(), Path(name))
