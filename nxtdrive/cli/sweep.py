@@ -165,7 +165,8 @@ def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:
 
 
 def _draw_map(args: argparse.Namespace) -> int:
-    from nxtdrive.recording.output_file import write_picture
+    from nxtdrive.drawing.sheet import encoded
+    from nxtdrive.recording.output_file import write_file
     from nxtdrive.tools.sweep.performance import perform
     from nxtdrive.tools.sweep.policies import ALL_NAMES
     from nxtdrive.tools.sweep.scenarios import CLASSES, draw_scenario
@@ -180,7 +181,7 @@ def _draw_map(args: argparse.Namespace) -> int:
     out = args.out or Path(f"{kind}-{seed}-{policy}.png")
     play, _ = perform(draw_scenario(kind, int(seed)), policy, args.eyes)
     with writing(out, "Name a PNG in a folder that exists and has room, with --out."):
-        write_picture(out, draw_true_map(play, f"{kind} {seed}, {policy}"))
+        write_file(out, encoded(draw_true_map(play, f"{kind}, seed {seed}, profile {policy}"), out))
     write_line(out)
     return 0
 

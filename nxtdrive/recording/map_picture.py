@@ -5,7 +5,7 @@ Everything but the true room of a simulated world, in grey, is as the robot meas
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from PIL import Image
 
@@ -15,8 +15,8 @@ from behaviors.ports import Point
 from nxtdrive.drawing.blocks import Note, Tag
 from nxtdrive.drawing.floor_view import Area, Axes
 from nxtdrive.drawing.page import Page, draw_page
-from nxtdrive.drawing.sheet import DIM
-from nxtdrive.recording.map_events import Numbering, numbering
+from nxtdrive.drawing.sheet import DIM, Color
+from nxtdrive.recording.map_events import MapEvent, Numbering, numbering
 from nxtdrive.recording.map_painter import MapPainter, middle, on_page
 from nxtdrive.recording.map_scene import START, Line, MapScene, gather
 from nxtdrive.recording.map_style import mark_style, target_color
@@ -72,7 +72,7 @@ def map_page(
         paint=painter.paint,
         keys=list(painter.keys(area)),
         heading="What happened" if shown.numbered else "",
-        notes=list(_notes(shown)),
+        notes=list(number_notes(shown, lambda event: mark_style(event).color)),
         tags=[*_target_tags(scene), *_number_tags(shown)],
         avoid=[on_page(point) for point in _marked(scene)],
     )
@@ -109,10 +109,11 @@ def _result(records: Sequence[Record], mission: Mission | None) -> Iterator[str]
         yield f"{target}: {str(outcome).replace('_', ' ')}{when}"
 
 
-def _notes(shown: Numbering) -> Iterator[Note]:
+def number_notes(shown: Numbering, color_of: Callable[[MapEvent], Color]) -> Iterator[Note]:
+    """Yield what the numbers on a map mean, and what has none."""
     for number, group in enumerate(shown.numbered, start=1):
         head, *more = map(_arrowed, group.first.words)
-        yield Note(str(number), f"{group.when} · {head}", tuple(more), mark_style(group.first).color)
+        yield Note(str(number), f"{group.when} · {head}", tuple(more), color_of(group.first))
     if shown.rest:
         lines = [f"{count} × {_arrowed(words)}" for words, count in shown.rest[:SHOWN_REST]]
         others = sum(count for _, count in shown.rest[SHOWN_REST:])

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
+from statistics import NormalDist
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +16,22 @@ from nxtdrive.host.environment import install_extra
 
 from .performance import Line
 from .scenarios import TIME_LIMIT_S
-from .summary import by, estimate, reached_by, success_rate
+from .summary import CONFIDENCE, by, reached_by, success_rate
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+STYLES = (
+    ("#0072b2", "-", "o"),
+    ("#56b4e9", "--", "s"),
+    ("#d55e00", "-", "D"),
+    ("#b05a90", "-.", "^"),
+    ("#8a6d00", ":", "v"),
+    ("#222222", (0, (6, 2, 1, 2, 1, 2)), "P"),
+)
+"""Colour, dashes and marker of each policy: told apart by colour-blind readers (Okabe and Ito 2008), and in grey."""
+MARK_EVERY_S = 50
+ROW_INCHES, LEAST_INCHES = 0.48, 5.2
 
 
 def check_plotting() -> None:
@@ -39,23 +57,83 @@ def write_plot(lines: Sequence[Line], path: Path) -> None:
     check_plotting()
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11, 4.5), layout="constrained")
+    height = max(LEAST_INCHES, 1.6 + ROW_INCHES * len(by(lines, "class")))
+    figure = Figure(figsize=(12, height), layout="constrained")
+    figure.suptitle(title(lines))
     over_time, by_class = figure.subplots(1, 2)
-    times = np.arange(0.0, TIME_LIMIT_S + 1.0, 1.0)
-    policies = by(lines, "policy")
-    for policy, group in policies.items():
-        over_time.plot(times, reached_by(group, times), label=policy)
-    over_time.set(xlabel="mission time, s", ylabel="targets reached", ylim=(0, 1.02), title="success over time")
-    over_time.legend()
-    kinds = list(by(lines, "class"))
-    width = 0.8 / len(policies)
-    for i, group in enumerate(policies.values()):
-        cells = by(group, "class")
-        rates = [estimate([success_rate(line) for line in cells.get(kind, [])]).mean for kind in kinds]
-        by_class.barh(np.arange(len(kinds)) + (i - len(policies) / 2 + 0.5) * width, rates, width)
-    by_class.set(yticks=range(len(kinds)), yticklabels=kinds, xlim=(0, 1.02), title="success by class")
-    by_class.invert_yaxis()
+    _plot_over_time(over_time, lines)
+    _plot_by_class(by_class, lines)
+    figure.legend(*over_time.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     try:
         figure.savefig(path)
     except (ValueError, OSError) as error:
         raise ConfigError(f"{path} cannot be drawn: {error}.", remedy="Name another with --plot.") from None
+
+
+def title(lines: Sequence[Line]) -> str:
+    """Return what a plot is about: how many missions of how many classes, on which seeds."""
+    seeds, classes = sorted({int(line["seed"]) for line in lines}), by(lines, "class")
+    span = f"seed {seeds[0]}" if len(seeds) == 1 else f"seeds {seeds[0]} to {seeds[-1]}"
+    kinds = f"class {next(iter(classes))}" if len(classes) == 1 else f"{len(classes)} classes"
+    missions = "1 simulated mission" if len(lines) == 1 else f"{len(lines)} simulated missions"
+    return f"{missions}: {kinds}, {span}"
+
+
+def wilson(reached: float, number: float) -> tuple[float, float]:
+    """Return the Wilson interval of a share, for the confidence of the tables.
+
+    Args:
+        reached: How many succeeded.
+        number: How many there were; at least one.
+    """
+    z = NormalDist().inv_cdf((1 + CONFIDENCE) / 2)
+    share, spread = reached / number, z * z / number
+    half = z * math.sqrt((share * (1 - share) + spread / 4) / number)
+    middle = share + spread / 2
+    return max(0.0, (middle - half) / (1 + spread)), min(1.0, (middle + half) / (1 + spread))
+
+
+def counted(lines: Sequence[Line]) -> tuple[float, float]:
+    """Return how many targets were reached, and how many exist."""
+    reached, number = np.sum([success_rate(line) for line in lines], axis=0) if lines else (0.0, 0.0)
+    return float(reached), float(number)
+
+
+def _plot_over_time(axes: Axes, lines: Sequence[Line]) -> None:
+    times = np.arange(0.0, TIME_LIMIT_S + 1.0, 1.0)
+    for i, (policy, group) in enumerate(by(lines, "policy").items()):
+        color, dashes, marker = STYLES[i % len(STYLES)]
+        label = f"{policy} (n = {counted(group)[1]:.0f} targets)"
+        (line,) = axes.plot(times, 100 * reached_by(group, times), color=color, linestyle=dashes, label=label)
+        line.set(marker=marker, markersize=5, markevery=(4 * i, MARK_EVERY_S))
+    axes.set(xlabel="mission time (s)", ylabel="targets reached so far (%)", ylim=(0, 102), xlim=(0, TIME_LIMIT_S))
+    axes.set_title("Success over time")
+    axes.grid(color="0.88")
+
+
+def _plot_by_class(axes: Axes, lines: Sequence[Line]) -> None:
+    policies, kinds = by(lines, "policy"), list(by(lines, "class"))
+    step = 0.8 / len(policies)
+    for i, group in enumerate(policies.values()):
+        color, _, marker = STYLES[i % len(STYLES)]
+        cells = by(group, "class")
+        rows = [(row, *counted(cells.get(kind, []))) for row, kind in enumerate(kinds)]
+        for row, reached, number in rows:
+            if number:
+                y, share = row + (i - len(policies) / 2 + 0.5) * step, reached / number
+                low, high = wilson(reached, number)
+                bars = [[100 * (share - low)], [100 * (high - share)]]
+                axes.errorbar(100 * share, y, xerr=bars, color=color, marker=marker, markersize=4, capsize=1.5, lw=1)
+    for row in range(len(kinds) - 1):
+        axes.axhline(row + 0.5, color="0.88", lw=0.8)
+    axes.set(yticks=range(len(kinds)), yticklabels=[_class_label(lines, kind) for kind in kinds], xlim=(-2, 102))
+    axes.set(xlabel=f"targets reached (%), with {CONFIDENCE:.0%} Wilson intervals", ylim=(len(kinds) - 0.5, -0.5))
+    axes.set_title("Success by class")
+    axes.grid(axis="x", color="0.88")
+
+
+def _class_label(lines: Sequence[Line], kind: str) -> str:
+    """Return a class's name with the number of its targets for each policy."""
+    numbers = {counted(group)[1] for group in by(by(lines, "class")[kind], "policy").values()}
+    low, high = min(numbers), max(numbers)
+    return f"{kind}\nn = {low:.0f}" if low == high else f"{kind}\nn = {low:.0f} to {high:.0f}"

@@ -3,131 +3,213 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 
-import cv2
-import numpy as np
-from numpy.typing import NDArray
+from PIL import Image
 
-from behaviors.journal import Kind
+from behaviors.ports import Pose
+from nxtdrive.drawing.blocks import Note, Tag
+from nxtdrive.drawing.floor_view import Area, Axes, FloorView
+from nxtdrive.drawing.legend import Key, line_sample, marker_sample, patch_sample, ring_sample
+from nxtdrive.drawing.page import Page, draw_page
+from nxtdrive.drawing.sheet import DIM, INK, Color, Sheet
+from nxtdrive.recording.map_events import EventReader, MapEvent, Numbering, numbering
+from nxtdrive.recording.map_picture import number_notes
+from nxtdrive.recording.map_style import ARRIVE, FAILED, TARGET_COLORS, LineStyle, MarkStyle, mark_style
 
 from .floor_plan import Goal, Obstacle, Point
 from .metrics import stop_counts
-from .referee import EpisodeTrace, Mark
+from .referee import EpisodeTrace, Moment
 from .room_builder import ROBOT_RADIUS_MM
 
-Image = NDArray[np.uint8]
-Color = tuple[int, int, int]
-
-SCALE = 0.2
-"""Pixels per millimetre."""
-MARGIN_PX, FOOT_PX = 30, 60
-"""Margin around the room, and space for the caption below it."""
+AXES = Axes("x, m", "y, m", up=False)
+EDGE_MM = 150.0
+"""Around the room."""
 LOW_MM = 200.0
 """Objects lower than this hide no picture; they are drawn in outline."""
-LATE_PX = 2
-"""Line width of a late object's outline."""
+STANDING_MOMENTS = 10
+"""A late object that stands still for so many moments is drawn."""
+MARK_PX = 6.5
 
-INK: Color = (60, 50, 45)
-PAPER: Color = (250, 250, 248)
-SOLID: Color = (170, 180, 190)
-LATE: Color = (90, 150, 230)
-TARGET_COLORS: tuple[Color, ...] = ((200, 130, 30), (150, 60, 160))
-GOOD, BAD = (60, 150, 40), (40, 40, 210)
-FONT = cv2.FONT_HERSHEY_SIMPLEX
+SOLID: Color = (190, 194, 200)
+LATE: Color = (220, 140, 0)
+PATHS = (
+    LineStyle("path for the first target", (30, 110, 190), 3.0),
+    LineStyle("path for the second target", (150, 60, 180), 3.0, (12, 6)),
+    LineStyle("path for a further target", TARGET_COLORS[1], 3.0, (4, 4)),
+)
+OTHER = LineStyle("path for no target", INK, 1.2)
+WRONG_STOP = MarkStyle("arrival that does not count", FAILED, "tilted_cross")
+RIGHT_STOP = MarkStyle("arrival that counts", ARRIVE, "star")
 
 
-def draw_true_map(trace: EpisodeTrace, title: str) -> Image:
-    """Draw the map of one mission.
+def draw_true_map(trace: EpisodeTrace, title: str) -> Image.Image:
+    """Draw the map of one mission; returns an RGB picture."""
+    return draw_page(true_map_page(trace, title))
 
-    Returns:
-        Shape (height, width, 3), dtype uint8, BGR.
-    """
+
+def true_map_page(trace: EpisodeTrace, title: str) -> Page:
+    """Compose the map of one mission."""
+    events = dict(_events(trace))
+    shown = numbering(list(events))
     width_mm, depth_mm = trace.moments[0].scene.plan.size_mm
-    width_px, depth_px = (round(side * SCALE) + 2 * MARGIN_PX for side in (width_mm, depth_mm))
-    image: Image = np.full((depth_px + FOOT_PX, max(width_px, 420), 3), PAPER, np.uint8)
-    cv2.rectangle(image, _at((0, 0)), _at((width_mm, depth_mm)), INK, 2)
-    _draw_objects(image, trace)
-    _draw_path(image, trace)
+    goals = [goal for goal in trace.moments[-1].scene.goals.values() if goal.name in trace.targets]
+    return Page(
+        title=title,
+        subtitle="; ".join(_result(trace)),
+        area=Area(-EDGE_MM, -EDGE_MM, width_mm + EDGE_MM, depth_mm + EDGE_MM),
+        axes=AXES,
+        paint=lambda view: _paint(view, trace, events),
+        keys=list(_keys(trace, events)),
+        heading="What happened" if shown.numbered else "",
+        notes=list(_notes(shown, events)),
+        tags=[*(Tag(goal.at_mm, goal.name, ARRIVE, number=False) for goal in goals), *_tags(shown, events)],
+        avoid=[moment.pose[:2] for moment in trace.moments[::3]],
+    )
+
+
+def _result(trace: EpisodeTrace) -> Iterator[str]:
+    yield f"{trace.ending.replace('_', ' ')} after {trace.duration_s:.1f} s"
+    yield f"contacts: {trace.moments[-1].contacts}"
+    yield "all as it really was"
+
+
+def _events(trace: EpisodeTrace) -> Iterator[tuple[MapEvent, MarkStyle]]:
+    """Yield the events of a mission at their true places, and how they are marked."""
+    reader = EventReader()
     for mark in trace.marks:
-        _draw_mark(image, mark)
-    x_mm, y_mm, heading_deg = trace.moments[0].pose
-    ahead = math.radians(heading_deg)
-    nose = (x_mm + 250 * math.cos(ahead), y_mm + 250 * math.sin(ahead))
-    cv2.circle(image, _at((x_mm, y_mm)), round(ROBOT_RADIUS_MM * SCALE), INK, 1, cv2.LINE_AA)
-    cv2.arrowedLine(image, _at((x_mm, y_mm)), _at(nose), INK, 2, cv2.LINE_AA, tipLength=0.3)
-    caption = f"{trace.ending.replace('_', ' ')} after {trace.duration_s:.0f} s, contacts: {trace.moments[-1].contacts}"
-    for row, text in enumerate((title, caption)):
-        cv2.putText(image, text, (MARGIN_PX, depth_px + 12 + 24 * row), FONT, 0.5, INK, 1, cv2.LINE_AA)
-    return image
+        x_mm, y_mm, heading_deg = mark.moment.pose
+        event = reader.read(mark.record, Pose(x_mm, y_mm, heading_deg))
+        if event and event.kind == "reached":
+            counts = stop_counts(mark.moment.pose, mark.moment.scene, mark.record.target)
+            yield event, RIGHT_STOP if counts else WRONG_STOP
+        elif event:
+            yield event, mark_style(event)
 
 
-def _draw_objects(image: Image, trace: EpisodeTrace) -> None:
-    """Draw the obstacles, and every place where a late object stood still."""
-    first = trace.moments[0].scene
-    for obstacle in first.plan.obstacles:
-        _draw_obstacle(image, obstacle, SOLID, 1 if obstacle.height_mm < LOW_MM else -1)
-    drawn = {id(first)}
-    for one, other in zip(trace.moments, trace.moments[10:], strict=False):
-        if one.scene is other.scene and id(one.scene) not in drawn:
-            drawn.add(id(one.scene))
-            for obstacle in one.scene.plan.obstacles:
-                if obstacle.name in trace.late_objects:
-                    _draw_obstacle(image, obstacle, LATE, LATE_PX)
-    for goals in (first.goals, trace.moments[-1].scene.goals):
+def _notes(shown: Numbering, events: dict[MapEvent, MarkStyle]) -> Iterator[Note]:
+    return number_notes(shown, lambda event: events[event].color)
+
+
+def _tags(shown: Numbering, events: dict[MapEvent, MarkStyle]) -> Iterator[Tag]:
+    for number, group in enumerate(shown.numbered, start=1):
+        yield Tag(_place(group.first), str(number), events[group.first].color)
+
+
+def _place(event: MapEvent) -> Point:
+    return event.pose.x_mm, event.pose.y_mm
+
+
+def _paint(view: FloorView, trace: EpisodeTrace, events: dict[MapEvent, MarkStyle]) -> None:
+    sheet, first = view.sheet, trace.moments[0]
+    for obstacle in first.scene.plan.obstacles:
+        _paint_obstacle(view, obstacle, None if obstacle.height_mm < LOW_MM else SOLID, DIM)
+    for obstacle in _late_objects(trace):
+        _paint_obstacle(view, obstacle, None, LATE)
+    (left, top), (right, bottom) = view.all_at([(0.0, 0.0), first.scene.plan.size_mm])
+    sheet.box((left, top, right, bottom), None, INK, 4.0)
+    for goals in (first.scene.goals, trace.moments[-1].scene.goals):
         for goal in goals.values():
-            _draw_picture(image, goal, wanted=goal.name in trace.targets)
+            _paint_picture(view, goal, ARRIVE if goal.name in trace.targets else DIM)
+    for style, points in _pieces(trace):
+        sheet.line(view.all_at(points), style.color, style.width, style.dash)
+    for at in view.all_at([moment.pose[:2] for moment in _contacts(trace)]):
+        sheet.circle(at, 9.0, None, FAILED, 2.5)
+    x_mm, y_mm, heading_deg = first.pose
+    _paint_start(sheet, view.at((x_mm, y_mm)), ROBOT_RADIUS_MM * view.scale, heading_deg)
+    for event, mark in events.items():
+        sheet.marker(mark.marker, view.at(_place(event)), MARK_PX, mark.color)
 
 
-def _draw_obstacle(image: Image, obstacle: Obstacle, color: Color, thickness: int) -> None:
-    if obstacle.size_mm == (0.0, 0.0):
-        cv2.circle(image, _at(obstacle.at_mm), round(obstacle.radius_mm * SCALE), color, thickness, cv2.LINE_AA)
-        return
-    length, width = (max(10.0, side + 2 * obstacle.radius_mm) * SCALE for side in obstacle.size_mm)
-    corners = cv2.boxPoints((_at(obstacle.at_mm), (length, width), obstacle.facing_deg)).round().astype(np.int32)
-    if thickness < 0:
-        cv2.fillPoly(image, [corners], color, cv2.LINE_AA)
-    cv2.polylines(image, [corners], True, INK if thickness < 0 else color, max(1, thickness), cv2.LINE_AA)
+def _keys(trace: EpisodeTrace, events: dict[MapEvent, MarkStyle]) -> Iterator[Key]:
+    """Yield the legend: what occurs and nothing else."""
+    yield Key("start, and where the robot faced", lambda sheet, at: _paint_start(sheet, at, 8.0, 0.0))
+    for style in dict.fromkeys(style for style, _ in _pieces(trace)):
+        yield Key(style.text, line_sample(style.color, style.width, style.dash))
+    for mark in dict.fromkeys(events.values()):
+        yield Key(mark.text, marker_sample(mark.marker, mark.color))
+    if any(_contacts(trace)):
+        yield Key("touched something", ring_sample(9.0, FAILED, 2.5))
+    first = trace.moments[0].scene
+    yield Key("picture of a target, and where it faces", line_sample(ARRIVE, 5.0))
+    if any(name not in trace.targets for name in first.goals):
+        yield Key("another picture", line_sample(DIM, 5.0))
+    low = [obstacle.height_mm < LOW_MM for obstacle in first.plan.obstacles]
+    if not all(low):
+        yield Key("obstacle", patch_sample(SOLID, DIM))
+    if any(low):
+        yield Key("obstacle that hides no picture", patch_sample((255, 255, 255), DIM))
+    if _late_objects(trace):
+        yield Key("came later, and stood there", patch_sample((255, 255, 255), LATE))
 
 
-def _draw_picture(image: Image, goal: Goal, *, wanted: bool) -> None:
-    color = GOOD if wanted else SOLID
-    (x, y), angle = goal.at_mm, math.radians(goal.facing_deg)
-    across = (-math.sin(angle) * 80, math.cos(angle) * 80)
-    cv2.line(image, _at((x - across[0], y - across[1])), _at((x + across[0], y + across[1])), color, 4, cv2.LINE_AA)
-    nose = (x + 120 * math.cos(angle), y + 120 * math.sin(angle))
-    cv2.arrowedLine(image, _at(goal.at_mm), _at(nose), color, 1, cv2.LINE_AA)
-    if wanted:
-        column, row = _at(nose)
-        cv2.putText(image, goal.name, (column - 20, row + 14), FONT, 0.4, color, 1, cv2.LINE_AA)
-
-
-def _draw_path(image: Image, trace: EpisodeTrace) -> None:
-    """Draw the path in one colour per target, with a red ring at each contact."""
+def _pieces(trace: EpisodeTrace) -> Iterator[tuple[LineStyle, Sequence[Point]]]:
+    """Yield the path in pieces, one for each stretch for one target."""
     marks = iter(trace.marks)
     mark, target = next(marks, None), ""
-    for one, other in zip(trace.moments, trace.moments[1:], strict=False):
-        while mark is not None and mark.moment.time_s <= one.time_s:
+    piece: list[Point] = []
+    for moment in trace.moments:
+        piece.append(moment.pose[:2])
+        before = target
+        while mark is not None and mark.moment.time_s <= moment.time_s:
             target, mark = mark.record.target, next(marks, None)
-        color = TARGET_COLORS[trace.targets.index(target) % len(TARGET_COLORS)] if target in trace.targets else INK
-        cv2.line(image, _at(one.pose[:2]), _at(other.pose[:2]), color, 2, cv2.LINE_AA)
-        if other.contacts > one.contacts:
-            cv2.circle(image, _at(other.pose[:2]), 7, BAD, 1, cv2.LINE_AA)
+        if target != before:
+            if len(piece) > 1:
+                yield _path_style(trace, before), piece
+            piece = [moment.pose[:2]]
+    if len(piece) > 1:
+        yield _path_style(trace, target), piece
 
 
-def _draw_mark(image: Image, mark: Mark) -> None:
-    """Draw a star or a cross where the robot reported an arrival, and the name of a choice where it was made."""
-    record, moment = mark.record, mark.moment
-    place = _at(moment.pose[:2])
-    if record.kind is Kind.TRANSITION and record.data["to"] == "reached":
-        good = stop_counts(moment.pose, moment.scene, record.target)
-        shape = cv2.MARKER_STAR if good else cv2.MARKER_TILTED_CROSS
-        cv2.drawMarker(image, place, GOOD if good else BAD, shape, 16, 2, cv2.LINE_AA)
-    elif record.kind is Kind.CHOICE:
-        text = str(record.data["choice"]).replace("_", " ")
-        cv2.putText(image, text, (place[0] + 6, place[1] - 6), FONT, 0.35, INK, 1, cv2.LINE_AA)
-        cv2.drawMarker(image, place, INK, cv2.MARKER_DIAMOND, 8, 1, cv2.LINE_AA)
+def _path_style(trace: EpisodeTrace, target: str) -> LineStyle:
+    if target not in trace.targets:
+        return OTHER
+    return PATHS[min(trace.targets.index(target), len(PATHS) - 1)]
 
 
-def _at(point: Point) -> tuple[int, int]:
-    """Return the pixel of a point on the floor."""
-    return round(point[0] * SCALE) + MARGIN_PX, round(point[1] * SCALE) + MARGIN_PX
+def _contacts(trace: EpisodeTrace) -> list[Moment]:
+    """Return the moments at which the robot touched something anew."""
+    pairs = zip(trace.moments, trace.moments[1:], strict=False)
+    return [other for one, other in pairs if other.contacts > one.contacts]
+
+
+def _late_objects(trace: EpisodeTrace) -> list[Obstacle]:
+    """Return the late objects at every place where one stood still."""
+    drawn, found = {id(trace.moments[0].scene)}, []
+    for one, other in zip(trace.moments, trace.moments[STANDING_MOMENTS:], strict=False):
+        if one.scene is other.scene and id(one.scene) not in drawn:
+            drawn.add(id(one.scene))
+            found += [each for each in one.scene.plan.obstacles if each.name in trace.late_objects]
+    return found
+
+
+def _paint_obstacle(view: FloorView, obstacle: Obstacle, fill: Color | None, outline: Color) -> None:
+    (x, y), radius = obstacle.at_mm, obstacle.radius_mm
+    if obstacle.size_mm == (0.0, 0.0):
+        view.sheet.circle(view.at((x, y)), radius * view.scale, fill, outline, 2.0)
+        return
+    angle = math.radians(obstacle.facing_deg)
+    along, across = (max(10.0, side + 2 * radius) / 2 for side in obstacle.size_mm)
+    corners = [
+        (
+            x + i * along * math.cos(angle) - j * across * math.sin(angle),
+            y + i * along * math.sin(angle) + j * across * math.cos(angle),
+        )
+        for i, j in ((1, 1), (1, -1), (-1, -1), (-1, 1))
+    ]
+    view.sheet.polygon(view.all_at(corners), fill, outline, 2.0)
+
+
+def _paint_picture(view: FloorView, goal: Goal, color: Color) -> None:
+    (x, y), angle = goal.at_mm, math.radians(goal.facing_deg)
+    across = (-math.sin(angle) * 80, math.cos(angle) * 80)
+    view.sheet.line(view.all_at([(x - across[0], y - across[1]), (x + across[0], y + across[1])]), color, 5.0)
+    at = view.at(goal.at_mm)
+    view.sheet.arrow(at, (at[0] + 26 * math.cos(angle), at[1] + 26 * math.sin(angle)), color, 2.0, 11.0)
+
+
+def _paint_start(sheet: Sheet, at: Point, radius: float, heading_deg: float) -> None:
+    angle = math.radians(heading_deg)
+    sheet.circle(at, radius, None, INK, 2.5)
+    front = at[0] + 1.9 * radius * math.cos(angle), at[1] + 1.9 * radius * math.sin(angle)
+    sheet.arrow(at, front, INK, 2.5, radius * 0.7)

@@ -1,0 +1,80 @@
+"""Maps and plots of a sweep."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from nxtdrive.tools.sweep.performance import perform
+from nxtdrive.tools.sweep.plots import STYLES, counted, title, wilson, write_plot
+from nxtdrive.tools.sweep.policies import NAMES
+from nxtdrive.tools.sweep.scenarios import draw_scenario
+from nxtdrive.tools.sweep.true_map import draw_true_map, true_map_page
+
+
+@pytest.fixture(name="trace", scope="module")
+def _trace():
+    trace, _ = perform(draw_scenario("open", 100), "oracle", "geometric")
+    return trace
+
+
+def test_a_map_says_what_it_shows(trace):
+    page = true_map_page(trace, "open, seed 100, profile oracle")
+    assert page.title == "open, seed 100, profile oracle"
+    assert page.subtitle == f"achieved after {trace.duration_s:.1f} s; contacts: 0; all as it really was"
+    assert [note.head.partition(" · ")[2] for note in page.notes] == [f"{name} reached" for name in trace.targets]
+    assert {tag.text for tag in page.tags} == {"1", "2", *trace.targets}
+    legend = {key.text for key in page.keys}
+    assert {"path for the first target", "path for the second target", "arrival that counts"} <= legend
+    for absent in ("arrival that does not count", "touched something", "came later, and stood there"):
+        assert absent not in legend
+
+
+def test_a_map_is_drawn(trace):
+    assert np.asarray(draw_true_map(trace, "x")).min() < 100
+
+
+def _line(kind, seed, policy, times_s):
+    targets = [
+        {"target": str(i), "reachable": True, "success": time_s is not None, "time_s": time_s}
+        for i, time_s in enumerate(times_s)
+    ]
+    return {"class": kind, "seed": seed, "policy": policy, "ending": "achieved", "targets": targets}
+
+
+LINES = [
+    _line(kind, seed, policy, (10.0, None)) for kind in ("open", "far") for seed in (7, 8) for policy in ("a", "b")
+]
+
+
+@pytest.mark.parametrize(
+    # the intervals of Wilson 1927 as in Newcombe 1998 (Statistics in Medicine 17, table I) and two by hand
+    ("reached", "number", "low", "high"),
+    [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718)],
+)
+def test_the_interval_of_a_share_is_wilsons(reached, number, low, high):
+    assert wilson(reached, number) == pytest.approx((low, high), abs=6e-5)
+
+
+def test_a_full_share_has_an_interval_up_to_one():
+    low, high = wilson(20, 20)
+    assert (low, high) == (pytest.approx(1 - wilson(0, 20)[1]), 1.0)
+
+
+def test_a_plot_says_how_many_missions_on_which_seeds():
+    assert title(LINES) == "8 simulated missions: 2 classes, seeds 7 to 8"
+    assert title(LINES[:1]) == "1 simulated mission: class open, seed 7"
+    assert counted(LINES) == (8, 16)
+
+
+def test_policies_are_told_apart_without_colour():
+    assert len({(dashes, marker) for _, dashes, marker in STYLES}) == len(STYLES) == len(NAMES)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg"])
+@pytest.mark.slow
+def test_plots_name_units_numbers_and_policies(suffix, tmp_path):
+    pytest.importorskip("matplotlib")
+    path = tmp_path / f"plot{suffix}"
+    write_plot(LINES, path)
+    assert path.stat().st_size > 5000
