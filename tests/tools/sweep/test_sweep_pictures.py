@@ -18,6 +18,7 @@ def _trace():
     return trace
 
 
+@pytest.mark.slow
 def test_a_map_says_what_it_shows(trace):
     page = true_map_page(trace, "open, seed 100, profile oracle")
     assert page.title == "open, seed 100, profile oracle"
@@ -30,6 +31,7 @@ def test_a_map_says_what_it_shows(trace):
         assert absent not in legend
 
 
+@pytest.mark.slow
 def test_a_map_is_drawn(trace):
     assert np.asarray(draw_true_map(trace, "x")).min() < 100
 
