@@ -66,7 +66,8 @@ def draw_tag(sheet: Sheet, tag: Tag, box: Box) -> None:
         sheet.box(box, PAPER, tag.color, 2)
         sheet.text(base, _shown(tag), LABEL, INK, bold=True, anchor="m")
     else:
-        sheet.text(base, _shown(tag), LABEL, tag.color, bold=True, halo=True, anchor="m")
+        sheet.box(box, PAPER)  # a dot above a letter would look like an accent
+        sheet.text(base, _shown(tag), LABEL, tag.color, bold=True, anchor="m")
 
 
 def _shown(tag: Tag) -> str:

@@ -12,9 +12,9 @@ GRID: Color = (216, 219, 222)
 TICK_PX = 75.0
 """Ticks are at least this far apart."""
 SMALL = 15
-TICKS_PX, TITLE_PX = 24, 46
-"""Below the frame: base lines of the ticks' numbers and of the axis' title."""
-LEFT_PX, BELOW_PX = 74, 60
+TICKS_PX, TITLE_PX, BAR_PX = 24, 46, 70
+"""Below the frame: base lines of the ticks' numbers, of the axis' title and of the scale bar."""
+LEFT_PX, BELOW_PX = 74, 80
 """Space that the axes need to the left of the frame and below it."""
 
 
@@ -127,13 +127,13 @@ class FloorView:
         self._draw_scale_bar()
 
     def _draw_scale_bar(self) -> None:
-        right, base = self.frame[2], self.frame[3] + TITLE_PX
+        left, base = self.frame[0], self.frame[3] + BAR_PX
         length_mm = tick_mm(TICK_PX / self.scale)
-        left = right - length_mm * self.scale
+        right = left + length_mm * self.scale
         self.sheet.line([(left, base - 4), (right, base - 4)], INK, 4.0)
         for x in (left, right):
             self.sheet.line([(x, base - 10), (x, base + 2)], INK, 1.5)
-        self.sheet.text((left - 8, base), f"{length_mm / 1000:g} m", SMALL, INK, anchor="r")
+        self.sheet.text((right + 8, base), f"{length_mm / 1000:g} m", SMALL, INK)
 
     def _ticks(self, *, across: bool) -> Iterator[tuple[float, str]]:
         """Yield the pixel and the number, in metres, of each tick of an axis."""

@@ -34,7 +34,8 @@ def place_boxes(
     Returns:
         The boxes in order; None where there is no room left in the frame.
     """
-    busy = np.array([*avoid, *points], np.float64).reshape(-1, 2)
+    # a robot that turns on the spot is in one place a hundred times
+    busy = np.unique(np.array([*avoid, *points], np.float64).reshape(-1, 2).round(-1), axis=0)
     placed: list[Box | None] = []
     for point, size in zip(points, sizes, strict=True):
         others = [*taken, *filter(None, placed)]

@@ -26,6 +26,10 @@ MAP_PX = 860.0
 """Greatest height of the map."""
 SECTION_PX = 22
 """Above and below the legend."""
+KEEP_PX = 12.0
+"""Half the width of what must not be covered."""
+FAR_PX = 55.0
+"""A name farther than this from its place is joined to it by a line."""
 WIDE = 1.3
 """Maps at least this much wider than high get the notes below."""
 
@@ -45,6 +49,7 @@ class Page:
         notes: What happened.
         tags: Numbers and names on the map, the most important first.
         avoid: Places that they should not cover.
+        keep: Places that they must not cover.
     """
 
     title: str
@@ -57,6 +62,7 @@ class Page:
     notes: Sequence[Note] = ()
     tags: Sequence[Tag] = ()
     avoid: Sequence[Point] = ()
+    keep: Sequence[Point] = ()
 
 
 def draw_page(page: Page) -> Image.Image:
@@ -71,7 +77,7 @@ def draw_page(page: Page) -> Image.Image:
     view.draw_grid()
     page.paint(view)
     view.draw_axes()
-    draw_tags(view, page.tags, page.avoid)
+    draw_tags(view, page)
     for i, text in enumerate(titles):
         sheet.text((MARGIN, MARGIN + 26 + 40 * i), text, TITLE, bold=True)
     for i, text in enumerate(subtitles):
@@ -121,17 +127,23 @@ def _beside(page: Page, top: float) -> _Layout:
     return _Layout(most, legend, legend_top, notes, top, (right + GAP_PX,))
 
 
-def draw_tags(view: FloorView, tags: Sequence[Tag], avoid: Sequence[Point]) -> None:
-    """Write numbers and names beside their places, none over another, with a line to the place."""
-    points = view.all_at([tag.place for tag in tags])
-    sizes = [tag_size(tag) for tag in tags]
+def place_tags(view: FloorView, page: Page) -> list[Box | None]:
+    """Return the boxes of a page's numbers and names, none over another; None where there is no room."""
     left, top, right, bottom = view.frame
-    inner: Box = (left + 3, top + 3, right - 3, bottom - 3)
-    boxes = place_boxes(points, sizes, inner, view.all_at(avoid))
-    placed = [(tag, at, box) for tag, at, box in zip(tags, points, boxes, strict=True) if box]
-    for tag, at, box in placed:
+    inner = (left + 3, top + 3, right - 3, bottom - 3)
+    kept = [(x - KEEP_PX, y - KEEP_PX, x + KEEP_PX, y + KEEP_PX) for x, y in view.all_at(page.keep)]
+    points = view.all_at([tag.place for tag in page.tags])
+    return place_boxes(points, [tag_size(tag) for tag in page.tags], inner, view.all_at(page.avoid), kept)
+
+
+def draw_tags(view: FloorView, page: Page) -> None:
+    """Write numbers and names beside their places, with a line to the place."""
+    placed = [(tag, box) for tag, box in zip(page.tags, place_tags(view, page), strict=True) if box]
+    for tag, box in placed:
+        at = view.at(tag.place)
         if tag.number:
             view.sheet.line([at, centre(box)], PAPER, 4.5)
+        if tag.number or math.dist(at, centre(box)) > FAR_PX:
             view.sheet.line([at, centre(box)], tag.color, 1.5)
-    for tag, _, box in placed:
+    for tag, box in placed:
         draw_tag(view.sheet, tag, box)

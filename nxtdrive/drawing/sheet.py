@@ -113,7 +113,6 @@ class Sheet:
         color: Color = INK,
         *,
         bold: bool = False,
-        halo: bool = False,
         anchor: str = "l",
     ) -> None:
         """Write on one line.
@@ -124,16 +123,14 @@ class Sheet:
             size: Of the font.
             color: Of the font.
             bold: Thicker.
-            halo: With a white rim, to be read above lines.
             anchor: ``l``, ``m`` or ``r``.
         """
         back = {"l": 0.0, "m": 0.5, "r": 1.0}[anchor]
-        for rim, ink in ((4 * OVERSAMPLING / 2, PAPER), (0.0, color)) if halo else ((0.0, color),):
-            x, y = (at[0] - back * text_width(text, size)) * OVERSAMPLING, at[1] * OVERSAMPLING
-            stroke = rim + (size * OVERSAMPLING / 45 if bold else 0.0)
-            for part, font in parts(text, size * OVERSAMPLING):
-                self._draw.text((x, y), part, ink, font, anchor="ls", stroke_width=stroke, stroke_fill=ink)
-                x += font.getlength(part)
+        x, y = (at[0] - back * text_width(text, size)) * OVERSAMPLING, at[1] * OVERSAMPLING
+        stroke = size * OVERSAMPLING / 45 if bold else 0.0
+        for part, font in parts(text, size * OVERSAMPLING):
+            self._draw.text((x, y), part, color, font, anchor="ls", stroke_width=stroke)
+            x += font.getlength(part)
 
     def finished(self) -> Image.Image:
         """Return the picture, RGB."""

@@ -31,10 +31,10 @@ from nxtdrive.recording.map_style import (
 
 ROBOT_MM, VIEW_MM = 130.0, 520.0
 """The robot's radius; how far the view of the camera is drawn."""
-ARROW_MM = 450.0
+ARROW_PX = 95.0
 """An arrowhead shows the direction of the path after each such stretch."""
-VISIBLE_MM = 40.0
-"""Shorter paths of a state cannot be seen and are not in the legend."""
+VISIBLE_MM = 60.0
+"""Shorter pieces of a path cannot be seen: a state that has no longer one is not in the legend."""
 MARK_PX, SMALL_MARK_PX = 6.5, 3.5
 """Marks of events with and without a number."""
 LAST = 9
@@ -86,7 +86,7 @@ class MapPainter:
             for x0, y0, x1, y1 in lines:
                 sheet.line(_pixels(view, [(x0, y0), (x1, y1)]), style.color, style.width, style.dash)
         for at in _pixels(view, self._scene.echoes):
-            sheet.circle(at, 1.8, ECHO)
+            sheet.circle(at, 1.5, ECHO)
         for _, color, points in self._targets:
             for at in _pixels(view, points):
                 sheet.circle(at, 2.2, pale(color))
@@ -124,10 +124,9 @@ class MapPainter:
         return [event for event in self._numbered if event.kind == "failed"]
 
     def _path_keys(self) -> Iterator[Key]:
-        lengths: dict[str, float] = {}
-        for state, points in self._scene.pieces():
-            lengths[state] = lengths.get(state, 0.0) + sum(math.dist(one, other) for one, other in pairwise(points))
-        for style in dict.fromkeys(path_style(state) for state, length in lengths.items() if length >= VISIBLE_MM):
+        pieces = self._scene.pieces()
+        visible = [state for state, points in pieces if math.dist(min(points), max(points)) >= VISIBLE_MM]
+        for style in dict.fromkeys(map(path_style, visible)):
             yield Key(style.text, line_sample(style.color, style.width, style.dash))
 
     def _paint_robot(self, view: FloorView) -> None:
@@ -165,7 +164,7 @@ def _paint_view(view: FloorView, pose: Pose, half_deg: float) -> None:
 def _paint_path(view: FloorView, state: str, points: Sequence[Point]) -> None:
     style = path_style(state)
     view.sheet.line(_pixels(view, points), style.color, style.width, style.dash)
-    left_mm = ARROW_MM / 2
+    left_mm = ARROW_PX / view.scale / 2
     for start, end in pairwise(points):
         length_mm = math.dist(start, end)
         left_mm -= length_mm
@@ -173,7 +172,7 @@ def _paint_path(view: FloorView, state: str, points: Sequence[Point]) -> None:
             tip, along = view.at(on_page(end)), on_page((end[0] - start[0], end[1] - start[1]))
             tail = tip[0] - 12 * along[0] / length_mm, tip[1] - 12 * along[1] / length_mm
             view.sheet.arrow(tail, tip, style.color, 1.0, 13.0)
-            left_mm = ARROW_MM
+            left_mm = ARROW_PX / view.scale
 
 
 def _paint_start(sheet: Sheet, at: Point, radius: float) -> None:

@@ -11,7 +11,6 @@ from PIL import Image
 
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
-from behaviors.ports import Point
 from nxtdrive.drawing.blocks import Note, Tag
 from nxtdrive.drawing.floor_view import Area, Axes
 from nxtdrive.drawing.page import Page, draw_page
@@ -28,6 +27,7 @@ ROOM_MM = 1500.0
 """Of the true room what is nearer than this to what the robot saw is on the map."""
 SHOWN_REST = 6
 """Kinds of events without a number that are listed."""
+START_MARK = [START.ahead(length_mm) for length_mm in (0.0, 80.0, 160.0, 240.0)]
 RULE = "Numbers: what repeats at one place shares one; of the rest the first of each kind."
 
 
@@ -74,7 +74,8 @@ def map_page(
         heading="What happened" if shown.numbered else "",
         notes=list(number_notes(shown, lambda event: mark_style(event).color)),
         tags=[*_target_tags(scene), *_number_tags(shown)],
-        avoid=[on_page(point) for point in _marked(scene)],
+        avoid=[on_page((pose.x_mm, pose.y_mm)) for pose, _ in scene.poses],
+        keep=[on_page(point) for point in (*(middle(points) for points in scene.sightings.values()), *START_MARK)],
     )
 
 
@@ -84,13 +85,6 @@ def _area(scene: MapScene, room: Sequence[Line]) -> Area:
     seen = Area.around(points, 0.0, 0.0)
     corners = [on_page(corner) for x0, y0, x1, y1 in room for corner in ((x0, y0), (x1, y1))]
     return Area.around([*points, *(each for each in corners if seen.holds(each, ROOM_MM))], MARGIN_MM, SMALLEST_MM)
-
-
-def _marked(scene: MapScene) -> Iterator[Point]:
-    """Yield places that numbers and names should not cover."""
-    yield from ((pose.x_mm, pose.y_mm) for pose, _ in scene.poses)
-    yield from (START.ahead(length_mm) for length_mm in range(0, 250, 10))
-    yield from (middle(points) for points in scene.sightings.values() for _ in range(9))
 
 
 def _result(records: Sequence[Record], mission: Mission | None) -> Iterator[str]:

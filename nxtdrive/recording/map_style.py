@@ -11,7 +11,7 @@ from nxtdrive.recording.map_events import MapEvent
 UNKNOWN: Color = (236, 236, 233)
 HINT: Color = (196, 199, 203)
 SOLID: Color = (96, 101, 109)
-ECHO: Color = (150, 152, 156)
+ECHO: Color = (172, 174, 178)
 VIEW: Color = (250, 240, 200)
 VIEW_EDGE: Color = (205, 185, 120)
 ROOM: Color = (150, 150, 150)

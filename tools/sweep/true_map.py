@@ -65,6 +65,7 @@ def true_map_page(trace: EpisodeTrace, title: str) -> Page:
         notes=list(_notes(shown, events)),
         tags=[*(Tag(goal.at_mm, goal.name, ARRIVE, number=False) for goal in goals), *_tags(shown, events)],
         avoid=[moment.pose[:2] for moment in trace.moments[::3]],
+        keep=[goal.at_mm for goal in goals],
     )
 
 
@@ -134,7 +135,7 @@ def _keys(trace: EpisodeTrace, events: dict[MapEvent, MarkStyle]) -> Iterator[Ke
     yield Key("picture of a target, and where it faces", line_sample(ARRIVE, 5.0))
     if any(name not in trace.targets for name in first.goals):
         yield Key("another picture", line_sample(DIM, 5.0))
-    low = [obstacle.height_mm < LOW_MM for obstacle in first.plan.obstacles]
+    low = [each.height_mm < LOW_MM for each in first.plan.obstacles if each.name not in first.goals]
     if not all(low):
         yield Key("obstacle", patch_sample(SOLID, DIM))
     if any(low):

@@ -11,9 +11,9 @@ import pytest
 from behaviors.evidence import Evidence
 from behaviors.journal import Kind, Record
 from behaviors.recoveries import RECOVERIES, WAIT, Choice
-from nxtdrive.drawing.blocks import tag_size
 from nxtdrive.drawing.floor_view import FloorView
-from nxtdrive.drawing.label_placement import overlap, place_boxes
+from nxtdrive.drawing.label_placement import overlap
+from nxtdrive.drawing.page import place_tags
 from nxtdrive.drawing.sheet import Sheet
 from nxtdrive.mission.setup import load
 from nxtdrive.recording.map_events import MOST, numbering
@@ -221,7 +221,6 @@ def test_what_repeats_at_one_place_shares_a_number():
 def test_numbers_and_names_neither_cover_each_other_nor_leave_the_map(seed):
     page = map_page(list(_long_run(300, seed)))
     view = FloorView(Sheet(900, 900), page.area, page.axes, (0, 0), (860, 860))
-    sizes = [tag_size(tag) for tag in page.tags]
-    boxes = place_boxes(view.all_at([tag.place for tag in page.tags]), sizes, view.frame, view.all_at(page.avoid))
+    boxes = place_tags(view, page)
     assert None not in boxes
     assert not any(overlap(one, other) for one, other in combinations(boxes, 2))
