@@ -62,7 +62,8 @@ def map_page(
     shown = numbering(scene.events)
     area = _area(scene, [*room, *room_at_end])
     half_view_deg = mission.camera.hfov_deg / 2 if mission else 30.0
-    painter = MapPainter(scene, shown, half_view_deg, room, [line for line in room_at_end if line not in set(room)])
+    at_start = set(room)
+    painter = MapPainter(scene, shown, half_view_deg, room, [line for line in room_at_end if line not in at_start])
     begun = next((record for record in records if record.kind is Kind.START), None)
     return Page(
         title=str(begun.data.get("mission", "")) if begun else "A mission that did not begin",

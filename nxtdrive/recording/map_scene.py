@@ -21,6 +21,8 @@ Line = tuple[float, float, float, float]
 """Both ends of a line on the floor: x0_mm, y0_mm, x1_mm, y1_mm."""
 FARTHEST_MM = 1e6
 """Numbers beyond this are no places."""
+FOOTPRINT_STEP_MM = 60.0
+"""After each such stretch the floor under the robot is marked free."""
 START = Pose(0.0, 0.0, 0.0)
 
 
@@ -72,12 +74,15 @@ class MapScene:
 
 def gather(records: Sequence[Record]) -> MapScene:
     """Extract from a journal what the map shows."""
-    scene, reader, here = MapScene(), EventReader(), START
+    scene, reader, here, stood = MapScene(), EventReader(), START, Pose(math.inf)
     for record in records:
         pose = _pose(record.data.get("pose"))
         if pose is not None:
             here = pose
             scene.poses.append((here, record.state))
+            if math.hypot(here.x_mm - stood.x_mm, here.y_mm - stood.y_mm) >= FOOTPRINT_STEP_MM:
+                stood = here
+                scene.floor.stands_on(here)
             if record.kind is Kind.LOOK:
                 _add_look(scene, record, here)
         event = reader.read(record, here)
@@ -87,7 +92,6 @@ def gather(records: Sequence[Record]) -> MapScene:
 
 
 def _add_look(scene: MapScene, record: Record, here: Pose) -> None:
-    scene.floor.stands_on(here)
     range_mm, sighting = _number(record.data.get("range_mm")), record.data.get("sighting")
     if range_mm is None:
         scene.floor.no_echo(here)
