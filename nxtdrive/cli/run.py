@@ -6,7 +6,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,8 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, INCOMPLETE, LINK_LOST, NOT_ACHIEVED
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_profile_argument
 from nxtdrive.cli.output import complain, make_console, print_line
+from nxtdrive.cli.pace import in_real_time
+from nxtdrive.cli.web import add_port_argument, listen, require_extra
 from nxtdrive.signals import held
 
 if TYPE_CHECKING:
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from behaviors.profiles.profile import MakeProfile
     from nxtdrive.recording.recording import Recording
     from nxtdrive.recording.status_line import StatusLine
+    from nxtdrive.tools.web.live_run import LiveRun
 
 DESCRIPTION = """\
 Run a mission: search for its targets, drive to them, recover from failures.
@@ -36,6 +39,7 @@ EXAMPLES = """\
   nxtdrive run --nxt "sim://?seed=7" --profile adaptive
   nxtdrive run --confirm-recovery     # confirm each recovery
   nxtdrive run my-mission.toml --nxt usb:// --camera 0
+  nxtdrive run --web --confirm-recovery     # watch, and decide, in the browser
   nxtdrive run --nxt /tmp/nxt --camera http://127.0.0.1:8081/camera.mjpg
   nxtdrive run --json --no-video"""
 
@@ -61,7 +65,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--confirm-recovery",
         action="store_true",
-        help="after each failure show what could be done and wait for you to confirm it or choose; in a terminal",
+        help="after each failure show what could be done and wait for you to confirm it or choose, in a terminal or "
+        "on the page of --web",
     )
     parser.add_argument(
         "--console",
@@ -70,6 +75,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what is printed meanwhile: 'progress', with the time and the reason of what the robot does (default), "
         "or 'thesis', the lines of the thesis's agent, word for word",
     )
+    parser.add_argument(
+        "--web",
+        action="store_true",
+        help="show the run in the browser while it lasts; a simulated robot keeps to real time then, unless its "
+        "address names a pace. Needs the extra nxtdrive[web]",
+    )
+    add_port_argument(parser, "TCP port of --web")
     parser.add_argument("--no-video", action="store_true", help="do not record camera.mp4")
     add_json_argument(parser)
 
@@ -85,24 +97,43 @@ def run(args: argparse.Namespace) -> int:
     if not args.json:
         observers.attempt(OUTPUT, print_line, GREETINGS[args.console].format(args.nxt))
     with ExitStack() as stack:
-        robot = stack.enter_context(open_robot(args.nxt, args.camera))
+        page = _page(args, mission, stack) if args.web else None
+        robot = stack.enter_context(open_robot(in_real_time(args.nxt) if page else args.nxt, args.camera))
         status = stack.enter_context(StatusLine(make_console(stderr=True)))
-        make_profile = _supervised(mission, status) if args.confirm_recovery else None
         say_hint = _say_nothing if args.json else _say_hint
-        run = MissionRun(mission, robot, observers, file=args.mission, say_hint=say_hint, make_profile=make_profile)
+        if page:
+            run = page.assemble(robot, observers, say_hint)
+        else:
+            make_profile = _supervised(mission, status) if args.confirm_recovery else None
+            run = MissionRun(mission, robot, observers, file=args.mission, say_hint=say_hint, make_profile=make_profile)
         release = stack.enter_context(held())  # once there is a folder, it will be complete
         recording = run.record(args.out, video=not args.no_video)
         observers.add("signals", lambda _record: release())
         observers.add(OUTPUT, _print_json if args.json else _console(args.console))
         if not args.json:
             observers.add("status line", status)
-        report = run.pursue()
+        report = page.pursue(run, recording.folder.path.name) if page else run.pursue()
     if args.json:
         values = {"kind": "summary", **run.summary(), "folder": str(recording.folder.path)}
         observers.attempt(OUTPUT, print_line, json.dumps(values))
     else:
         observers.attempt(OUTPUT, _say_where, report, recording)
     return _exit_code(report, observers)
+
+
+def _page(args: argparse.Namespace, mission: Mission, stack: ExitStack) -> LiveRun:
+    """Return the run's page, and print its address.
+
+    Raises:
+        ConfigError: Its port is not available.
+    """
+    from nxtdrive.tools.web.live_run import LiveRun
+
+    listener = stack.enter_context(closing(listen(args.port)))
+    url = "http://{}:{}/".format(*listener.getsockname())
+    with suppress(OSError):
+        complain(f"watch the run at {url}", sender="") if args.json else print_line(f"watch the run at {url}")
+    return LiveRun(mission, listener, confirm=args.confirm_recovery, file=args.mission, runs=args.out)
 
 
 def _mission(args: argparse.Namespace) -> Mission:
@@ -114,8 +145,10 @@ def _mission(args: argparse.Namespace) -> Mission:
     from nxtdrive.mission.checking import warnings
     from nxtdrive.mission.setup import load
 
-    if args.confirm_recovery and not (sys.stdin.isatty() and sys.stderr.isatty()):
-        raise ConfigError("--confirm-recovery needs a terminal to ask you in.", remedy="Run it in one, or without it.")
+    if args.web:
+        require_extra()
+    elif args.confirm_recovery and not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise ConfigError("--confirm-recovery needs a terminal to ask you in.", remedy="Run it in one, or add --web.")
     mission = load(args.mission)
     if args.profile is not None:
         table = mission.mission.model_copy(update={"profile": args.profile})

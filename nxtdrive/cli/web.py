@@ -47,25 +47,35 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where runs go (default: runs)"
     )
-    parser.add_argument(
-        "--port",
-        type=number("port", int, 0, 65535),
-        default=PORT,
-        help=f"TCP port; 0 takes a free one (default: {PORT})",
-    )
+    add_port_argument(parser, "TCP port")
     parser.add_argument(
         "--lan", action="store_true", help="let phones and other computers of the network in, who need the printed PIN"
     )
 
 
-def run(args: argparse.Namespace) -> int:
-    """Serve until Ctrl-C; returns the exit code."""
+def add_port_argument(parser: argparse.ArgumentParser, what: str) -> None:
+    """Declare the argument ``--port``, described as `what`."""
+    port = number("port", int, 0, 65535)
+    parser.add_argument("--port", type=port, default=PORT, help=f"{what}; 0 takes a free one (default: {PORT})")
+
+
+def require_extra() -> None:
+    """Check that the packages of the page are installed.
+
+    Raises:
+        ConfigError: They are not.
+    """
     from importlib.util import find_spec
 
     if any(find_spec(name) is None for name in ("starlette", "uvicorn", "websockets", "segno", "tomlkit")):
         raise ConfigError(
             "the page needs packages that are not installed.", remedy=f"Install them: {install_extra('web')}"
         )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serve until Ctrl-C; returns the exit code."""
+    require_extra()
     from nxtdrive.mission import setup
     from nxtdrive.tools.web.access import Pin
     from nxtdrive.tools.web.app import Server, serve
@@ -76,12 +86,12 @@ def run(args: argparse.Namespace) -> int:
 
     address = in_real_time(args.nxt)
     pin = Pin() if args.lan else None
-    with closing(_listen(EVERYWHERE if args.lan else LOOPBACK, args.port)) as listener:
+    with closing(listen(args.port, EVERYWHERE if args.lan else LOOPBACK)) as listener:
         hub = Hub()
         robot = Robot(address, args.camera, setup.load(args.mission), hub, args.out)
         with closing(robot), suppress(KeyboardInterrupt):
             server = Server(robot, hub, Missions(args.folder), Runs(args.out), str(address), pin)
-            serve(server, listener, lambda: _announce(listener.getsockname()[1], pin))
+            serve(server, robot, listener, lambda: _announce(listener.getsockname()[1], pin))
     if robot.failure:
         raise robot.failure
     print_line("ended; motors off")
@@ -120,7 +130,12 @@ def _own_address() -> str:
         return str(probe.getsockname()[0])
 
 
-def _listen(host: str, port: int) -> socket.socket:
+def listen(port: int, host: str = LOOPBACK) -> socket.socket:
+    """Bind a port.
+
+    Raises:
+        ConfigError: It is not available.
+    """
     try:
         return socket.create_server((host, port))
     except OSError as error:

@@ -92,6 +92,7 @@ class MissionRun:
     Attributes:
         observers: As given.
         robot: As given.
+        eyes: Looks for the targets.
         recording: The record of the run, once `record` was called.
 
     Raises:
@@ -114,9 +115,9 @@ class MissionRun:
         self.robot, self._mission, self._pause = robot, mission, pause
         self._report: Report | None = None
         self._error = ""
-        self._eyes = setup.camera_eyes(robot.camera, mission)
+        self.eyes = setup.camera_eyes(robot.camera, mission)
         body, clock = setup.build_body(robot.brick, mission), MissionClock(robot.brick)
-        self._executive = Executive(mission, body, self._eyes, clock, observers, make_profile, pause)
+        self._executive = Executive(mission, body, self.eyes, clock, observers, make_profile, pause)
         self._review = RunReview(mission, truth_of(robot.brick), say_hint, file)
 
     def record(self, parent: Path, *, video: bool = True, watch: WatchFrames | None = None) -> Recording:
@@ -134,7 +135,7 @@ class MissionRun:
         folder = new_run_folder(parent, self._mission.mission.name)
         recording = self.recording = Recording(folder, video=video, room=room.lines if room else None)
         self.observers.attempt(MISSION, recording.folder.write_mission, self._mission)
-        self._eyes.on_look(self.observers.guarded(VIDEO, recording.look))
+        self.eyes.on_look(self.observers.guarded(VIDEO, recording.look))
         (watch or self.robot.watch)(self.observers.guarded(VIDEO, recording.frame))
         self.observers.add(JOURNAL, recording)
         return recording

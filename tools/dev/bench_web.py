@@ -103,7 +103,7 @@ def running(hub: Hub, address: str = "sim://open?pace=realtime") -> Iterator[str
         folder, ready = Path(name), threading.Event()
         robot = Robot(Address.parse(address), None, setup.load(None), hub, folder / "runs")
         server = Server(robot, hub, Missions(folder), Runs(folder / "runs"), address)
-        thread = threading.Thread(target=serve, args=(server, listener, ready.set))
+        thread = threading.Thread(target=serve, args=(server, robot, listener, ready.set))
         thread.start()
         try:
             ready.wait()

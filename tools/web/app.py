@@ -5,11 +5,13 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import socket
+import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from importlib import resources
 from itertools import count
 from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
 import anyio
 import uvicorn
@@ -50,6 +52,9 @@ from .robot import Robot
 from .runs import Runs
 from .wheel import Wheel
 
+if TYPE_CHECKING:
+    from nxtdrive.vision.detection import Image
+
 STATIC = Path(str(resources.files(__package__))) / "static"
 MAX_CLIENTS = 50
 GRACE_S = 1
@@ -58,12 +63,40 @@ TRY_LATER = 1013
 """WebSocket close code "try again later". Source: the IANA registry of close codes."""
 
 
+class Watched(Protocol):
+    """A robot with a mission that clients watch; all methods may be called from any thread."""
+
+    def picture(self) -> Image | None:
+        """Return the camera's latest picture, if it has given one."""
+        ...
+
+    def stop(self) -> None:
+        """Stop the robot and end a running mission."""
+        ...
+
+    def stop_mission(self) -> None:
+        """End the running mission, if there is one."""
+        ...
+
+    def pause_mission(self) -> None:
+        """Let the robot stand until `resume_mission`; `ValueError` says why it cannot."""
+        ...
+
+    def resume_mission(self) -> None:
+        """End the pause, if there is one."""
+        ...
+
+    def answer(self, question: int, choice: int) -> None:
+        """Answer a question."""
+        ...
+
+
 @dataclass
 class Server:
     """One robot and its clients.
 
     Attributes:
-        robot: The robot.
+        robot: The robot; a `Robot` can also be driven by hand, and missions be started.
         hub: What it tells.
         missions: The missions that can be started.
         runs: The runs that can be replayed.
@@ -71,7 +104,7 @@ class Server:
         pin: The PIN without which no browser is let in, for a server that other computers can reach; else None.
     """
 
-    robot: Robot
+    robot: Robot | Watched
     hub: Hub
     missions: Missions
     runs: Runs
@@ -159,33 +192,41 @@ class Server:
         Raises:
             ValueError: It cannot be done; the text says why.
         """
+        robot = self.robot
+        match message:
+            case Stop():
+                robot.stop()
+            case StopMission():
+                robot.stop_mission()
+            case PauseMission():
+                robot.pause_mission()
+            case ResumeMission():
+                robot.resume_mission()
+            case Answer(question=question, choice=choice):
+                robot.answer(question, choice)
+            case _ if isinstance(robot, Robot):
+                self._control(robot, client, message)
+            case _:
+                raise ValueError("This page shows one run. Start `nxtdrive web` to drive and to start missions.")
+
+    def _control(self, robot: Robot, client: Client, message: Message) -> None:
         match message:
             case Drive():
                 if not self._wheel.take(client.name) and (message.ahead or message.aside):
                     raise ValueError(f"{self._wheel.driver} drives; it has been asked for the wheel.")
                 if self._wheel.driver == client.name:
-                    self.robot.drive(message.ahead, message.aside)
-            case Stop():
-                self.robot.stop()
+                    robot.drive(message.ahead, message.aside)
             case Release():
-                self.robot.release()
+                robot.release()
             case SpeedLimit(percent=percent):
-                self.robot.controls.percent = percent
+                robot.controls.percent = percent
             case TakeWheel():
                 self._wheel.take(client.name)
             case GiveWheel():
                 self._wheel.give(client.name)
             case StartMission(mission=name):
                 mission = self.missions.load(name, message.profile)
-                self.robot.start_mission(mission, confirm=message.confirm, file=self.missions.file(name))
-            case StopMission():
-                self.robot.stop_mission()
-            case PauseMission():
-                self.robot.pause_mission()
-            case ResumeMission():
-                self.robot.resume_mission()
-            case Answer(question=question, choice=choice):
-                self.robot.answer(question, choice)
+                robot.start_mission(mission, confirm=message.confirm, file=self.missions.file(name))
 
     def _hello(self, client: Client) -> dict[str, object]:
         return {
@@ -193,6 +234,7 @@ class Server:
             "version": VERSION,
             "you": client.name,
             "address": self.address,
+            "drives": isinstance(self.robot, Robot),
             "missions": self.missions.names(),
             "chart": chart(),
             "recoveries": recoveries(),
@@ -204,11 +246,12 @@ def _admit(_request: Request) -> Response:
     return Response(status_code=204)
 
 
-def serve(server: Server, listener: socket.socket, ready: Callable[[], None]) -> None:
+def serve(server: Server, robot: Robot, listener: socket.socket, ready: Callable[[], None]) -> None:
     """Open the robot and serve the page until a signal comes or the robot's thread ends.
 
     Args:
         server: What to serve.
+        robot: The server's.
         listener: A bound socket.
         ready: Called when the robot is open.
 
@@ -216,6 +259,32 @@ def serve(server: Server, listener: socket.socket, ready: Callable[[], None]) ->
         NXTError: Brick or camera cannot be opened.
         KeyboardInterrupt: Ctrl-C.
     """
+    http = _http(server)
+    robot.open(on_end=lambda: setattr(http, "should_exit", True))
+    ready()
+    http.run(sockets=[listener])
+
+
+@contextlib.contextmanager
+def serving(server: Server, listener: socket.socket) -> Iterator[None]:
+    """Serve the page in a thread of its own until the end of the block, where clients get what is waiting for them.
+
+    Args:
+        server: What to serve.
+        listener: A bound socket.
+    """
+    http = _http(server)
+    thread = threading.Thread(target=http.run, args=([listener],), name="nxtdrive page", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        server.hub.flush(GRACE_S)
+        http.should_exit = True
+        thread.join(2 * GRACE_S)
+
+
+def _http(server: Server) -> uvicorn.Server:
     config = uvicorn.Config(
         server.app(),
         log_level="warning",
@@ -223,7 +292,4 @@ def serve(server: Server, listener: socket.socket, ready: Callable[[], None]) ->
         timeout_graceful_shutdown=GRACE_S,
         lifespan="off",
     )
-    http = uvicorn.Server(config)
-    server.robot.open(on_end=lambda: setattr(http, "should_exit", True))
-    ready()
-    http.run(sockets=[listener])
+    return uvicorn.Server(config)

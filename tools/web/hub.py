@@ -6,6 +6,7 @@ import asyncio
 import json
 import struct
 import threading
+import time
 from collections import deque
 from collections.abc import Mapping
 from typing import Any
@@ -18,6 +19,9 @@ BACKLOG = 20_000
 """Events of a run that are kept for clients that come later: more than an hour of a mission."""
 BEHIND = 2_000
 """A client that is this many events behind is too slow and is closed; its page connects again and catches up."""
+
+FLUSH_S = 0.02
+"""How often it is looked whether all events have been sent."""
 
 
 def image_message(kind: int, number: int, time_s: float, encoded: bytes) -> bytes:
@@ -41,6 +45,7 @@ class Client:
         self._lock = threading.Lock()
         self._latest: dict[object, str | bytes] = {}
         self._events: deque[str] = deque()
+        self._sending = 0
 
     def put(self, key: object, message: str | bytes) -> None:
         """Replace what is waiting under `key`; any thread."""
@@ -58,14 +63,19 @@ class Client:
     @property
     def waiting(self) -> int:
         """Number of events that have not been sent."""
-        return len(self._events)
+        return len(self._events) + self._sending
 
     async def next(self) -> list[str | bytes]:
-        """Wait for messages to send: events first, in order, then the latest of everything else."""
+        """Wait for messages to send: events first, in order, then the latest of everything else.
+
+        What was returned before counts as sent.
+        """
+        self._sending = 0
         await self._news.wait()
         self._news.clear()
         with self._lock:
             messages: list[str | bytes] = [*self._events, *self._latest.values()]
+            self._sending = len(self._events)
             self._events.clear()
             self._latest.clear()
         return messages
@@ -126,6 +136,12 @@ class Hub:
             self._events.append(message)
             for client in self._clients:
                 client.append(message)
+
+    def flush(self, timeout_s: float) -> None:
+        """Wait until all clients have been sent their events, for at most `timeout_s`."""
+        until_s = time.monotonic() + timeout_s
+        while time.monotonic() < until_s and any(client.waiting for client in self.clients):
+            time.sleep(FLUSH_S)
 
     def begin_run(self) -> None:
         """Forget the events of the last run."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -14,14 +15,14 @@ from behaviors.operator import Question
 from behaviors.pause import Pause
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.profile import Profile
-from behaviors.profiles.registry import PROFILES, supervised
+from behaviors.profiles.registry import PROFILES, make_policy, supervised
 from behaviors.recoveries import Choice
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
 from nxtdrive.mission.assembly import MissionRun, OpenRobot
 from nxtdrive.recording.progress_lines import ProgressLines
-from nxtdrive.recording.wording import evidence_lines, failure_words
 
+from .decisions import asked, made
 from .hub import BELIEF, GRID, Hub
 from .pictures import layer
 from .true_room import TrueRoom
@@ -59,7 +60,9 @@ class WebOperator:
         with self._answered:
             self._number += 1
             self._choice = None
-            self._hub.show("question", {"open": True, "number": self._number, **_shown(question)})
+            self._hub.show(
+                "question", {"open": True, "number": self._number, **asked(question.evidence, question.candidates)}
+            )
             try:
                 while self._choice is None:
                     self._pause.check_end()
@@ -102,23 +105,32 @@ class ShownMission:
         self._hub = hub
         self._confirm = confirm
         self._file = file
+        self._policy = make_policy(mission.mission.profile, mission)
         self._profile: Profile | None = None
         self._map_s = -MAP_EVERY_S
 
-    def assemble(self, robot: OpenRobot, observers: Observers | None = None) -> MissionRun:
+    def assemble(
+        self, robot: OpenRobot, observers: Observers | None = None, say_hint: Callable[[str], None] = lambda _: None
+    ) -> MissionRun:
         """Assemble the mission.
 
         Args:
             robot: What does it.
             observers: Further observers.
+            say_hint: Also called with each hint.
 
         Raises:
             ConfigError: A target's picture cannot be used.
         """
+
+        def say(hint: str) -> None:
+            self._say(f"hint: {hint}")
+            say_hint(hint)
+
         observers = observers or Observers(on_failure=self._say_failure)
         make, pause = self._make_profile, self._pause
         return MissionRun(
-            self._mission, robot, observers, file=self._file, say_hint=self._say_hint, make_profile=make, pause=pause
+            self._mission, robot, observers, file=self._file, say_hint=say, make_profile=make, pause=pause
         )
 
     def end(self) -> None:
@@ -163,9 +175,6 @@ class ShownMission:
     def _say(self, line: str) -> None:
         self._hub.tell("line", {"text": line})
 
-    def _say_hint(self, hint: str) -> None:
-        self._say(f"hint: {hint}")
-
     def _say_failure(self, name: str, error: Exception) -> None:
         self._hub.tell("problem", {"text": f"{name}: {error}"})
 
@@ -176,6 +185,8 @@ class ShownMission:
 
     def _tell(self, record: Record) -> None:
         self._hub.tell("record", {"record": record.values()})
+        if record.kind is Kind.CHOICE:
+            self._hub.tell("decision", made(record, self._policy))
         self._true_room.show()
         if record.kind is Kind.LOOK and record.time_s - self._map_s >= MAP_EVERY_S:
             self._map_s = record.time_s
@@ -190,19 +201,3 @@ class ShownMission:
         show(GRID, encoded=layer(world.floor.evidence, -SURE, SURE))
         chances = world.beliefs[record.target].by_place()
         show(BELIEF, encoded=layer(chances, 0.0, max(float(chances.max()), 1e-9)))
-
-
-def _shown(question: Question) -> dict[str, object]:
-    """Return a question as plain values."""
-    evidence = question.evidence
-    candidates = []
-    for each in question.candidates:
-        option = each.option
-        numbers = {} if option is None else {"seconds": round(option.seconds, 1), "chance": round(option.chance, 3)}
-        candidates.append({"text": each.choice.words(), "why": each.choice.why, **numbers})
-    return {
-        "target": evidence.target,
-        "failed": failure_words(evidence.reason),
-        "known": list(evidence_lines(evidence)),
-        "candidates": candidates,
-    }

@@ -76,7 +76,7 @@ def _serving(folder: Path, hub: Witness) -> Iterator[int]:
     server = _server(folder, hub, "sim://open?pace=fast")
     with socket.create_server(("127.0.0.1", 0)) as listener:
         ready = threading.Event()
-        thread = threading.Thread(target=serve, args=(server, listener, ready.set))
+        thread = threading.Thread(target=serve, args=(server, hub.robot, listener, ready.set))
         thread.start()
         try:
             ready.wait()

@@ -10,7 +10,7 @@ import { Decisions, Lines, MissionPanel } from "./mission.js";
 const NOTICE_MS = 6000;
 const find = (id) => document.getElementById(id);
 const connection = new Connection();
-let me = "", stopped = false, hidesNotice = 0;
+let me = "", stopped = false, hidesNotice = 0, drives = true;
 
 showCamera(connection, find("camera"));
 new FloorMap(connection, find("map"), { grid: find("layer-grid"), belief: find("layer-belief"), truth: find("layer-truth") });
@@ -20,8 +20,10 @@ new MissionPanel(connection, find);
 new Lines(connection, find("lines"));
 new Decisions(connection, find("decision"));
 
-connection.on("hello", ({ you, address }) => {
+connection.on("hello", ({ you, address, ...hello }) => {
   me = you;
+  drives = hello.drives;
+  document.body.classList.toggle("watching", !drives);
   notice("");
   document.title = `nxtdrive ${address}`;
 });
@@ -29,6 +31,14 @@ connection.on("closed", () => {
   find("doing").textContent = "no connection to nxtdrive";
   notice("The page has lost nxtdrive; it tries again each second.");
 });
+connection.on("ended", ({ ending, duration_s }) => {
+  if (drives) return;
+  // this was the program's only run: the page stays as it is
+  connection.end();
+  find("stop").disabled = true;
+  find("doing").textContent = `ended: ${ending.replaceAll("_", " ")} after ${(duration_s ?? 0).toFixed(1)} s`;
+});
+connection.on("problem", ({ text }) => notice(text, NOTICE_MS));
 connection.on("refused", ({ text }) => notice(text, NOTICE_MS));
 connection.on("link", ({ lost }) => notice(lost));
 connection.on("state", (state) => {

@@ -1,4 +1,7 @@
-// The statechart as nested boxes, drawn from the server's description, so that new states appear by themselves.
+// The statechart as nested boxes, drawn from the server's description, so that new states appear by themselves, and
+// the last transitions.
+
+const TRANSITIONS = 6;
 
 export class Chart {
   constructor(connection, element) {
@@ -6,17 +9,34 @@ export class Chart {
     this.boxes = new Map();
     this.parents = new Map();
     connection.on("hello", ({ chart, recoveries }) => this.build(chart, recoveries));
-    connection.on("run", () => this.light(["idle", "up", "clear"]));
+    this.last = document.createElement("ol");
+    this.last.className = "transitions";
+    this.last.setAttribute("aria-label", "Last transitions");
+    connection.on("run", () => {
+      this.light(["idle", "up", "clear"]);
+      this.last.replaceChildren();
+    });
     connection.on("record", ({ record }) => {
-      if (record.kind === "transition") this.enter(this.boxes.has(record.to) ? record.to : record.state); // after a pause: history
+      if (record.kind !== "transition") return;
+      const to = this.boxes.has(record.to) ? record.to : record.state; // after a pause: history
+      this.enter(to);
+      if (record.source !== to) this.note(record, to);
     });
   }
 
   build({ regions }, recoveries) {
     this.recoveries = recoveries;
     this.boxes.clear();
-    this.element.replaceChildren(...regions.map((region) => this.box(region, null)));
+    this.element.replaceChildren(...regions.map((region) => this.box(region, null)), this.last);
     this.light([]);
+  }
+
+  note({ t, source, event, reason }, to) {
+    const item = document.createElement("li");
+    const words = `${source} → ${to}, ${reason ?? event ?? ""}`.replaceAll("_", " ").replace(/, $/, "");
+    item.textContent = `${t.toFixed(1).padStart(6)} s  ${words}`;
+    this.last.append(item);
+    while (this.last.children.length > TRANSITIONS) this.last.firstChild.remove();
   }
 
   box({ state: id, inner }, parent) {

@@ -6,6 +6,7 @@ export const FRAME = 1, GRID = 2, BELIEF = 3;
 export class Connection {
   constructor() {
     this.listeners = new Map();
+    this.ended = false;
     this.open();
   }
 
@@ -18,12 +19,18 @@ export class Connection {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
+  // nothing more will come: do not open again
+  end() {
+    this.ended = true;
+  }
+
   open() {
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     this.socket = new WebSocket(`${scheme}://${location.host}/ws`);
     this.socket.binaryType = "arraybuffer";
     this.socket.onmessage = ({ data }) => (typeof data === "string" ? this.text(JSON.parse(data)) : this.image(data));
     this.socket.onclose = () => {
+      if (this.ended) return;
       this.tell("closed", {});
       setTimeout(() => this.reopen(), RETRY_MS);
     };

@@ -25,18 +25,44 @@ export class Lines {
 export class Decisions {
   constructor(connection, box) {
     this.box = box;
-    connection.on("run", () => box.replaceChildren());
-    connection.on("record", ({ record }) => record.kind === "choice" && this.show(record));
+    connection.on("run", () => this.clear());
+    connection.on("decision", (decision) => this.show(decision));
+    this.clear();
   }
 
-  show({ choice, why, evidence }) {
-    const rows = Object.entries(evidence ?? {}).filter(([, value]) => ["string", "number", "boolean"].includes(typeof value));
+  clear() {
+    this.box.replaceChildren(
+      element("h2", "Decisions"),
+      element("p", "None yet. When an attempt fails, this says why, what could be done, and what the robot chooses.", "hint"),
+    );
+  }
+
+  show({ t, target, failed, known, choice, why, operator, candidates, chosen }) {
+    const parts = [
+      element("h2", `Decision at ${t.toFixed(1)} s`),
+      element("p", `${target}: ${failed}`),
+      element("p", `→ ${choice}: ${why}${operator ? " (you decided)" : ""}`, "choice"),
+    ];
+    if (candidates.length) parts.push(this.table(candidates, chosen));
+    const list = document.createElement("ul");
+    list.append(...known.map((text) => element("li", text)));
+    this.box.replaceChildren(...parts, list);
+    this.box.scrollTop = 0;
+  }
+
+  table(candidates, chosen) {
     const table = document.createElement("table");
-    for (const [name, value] of rows) {
+    table.createCaption().textContent = "What could be done";
+    const head = table.createTHead().insertRow();
+    for (const title of ["", "candidate", "takes", "chance", "per success"]) head.append(element("th", title));
+    candidates.forEach((each, index) => {
       const row = table.insertRow();
-      row.append(element("th", name.replaceAll("_", " ")), element("td", String(value).replaceAll("_", " ")));
-    }
-    this.box.replaceChildren(element("h2", `last decision: ${choice.replaceAll("_", " ")}, since ${why}`), table);
+      const cells = [index === chosen ? "chosen" : "", each.text, seconds(each.seconds), chance(each.chance), seconds(each.expected_s)];
+      row.append(...cells.map((text) => element("td", text)));
+      row.title = each.why;
+      row.classList.toggle("chosen", index === chosen);
+    });
+    return table;
   }
 }
 
@@ -67,6 +93,7 @@ export class MissionPanel {
 
   running(is) {
     this.find("start").hidden = is;
+    for (const id of ["mission", "profile", "confirm"]) this.find(id).disabled = is;
     this.find("end").hidden = this.find("pause").hidden = !is;
   }
 
@@ -82,9 +109,9 @@ export class MissionPanel {
     if (!open) return;
     this.find("question-title").textContent = `${target}: ${failed}. What now?`;
     this.find("question-known").replaceChildren(...known.map((text) => element("li", text)));
-    const buttons = candidates.map(({ text, why, seconds, chance }, choice) => {
-      const numbers = chance === undefined ? "" : ` (${seconds.toFixed(0)} s, chance ${(chance * 100).toFixed(0)} %)`;
-      const button = element("button", `${text}${numbers}${choice ? "" : `: proposed, since ${why}`}`);
+    const buttons = candidates.map((each, choice) => {
+      const numbers = each.chance === undefined ? "" : ` (${seconds(each.seconds)}, chance ${chance(each.chance)})`;
+      const button = element("button", `${each.text}${numbers}${choice ? "" : `: proposed, since ${each.why}`}`);
       button.type = "button";
       button.addEventListener("click", () => this.connection.send({ type: "answer", question: number, choice }));
       return button;
@@ -94,8 +121,18 @@ export class MissionPanel {
   }
 }
 
-function element(name, text) {
+function seconds(value) {
+  if (value === undefined) return "–";
+  return value === null ? "never" : `${value.toFixed(0)} s`;
+}
+
+function chance(value) {
+  return value === undefined ? "–" : `${(value * 100).toFixed(0)} %`;
+}
+
+function element(name, text, style = "") {
   const made = document.createElement(name);
   made.textContent = text;
+  made.className = style;
   return made;
 }

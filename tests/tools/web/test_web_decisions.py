@@ -1,0 +1,69 @@
+"""The decisions of a mission as the page shows them, by the code that explains a run."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from behaviors.events import Reason
+from behaviors.evidence import Detour, Evidence, Viewpoint
+from behaviors.failures import Blocker
+from behaviors.journal import Kind, Record, plain
+from behaviors.operator import OperatorChoice
+from behaviors.profiles.registry import make_policy
+from behaviors.recoveries import CHANGE_TARGET, Candidate, Choice
+from nxtdrive.mission import setup
+from nxtdrive.tools.web.decisions import candidate, made
+
+KNOWN = Evidence(
+    "lena",
+    Reason.LOST_BEHIND,
+    True,
+    0,
+    blocker=Blocker(500.0, 0.0, moving=True, hides=True),
+    detour=Detour(30.0, ((900.0, 400.0),)),
+    here=Viewpoint(0.0, 8.0, 0.5),
+)
+
+
+def _choice(profile: str) -> tuple[Record, Choice]:
+    policy = make_policy(profile, setup.load(None))
+    choice = policy.select(KNOWN)
+    data = plain({**choice.record(), "evidence": KNOWN.known()})
+    return Record(12.5, Kind.CHOICE, "select", "lena", data), choice
+
+
+def test_a_decision_shows_its_cause_its_candidates_and_the_choice():
+    record, choice = _choice("adaptive")
+    shown = made(record, make_policy("adaptive", setup.load(None)))
+    assert (shown["t"], shown["target"]) == (12.5, "lena")
+    assert shown["failed"] == "something came between the robot and it"
+    assert shown["choice"] == choice.words()
+    assert len(shown["candidates"]) > 1
+    assert shown["candidates"][shown["chosen"]]["text"] == choice.words()
+    cheapest = min(shown["candidates"], key=lambda each: each["expected_s"])
+    assert cheapest["text"] == choice.words()
+    assert any("in the way" in line for line in shown["known"])
+
+
+def test_a_rule_that_weighs_nothing_shows_no_candidates():
+    record, choice = _choice("thesis")
+    shown = made(record, make_policy("thesis", setup.load(None)))
+    assert (shown["choice"], shown["candidates"], shown["chosen"]) == (choice.words(), [], None)
+
+
+@pytest.mark.parametrize("data", [{}, {"choice": "fly", "why": "it can", "evidence": {"reason": "bored"}}])
+def test_a_decision_of_another_version_is_shown_as_far_as_it_is_understood(data):
+    shown = made(Record(1.0, Kind.CHOICE, "select", "lena", data), make_policy("adaptive", setup.load(None)))
+    assert shown["choice"] == data.get("choice", "")
+    json.dumps(shown, allow_nan=False)
+
+
+@pytest.mark.parametrize(("seconds", "chance"), [(math.inf, 0.5), (10.0, 0.0)])
+def test_a_time_without_end_is_said_in_json(seconds, chance):
+    choice = Choice(CHANGE_TARGET, "for a test")
+    shown = candidate(OperatorChoice(choice, Candidate(choice, seconds, chance)))
+    assert shown["expected_s"] is None
+    json.dumps(shown, allow_nan=False)

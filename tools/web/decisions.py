@@ -1,0 +1,66 @@
+"""The decisions of a mission as the page shows them: the cause, what was known, the candidates, and the choice."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from behaviors.evidence import Evidence
+from behaviors.journal import Record
+from behaviors.operator import OperatorChoice
+from behaviors.recoveries import RecoveryPolicy
+from nxtdrive.recording.decisions import Decision, decisions, same, weighed_by
+from nxtdrive.recording.wording import evidence_lines, failure_words, spaced
+
+
+def made(record: Record, policy: RecoveryPolicy) -> dict[str, Any]:
+    """Return the decision that a record of kind ``choice`` describes."""
+    (decision,) = decisions([record])
+    return decided(decision, weighed_by(policy, decision))
+
+
+def decided(decision: Decision, candidates: Iterable[OperatorChoice]) -> dict[str, Any]:
+    """Return a decision as plain values.
+
+    Args:
+        decision: As the journal has it.
+        candidates: As the run's policy weighs them.
+    """
+    choice, weighed = decision.choice, list(candidates)
+    chosen = next((i for i, each in enumerate(weighed) if choice and same(each.choice, choice)), None)
+    return {
+        "t": decision.time_s,
+        "target": decision.target,
+        "failed": failure_words(decision.reason),
+        "known": list(evidence_lines(decision.evidence)) if decision.evidence else [],
+        "choice": choice.words() if choice else spaced(decision.chose),
+        "why": decision.why,
+        "operator": bool(choice and choice.operator),
+        "candidates": [candidate(each) for each in weighed],
+        "chosen": chosen,
+    }
+
+
+def asked(evidence: Evidence, candidates: Iterable[OperatorChoice]) -> dict[str, Any]:
+    """Return an open question as plain values."""
+    return {
+        "target": evidence.target,
+        "failed": failure_words(evidence.reason),
+        "known": list(evidence_lines(evidence)),
+        "candidates": [candidate(each) for each in candidates],
+    }
+
+
+def candidate(each: OperatorChoice) -> dict[str, Any]:
+    """Return a candidate as plain values: what it takes, its chance, and the seconds that a success costs."""
+    values: dict[str, Any] = {"text": each.choice.words(), "why": each.choice.why}
+    if option := each.option:
+        seconds, expected_s = _seconds(option.seconds), _seconds(option.expected_s)
+        values |= {"seconds": seconds, "chance": round(option.chance, 3), "expected_s": expected_s}
+    return values
+
+
+def _seconds(value: float) -> float | None:
+    """Round to what JSON can say: None for a time without end."""
+    return round(value, 1) if math.isfinite(value) else None
