@@ -162,6 +162,8 @@ class Server:
                 both.start_soon(self._receive, page, client, both.cancel_scope)
         finally:
             self.hub.leave(client)
+            if self._wheel.driver == client.name and isinstance(self.robot, Robot):
+                self.robot.let_go()
             self._wheel.give(client.name)
             if client.too_slow:
                 await page.close(TRY_LATER, "this page is too slow")

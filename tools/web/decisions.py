@@ -11,7 +11,14 @@ from behaviors.journal import Record
 from behaviors.operator import OperatorChoice
 from behaviors.recoveries import RecoveryPolicy
 from nxtdrive.recording.decisions import Decision, decisions, same, weighed_by
+from nxtdrive.recording.explanation import explain
+from nxtdrive.recording.run_reader import PastRun
 from nxtdrive.recording.wording import evidence_lines, failure_words, spaced
+
+
+def decisions_of(run: PastRun) -> list[dict[str, Any]]:
+    """Return all decisions of a run."""
+    return [decided(each.decision, each.candidates) for each in explain(run).decisions]
 
 
 def made(record: Record, policy: RecoveryPolicy) -> dict[str, Any]:

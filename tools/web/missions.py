@@ -123,6 +123,6 @@ def _version(content: bytes) -> str:
 
 def _is_mission(path: Path) -> bool:
     try:
-        return not path.name.startswith(".") and "[mission]" in path.read_text(encoding="utf-8")
+        return path.name.isprintable() and path.name[0] != "." and "[mission]" in path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         return False

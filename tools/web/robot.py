@@ -92,6 +92,11 @@ class Robot:
         self.controls.steer(ahead, aside, self._now())
         self._news.set()
 
+    def let_go(self) -> None:
+        """Stop driving by hand; any thread."""
+        self.controls.let_go()
+        self._news.set()
+
     def stop(self) -> None:
         """Stop, end a running mission, and stay stopped until `release`; any thread."""
         self.controls.emergency_stop()

@@ -13,6 +13,7 @@ from nxtdrive.recording.run_folder import JOURNAL, MAP, SUMMARY
 from nxtdrive.recording.run_reader import PastRun, read_run
 
 from .chart import chart, recoveries
+from .decisions import decisions_of
 
 FILES = (MAP, JOURNAL, SUMMARY)
 """What of a run may be fetched as it is."""
@@ -55,6 +56,7 @@ class Runs:
             "recoveries": recoveries(),
             "records": [record.values() for record in run.records],
             "lines": _lines(run),
+            "decisions": decisions_of(run),
         }
 
     def file(self, name: str, file: str) -> Path:

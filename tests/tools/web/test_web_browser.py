@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 from selenium import webdriver
@@ -20,6 +24,54 @@ CHROMIUM, CHROMEDRIVER = shutil.which("chromium"), shutil.which("chromedriver")
 OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
 WAIT_S = 40
 
+QUICK = '[mission]\ntargets = ["lena"]\n[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\n'
+WIRETAP = """
+window.sent = [];
+const send = WebSocket.prototype.send;
+WebSocket.prototype.send = function (text) { sent.push(text); send.call(this, text); };
+"""
+ENDS = {
+    "pointercancel": "document.getElementById('pad').dispatchEvent(new PointerEvent('pointercancel', {pointerId: 1}))",
+    "visibilitychange": "Object.defineProperty(document, 'hidden', {value: true});"
+    "document.dispatchEvent(new Event('visibilitychange'))",
+    "blur": "dispatchEvent(new Event('blur'))",
+    "pagehide": "dispatchEvent(new PageTransitionEvent('pagehide'))",
+}
+CONTRASTS = """
+const rgb = (text) => text.match(/[0-9.]+/g).map(Number);
+const light = (c) => { c /= 255; return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4; };
+const luminance = ([r, g, b]) => 0.2126 * light(r) + 0.7152 * light(g) + 0.0722 * light(b);
+function ground(element) {
+  for (let at = element; at; at = at.parentElement) {
+    const color = rgb(getComputedStyle(at).backgroundColor);
+    if (color[3] === undefined || color[3] > 0.99) return color;
+  }
+  return [255, 255, 255];
+}
+const poor = [];
+for (const element of document.querySelectorAll("body *")) {
+  const text = [...element.childNodes].filter((node) => node.nodeType === 3).map((node) => node.data.trim()).join("");
+  if (!text || element.disabled || !element.checkVisibility() || element.closest("canvas, option")) continue;
+  const style = getComputedStyle(element), size = parseFloat(style.fontSize);
+  const [a, b] = [luminance(rgb(style.color)), luminance(ground(element))].sort((one, other) => other - one);
+  const enough = size >= 24 || (size >= 18.66 && style.fontWeight >= 700) ? 3 : 4.5;
+  if ((a + 0.05) / (b + 0.05) < enough) poor.push(`${text}: ${((a + 0.05) / (b + 0.05)).toFixed(2)}`);
+}
+return poor;
+"""
+FOCUSED = """
+const at = document.activeElement, style = getComputedStyle(at);
+const outline = style.outlineStyle === "none" ? "none" : style.outlineWidth;
+return [at === document.body ? "" : at.id || at.textContent, outline];
+"""
+NAMELESS = """
+return [...document.querySelectorAll("button, select, input, canvas, section, [role], [tabindex]")]
+  .filter((each) => each.checkVisibility())
+  .filter((each) => !(each.labels?.length || each.getAttribute("aria-label") || each.getAttribute("aria-labelledby")
+    || each.textContent.trim()))
+  .map((each) => each.outerHTML);
+"""
+
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.xdist_group("browser"),
@@ -27,15 +79,24 @@ pytestmark = [
 ]
 
 
+@contextmanager
+def _serving(folder: Path, *words: str) -> Iterator[list[str]]:
+    """Run a page; yields what it prints first, up to its address, and with --lan also its PIN."""
+    server = subprocess.Popen([sys.executable, "-m", "nxtdrive", *words], cwd=folder, stdout=subprocess.PIPE, text=True)
+    assert server.stdout is not None
+    lines = [server.stdout.readline()]
+    while "PIN" not in lines[-1] if "--lan" in words else "http" not in lines[-1]:
+        lines.append(server.stdout.readline())
+    yield lines
+    server.terminate()
+    server.communicate(timeout=20)
+
+
 @pytest.fixture
 def url(tmp_path) -> Iterator[str]:
     """A page that runs."""
-    command = [sys.executable, "-m", "nxtdrive", "web", "--port", "0"]
-    server = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True)
-    assert server.stdout is not None
-    yield re.findall(r"http\S+", server.stdout.readline())[0]
-    server.terminate()
-    assert server.communicate(timeout=20)[0] == "ended; motors off\n"
+    with _serving(tmp_path, "web", "--port", "0") as lines:
+        yield re.findall(r"http\S+", lines[-1])[0]
 
 
 @pytest.fixture
@@ -65,6 +126,10 @@ def _colours(browser: WebDriver, canvas: str) -> int:
     return int(browser.execute_script(script, canvas))
 
 
+def _drawn(browser: WebDriver, canvas: str) -> str:
+    return str(browser.execute_script("return document.getElementById(arguments[0]).toDataURL()", canvas))
+
+
 def test_drive_by_keys_and_pad_and_stop(browser, url):
     browser.get(url)
     _until(browser, "doing", "stopped")
@@ -80,6 +145,86 @@ def test_drive_by_keys_and_pad_and_stop(browser, url):
     browser.find_element(By.ID, "stop").click()
     _until(browser, "stop", "STOP")
     assert _colours(browser, "camera") > 100
+
+
+@pytest.mark.parametrize("end", ["pointercancel", "visibilitychange", "blur", "pagehide"])
+def test_what_may_mean_that_nobody_steers_stops_the_motion_at_once(browser, url, end):
+    browser.get(url)
+    _until(browser, "doing", "stopped")
+    browser.execute_script(WIRETAP)
+    ActionChains(browser).click_and_hold(browser.find_element(By.ID, "pad")).move_by_offset(0, -40).perform()
+    _until(browser, "doing", "driving")
+    last = browser.execute_script(ENDS[end] + "; return sent.at(-1)")
+    assert json.loads(last) == {"type": "drive", "ahead": 0, "aside": 0}
+    _until(browser, "doing", "stopped")
+
+
+def test_the_map_moves_with_the_robot_and_shows_the_true_room(browser, url):
+    browser.get(url)
+    _until(browser, "doing", "stopped")
+    WebDriverWait(browser, WAIT_S).until(lambda page: page.find_element(By.ID, "layer-truth-label").is_displayed())
+    hidden = _drawn(browser, "map")
+    browser.find_element(By.ID, "layer-truth").click()
+    WebDriverWait(browser, WAIT_S).until(lambda _: _drawn(browser, "map") != hidden)
+    still = _drawn(browser, "map")
+    browser.find_element(By.ID, "pad").click()
+    ActionChains(browser).key_down("w").perform()
+    WebDriverWait(browser, WAIT_S).until(lambda _: _drawn(browser, "map") != still)
+    ActionChains(browser).key_up("w").perform()
+
+
+def test_a_browser_elsewhere_enters_the_pin_and_drives(browser, tmp_path):
+    with _serving(tmp_path, "web", "--lan", "--port", "0") as lines:
+        port, pin = re.findall(r":(\d+)/", lines[0])[0], lines[-1].split()[1]
+        browser.get(f"http://127.0.0.1:{port}/")
+        assert "pin.html" in browser.current_url
+        field = browser.find_element(By.ID, "pin")
+        assert browser.switch_to.active_element == field
+        field.send_keys(f"{(int(pin) + 1) % 10**6:06}", Keys.ENTER)
+        _until(browser, "notice", "not the PIN")
+        assert any("403" in entry["message"] for entry in browser.get_log("browser")), "which is no error of the page"
+        field.send_keys(pin, Keys.ENTER)
+        WebDriverWait(browser, WAIT_S).until(lambda page: page.find_elements(By.ID, "doing"))
+        _until(browser, "doing", "stopped")
+
+
+def test_the_page_of_a_run_watches_it_and_stays_readable_after_its_end(browser, tmp_path):
+    (tmp_path / "quick.toml").write_text(QUICK, encoding="utf-8")
+    words = ("run", "quick.toml", "--nxt", "sim://open", "--web", "--port", "0", "--no-video")
+    with _serving(tmp_path, *words) as lines:
+        browser.get(re.findall(r"http\S+", lines[-1])[0])
+        _until(browser, "lines", "driving to it")
+        assert not browser.find_element(By.ID, "pad").is_displayed()
+        assert _colours(browser, "camera") > 100
+        _until(browser, "doing", "ended: achieved after")
+        time.sleep(1.5)  # longer than the page waits before it would connect again
+        assert "lena reached" in browser.find_element(By.ID, "lines").text
+        assert "ended: achieved" in browser.find_element(By.ID, "doing").text
+        assert not browser.find_element(By.ID, "notice").is_displayed()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_has_the_contrast_that_wcag_aa_asks_for(browser, url, scheme):
+    feature = {"name": "prefers-color-scheme", "value": scheme}
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
+    for page in ("", "missions.html", "runs.html", "pin.html"):
+        browser.get(url + page)
+        assert browser.execute_script(CONTRASTS) == [], page or "robot"
+
+
+def test_every_control_has_a_name_and_is_reached_by_tab_with_a_visible_focus(browser, url):
+    browser.get(url)
+    _until(browser, "doing", "stopped")
+    focused = {}
+    for _ in range(40):
+        ActionChains(browser).send_keys(Keys.TAB).perform()
+        name, outline = browser.execute_script(FOCUSED)
+        if not name:  # the end of the page
+            break
+        focused[name] = outline
+    assert {"stop", "pad", "speed", "mission", "profile", "confirm", "start", "lines", "decision"} <= set(focused)
+    assert [name for name, outline in focused.items() if outline in ("none", "0px")] == []
+    assert browser.execute_script(NAMELESS) == []
 
 
 def test_pause_and_resume_a_mission(browser, url):
@@ -138,6 +283,9 @@ def test_start_a_mission_confirm_a_recovery_and_end_it(browser, url, width, heig
     _until(browser, "question", "proposed")
     browser.find_element(By.CSS_SELECTOR, "#question-choices button").click()
     _until(browser, "lines", "->")
+    _until(browser, "decision", "chosen")
+    assert "(you decided)" in browser.find_element(By.ID, "decision").text
+    assert "search → select, never seen" in browser.find_element(By.CLASS_NAME, "transitions").text
     assert _colours(browser, "map") > 20
     browser.find_element(By.ID, "end").click()
     _until(browser, "lines", "interrupted after")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 
 import pytest
 
@@ -15,7 +16,8 @@ from behaviors.operator import OperatorChoice
 from behaviors.profiles.registry import make_policy
 from behaviors.recoveries import CHANGE_TARGET, Candidate, Choice
 from nxtdrive.mission import setup
-from nxtdrive.tools.web.decisions import candidate, made
+from nxtdrive.recording.run_reader import read_run
+from nxtdrive.tools.web.decisions import candidate, decisions_of, made
 
 KNOWN = Evidence(
     "lena",
@@ -59,6 +61,14 @@ def test_a_decision_of_another_version_is_shown_as_far_as_it_is_understood(data)
     shown = made(Record(1.0, Kind.CHOICE, "select", "lena", data), make_policy("adaptive", setup.load(None)))
     assert shown["choice"] == data.get("choice", "")
     json.dumps(shown, allow_nan=False)
+
+
+def test_a_replay_has_the_decisions_of_its_journal():
+    journal = Path(__file__).parents[2] / "nxtdrive/cli/journals/format-1.jsonl"
+    run = read_run(journal)
+    shown = decisions_of(run)
+    assert [each["t"] for each in shown] == [each.time_s for each in run.records if each.kind is Kind.CHOICE]
+    assert all(each["choice"] for each in shown)
 
 
 @pytest.mark.parametrize(("seconds", "chance"), [(math.inf, 0.5), (10.0, 0.0)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -94,6 +95,7 @@ def test_other_web_sites_and_other_names_are_refused(tmp_path, headers):
 def test_a_page_is_greeted_with_what_it_draws(tmp_path):
     (tmp_path / "cat.toml").write_text(QUICK, encoding="utf-8")
     (tmp_path / "room.toml").write_text("[world]\n", encoding="utf-8")
+    (tmp_path / os.fsdecode(b"caf\xe9.toml")).write_text(QUICK, encoding="utf-8")  # a name that JSON cannot say
     with _client(_server(tmp_path)).websocket_connect("/ws") as page:
         hello = page.receive_json()
     assert hello["version"] == 1
@@ -152,6 +154,17 @@ def test_one_page_drives_and_the_robot_stops_when_it_hears_no_more(tmp_path):
         # no further sign of the driver: the dead-man switch stops
         stopped = _until(page, lambda each: each.get("doing") == "stopped")
         assert 20 < stopped["pose"][0] < 400
+
+
+def test_a_driver_that_leaves_stops_the_robot_at_once(tmp_path):
+    server = _server(tmp_path)
+    with _client(server).websocket_connect("/ws") as page:
+        for ahead in (0, 1):
+            page.send_json({"type": "drive", "ahead": ahead, "aside": 0})
+        page.send_text("no message")
+        _until(page, lambda each: each["type"] == "refused")
+        assert server.robot.controls.wanted(0.0)[0] > 0
+    assert server.robot.controls.wanted(0.0) == (0.0, 0.0)
 
 
 @pytest.mark.slow
@@ -224,6 +237,7 @@ def test_runs_are_listed_and_replayed(tmp_path):
     assert [each["kind"] for each in replay["records"]][:2] == ["start", "transition"]
     assert "lena reached" in replay["lines"][-2]["text"]
     assert replay["lines"][-1]["text"] == "achieved"
+    assert replay["decisions"] == []
     assert client.get("/runs/quick-001/journal.jsonl").status_code == 200
     for path in (
         "/api/runs/nosuch",

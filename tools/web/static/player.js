@@ -1,12 +1,13 @@
 // Replays the records of a run: it speaks to the parts of the page as the live connection does.
 
 export class Player {
-  constructor({ records, lines, chart, recoveries }) {
+  constructor({ records, lines, decisions, chart, recoveries }) {
     this.listeners = new Map();
     this.hello = { chart, recoveries };
     this.events = [
       ...records.map((record) => ({ t: record.t, type: "record", message: { record } })),
       ...lines.map((line) => ({ t: line.t, type: "line", message: line })),
+      ...decisions.map((each) => ({ t: each.t, type: "decision", message: each })),
     ].sort((one, other) => one.t - other.t);
     this.decisions = records.filter(({ kind }) => kind === "choice").map(({ t }) => t);
     this.duration = this.events.at(-1)?.t ?? 0;
