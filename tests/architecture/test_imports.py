@@ -25,7 +25,8 @@ LIBRARIES = {
     "sim_backend": {"cv2", "numpy", "pydantic", "pydantic_core", "pymunk", "usb", "gi"},
     "nxtdrive": DRIVER | {"PIL", "pytest"},
     "tools": DRIVER
-    | {"PIL", "anyio", "distributed", "matplotlib", "pygame", "segno", "starlette", "textual", "tomlkit", "uvicorn"},
+    | {"anyio", "distributed", "matplotlib", "pygame", "segno", "starlette", "textual", "tomlkit", "uvicorn"}
+    | {"PIL", "selenium"},  # tools/dev: pictures of the page
 }
 """Package -> what it may import besides the standard library and the other packages."""
 
