@@ -80,7 +80,7 @@ pytestmark = [
 
 
 @contextmanager
-def _serving(folder: Path, *words: str) -> Iterator[list[str]]:
+def _serving(browser: WebDriver, folder: Path, *words: str) -> Iterator[list[str]]:
     """Run a page; yields what it prints first, up to its address, and with --lan also its PIN."""
     server = subprocess.Popen([sys.executable, "-m", "nxtdrive", *words], cwd=folder, stdout=subprocess.PIPE, text=True)
     assert server.stdout is not None
@@ -88,14 +88,15 @@ def _serving(folder: Path, *words: str) -> Iterator[list[str]]:
     while "PIN" not in lines[-1] if "--lan" in words else "http" not in lines[-1]:
         lines.append(server.stdout.readline())
     yield lines
+    browser.get("about:blank")  # a page without a server would log errors
     server.terminate()
     server.communicate(timeout=20)
 
 
 @pytest.fixture
-def url(tmp_path) -> Iterator[str]:
+def url(browser, tmp_path) -> Iterator[str]:
     """A page that runs."""
-    with _serving(tmp_path, "web", "--port", "0") as lines:
+    with _serving(browser, tmp_path, "web", "--port", "0") as lines:
         yield re.findall(r"http\S+", lines[-1])[0]
 
 
@@ -174,7 +175,7 @@ def test_the_map_moves_with_the_robot_and_shows_the_true_room(browser, url):
 
 
 def test_a_browser_elsewhere_enters_the_pin_and_drives(browser, tmp_path):
-    with _serving(tmp_path, "web", "--lan", "--port", "0") as lines:
+    with _serving(browser, tmp_path, "web", "--lan", "--port", "0") as lines:
         port, pin = re.findall(r":(\d+)/", lines[0])[0], lines[-1].split()[1]
         browser.get(f"http://127.0.0.1:{port}/")
         assert "pin.html" in browser.current_url
@@ -191,7 +192,7 @@ def test_a_browser_elsewhere_enters_the_pin_and_drives(browser, tmp_path):
 def test_the_page_of_a_run_watches_it_and_stays_readable_after_its_end(browser, tmp_path):
     (tmp_path / "quick.toml").write_text(QUICK, encoding="utf-8")
     words = ("run", "quick.toml", "--nxt", "sim://open", "--web", "--port", "0", "--no-video")
-    with _serving(tmp_path, *words) as lines:
+    with _serving(browser, tmp_path, *words) as lines:
         browser.get(re.findall(r"http\S+", lines[-1])[0])
         _until(browser, "lines", "driving to it")
         assert not browser.find_element(By.ID, "pad").is_displayed()
@@ -287,5 +288,7 @@ def test_start_a_mission_confirm_a_recovery_and_end_it(browser, url, width, heig
     assert "(you decided)" in browser.find_element(By.ID, "decision").text
     assert "search → select, never seen" in browser.find_element(By.CLASS_NAME, "transitions").text
     assert _colours(browser, "map") > 20
-    browser.find_element(By.ID, "end").click()
+    end = browser.find_element(By.ID, "end")
+    browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", end)  # from below the header
+    end.click()
     _until(browser, "lines", "interrupted after")
