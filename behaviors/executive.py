@@ -63,6 +63,7 @@ class Report:
         duration_s: How long it took, in mission time.
         error: The outage that ended it, in words, or an empty string.
         observer_failures: Names of observers that failed and were left out, each with its error in words.
+        refused: Whether a brick that answers and refuses has ended it.
         hints: What to check or change, one sentence or two each; from those who assemble missions.
         arrivals: What was believed and measured at each target that was reached; likewise.
     """
@@ -73,6 +74,7 @@ class Report:
     duration_s: float
     error: str = ""
     observer_failures: Mapping[str, str] = field(default_factory=dict)
+    refused: bool = False
     hints: Sequence[str] = ()
     arrivals: Sequence[Mapping[str, object]] = ()
 
@@ -138,6 +140,7 @@ class Executive:
         self._decided_s = -math.inf
         self._path: list[str] = []
         self._error = ""
+        self._refused = False
 
     def run(self) -> Report:
         """Pursue the targets until each is reached or given up.
@@ -159,7 +162,8 @@ class Executive:
             self._stop_motors()
             outcomes = {progress.target: progress.outcome.value for progress in self._queue.targets}
             self.note(Kind.END, ending=ending, targets=outcomes, error=self._error)
-        return Report(ending, self._queue.targets, self._path, self.now(), self._error, dict(self._observers.failures))
+        failures = dict(self._observers.failures)
+        return Report(ending, self._queue.targets, self._path, self.now(), self._error, failures, refused=self._refused)
 
     def now(self) -> float:
         """Mission time in seconds."""
@@ -209,6 +213,7 @@ class Executive:
             return Ending.TIME_UP
         except Outage as outage:
             self._error, name = str(outage), f"{part_of(outage)}_lost"
+            self._refused = outage.refused
             self._report(Fact(Event.ABORT, Reason(name)))
             return Ending(name)
         return Ending.ACHIEVED if self._queue.achieved else Ending.EXHAUSTED

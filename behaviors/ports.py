@@ -120,13 +120,24 @@ class Outage(Exception):
 
     Attributes:
         permanent: Whether it will never work again, as a video at its end; waiting is of no use then.
+        refused: Whether the brick answers and refuses.
     """
 
     permanent = False
+    refused = False
 
 
 class BodyLost(Outage):
-    """The brick does not answer, refuses, or answers nonsense; the motors stop at the end of their lease."""
+    """The brick does not answer, refuses, or answers nonsense; the motors stop at the end of their lease.
+
+    Args:
+        message: What failed.
+        refused: Whether the brick answers and refuses.
+    """
+
+    def __init__(self, message: str, *, refused: bool = False) -> None:
+        super().__init__(message)
+        self.refused = refused
 
 
 class Blind(Outage):

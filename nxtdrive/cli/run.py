@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.main import DONE, INCOMPLETE, LINK_LOST, NOT_ACHIEVED
+from nxtdrive.cli.main import DONE, INCOMPLETE, LINK_LOST, NOT_ACHIEVED, REFUSED
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_profile_argument
 from nxtdrive.cli.output import complain, make_console, print_line
 from nxtdrive.cli.pace import in_real_time
@@ -205,6 +205,8 @@ def _exit_code(report: Report, observers: Observers) -> int:
     """Return the exit code: the mission's result, or `INCOMPLETE` for an achieved one with a failed observer."""
     from behaviors.executive import Ending
 
+    if report.refused:
+        return REFUSED
     if report.ending in (Ending.LINK_LOST, Ending.CAMERA_LOST, Ending.SENSOR_LOST):
         return LINK_LOST
     if not report.achieved:

@@ -26,7 +26,7 @@ def link_errors_as_outages() -> Iterator[None]:
     try:
         yield
     except (LinkError, BrickNotFound, BrickError, RemoteProtocolError) as error:
-        raise BodyLost(str(error)) from error
+        raise BodyLost(str(error), refused=isinstance(error, BrickError)) from error
 
 
 class MissionClock:

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from nxtdrive.cli.main import DONE, INCOMPLETE, LINK_LOST, NOT_ACHIEVED, main
+from nxtdrive.cli.main import DONE, INCOMPLETE, LINK_LOST, NOT_ACHIEVED, REFUSED, main
 from nxtdrive.transports.sim import SimTransport, shared
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
@@ -144,6 +144,25 @@ def test_what_stays_away_ends_the_mission_with_a_sentence(tmp_path, small, capsy
     assert printed.err.startswith("nxtdrive: ")
     assert printed.err.count("\n") == 1
     assert _summary(tmp_path)["ending"] == f"{part}_lost"
+
+
+class Refusing(SimTransport):
+    """A simulated brick that refuses everything from the third second on."""
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        reply = super().receive(timeout_s)
+        return reply if reply is None or self.now() < 3.0 else bytes([*reply[:2], 0xDD, *reply[3:]])
+
+
+@pytest.mark.slow
+def test_a_brick_that_goes_on_refusing_ends_the_mission_with_the_exit_code_of_a_refusal(
+    tmp_path, small, capsys, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    with shared("refusing", partial(Refusing, Simulation("open"))) as address:
+        assert main(["run", str(small), "--nxt", address, "--no-video"]) == REFUSED
+    assert "the brick refused" in capsys.readouterr().err
+    assert _summary(tmp_path)["ending"] == "link_lost"
 
 
 def test_a_recording_as_camera_that_is_at_its_end_is_not_waited_for(tmp_path, small, capsys, monkeypatch):
