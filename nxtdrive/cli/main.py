@@ -48,6 +48,7 @@ BUG = "This is a bug of nxtdrive. Please report it with this traceback, the comm
 COMMANDS = {
     "run": ("run", "run a mission: search, drive there, recover (default: the built-in mission, simulated)"),
     "explain-run": ("explain_run", "explain the decisions of a run, one by one"),
+    "export": ("export", "make files of a run for other programs and other people"),
     "serve": ("serve", "serve the robot to an agent of your own, over TCP"),
     "list": ("list_bricks", "find bricks and print their addresses"),
     "info": ("info", "name, firmware and battery of a brick"),

@@ -15,6 +15,7 @@ from nxtdrive.cli.main import DONE, INCOMPLETE, LINK_LOST, NOT_ACHIEVED, REFUSED
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_profile_argument
 from nxtdrive.cli.output import complain, make_console, print_line
 from nxtdrive.cli.pace import in_real_time
+from nxtdrive.cli.progress import with_progress
 from nxtdrive.cli.web import add_port_argument, listen, require_extra
 from nxtdrive.signals import held
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from behaviors.mission import Mission
     from behaviors.observers import Observers
     from behaviors.profiles.profile import MakeProfile
+    from nxtdrive.mission.assembly import MissionRun
     from nxtdrive.recording.recording import Recording
     from nxtdrive.recording.status_line import StatusLine
     from nxtdrive.tools.web.live_run import LiveRun
@@ -82,7 +84,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "address names a pace. Needs the extra nxtdrive[web]",
     )
     add_port_argument(parser, "TCP port of --web")
-    parser.add_argument("--no-video", action="store_true", help="do not record camera.mp4")
+    parser.add_argument("--no-video", action="store_true", help="keep no pictures of the camera and make no video")
     add_json_argument(parser)
 
 
@@ -113,6 +115,7 @@ def run(args: argparse.Namespace) -> int:
         if not args.json:
             observers.add("status line", status)
         report = page.pursue(run, recording.folder.path.name) if page else run.pursue()
+    _write_video(run, report, recording)
     if args.json:
         values = {"kind": "summary", **run.summary(), "folder": str(recording.folder.path)}
         observers.attempt(OUTPUT, print_line, json.dumps(values))
@@ -183,6 +186,19 @@ def _say_nothing(_text: str) -> None:
 def _say_failure(name: str, error: Exception) -> None:
     with suppress(OSError):
         complain(f"{name} failed and is left out; the mission goes on: {error}")
+
+
+def _write_video(run: MissionRun, report: Report, recording: Recording) -> None:
+    """Make the video, which Ctrl-C ends; not after a mission that was ended by Ctrl-C itself."""
+    from behaviors.executive import Ending
+    from nxtdrive.recording.run_folder import VIDEO
+
+    if report.ending is Ending.INTERRUPTED:
+        return
+    try:
+        run.write_video(with_progress(VIDEO))
+    except KeyboardInterrupt:
+        complain(f"{VIDEO} is left out; `nxtdrive export {recording.folder.path} --webm` makes it.")
 
 
 def _print_json(record: Record) -> None:

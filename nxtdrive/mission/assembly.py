@@ -16,8 +16,8 @@ from nxtdrive.mission.body import MissionClock
 from nxtdrive.mission.run_review import RunReview
 from nxtdrive.mission.truth import simulated_room_of, truth_of
 from nxtdrive.recording.recording import Recording
-from nxtdrive.recording.run_folder import JOURNAL, MISSION, VIDEO, new_run_folder, summary
-from nxtdrive.recording.video import VIDEO_FPS
+from nxtdrive.recording.run_folder import CAMERA, JOURNAL, MISSION, SUMMARY, VIDEO, new_run_folder, summary
+from nxtdrive.recording.video import VIDEO_FPS, Follow
 from nxtdrive.signals import held
 
 if TYPE_CHECKING:
@@ -125,18 +125,18 @@ class MissionRun:
 
         Args:
             parent: Where to make the folder.
-            video: Whether to make the video.
+            video: Whether to keep the camera's pictures.
             watch: Has a function called with the camera's frames; the robot's own by default.
 
         Raises:
             ConfigError: The folder cannot be made.
         """
         room = simulated_room_of(self.robot.brick)
-        folder = new_run_folder(parent, self._mission.mission.name)
-        recording = self.recording = Recording(folder, video=video, room=room.lines if room else None)
+        folder, clock = new_run_folder(parent, self._mission.mission.name), MissionClock(self.robot.brick)
+        recording = self.recording = Recording(folder, clock, video=video, room=room.lines if room else None)
         self.observers.attempt(MISSION, recording.folder.write_mission, self._mission)
-        self.eyes.on_look(self.observers.guarded(VIDEO, recording.look))
-        (watch or self.robot.watch)(self.observers.guarded(VIDEO, recording.frame))
+        self.eyes.on_look(self.observers.guarded(CAMERA, recording.look))
+        (watch or self.robot.watch)(self.observers.guarded(CAMERA, recording.frame))
         self.observers.add(JOURNAL, recording)
         return recording
 
@@ -161,6 +161,20 @@ class MissionRun:
             if self.recording:
                 with held():
                     self.recording.finish(self._report, self._error, self._details(), self.observers)
+
+    def write_video(self, follow: Follow) -> None:
+        """Make the video of the camera's pictures, after `pursue`; a failure gets into the summary.
+
+        Args:
+            follow: Passes the pictures on, such as to show progress.
+        """
+        if self.recording is None or CAMERA in self.observers.failures:
+            return
+        self.observers.attempt(VIDEO, self.recording.write_video, follow)
+        if VIDEO in self.observers.failures:
+            details = {**self._details(), **self.observers.summary()}
+            folder = self.recording.folder
+            self.observers.attempt(SUMMARY, folder.write_summary, self._report, self._error, details)
 
     def summary(self) -> dict[str, object]:
         """Return what came of it as plain values, as ``summary.json`` has it."""

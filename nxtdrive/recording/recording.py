@@ -8,16 +8,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from behaviors.executive import Report
-from behaviors.journal import Record
+from behaviors.journal import Kind, Record
 from behaviors.observers import Observers
-from behaviors.ports import Sighting
+from behaviors.ports import Clock, Sighting
 from nxtdrive.drawing.sheet import encoded
+from nxtdrive.recording.camera_folder import CameraFolder
+from nxtdrive.recording.camera_index import Look, looked, read_pictures
 from nxtdrive.recording.map_picture import draw_map
 from nxtdrive.recording.map_scene import Line
 from nxtdrive.recording.output_file import write_file
-from nxtdrive.recording.run_folder import JOURNAL, MAP, SUMMARY, VIDEO, RunFolder
-from nxtdrive.recording.video import VideoRecorder
-from nxtdrive.vision.annotate import annotate
+from nxtdrive.recording.run_folder import CAMERA, JOURNAL, MAP, SUMMARY, VIDEO, RunFolder
+from nxtdrive.recording.video import Follow, write_webm
 
 if TYPE_CHECKING:
     from nxtdrive.vision.camera import Frame
@@ -25,46 +26,55 @@ if TYPE_CHECKING:
 
 
 class Recording:
-    """A run's folder, map and video; receives records, looks and frames.
+    """A run's folder, map, pictures and video; receives records, looks and frames.
 
     Args:
         folder: The folder to write to.
-        video: Whether to make the video.
+        clock: The mission's and the frames' clock.
+        video: Whether to keep the camera's pictures.
         room: Returns the true room of a simulated run, for the map; called now and at the end.
     """
 
     def __init__(
-        self, folder: RunFolder, *, video: bool = True, room: Callable[[], Sequence[Line]] | None = None
+        self,
+        folder: RunFolder,
+        clock: Clock,
+        *,
+        video: bool = True,
+        room: Callable[[], Sequence[Line]] | None = None,
     ) -> None:
         self.folder = folder
+        self._clock = clock
+        self._start_s: float | None = None
         self._room = room or tuple
         self._room_at_start = self._room()
-        self._video = VideoRecorder(folder.path / VIDEO) if video else None
-        self._video_lock = threading.Lock()
-        self._caption = ""
+        self._camera = CameraFolder(folder.path / CAMERA) if video else None
+        self._camera_lock = threading.Lock()
 
     def __call__(self, record: Record) -> None:
         """Write a record into the journal."""
         self.folder(record)
-        self._caption = f"{record.state}  {record.target}  {record.time_s:.1f} s"
+        if record.kind is Kind.START:
+            self._start_s = self._clock.now() - record.time_s
 
-    def look(self, frame: Frame, _target: str, sighting: Sighting | None, found: Sequence[Detection]) -> None:
-        """Add a frame to the video, with what a look found in it."""
-        self._show(frame, sighting, found, looked=True)
+    def look(self, frame: Frame, target: str, sighting: Sighting | None, found: Sequence[Detection]) -> None:
+        """Keep a frame, with what a look found in it."""
+        self._keep(frame, looked(target, sighting, found))
 
     def frame(self, frame: Frame) -> None:
-        """Add a frame that no look used, as while the robot waits; may be called from the camera's thread."""
-        self._show(frame, None, (), looked=False)
+        """Keep a frame that no look used, as while the robot waits; may be called from the camera's thread."""
+        self._keep(frame, None)
 
-    def _show(self, frame: Frame, sighting: Sighting | None, found: Sequence[Detection], *, looked: bool) -> None:
-        with self._video_lock:
-            if self._video:
-                drawn = annotate(frame.image, sighting, found, self._caption)
-                # of two frames of the same moment, keep the one with the boxes
-                self._video.add(drawn, frame.time_s, instead=looked)
+    def _keep(self, frame: Frame, look: Look | None) -> None:
+        start_s = self._start_s
+        if start_s is None or frame.time_s < start_s:
+            return
+        with self._camera_lock:
+            if self._camera:
+                self._camera.add(frame.image, frame.time_s - start_s, look)
 
     def finish(self, report: Report | None, error: str, details: dict[str, object], observers: Observers) -> None:
-        """Close journal and video, draw the map and write the summary; each step is tried even if another fails.
+        """Close journal and pictures, draw the map and write the summary; each step is tried even if another fails.
 
         Args:
             report: The mission's result; None when it broke.
@@ -73,7 +83,7 @@ class Recording:
             observers: Collects failures, under the names of the files.
         """
         observers.attempt(JOURNAL, self.folder.close)
-        observers.attempt(VIDEO, self._close_video)
+        observers.attempt(CAMERA, self._close_camera)
         observers.attempt(MAP, self._write_map)
         observers.attempt(SUMMARY, self.folder.write_summary, report, error, {**details, **observers.summary()})
 
@@ -82,12 +92,25 @@ class Recording:
         path = self.folder.path / MAP
         write_file(path, encoded(drawn, path))
 
-    def _close_video(self) -> None:
-        with self._video_lock:
-            if self._video:
-                self._video.close()
-                self._video = None
+    def _close_camera(self) -> None:
+        with self._camera_lock:
+            camera, self._camera = self._camera, None
+            if camera:
+                camera.close()
+
+    def write_video(self, follow: Follow) -> None:
+        """Write the video from the pictures, if there are any; after `finish`, when the robot stands.
+
+        Args:
+            follow: Passes the pictures on, such as to show progress.
+
+        Raises:
+            ConfigError: The file cannot be written.
+            OSError: There is no room for it.
+        """
+        if pictures := read_pictures(self.folder.path):
+            write_webm(pictures, self.folder.records, self.folder.path / VIDEO, follow)
 
     def files(self) -> list[Path]:
-        """Return the files in the folder."""
+        """Return what is in the folder."""
         return sorted(self.folder.path.glob("*"))

@@ -1,6 +1,6 @@
-"""The folder of one run: ``mission.json``, ``journal.jsonl``, ``summary.json``, ``map.png`` and ``camera.mp4``.
+"""The folder of one run: mission, journal, summary, map, and the camera's pictures and video.
 
-The mission is written when the run begins, and the journal line by line, so that a run that is killed leaves
+The mission is written when the run begins, and journal and pictures as they come, so that a run that is killed leaves
 everything up to that moment. The rest is written when the run ends, however it ends.
 """
 
@@ -20,7 +20,9 @@ from behaviors.mission import Mission
 from firmware_protocol.errors import ConfigError
 from nxtdrive.recording.output_file import write_file
 
-MISSION, JOURNAL, SUMMARY, MAP, VIDEO = "mission.json", "journal.jsonl", "summary.json", "map.png", "camera.mp4"
+MISSION, JOURNAL, SUMMARY, MAP, VIDEO = "mission.json", "journal.jsonl", "summary.json", "map.png", "camera.webm"
+CAMERA = "camera/"
+"""Folder of the camera's pictures in a run's folder."""
 RESERVE, RESERVED = "summary.reserved", 4096
 """File and bytes that keep room for the summary until the run ends."""
 LONGEST_STEM = 80

@@ -1,27 +1,38 @@
-"""Writes ``camera.mp4``: the camera's frames with boxes, state and time."""
+"""Writes videos with a constant frame rate, and ``camera.webm`` from the camera's pictures of a run."""
 
 from __future__ import annotations
 
 import errno
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
+from behaviors.journal import Record
 from firmware_protocol.errors import ConfigError
+from nxtdrive.recording.camera_index import CameraPictures, Picture
 
 Image = npt.NDArray[np.uint8]
 
 VIDEO_FPS = 5
 """Frames per second of mission time: every second or third frame of a webcam, enough for a slow robot."""
+CODECS = {".mp4": "mp4v", ".mkv": "VP80"}
+_SEGMENT = b"\x18\x53\x80\x67"
+"""Begins what a Matroska file has besides its head; eight bytes of its size follow, 56 bits of which count."""
+_MATROSKA, _WEBM = b"\x42\x82\x88matroska", b"\x42\x82\x84webm\xec\x82\x00\x00"
+"""The document type of a Matroska file and, of the same length, of a WebM file. Source: RFC 8794 and RFC 9559."""
+_HEAD_BYTES = 64
 
 
 class VideoRecorder:
     """A video with a constant frame rate in mission time.
 
     Args:
-        path: The file to write.
+        path: The file to write, ``*.mp4`` (MPEG-4) or ``*.mkv`` (VP8).
         fps: Frames per second of mission time.
     """
 
@@ -29,31 +40,27 @@ class VideoRecorder:
         self._path = path
         self._fps = fps
         self._writer: cv2.VideoWriter | None = None
-        self._start_s = 0.0
         self._slot = 0
         self._shown: Image | None = None
 
-    def add(self, image: Image, time_s: float, *, instead: bool = False) -> None:
+    def add(self, image: Image, time_s: float) -> None:
         """Show `image` from `time_s` until the next one; of two in the same slot the first stays.
 
         Args:
             image: Shape (height, width, 3), dtype uint8, BGR; all of one size.
-            time_s: Mission time; must not decrease.
-            instead: Replace an image that is in this slot already.
+            time_s: Time from the video's start, where the first image is shown; must not decrease.
 
         Raises:
             ConfigError: The file cannot be written.
         """
+        slot = int(time_s * self._fps + 1e-6)
         if self._shown is None:
             self._open(image)
-            self._start_s = time_s
-        slot = int((time_s - self._start_s) * self._fps + 1e-6)
-        later = slot > self._slot
-        if later:
-            self._write(slot - self._slot)
-            self._slot = slot
-        if later or instead or self._shown is None:
             self._shown = image
+        elif slot <= self._slot:
+            return
+        self._write(slot - self._slot)
+        self._slot, self._shown = slot, image
 
     def close(self) -> None:
         """Finish the file; may be called again.
@@ -65,18 +72,101 @@ class VideoRecorder:
             self._write(1)
             self._writer.release()
             self._writer = None
-            if not cv2.VideoCapture(str(self._path)).isOpened():
+            if not _is_whole(self._path):
                 self._path.unlink(missing_ok=True)  # which makes room for the rest of a run's folder
                 raise OSError(errno.EIO, "the video is incomplete, as on a full disk", str(self._path))
 
+    def abandon(self) -> None:
+        """Remove the file, unless it is finished."""
+        if self._writer is not None:
+            self._writer.release()
+            self._writer = None
+            self._path.unlink(missing_ok=True)
+
     def _open(self, image: Image) -> None:
         height, width = image.shape[:2]
-        code = cv2.VideoWriter.fourcc(*"mp4v")
+        code = cv2.VideoWriter.fourcc(*CODECS[self._path.suffix])
         self._writer = cv2.VideoWriter(str(self._path), code, self._fps, (width, height))
         if not self._writer.isOpened():
-            raise ConfigError(f"{self._path}: the video cannot be written.", remedy="Choose another folder with --out.")
+            raise ConfigError(f"{self._path}: the video cannot be written.", remedy="Name a file in another folder.")
 
     def _write(self, times: int) -> None:
         if self._writer is not None and self._shown is not None:
-            for _ in range(times):
-                self._writer.write(self._shown)
+            with _quiet():
+                for _ in range(times):
+                    self._writer.write(self._shown)
+
+
+def _is_whole(path: Path) -> bool:
+    """Whether a video is complete; on a full disk its beginning and its end may be written and its middle lost."""
+    if path.suffix == ".mp4":
+        return cv2.VideoCapture(str(path)).isOpened()
+    with open(path, "rb") as file:
+        head = file.read(_HEAD_BYTES)
+        end = head.find(_SEGMENT) + len(_SEGMENT) + 8
+        return file.seek(0, os.SEEK_END) == end + int.from_bytes(head[end - 7 : end], "big")
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Have OpenCV print no line for each frame that a full disk does not take; `VideoRecorder.close` says so once."""
+    level = cv2.utils.logging.getLogLevel()
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
+    try:
+        yield
+    finally:
+        cv2.utils.logging.setLogLevel(level)
+
+
+Follow = Callable[[Sequence[Picture]], Iterable[Picture]]
+"""Passes pictures on, such as to show progress."""
+
+
+def write_webm(camera: CameraPictures, records: Sequence[Record], path: Path, follow: Follow = iter) -> None:
+    """Write the pictures as a WebM video (VP8) with boxes, state and time; it appears when it is complete.
+
+    The video's time is the mission's: a picture is shown until the next one was taken.
+
+    Args:
+        camera: The pictures; those that cannot be read are left out.
+        records: The run's journal, for the caption.
+        path: The file to write.
+        follow: Passes the pictures on.
+
+    Raises:
+        ConfigError: The file cannot be written, or there is no picture.
+        OSError: There is no room for it.
+    """
+    part = path.with_name(f"{path.name}.mkv")
+    video = VideoRecorder(part)
+    try:
+        for picture, caption in _captioned(follow(camera.pictures), records):
+            image = camera.drawn(picture, caption)
+            if image is not None:
+                video.add(image, picture.t)
+        video.close()
+        if not part.exists():
+            raise ConfigError(f"{camera.folder} holds no picture that can be read.", remedy="Name another run.")
+        _make_webm(part)
+        os.replace(part, path)
+    finally:
+        video.abandon()
+        part.unlink(missing_ok=True)
+
+
+def _captioned(pictures: Iterable[Picture], records: Sequence[Record]) -> Iterator[tuple[Picture, str]]:
+    """Add state, target and time to each picture."""
+    now, state = 0, ""
+    for picture in pictures:
+        while now < len(records) and records[now].time_s <= picture.t:
+            state = f"{records[now].state}  {records[now].target}"
+            now += 1
+        yield picture, f"{state}  {picture.t:.1f} s"
+
+
+def _make_webm(path: Path) -> None:
+    """Make the Matroska file a WebM file; OpenCV prints a warning for each WebM file that it writes itself."""
+    with open(path, "r+b") as file:
+        head = file.read(_HEAD_BYTES)
+        file.seek(0)
+        file.write(head.replace(_MATROSKA, _WEBM))

@@ -1,4 +1,4 @@
-"""Put a run's map and a few frames of its video into one picture, as shown in the README.
+"""Put a run's map and a few of its camera's pictures into one picture, as shown in the README.
 
 ``nxtdrive run`` and then
 ``python -m tools.dev.run_picture runs/lena-then-rilakkuma-001 docs/images/run.png``
@@ -15,10 +15,10 @@ from PIL import Image
 from behaviors.journal import Kind
 from firmware_protocol.errors import ConfigError
 from nxtdrive.drawing.sheet import PAPER, encoded
+from nxtdrive.recording.camera_index import read_pictures
 from nxtdrive.recording.output_file import write_file
-from nxtdrive.recording.run_folder import MAP, VIDEO
+from nxtdrive.recording.run_folder import MAP
 from nxtdrive.recording.run_reader import read_run
-from nxtdrive.recording.video import VIDEO_FPS
 
 MARGIN_PX, GAP_PX = 40, 16
 MOMENTS = {"arrive": 1.0, "wait": -0.2, "reached": -0.2, "finished": -0.2}
@@ -50,15 +50,10 @@ def telling_frames(folder: Path) -> list[Image.Image]:
         if record.kind is Kind.TRANSITION:
             entered.setdefault(str(record.data["to"]), record.time_s)
     moments = [entered[state] + later_s for state, later_s in MOMENTS.items() if state in entered]
-    return [frame for time_s in moments if (frame := _frame_at(folder / VIDEO, time_s)) is not None]
-
-
-def _frame_at(path: Path, time_s: float) -> Image.Image | None:
-    film = cv2.VideoCapture(str(path))
-    film.set(cv2.CAP_PROP_POS_FRAMES, max(0, round(time_s * VIDEO_FPS)))
-    there, frame = film.read()
-    film.release()
-    return Image.fromarray(cv2.cvtColor(frame, cv2.COLOR_BGR2RGB)) if there else None
+    pictures = read_pictures(folder)
+    shown = [pictures.at(time_s) for time_s in moments] if pictures else []
+    drawn = [pictures.drawn(each) for each in shown if pictures and each]
+    return [Image.fromarray(cv2.cvtColor(each, cv2.COLOR_BGR2RGB)) for each in drawn if each is not None]
 
 
 def above(plan: Image.Image, frames: list[Image.Image]) -> Image.Image:

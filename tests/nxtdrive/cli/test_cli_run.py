@@ -17,8 +17,9 @@ import pytest
 from behaviors.mission import MissionTable
 from behaviors.profiles.registry import PROFILES
 from nxtdrive.cli.main import main
+from nxtdrive.recording.camera_index import read_pictures
 
-FILES = ["camera.mp4", "journal.jsonl", "map.png", "mission.json", "summary.json"]
+FILES = ["camera", "camera.webm", "journal.jsonl", "map.png", "mission.json", "summary.json"]
 
 MISSION = """
 [mission]
@@ -63,18 +64,24 @@ def test_the_built_in_mission_shows_every_behaviour_in_one_go(capsys):
     assert said[:3] == ["[client2] Connecting to NXT", "[client2] Arriving at lena", "[client2] Failed"]
     assert "[client2] change target!" in said
     assert sorted(path.name for path in folder.iterdir()) == FILES
-    assert [str(folder / name) for name in FILES] == lines[-5:]
+    assert [str(folder / name) for name in FILES] == lines[-6:]
     records = _journal(folder)
     entered = [record["to"] for record in records if record["kind"] == "transition"]
     assert {"move_to", "wait", "gave_up", "reached"} <= set(entered)
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert summary["achieved"] is True
     assert [target["fate"] for target in summary["targets"]] == ["reached", "reached"]
-    film = cv2.VideoCapture(str(folder / "camera.mp4"))
-    assert film.get(cv2.CAP_PROP_FRAME_COUNT) / film.get(cv2.CAP_PROP_FPS) == pytest.approx(
-        summary["duration_s"], abs=2
-    )
+    film = cv2.VideoCapture(str(folder / "camera.webm"))
+    shown_s = film.get(cv2.CAP_PROP_FRAME_COUNT) / film.get(cv2.CAP_PROP_FPS)
     film.release()
+    assert shown_s == pytest.approx(summary["duration_s"], abs=0.5)
+    pictures = read_pictures(folder)
+    assert len(pictures.pictures) == pytest.approx(summary["duration_s"] * 5, rel=0.05)
+    sightings = [(each.t, look.sighting.box) for each in pictures.pictures for look in each.looks if look.sighting]
+    for record in records:
+        if record["kind"] == "look" and record["sighting"]:
+            near = [box for t, box in sightings if abs(record["t"] - t) < 0.3]
+            assert near, f"no picture shows the sighting at {record['t']}"
     assert cv2.imread(str(folder / "map.png")) is not None
 
 
@@ -86,7 +93,7 @@ def test_json_is_one_record_a_line_and_a_summary_at_the_end(capsys, small):
     assert lines[:-1] == _journal(folder)
     assert lines[-1]["kind"] == "summary"
     assert lines[-1]["folder"] == str(folder)
-    assert not (folder / "camera.mp4").exists()
+    assert not [path for path in folder.iterdir() if path.name.startswith("camera")]
 
 
 @pytest.mark.slow
@@ -188,5 +195,25 @@ def test_ctrl_c_leaves_a_complete_folder(tmp_path, number):
     assert process.returncode == 1
     assert "Traceback" not in errors
     folder = next((tmp_path / "runs").iterdir())
-    assert set(FILES) - {"camera.mp4"} <= {path.name for path in folder.iterdir()}
+    left = {path.name for path in folder.iterdir()}
+    assert set(FILES) - {"camera", "camera.webm"} == left - {"camera"}, "it may end before the first picture"
     assert _journal(folder)[-1]["ending"] == "interrupted"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
+def test_ctrl_c_while_the_video_is_made_leaves_only_the_video_out(tmp_path, small):
+    command = [sys.executable, "-m", "nxtdrive", "run", small, "--nxt", "sim://open"]
+    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        while not list(tmp_path.glob("runs/*/camera.webm*")):
+            assert process.poll() is None
+        process.send_signal(signal.SIGINT)
+        said, errors = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    assert process.returncode == 0, "the mission was achieved"
+    assert "achieved after" in said
+    (folder,) = (tmp_path / "runs").iterdir()
+    assert set(FILES) - {"camera.webm"} == {path.name for path in folder.iterdir()}
+    assert errors == f"nxtdrive: camera.webm is left out; `nxtdrive export runs/{folder.name} --webm` makes it.\n"

@@ -112,11 +112,13 @@ def test_a_full_disk_does_not_end_the_mission(tmp_path, small):
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs limits of the operating system")
-def test_a_video_that_cannot_be_written_is_reported(tmp_path, small):
+def test_pictures_that_cannot_be_written_are_reported(tmp_path, small):
     command = [word for word in _command(small) if word != "--no-video"]
     run = _run_with_small_files(command, tmp_path)
     assert run.returncode == INCOMPLETE
-    assert "camera.mp4" in _summary(tmp_path)["observer_failures"]
+    assert "camera/" in _summary(tmp_path)["observer_failures"]
+    assert run.stderr.count("camera/ failed and is left out; the mission goes on") == 1
+    assert not (_folder(tmp_path) / "camera.webm").exists()
 
 
 @pytest.mark.slow

@@ -19,10 +19,28 @@ from behaviors.observers import Observers
 from behaviors.target_queue import TargetOutcome, TargetProgress
 from firmware_protocol.errors import ConfigError
 from nxtdrive.mission.setup import load
+from nxtdrive.recording.camera_index import read_pictures
 from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import new_run_folder
-from nxtdrive.recording.video import VideoRecorder
 from nxtdrive.vision.camera import Frame
+
+
+class _Clock:
+    """Mission time began at 100 s."""
+
+    def now(self):
+        return 100.0
+
+    def sleep(self, duration_s):
+        raise AssertionError
+
+
+START = Record(0.0, Kind.START, "idle", "lena", {"mission": "x"})
+
+
+def _picture(time_s, value=0):
+    """A frame of one colour, taken at a mission time."""
+    return Frame(np.full((48, 64, 3), value, np.uint8), 100.0 + time_s, 0)
 
 
 def _look(time_s, state, pose, range_mm=None):
@@ -52,11 +70,13 @@ def test_runs_that_begin_at_once_get_folders_of_their_own(tmp_path):
 
 def _recorded(folder, **options):
     """A recording of a short run, not finished yet."""
-    recording = Recording(new_run_folder(folder, "x"), **options)
+    recording = Recording(new_run_folder(folder, "x"), _Clock(), **options)
     recording.folder.write_mission(load(None))
+    recording(START)
     for record in RECORDS:
         recording(record)
-    recording.frame(Frame(np.zeros((48, 64, 3), np.uint8), 0.5, 0))
+    recording.frame(_picture(0.5))
+    recording.frame(_picture(1.0))
     return recording
 
 
@@ -66,8 +86,8 @@ def test_a_folder_that_is_removed_during_the_run_is_made_again(tmp_path, video):
     shutil.rmtree(tmp_path / "x-001")
     recording.finish(None, "", {}, observers)
     assert [path.name for path in recording.files()] == ["journal.jsonl", "map.png", "mission.json", "summary.json"]
-    assert (tmp_path / "x-001" / "journal.jsonl").read_text().count("\n") == len(RECORDS)
-    assert list(observers.failures) == ["camera.mp4"] * video
+    assert (tmp_path / "x-001" / "journal.jsonl").read_text().count("\n") == len(RECORDS) + 1
+    assert list(observers.failures) == ["camera/"] * video
 
 
 def test_a_folder_that_cannot_be_made_again_is_reported_for_each_file(tmp_path):
@@ -75,7 +95,7 @@ def test_a_folder_that_cannot_be_made_again_is_reported_for_each_file(tmp_path):
     shutil.rmtree(tmp_path / "x-001")
     (tmp_path / "x-001").touch()
     recording.finish(None, "", {}, observers)
-    assert list(observers.failures) == ["journal.jsonl", "camera.mp4", "map.png", "summary.json"]
+    assert list(observers.failures) == ["journal.jsonl", "camera/", "map.png", "summary.json"]
     assert recording.files() == []
 
 
@@ -105,6 +125,33 @@ def test_a_full_disk_has_room_for_the_summary(small_disk):
     assert "No space left" in summary["observer_failures"]["journal.jsonl"]
 
 
+def test_a_full_disk_has_room_for_the_summary_of_a_run_with_pictures(small_disk):
+    recording, observers = _recorded(small_disk), Observers(on_failure=lambda *_: None)
+    keep = observers.guarded("camera/", recording.frame)
+    noise = np.random.default_rng(1).integers(0, 255, (48, 64, 3), dtype=np.uint8)
+    for number in range(100):
+        keep(Frame(noise, 102.0 + number, number))
+    recording.finish(None, "", {}, observers)
+    assert list(observers.failures) == ["camera/", "map.png"]
+    names = ["camera", "journal.jsonl", "mission.json", "summary.json"]
+    assert [path.name for path in recording.files()] == names
+    pictures = read_pictures(small_disk / "x-001")
+    assert all(pictures.drawn(each) is not None for each in pictures.pictures), "no picture is cut short"
+
+
+def test_a_video_that_does_not_fit_is_removed_and_reported_in_one_sentence(small_disk, capfd):
+    recording, observers = Recording(new_run_folder(small_disk, "x"), _Clock()), Observers()
+    recording(START)
+    noise = np.random.default_rng(1).integers(0, 255, (48, 64, 3), dtype=np.uint8)
+    for number in range(6):
+        recording.frame(Frame(noise, 100.0 + number, number))
+    recording.finish(None, "", {}, observers)
+    with pytest.raises(OSError, match="incomplete"):
+        recording.write_video(lambda pictures: pictures * 4)
+    assert [path.name for path in recording.files()] == ["camera", "journal.jsonl", "map.png", "summary.json"]
+    assert capfd.readouterr() == ("", "")
+
+
 def test_a_folder_that_cannot_be_made_is_refused_with_advice(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(ConfigError, match="--out"):
@@ -128,28 +175,41 @@ def test_the_journal_is_complete_at_every_moment(tmp_path):
 
 
 def test_the_video_keeps_the_missions_time(tmp_path):
-    path = tmp_path / "camera.mp4"
-    video = VideoRecorder(path, fps=5)
-    image = np.zeros((48, 64, 3), np.uint8)
-    for time_s in (10.0, 10.05, 10.2, 12.0):
-        video.add(image, time_s)
-    video.close()
+    recording, observers = Recording(new_run_folder(tmp_path, "x"), _Clock()), Observers()
+    recording(START)
+    for time_s, value in [(0.5, 50), (0.55, 60), (0.7, 100), (2.5, 250)]:  # a webcam that stalls
+        recording.frame(_picture(time_s, value))
+    recording.finish(None, "", {}, observers)
+    recording.write_video(iter)
+    assert observers.failures == {}
+    fps, frames = _film(tmp_path / "x-001" / "camera.webm")
+    assert fps == 5
+    # one each 0.2 s, from the mission's start to the last picture
+    assert [round(float(frame[:30].mean()) / 50) for frame in frames] == [1, 1, 1, *[2] * 9, 5]
+    assert sorted(path.name for path in (tmp_path / "x-001").iterdir())[:2] == ["camera", "camera.webm"]
+
+
+def _film(path):
+    """Frames per second and frames of a video."""
     film = cv2.VideoCapture(str(path))
-    assert film.get(cv2.CAP_PROP_FPS) == 5
-    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 11  # two seconds at 5 frames a second, both ends shown
+    frames = []
+    while (each := film.read())[0]:
+        frames.append(each[1])
+    fps = film.get(cv2.CAP_PROP_FPS)
     film.release()
+    return fps, frames
 
 
 @pytest.mark.parametrize(
     "report", [None, Report(Ending.ACHIEVED, [TargetProgress("lena", TargetOutcome.REACHED, 3.0, 1)], ["search"], 3.0)]
 )
 def test_a_finished_recording_is_complete_even_when_the_run_broke(tmp_path, report):
-    recording = Recording(new_run_folder(tmp_path, "x"))
-    for record in RECORDS:
+    recording = Recording(new_run_folder(tmp_path, "x"), _Clock())
+    for record in [START, *RECORDS]:
         recording(record)
-    recording.frame(Frame(np.zeros((48, 64, 3), np.uint8), 0.5, 0))
+    recording.frame(_picture(0.5))
     recording.finish(report, "" if report else "broken", {"nxt": "sim://"}, Observers())
-    assert [path.name for path in recording.files()] == ["camera.mp4", "journal.jsonl", "map.png", "summary.json"]
+    assert [path.name for path in recording.files()] == ["camera", "journal.jsonl", "map.png", "summary.json"]
     summary = json.loads((recording.folder.path / "summary.json").read_text(encoding="utf-8"))
     assert summary["achieved"] is (report is not None)
     assert summary["nxt"] == "sim://"

@@ -103,7 +103,7 @@ def _pursue(brick: Brick, mission: Mission, folder: Path, *, camera: bool) -> Re
         eyes = setup.camera_eyes(setup.open_mission_camera("sim", brick), mission)
     else:
         eyes = GeometricEyes(brick.link.transport.webcam, clock)  # type: ignore[attr-defined]
-    recording = Recording(RunFolder(folder), video=False)
+    recording = Recording(RunFolder(folder), clock, video=False)
     recording.folder.write_mission(mission)
     observers = Observers()
     observers.add(JOURNAL, recording)

@@ -1,0 +1,88 @@
+"""Keeps the camera's pictures of a run as JPEG files with an index."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import cv2
+from pydantic import BaseModel
+
+from nxtdrive.recording.camera_index import INDEX, Header, Look, Picture
+from nxtdrive.recording.output_file import write_file
+from nxtdrive.recording.video import VIDEO_FPS
+from nxtdrive.vision.detection import Image
+
+JPEG_QUALITY = 80
+
+
+@dataclass(slots=True)
+class _Pending:
+    """The picture of the present slot, which a later look may replace or complete."""
+
+    image: Image
+    time_s: float
+    slot: int
+    looks: list[Look] = field(default_factory=list)
+
+
+class CameraFolder:
+    """Writes pictures at a limited rate; holds one of them in memory.
+
+    Args:
+        path: The folder to make, at the first picture.
+        fps: At most so many pictures per second of mission time.
+    """
+
+    def __init__(self, path: Path, fps: int = VIDEO_FPS) -> None:
+        self._path = path
+        self._fps = fps
+        self._pending: _Pending | None = None
+        self._count = 0
+
+    def add(self, image: Image, time_s: float, look: Look | None = None) -> None:
+        """Keep `image` if it is the first of its slot of time, or the first that a look used.
+
+        Args:
+            image: BGR.
+            time_s: When it was taken, mission time, 0 or more.
+            look: What a look found in it.
+
+        Raises:
+            OSError: A file cannot be written.
+        """
+        slot = int(time_s * self._fps + 1e-6)
+        pending = self._pending
+        if pending is not None and slot > pending.slot:
+            self._write(pending)
+            pending = None
+        if pending is None or (look and pending.time_s != time_s and not pending.looks):
+            pending = self._pending = _Pending(image, time_s, slot)
+        if look and pending.time_s == time_s:
+            pending.looks.append(look)
+
+    def close(self) -> None:
+        """Write the last picture; may be called again.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        pending, self._pending = self._pending, None
+        if pending is not None:
+            self._write(pending)
+
+    def _write(self, pending: _Pending) -> None:
+        if not self._count:
+            self._path.mkdir(exist_ok=True)
+            height, width = pending.image.shape[:2]
+            self._write_line(Header(version=1, width=width, height=height, fps=self._fps), "wb")
+        self._count += 1
+        name = f"{self._count:06d}.jpg"
+        _, jpeg = cv2.imencode(".jpg", pending.image, (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
+        write_file(self._path / name, jpeg.tobytes())
+        self._write_line(Picture(t=round(pending.time_s, 3), file=name, looks=tuple(pending.looks)), "ab")
+
+    def _write_line(self, line: BaseModel, mode: Literal["wb", "ab"]) -> None:
+        with open(self._path / INDEX, mode) as index:
+            index.write(line.model_dump_json(exclude_defaults=True).encode() + b"\n")

@@ -1,0 +1,176 @@
+"""The index of a run's camera pictures: when each was taken, and what was found in it.
+
+``camera/index.jsonl`` begins with a line of `Header`; each further line is a `Picture`. docs/journal.md describes both.
+"""
+
+from __future__ import annotations
+
+import bisect
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal, TypeVar
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from behaviors.ports import Sighting
+from input_files.json_text import MAX_BYTES
+from input_files.picture import read_picture
+from input_files.plain import InputFileError, read_text
+from nxtdrive.recording.run_folder import CAMERA
+from nxtdrive.vision.annotate import annotate
+from nxtdrive.vision.detection import Box, Detection, Image
+
+INDEX = "index.jsonl"
+FILE_NAME = r"[0-9]{6,9}\.jpg"
+"""Pattern of the names of pictures, of which none leads out of the folder."""
+MAX_SIZE_PX = 20_000
+MAX_TIME_S = 100_000.0
+"""More than a day; a video is as long as its pictures say."""
+
+Model = TypeVar("Model", bound=BaseModel)
+Pixels = Annotated[int, Field(ge=-MAX_SIZE_PX, le=MAX_SIZE_PX)]
+Coordinate = Annotated[float, Field(ge=-MAX_SIZE_PX, le=MAX_SIZE_PX)]
+Corner = tuple[Coordinate, Coordinate]
+Size = Annotated[int, Field(ge=1, le=MAX_SIZE_PX)]
+
+
+class _Line(BaseModel):
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+
+class Header(_Line):
+    """First line: version of the format, size of the pictures in pixels, pictures a second at most."""
+
+    version: Literal[1]
+    width: Size
+    height: Size
+    fps: Annotated[float, Field(gt=0, le=1000)]
+
+
+class Found(_Line):
+    """A place in a picture where a detector found its target; see `nxtdrive.vision.detection.Detection`."""
+
+    box: tuple[Pixels, Pixels, Pixels, Pixels]
+    score: float
+    quad: tuple[Corner, Corner, Corner, Corner] | None = None
+
+
+class Seen(_Line):
+    """A target that was recognised; see `behaviors.ports.Sighting`."""
+
+    bearing_deg: float
+    distance_mm: float
+    confidence: float
+    box: tuple[Pixels, Pixels, Pixels, Pixels]
+
+
+class Look(_Line):
+    """What a look for a target found in a picture."""
+
+    target: str
+    sighting: Seen | None = None
+    found: tuple[Found, ...] = ()
+
+
+class Picture(_Line):
+    """A picture: when it was taken (seconds of mission time), its file in the folder, and the looks that used it."""
+
+    t: Annotated[float, Field(ge=0, le=MAX_TIME_S)]
+    file: Annotated[str, Field(pattern=f"^{FILE_NAME}$")]
+    looks: tuple[Look, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class CameraPictures:
+    """The camera's pictures of a run.
+
+    Attributes:
+        folder: Where they are.
+        header: Their size and rate.
+        pictures: In order of time.
+    """
+
+    folder: Path
+    header: Header
+    pictures: tuple[Picture, ...]
+
+    def at(self, time_s: float) -> Picture | None:
+        """Return the latest picture at a mission time; None before the first."""
+        number = bisect.bisect_right(self.pictures, time_s, key=lambda picture: picture.t)
+        return self.pictures[number - 1] if number else None
+
+    def drawn(self, picture: Picture, caption: str = "") -> Image | None:
+        """Return a picture with boxes and caption in the size of the header; None if it cannot be read."""
+        import cv2
+
+        try:
+            image = read_picture(self.folder / picture.file)
+        except InputFileError:
+            return None
+        size = self.header.width, self.header.height
+        if image.shape[1::-1] != size:
+            image = np.asarray(cv2.resize(image, size), np.uint8)
+        for look in picture.looks:
+            found = [Detection(one.box, one.score, one.quad) for one in look.found]
+            image = annotate(image, _sighting(picture.t, look), found)
+        return annotate(image, None, (), caption)
+
+
+def read_pictures(run_folder: Path) -> CameraPictures | None:
+    """Read the index of a run's pictures, also of a run that was killed; lines that are damaged are left out.
+
+    Args:
+        run_folder: The run's folder.
+
+    Returns:
+        None for a run without pictures, or whose index does not begin with a header that this version knows.
+    """
+    folder = run_folder / CAMERA
+    try:
+        first, *lines = read_text(folder / INDEX, MAX_BYTES).split("\n")
+    except InputFileError:
+        return None
+    header = _parsed(Header, first)
+    if header is None:
+        return None
+    pictures = [picture for line in lines if (picture := _parsed(Picture, line))]
+    return CameraPictures(folder, header, tuple(sorted(pictures, key=lambda picture: picture.t)))
+
+
+def looked(target: str, sighting: Sighting | None, found: Sequence[Detection]) -> Look:
+    """Return what a look found, for the index."""
+    return Look(target=target, sighting=_seen(sighting) if sighting else None, found=tuple(map(_found, found)))
+
+
+def _seen(sighting: Sighting) -> Seen:
+    return Seen(
+        bearing_deg=round(sighting.bearing_deg, 3),
+        distance_mm=round(sighting.distance_mm, 3),
+        confidence=round(sighting.confidence, 3),
+        box=_whole(sighting.box),
+    )
+
+
+def _found(one: Detection) -> Found:
+    return Found.model_validate({"box": _whole(one.box), "score": round(float(one.score), 3), "quad": one.quad})
+
+
+def _whole(box: Box) -> Box:
+    left, top, width, height = map(round, box)
+    return left, top, width, height
+
+
+def _sighting(time_s: float, look: Look) -> Sighting | None:
+    seen = look.sighting
+    if seen is None:
+        return None
+    return Sighting(look.target, seen.bearing_deg, seen.distance_mm, seen.confidence, time_s, seen.box)
+
+
+def _parsed(model: type[Model], line: str) -> Model | None:
+    try:
+        return model.model_validate_json(line)
+    except ValidationError:
+        return None
