@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import writing
+from nxtdrive.cli.options import number, writing
 from nxtdrive.cli.output import write_line
 from nxtdrive.cli.progress import with_progress
 
@@ -17,9 +17,14 @@ if TYPE_CHECKING:
     from nxtdrive.recording.run_reader import PastRun
 
 DESCRIPTION = """\
-Make files of a run for other programs and other people: a video of its camera."""
+Make files of a run for other programs and other people: its replay as one HTML
+file that any browser opens without nxtdrive, and a video of its camera."""
 EXAMPLES = """\
+  nxtdrive export runs/lena-then-rilakkuma-001 --html
+  nxtdrive export runs/lena-then-rilakkuma-001 --html lena.html --fps 2
   nxtdrive export runs/lena-then-rilakkuma-001 --webm"""
+MAX_PAGE_BYTES = 40_000_000
+"""Pictures of a page together; without --fps a page has as many a second as fit."""
 IN_FOLDER = Path()
 """Stands for a file in the run's folder."""
 
@@ -28,6 +33,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("run_path", metavar="RUN", type=Path, help="a run's folder")
     parser.add_argument(
+        "--html",
+        metavar="FILE",
+        nargs="?",
+        type=Path,
+        const=IN_FOLDER,
+        help="the replay in one file, with its pictures (default: replay.html in the run's folder)",
+    )
+    parser.add_argument(
         "--webm",
         metavar="FILE",
         nargs="?",
@@ -35,6 +48,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         const=IN_FOLDER,
         help="the camera's pictures as a video with boxes, state and time (default: camera.webm in the run's folder)",
     )
+    parser.add_argument(
+        "--fps",
+        metavar="NUMBER",
+        type=number("pictures", float, 0.01, 1000),
+        help="pictures a second in the page (default: all, or as many as make 40 MB)",
+    )
+    parser.add_argument("--no-camera", action="store_true", help="leave the pictures out of the page")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -42,13 +62,37 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.recording.camera_index import read_pictures
     from nxtdrive.recording.run_reader import read_run
 
-    if args.webm is None:
-        raise ConfigError("export what of the run?", remedy="Give --webm.")
+    if args.html is None and args.webm is None:
+        raise ConfigError("export what of the run?", remedy="Give --html or --webm, or several of them.")
     past = read_run(args.run_path)
     pictures = read_pictures(past.path.parent)
+    if args.html is not None:
+        _write_html(past, None if args.no_camera else pictures, args.html, args.fps)
     if args.webm is not None:
         _write_webm(past, pictures, args.webm)
     return DONE
+
+
+def _write_html(past: PastRun, pictures: CameraPictures | None, file: Path, fps: float | None) -> None:
+    from nxtdrive.recording.output_file import write_file
+    from nxtdrive.tools.web.replay_page import replay_page, thinned
+
+    folder = past.path.resolve().parent
+    path = past.path.parent / "replay.html" if file == IN_FOLDER else file
+    said = "without pictures"
+    if pictures:
+        count = len(pictures.pictures)
+        pictures = thinned(pictures, fps or _fitting_fps(pictures))
+        said = f"{len(pictures.pictures)} of {count} pictures"
+    with writing(path):
+        write_file(path, replay_page(folder.name, past, pictures).encode())
+    _say(path, said)
+
+
+def _fitting_fps(camera: CameraPictures) -> float:
+    """Return how many pictures a second make at most `MAX_PAGE_BYTES`."""
+    size = sum(path.stat().st_size for each in camera.pictures if (path := camera.folder / each.file).is_file())
+    return camera.header.fps * min(1.0, MAX_PAGE_BYTES / max(size, 1))
 
 
 def _write_webm(past: PastRun, pictures: CameraPictures | None, file: Path) -> None:

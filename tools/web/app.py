@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import json
 import socket
 import threading
 from collections.abc import Callable, Iterator
@@ -18,7 +19,7 @@ import uvicorn
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
+from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -123,7 +124,7 @@ class Server:
             *Editor(self.missions, Photographs(self.missions.folder, self.robot.picture)).routes(),
             Route("/api/runs", self._list_runs),
             Route("/api/runs/{name}", self._replay),
-            Route("/runs/{name}/{file}", self._run_file),
+            Route("/runs/{name}/{file:path}", self._run_file),
             Mount("/", StaticFiles(directory=STATIC, html=True)),
         ]
         middleware = [Middleware(SameSite, lan=self.pin is not None)]
@@ -132,11 +133,11 @@ class Server:
         return Starlette(routes=routes, middleware=middleware)
 
     def _list_runs(self, _request: Request) -> Response:
-        return JSONResponse(self.runs.listed())
+        return _json(self.runs.listed())
 
     def _replay(self, request: Request) -> Response:
         try:
-            return JSONResponse(self.runs.replay(request.path_params["name"]))
+            return _json(self.runs.replay(request.path_params["name"]))
         except KeyError:
             return PlainTextResponse("There is no such run.\n", 404)
         except ConfigError as error:
@@ -241,6 +242,11 @@ class Server:
             "chart": chart(),
             "recoveries": recoveries(),
         }
+
+
+def _json(value: object) -> Response:
+    """Answer in ASCII: names from outside may be no valid UTF-8."""
+    return Response(json.dumps(value), media_type="application/json")
 
 
 def _admit(_request: Request) -> Response:

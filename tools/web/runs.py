@@ -2,24 +2,41 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
-from behaviors.journal import Kind
+from pydantic import BaseModel, ValidationError
+
+from firmware_protocol.errors import ConfigError
 from input_files.json_text import parse_object
 from input_files.plain import InputFileError, read_text
-from nxtdrive.recording.progress_lines import ProgressLines
-from nxtdrive.recording.run_folder import JOURNAL, MAP, SUMMARY
-from nxtdrive.recording.run_reader import PastRun, read_run
+from nxtdrive.recording.camera_index import FILE_NAME, read_pictures
+from nxtdrive.recording.run_folder import CAMERA, JOURNAL, MAP, SUMMARY
+from nxtdrive.recording.run_reader import read_run
 
-from .chart import chart, recoveries
-from .decisions import decisions_of
+from .replay_data import replay_data
 
 FILES = (MAP, JOURNAL, SUMMARY)
-"""What of a run may be fetched as it is."""
-
+"""What of a run may be fetched as it is, besides its pictures."""
 
 MAX_SUMMARY_BYTES = 1_000_000
+
+
+class _Target(BaseModel):
+    target: str
+    fate: str
+
+
+class _Summary(BaseModel):
+    """What the list shows of a summary."""
+
+    mission: str = ""
+    ending: str
+    achieved: bool
+    duration_s: float | None = None
+    targets: list[_Target] = []
 
 
 class Runs:
@@ -34,8 +51,8 @@ class Runs:
 
     def names(self) -> list[str]:
         """Return the names of the runs, the newest first."""
-        journals = sorted(self._folder.glob(f"*/{JOURNAL}"), key=lambda path: path.stat().st_mtime, reverse=True)
-        return [path.parent.name for path in journals]
+        journals = sorted(self._folder.glob(f"*/{JOURNAL}"), key=_changed_s, reverse=True)
+        return [path.parent.name for path in journals if path.parent.name.isprintable()]
 
     def listed(self) -> list[dict[str, Any]]:
         """Return name, mission, result, duration and targets of each run, the newest first."""
@@ -48,53 +65,57 @@ class Runs:
             KeyError: There is no such run.
             ConfigError: It cannot be read.
         """
-        run = read_run(self._path(name))
-        return {
-            "name": name,
-            "mission": run.name,
-            "chart": chart(),
-            "recoveries": recoveries(),
-            "records": [record.values() for record in run.records],
-            "lines": _lines(run),
-            "decisions": decisions_of(run),
-        }
+        path = self._path(name)
+        pictures = f"/runs/{quote(name, safe='')}/{CAMERA}"
+        return replay_data(name, read_run(path), read_pictures(path), lambda picture: f"{pictures}{picture.file}")
 
     def file(self, name: str, file: str) -> Path:
         """Return the path of one of a run's files.
+
+        Args:
+            name: The run's.
+            file: One of `FILES`, or ``camera/`` with the name of a picture.
 
         Raises:
             KeyError: There is no such run, or it has no such file.
         """
         path = self._path(name) / file
-        if file not in FILES or not path.is_file():
+        if not (file in FILES or re.fullmatch(CAMERA + FILE_NAME, file)) or not path.is_file():
             raise KeyError(file)
         return path
 
     def _path(self, name: str) -> Path:
-        if name not in self.names():
+        path = self._folder / name
+        if path.parent != self._folder or name == ".." or not (path / JOURNAL).exists():
             raise KeyError(name)
-        return self._folder / name
+        return path
 
     def _line(self, name: str) -> dict[str, Any]:
-        try:
-            summary = parse_object(read_text(self._folder / name / SUMMARY, MAX_SUMMARY_BYTES))
-            shown = {key: summary.get(key) for key in ("mission", "ending", "achieved", "duration_s", "targets")}
-        except (InputFileError, ValueError):
-            shown = {"mission": "", "ending": "unfinished", "achieved": False, "duration_s": None, "targets": []}
-        return {"name": name, "map": (self._folder / name / MAP).is_file(), **shown}
+        path = self._folder / name
+        return {"name": name, "map": (path / MAP).is_file(), **(_ended(path) or _unfinished(path))}
 
 
-def _lines(run: PastRun) -> list[dict[str, Any]]:
-    """Return what `nxtdrive run` printed, each line with its time."""
-    lines: list[dict[str, Any]] = []
-    now_s = 0.0
-    progress = ProgressLines(lambda text: lines.append({"t": now_s, "text": text}))
-    for record in run.records:
-        now_s = record.time_s
-        try:
-            progress(record)
-        except (KeyError, TypeError):  # of a version that wrote other keys
-            continue
-        if record.kind is Kind.END:
-            lines.append({"t": now_s, "text": str(record.data.get("ending", "ended")).replace("_", " ")})
-    return lines
+def _changed_s(path: Path) -> float:
+    """Return when a file was changed; 0 for one that has been removed meanwhile."""
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0
+
+
+def _ended(path: Path) -> dict[str, Any] | None:
+    """Return what the summary of a run says; None without one that can be read."""
+    try:
+        return _Summary.model_validate(parse_object(read_text(path / SUMMARY, MAX_SUMMARY_BYTES))).model_dump()
+    except (InputFileError, ValidationError, ValueError):
+        return None
+
+
+def _unfinished(path: Path) -> dict[str, Any]:
+    """Return what the journal says of a run without a summary: it is running, was killed, or is damaged."""
+    try:
+        run = read_run(path)
+    except (ConfigError, OSError):
+        return _Summary(ending="unreadable", achieved=False).model_dump()
+    last_s = run.records[-1].time_s
+    return _Summary(mission=run.name, ending="unfinished", achieved=False, duration_s=last_s).model_dump()

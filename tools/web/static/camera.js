@@ -19,7 +19,7 @@ export function showCamera(connection, canvas) {
   });
 }
 
-function drawBox(context, seen) {
+export function drawBox(context, seen) {
   const [x, y, width, height] = seen.box;
   const side = seen.bearing_deg < 0 ? "left" : "right";
   const text = `${seen.target}  ${(seen.distance_mm / 1000).toFixed(2)} m  ${Math.abs(seen.bearing_deg).toFixed(0)}° ${side}`;

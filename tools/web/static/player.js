@@ -1,7 +1,7 @@
 // Replays the records of a run: it speaks to the parts of the page as the live connection does.
 
 export class Player {
-  constructor({ records, lines, decisions, chart, recoveries }) {
+  constructor({ records, lines, decisions, pictures, chart, recoveries }) {
     this.listeners = new Map();
     this.hello = { chart, recoveries };
     this.events = [
@@ -10,7 +10,7 @@ export class Player {
       ...decisions.map((each) => ({ t: each.t, type: "decision", message: each })),
     ].sort((one, other) => one.t - other.t);
     this.decisions = records.filter(({ kind }) => kind === "choice").map(({ t }) => t);
-    this.duration = this.events.at(-1)?.t ?? 0;
+    this.duration = Math.max(this.events.at(-1)?.t ?? 0, pictures.at(-1)?.t ?? 0);
     this.next = 0;
     this.time = 0;
   }
@@ -19,8 +19,15 @@ export class Player {
     this.listeners.set(type, [...(this.listeners.get(type) ?? []), listener]);
   }
 
+  // a damaged record may stop one part of the page, not the replay
   tell(type, message) {
-    for (const listener of this.listeners.get(type) ?? []) listener(message);
+    for (const listener of this.listeners.get(type) ?? []) {
+      try {
+        listener(message);
+      } catch (error) {
+        console.warn("a part of the page cannot show", message, error);
+      }
+    }
   }
 
   begin() {

@@ -1,26 +1,36 @@
-// The replay of a run: map, chart, lines and decisions move together.
+// The replay of a run: camera, map, chart, lines and decisions move together.
 
 import { Chart } from "./chart.js";
 import { FloorMap } from "./map.js";
 import { Decisions, Lines } from "./mission.js";
 import { Player } from "./player.js";
+import { RecordedCamera } from "./replay_camera.js";
 
+const STEP_S = 1; // of the arrow keys
 const find = (id) => document.getElementById(id);
-const STEP_MS = 50;
-const name = new URLSearchParams(location.search).get("run") ?? "";
-const answer = await fetch(`/api/runs/${encodeURIComponent(name)}`);
 
-if (answer.ok) {
-  show(await answer.json());
-} else {
-  find("notice").textContent = await answer.text();
+try {
+  show(await load());
+} catch (error) {
+  find("notice").textContent = error.message;
   find("notice").hidden = false;
+}
+
+// an exported page has its run in itself
+async function load() {
+  if (find("run")) return JSON.parse(find("run").textContent);
+  const name = new URLSearchParams(location.search).get("run") ?? "";
+  const answer = await fetch(`/api/runs/${encodeURIComponent(name)}`);
+  if (!answer.ok) throw new Error(await answer.text());
+  return answer.json();
 }
 
 function show(run) {
   const player = new Player(run);
-  let playing = 0;
+  let playing = 0, last = 0;
   document.title = `nxtdrive: ${run.mission || run.name}`;
+  find("camera-panel").hidden = !run.pictures.length;
+  if (run.pictures.length) new RecordedCamera(player, find("camera"), run.pictures);
   new FloorMap(player, find("map"));
   new Chart(player, find("chart"));
   new Lines(player, find("lines"));
@@ -28,24 +38,51 @@ function show(run) {
   player.on("record", ({ record }) => (find("doing").textContent = `${record.state.replaceAll("_", " ")}: ${record.target}`));
   player.on("time", ({ time }) => {
     find("time").value = time;
-    find("clock").textContent = `${time.toFixed(1)} s`;
+    find("clock").textContent = `${time.toFixed(1)} of ${player.duration.toFixed(1)} s`;
     if (time >= player.duration) pause();
   });
   find("time").max = player.duration;
+  find("decisions").replaceChildren(...player.decisions.map((t) => new Option("", t.toFixed(1))));
   find("time").addEventListener("input", () => player.seek(Number(find("time").value)));
   find("back").addEventListener("click", () => player.jump(-1));
   find("forward").addEventListener("click", () => player.jump(1));
-  find("play").addEventListener("click", () => (playing ? pause() : play()));
+  find("play").addEventListener("click", toggle);
+  addEventListener("keydown", (event) => {
+    const held = event.target.closest("button, select") ? " " : "";
+    if (event.ctrlKey || event.altKey || event.metaKey || event.key === held || !(event.key in keys)) return;
+    if (event.target.closest("select, #lines") && event.key.length > 1) return; // arrows move in them
+    event.preventDefault();
+    keys[event.key]();
+  });
   player.begin();
 
-  function play() {
+  const keys = {
+    " ": toggle,
+    ArrowLeft: () => player.seek(player.time - STEP_S),
+    ArrowRight: () => player.seek(player.time + STEP_S),
+    Home: () => player.seek(0),
+    End: () => player.seek(player.duration),
+    j: () => player.jump(1),
+    k: () => player.jump(-1),
+  };
+
+  function toggle() {
+    if (playing) return pause();
     if (player.time >= player.duration) player.seek(0);
     find("play").textContent = "Pause";
-    playing = setInterval(() => player.seek(player.time + (STEP_MS / 1000) * Number(find("rate").value)), STEP_MS);
+    last = performance.now();
+    playing = requestAnimationFrame(step);
+  }
+
+  function step(now) {
+    playing = requestAnimationFrame(step);
+    const passed = (Math.max(0, now - last) / 1000) * Number(find("rate").value);
+    last = now;
+    if (passed) player.seek(player.time + passed);
   }
 
   function pause() {
-    clearInterval(playing);
+    cancelAnimationFrame(playing);
     playing = 0;
     find("play").textContent = "Play";
   }

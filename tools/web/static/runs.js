@@ -20,12 +20,17 @@ function card({ name, mission, ending, achieved, duration_s, targets, map }) {
     picture.loading = "lazy";
     link.append(picture);
   }
-  const reached = (targets ?? []).filter(({ fate }) => fate === "reached").length;
-  const result = `${(ending ?? "unfinished").replaceAll("_", " ")}${duration_s ? ` after ${duration_s.toFixed(0)} s` : ""}`;
+  const result = `${ending.replaceAll("_", " ")}${duration_s === null ? "" : ` after ${length(duration_s)}`}`;
   link.append(line("strong", mission || name), line("span", result, achieved ? "good" : "bad"));
-  link.append(line("span", `${reached} of ${(targets ?? []).length} targets reached`), line("small", name));
+  const reached = targets.filter(({ fate }) => fate === "reached").length;
+  if (targets.length) link.append(line("span", `${reached} of ${targets.length} targets reached`));
+  link.append(line("small", name));
   item.append(link);
   return item;
+}
+
+function length(seconds) {
+  return seconds < 60 ? `${seconds.toFixed(0)} s` : `${Math.floor(seconds / 60)} min ${Math.floor(seconds % 60)} s`;
 }
 
 function line(tag, text, style = "") {

@@ -1,0 +1,263 @@
+"""A run's replay in a real browser: from the server, and as one file from disk."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import uvicorn
+from selenium import webdriver
+from selenium.webdriver import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.remote.webdriver import WebDriver
+from selenium.webdriver.support.ui import WebDriverWait
+from starlette.applications import Starlette
+from starlette.responses import FileResponse, JSONResponse
+from starlette.routing import Mount, Route
+from starlette.staticfiles import StaticFiles
+
+from behaviors.journal import Kind, Record
+from behaviors.ports import Sighting
+from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.recording.camera_folder import CameraFolder
+from nxtdrive.recording.camera_index import looked
+from nxtdrive.recording.run_folder import RunFolder
+from nxtdrive.tools.web.app import STATIC
+from nxtdrive.tools.web.runs import Runs
+
+CHROMIUM, CHROMEDRIVER = shutil.which("chromium"), shutil.which("chromedriver")
+OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
+WAIT_S = 40
+HOSTILE = "</script><script>document.title = 'broken out'</script><!--<script>"
+BOX = (100, 60, 80, 80)
+COLOURS = {0.0: 40, 4.0: 120, 8.0: 200}
+"""Mission time of each picture and its grey."""
+
+
+def _look(time_s, x_mm):
+    return Record(time_s, Kind.LOOK, "arrive", HOSTILE, {"pose": [x_mm, 0, 0], "range_mm": 800, "sighting": None})
+
+
+def _choice(time_s, choice):
+    return Record(
+        time_s, Kind.CHOICE, "arrive", HOSTILE, {"choice": choice, "why": HOSTILE, "evidence": {"reason": "x"}}
+    )
+
+
+def _entered(time_s, state):
+    data = {"source": "idle", "to": state, "event": None}
+    return Record(time_s, Kind.TRANSITION, state, HOSTILE, data)
+
+
+RECORDS = [
+    Record(0.0, Kind.START, "idle", HOSTILE, {"format": 2, "mission": HOSTILE, "targets": [HOSTILE]}),
+    _entered(0.0, "search"),
+    _look(1.0, 0),
+    _choice(3.0, "wait"),
+    _entered(3.0, "wait"),
+    _look(5.0, 2000),
+    _choice(6.0, "detour"),
+    _entered(6.0, "detour"),
+    _look(9.0, 4000),
+    Record(10.0, Kind.END, "finished", HOSTILE, {"ending": "achieved", "targets": [], "error": ""}),
+]
+
+
+@pytest.fixture(name="run")
+def _run(tmp_path) -> Path:
+    """A run of ten seconds with three pictures; the second has a box."""
+    path = tmp_path / "runs" / "run-001"
+    path.mkdir(parents=True)
+    folder = RunFolder(path)
+    for record in RECORDS:
+        folder(record)
+    folder.close()
+    camera = CameraFolder(path / "camera")
+    for time_s, grey in COLOURS.items():
+        sighting = Sighting(HOSTILE, 3.0, 900.0, 1.0, time_s, BOX) if grey == 120 else None
+        camera.add(np.full((240, 320, 3), grey, np.uint8), time_s, looked(HOSTILE, sighting, []))
+    camera.close()
+    return path
+
+
+def _exported(run: Path, *options: str) -> str:
+    page = run.parent / "page.html"
+    assert main(["export", str(run), "--html", str(page), *options]) == DONE
+    return page.read_text(encoding="utf-8")
+
+
+def test_an_exported_page_needs_nothing_else(run, capsys):
+    page = _exported(run)
+    said = capsys.readouterr().out
+    assert "page.html: " in said
+    assert "3 of 3 pictures" in said
+    assert 'src="' not in page
+    assert 'href="' not in page.replace('href="data:,"', "")
+    assert 'from "./' not in page
+    assert page.count("data:image/jpeg;base64,") == 3
+
+
+def test_no_text_of_a_run_can_break_out_of_the_page(run):
+    page = _exported(run)
+    assert HOSTILE not in page
+    assert page.count("</script") == 3
+
+
+@pytest.mark.parametrize(
+    ("options", "count"), [(("--no-camera",), 0), (("--fps", "0.125"), 2), (("--fps", "0.1"), 1), (("--fps", "5"), 3)]
+)
+def test_a_page_may_have_fewer_pictures(run, options, count):
+    assert _exported(run, *options).count("data:image/jpeg") == count
+
+
+def test_pictures_that_are_too_many_are_thinned(run, monkeypatch):
+    monkeypatch.setattr("nxtdrive.cli.export.MAX_PAGE_BYTES", 40)
+    assert _exported(run).count("data:image/jpeg") == 1
+
+
+def test_what_is_no_picture_does_not_get_into_the_page(run, tmp_path):
+    (tmp_path / "secret").write_text("secret", encoding="utf-8")
+    (run / "camera" / "000001.jpg").unlink()
+    (run / "camera" / "000001.jpg").symlink_to(tmp_path / "secret")
+    (run / "camera" / "000002.jpg").unlink()
+    assert _exported(run).count("data:image/jpeg") == 1
+
+
+def test_the_default_file_is_in_the_runs_folder(run, capsys):
+    assert main(["export", str(run / "journal.jsonl"), "--html", "--webm"]) == DONE
+    assert [line.partition(":")[0] for line in capsys.readouterr().out.splitlines()] == [
+        str(run / "replay.html"),
+        str(run / "camera.webm"),
+    ]
+
+
+def test_an_export_of_nothing_names_what_there_is(run, capsys):
+    assert main(["export", str(run)]) == USAGE
+    said = capsys.readouterr().err
+    assert all(option in said for option in ("--html", "--webm"))
+
+
+def test_a_video_of_a_run_without_pictures_is_refused(run, capsys):
+    shutil.rmtree(run / "camera")
+    assert main(["export", str(run), "--webm"]) == USAGE
+    assert "has no pictures" in capsys.readouterr().err
+    assert _exported(run)
+
+
+def test_a_file_that_cannot_be_written_is_a_sentence(run, capsys):
+    for option in ("--html", "--webm"):
+        assert main(["export", str(run), option, str(run / "gone" / "file")]) == USAGE
+        assert "cannot be written" in capsys.readouterr().err
+
+
+@pytest.fixture
+def browser() -> Iterator[WebDriver]:
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(CHROMIUM)
+    for option in OPTIONS:
+        options.add_argument(option)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(CHROMEDRIVER))
+    yield driver
+    log = [(entry["level"], entry["message"]) for entry in driver.get_log("browser")]
+    driver.quit()
+    assert not [said for level, said in log if level == "SEVERE" or "a part of the page cannot show" in said]
+
+
+@pytest.fixture(params=["server", "file"])
+def page(request, run) -> Iterator[str]:
+    """The replay's address."""
+    if request.param == "file":
+        _exported(run)
+        yield (run.parent / "page.html").as_uri()
+        return
+    runs = Runs(run.parent)
+    routes = [
+        Route("/api/runs/{name}", lambda request: JSONResponse(runs.replay(request.path_params["name"]))),
+        Route("/runs/{name}/{file:path}", lambda request: FileResponse(runs.file(**request.path_params))),
+        Mount("/", StaticFiles(directory=STATIC, html=True)),
+    ]
+    server = uvicorn.Server(uvicorn.Config(Starlette(routes=routes), port=0, log_level="warning", lifespan="off"))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    while not server.started:
+        assert thread.is_alive()
+    yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}/replay.html?run={run.name}"
+    server.should_exit = True
+    thread.join()
+
+
+def _seek(browser: WebDriver, time_s: float) -> None:
+    script = (
+        "const bar = document.getElementById('time'); bar.value = arguments[0]; bar.dispatchEvent(new Event('input'))"
+    )
+    browser.execute_script(script, time_s)
+
+
+def _pixel(browser: WebDriver, x: int, y: int) -> list[int]:
+    context = "document.getElementById('camera').getContext('2d')"
+    return list(browser.execute_script(f"return [...{context}.getImageData({x}, {y}, 1, 1).data]"))
+
+
+def _until_grey(browser: WebDriver, grey: int) -> None:
+    WebDriverWait(browser, WAIT_S).until(lambda page: abs(_pixel(page, 5, 230)[0] - grey) < 5)
+
+
+def _map(browser: WebDriver) -> str:
+    return str(browser.execute_script("return document.getElementById('map').toDataURL()"))
+
+
+def _text(browser: WebDriver, element: str) -> str:
+    return browser.find_element(By.ID, element).text
+
+
+def _lit(browser: WebDriver) -> list[str]:
+    return [each.text for each in browser.find_elements(By.CSS_SELECTOR, ".state.active:not(.compound)")]
+
+
+@pytest.mark.slow
+@pytest.mark.xdist_group("browser")
+@pytest.mark.skipif(not (CHROMIUM and CHROMEDRIVER), reason="no browser: apt install chromium chromium-driver")
+def test_the_time_bar_moves_picture_map_chart_lines_and_decision_together(browser, page):
+    browser.get(page)
+    _until_grey(browser, 40)
+    assert browser.title == f"nxtdrive: {HOSTILE}"
+    empty = _map(browser)
+    _seek(browser, 5.5)
+    _until_grey(browser, 120)
+    green, inside = _pixel(browser, BOX[0], BOX[1] + 40), _pixel(browser, BOX[0] + 40, BOX[1] + 40)
+    assert green[1] > green[0] + 100, "the box of the sighting"
+    assert max(inside[:3]) - min(inside[:3]) < 5
+    WebDriverWait(browser, WAIT_S).until(lambda _: _map(browser) != empty)
+    assert "wait" in _lit(browser)
+    assert _text(browser, "decision").startswith("last decision: wait")
+    browser.find_element(By.TAG_NAME, "body").send_keys("j")
+    assert "detour" in _lit(browser)
+    assert _text(browser, "clock") == "6.0 of 10.0 s"
+    browser.find_element(By.ID, "back").click()
+    assert "wait" in _lit(browser)
+    _until_grey(browser, 40)
+
+
+@pytest.mark.slow
+@pytest.mark.xdist_group("browser")
+@pytest.mark.skipif(not (CHROMIUM and CHROMEDRIVER), reason="no browser: apt install chromium chromium-driver")
+def test_the_keys_play_and_move(browser, page):
+    browser.get(page)
+    _until_grey(browser, 40)
+    keys = ActionChains(browser)
+    keys.send_keys(Keys.ARROW_RIGHT * 3, Keys.ARROW_LEFT).perform()
+    assert _text(browser, "clock").startswith("2.0 of")
+    browser.execute_script("document.getElementById('rate').value = '4'")
+    ActionChains(browser).send_keys(Keys.SPACE).perform()
+    assert _text(browser, "play") == "Pause"
+    _until_grey(browser, 200)
+    WebDriverWait(browser, WAIT_S).until(lambda _: _text(browser, "play") == "Play")
+    assert _text(browser, "clock") == "10.0 of 10.0 s"
+    ActionChains(browser).send_keys(Keys.HOME).perform()
+    _until_grey(browser, 40)

@@ -1,0 +1,159 @@
+"""The list of runs and what the replay gets: of any folder, however damaged."""
+
+from __future__ import annotations
+
+import json
+import os
+
+import pytest
+from starlette.testclient import TestClient
+
+from behaviors.journal import Kind, Record
+from firmware_protocol.errors import ConfigError
+from nxtdrive.mission import setup
+from nxtdrive.tools.web.app import Server
+from nxtdrive.tools.web.hub import Hub
+from nxtdrive.tools.web.missions import Missions
+from nxtdrive.tools.web.robot import Robot
+from nxtdrive.tools.web.runs import Runs
+from nxtdrive.transports.address import Address
+
+JOURNAL = [
+    Record(0.0, Kind.START, "idle", "lena", {"format": 2, "mission": "<b>a mission</b>", "targets": ["lena"]}),
+    Record(4.5, Kind.LOOK, "search", "lena", {"pose": [0, 0, 0], "range_mm": None, "sighting": None}),
+]
+SUMMARY = {"mission": "m", "ending": "achieved", "achieved": True, "duration_s": 4.5}
+LOOK = {"target": "lena", "sighting": None, "found": [{"box": [1, 2, 3, 4], "score": 0.5}]}
+INDEX = [{"version": 1, "width": 64, "height": 48, "fps": 5}, {"t": 1.5, "file": "000001.jpg", "looks": [LOOK]}]
+
+
+@pytest.fixture(name="folder")
+def _folder(tmp_path):
+    return tmp_path / "runs"
+
+
+def _run(folder, name, summary=None, *, pictures=False):
+    """A run's folder."""
+    path = folder / name
+    path.mkdir(parents=True)
+    (path / "journal.jsonl").write_text("".join(f"{each.to_json()}\n" for each in JOURNAL), encoding="utf-8")
+    if summary is not None:
+        text = summary if isinstance(summary, str) else json.dumps(summary)
+        (path / "summary.json").write_text(text, encoding="utf-8")
+    if pictures:
+        (path / "camera").mkdir()
+        (path / "camera" / "index.jsonl").write_text("\n".join(map(json.dumps, INDEX)), encoding="utf-8")
+        (path / "camera" / "000001.jpg").write_bytes(b"\xff\xd8\xff a picture")
+    return path
+
+
+def _client(folder):
+    robot = Robot(Address.parse("sim://open"), None, setup.load(None), Hub(), folder)
+    server = Server(robot, Hub(), Missions(folder), Runs(folder), "sim://open")
+    return TestClient(server.app(), base_url="http://127.0.0.1:7080")
+
+
+def test_the_list_has_result_length_and_targets(folder):
+    _run(folder, "x-001", {**SUMMARY, "targets": [{"target": "lena", "fate": "reached", "searches": 1}]})
+    (line,) = Runs(folder).listed()
+    target = {"target": "lena", "fate": "reached"}
+    assert line == {"name": "x-001", "map": False, **SUMMARY, "targets": [target]}
+
+
+@pytest.mark.parametrize(
+    "summary",
+    [
+        None,
+        "",
+        "[]",
+        "{",
+        "[" * 100_000,
+        {},
+        {**SUMMARY, "ending": 5},
+        {**SUMMARY, "duration_s": "long"},
+        '{"ending":"achieved","achieved":true,"duration_s":NaN}',
+        {**SUMMARY, "targets": "all"},
+        {**SUMMARY, "targets": [None]},
+    ],
+    ids=range(11),
+)
+def test_a_run_without_a_summary_that_can_be_read_is_listed_by_its_journal(folder, summary):
+    _run(folder, "x-001", summary)
+    (line,) = Runs(folder).listed()
+    assert (line["mission"], line["ending"], line["duration_s"]) == ("<b>a mission</b>", "unfinished", 4.5)
+
+
+@pytest.mark.parametrize("damage", ["empty", "folder", "binary", "gone"])
+def test_a_run_that_cannot_be_read_is_listed_and_its_replay_says_why(folder, damage):
+    journal = _run(folder, "x-001") / "journal.jsonl"
+    journal.unlink()
+    if damage == "folder":
+        journal.mkdir()
+    elif damage == "gone":
+        journal.symlink_to(folder / "nowhere")
+    else:
+        journal.write_bytes(b"\xff\x00" * 9 if damage == "binary" else b"")
+    _run(folder, "y-001", SUMMARY)
+    assert {line["name"]: line["ending"] for line in Runs(folder).listed()}["y-001"] == "achieved"
+    client = _client(folder)
+    assert client.get("/api/runs").status_code == 200
+    assert client.get("/api/runs/x-001").status_code in (404, 422)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="names there are text")
+def test_a_name_that_is_no_text_is_left_out(folder):
+    _run(folder, "x-001")
+    os.rename(folder / "x-001", os.fsencode(folder) + b"/\xff")
+    assert _client(folder).get("/api/runs").json() == []
+
+
+def test_a_replay_has_pictures_with_their_boxes(folder):
+    _run(folder, "a b#1", pictures=True)
+    client = _client(folder)
+    (picture,) = client.get("/api/runs/a%20b%231").json()["pictures"]
+    assert (picture["t"], picture["looks"][0]["found"][0]["box"]) == (1.5, [1, 2, 3, 4])
+    assert client.get(picture["src"]).content == b"\xff\xd8\xff a picture"
+
+
+def test_a_replay_of_a_run_without_pictures_has_none(folder):
+    _run(folder, "x-001")
+    assert Runs(folder).replay("x-001")["pictures"] == []
+
+
+def test_text_that_is_no_unicode_does_not_break_the_replay(folder):
+    journal = _run(folder, "x-001") / "journal.jsonl"
+    journal.write_text('{"t":0,"kind":"start","state":"idle","target":"\\ud800"}\n', encoding="utf-8")
+    assert _client(folder).get("/api/runs/x-001").json()["records"][0]["target"] == "\ud800"
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/runs/x-001/mission.json",
+        "/runs/x-001/camera/index.jsonl",
+        "/runs/x-001/camera/000002.jpg",
+        "/runs/x-001/camera/..%2fsummary.json",
+        "/runs/x-001/camera/%2e%2e/%2e%2e/secret.jpg",
+        "/runs/x-001/..%2f..%2fsecret.jpg",
+        "/runs/%2e%2e/secret.jpg",
+        "/runs/..%2fruns%2fx-001/summary.json",
+        "/runs/x-001//etc/passwd",
+        "/runs/x-001/camera/000001.jpg%00",
+        "/api/runs/%2e%2e",
+        "/api/runs/%00",
+    ],
+)
+def test_nothing_else_is_given(folder, path):
+    _run(folder, "x-001", SUMMARY, pictures=True)
+    (folder.parent / "secret.jpg").touch()
+    (folder.parent / "journal.jsonl").write_text(JOURNAL[0].to_json(), encoding="utf-8")
+    assert _client(folder).get(path).status_code == 404
+
+
+def test_an_unknown_run_is_a_key_error_and_a_damaged_one_a_config_error(folder):
+    _run(folder, "x-001")
+    (folder / "x-001" / "journal.jsonl").write_text("", encoding="utf-8")
+    with pytest.raises(ConfigError):
+        Runs(folder).replay("x-001")
+    with pytest.raises(KeyError):
+        Runs(folder).replay("y-001")

@@ -1,0 +1,55 @@
+"""Everything that the page needs to replay a run, as plain values; the same for the server and for an exported page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from behaviors.journal import Kind
+from nxtdrive.recording.camera_index import CameraPictures, Picture
+from nxtdrive.recording.progress_lines import ProgressLines
+from nxtdrive.recording.run_reader import PastRun
+
+from .chart import chart, recoveries
+
+
+def replay_data(
+    name: str, run: PastRun, camera: CameraPictures | None, source: Callable[[Picture], str]
+) -> dict[str, Any]:
+    """Return a run for its replay.
+
+    Args:
+        name: Of its folder.
+        run: The run.
+        camera: Its pictures, if it has any.
+        source: Returns the URL of a picture.
+    """
+    pictures = camera.pictures if camera else ()
+    return {
+        "name": name,
+        "mission": run.name,
+        "chart": chart(),
+        "recoveries": recoveries(),
+        "records": [record.values() for record in run.records],
+        "lines": progress_lines(run),
+        "pictures": [
+            {"t": each.t, "src": source(each), "looks": [look.model_dump(mode="json") for look in each.looks]}
+            for each in pictures
+        ],
+    }
+
+
+def progress_lines(run: PastRun) -> list[dict[str, Any]]:
+    """Return what `nxtdrive run` printed, each line with its time."""
+    lines: list[dict[str, Any]] = []
+    now_s = 0.0
+    progress = ProgressLines(lambda text: lines.append({"t": now_s, "text": text}))
+    for record in run.records:
+        now_s = record.time_s
+        try:
+            progress(record)
+        except (KeyError, TypeError):  # of a version that wrote other keys
+            continue
+        if record.kind is Kind.END:
+            lines.append({"t": now_s, "text": str(record.data.get("ending", "ended")).replace("_", " ")})
+    return lines
