@@ -254,7 +254,7 @@ def test_a_damaged_run_is_listed_and_its_replay_says_why_not(tmp_path):
     (folder / "journal.jsonl").write_text("nonsense\n", encoding="utf-8")
     (folder / "summary.json").write_text("[]", encoding="utf-8")
     client = _client(_server(tmp_path))
-    assert [each["ending"] for each in client.get("/api/runs").json()] == ["unfinished"]
+    assert [each["ending"] for each in client.get("/api/runs").json()] == ["unreadable"]
     answer = client.get("/api/runs/broken-001")
     assert answer.status_code == 422
     assert "not a journal" in answer.text
