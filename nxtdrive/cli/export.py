@@ -18,11 +18,12 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Make files of a run for other programs and other people: its replay as one HTML
-file that any browser opens without nxtdrive, and a video of its camera."""
+file that any browser opens without nxtdrive, messages (MCAP) for programs such as
+Lichtblick and Foxglove, and a video of its camera."""
 EXAMPLES = """\
   nxtdrive export runs/lena-then-rilakkuma-001 --html
   nxtdrive export runs/lena-then-rilakkuma-001 --html lena.html --fps 2
-  nxtdrive export runs/lena-then-rilakkuma-001 --webm"""
+  nxtdrive export runs/lena-then-rilakkuma-001 --mcap lena.mcap --webm"""
 MAX_PAGE_BYTES = 40_000_000
 """Pictures of a page together; without --fps a page has as many a second as fit."""
 IN_FOLDER = Path()
@@ -41,6 +42,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="the replay in one file, with its pictures (default: replay.html in the run's folder)",
     )
     parser.add_argument(
+        "--mcap", metavar="FILE", type=Path, help="everything as messages for Lichtblick, Foxglove and the like"
+    )
+    parser.add_argument(
         "--webm",
         metavar="FILE",
         nargs="?",
@@ -54,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=number("pictures", float, 0.01, 1000),
         help="pictures a second in the page (default: all, or as many as make 40 MB)",
     )
-    parser.add_argument("--no-camera", action="store_true", help="leave the pictures out of the page")
+    parser.add_argument("--no-camera", action="store_true", help="leave the pictures out of page and messages")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -62,12 +66,14 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.recording.camera_index import read_pictures
     from nxtdrive.recording.run_reader import read_run
 
-    if args.html is None and args.webm is None:
-        raise ConfigError("export what of the run?", remedy="Give --html or --webm, or several of them.")
+    if args.html is None and args.mcap is None and args.webm is None:
+        raise ConfigError("export what of the run?", remedy="Give --html, --mcap or --webm, or several of them.")
     past = read_run(args.run_path)
     pictures = read_pictures(past.path.parent)
     if args.html is not None:
         _write_html(past, None if args.no_camera else pictures, args.html, args.fps)
+    if args.mcap is not None:
+        _write_mcap(past, None if args.no_camera else pictures, args.mcap)
     if args.webm is not None:
         _write_webm(past, pictures, args.webm)
     return DONE
@@ -93,6 +99,15 @@ def _fitting_fps(camera: CameraPictures) -> float:
     """Return how many pictures a second make at most `MAX_PAGE_BYTES`."""
     size = sum(path.stat().st_size for each in camera.pictures if (path := camera.folder / each.file).is_file())
     return camera.header.fps * min(1.0, MAX_PAGE_BYTES / max(size, 1))
+
+
+def _write_mcap(past: PastRun, pictures: CameraPictures | None, path: Path) -> None:
+    from nxtdrive.recording.mcap_file import write_mcap
+    from nxtdrive.recording.progress_lines import lines_of
+
+    with writing(path):
+        count = write_mcap(past.records, lines_of(past.records), pictures, path)
+    _say(path, f"{count} messages")
 
 
 def _write_webm(past: PastRun, pictures: CameraPictures | None, file: Path) -> None:

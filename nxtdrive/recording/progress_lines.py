@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 from behaviors.events import Event, Reason
@@ -71,6 +72,20 @@ def _transition(target: str, data: Mapping[str, Any]) -> Iterator[str]:
             yield str(data["evidence"]["error"])
         case "up", event if event in BACK:
             yield f"{BACK[event]} after {data['evidence']['silent_s']:.1f} s; going on"
+
+
+def lines_of(records: Sequence[Record]) -> list[tuple[float, str]]:
+    """Return what `nxtdrive run` printed, each line with its time; records of an unknown form are left out."""
+    lines: list[tuple[float, str]] = []
+    now_s = 0.0
+    progress = ProgressLines(lambda text: lines.append((now_s, text)))
+    for record in records:
+        now_s = record.time_s
+        with suppress(KeyError, TypeError, ValueError, AttributeError):
+            progress(record)
+        if record.kind is Kind.END:
+            lines.append((now_s, str(record.data.get("ending", "ended")).replace("_", " ")))
+    return lines
 
 
 def _where(sighting: Mapping[str, float] | None) -> str:

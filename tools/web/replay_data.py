@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from behaviors.journal import Kind
 from nxtdrive.recording.camera_index import CameraPictures, Picture
-from nxtdrive.recording.progress_lines import ProgressLines
+from nxtdrive.recording.progress_lines import lines_of
 from nxtdrive.recording.run_reader import PastRun
 
 from .chart import chart, recoveries
@@ -31,25 +30,9 @@ def replay_data(
         "chart": chart(),
         "recoveries": recoveries(),
         "records": [record.values() for record in run.records],
-        "lines": progress_lines(run),
+        "lines": [{"t": time_s, "text": text} for time_s, text in lines_of(run.records)],
         "pictures": [
             {"t": each.t, "src": source(each), "looks": [look.model_dump(mode="json") for look in each.looks]}
             for each in pictures
         ],
     }
-
-
-def progress_lines(run: PastRun) -> list[dict[str, Any]]:
-    """Return what `nxtdrive run` printed, each line with its time."""
-    lines: list[dict[str, Any]] = []
-    now_s = 0.0
-    progress = ProgressLines(lambda text: lines.append({"t": now_s, "text": text}))
-    for record in run.records:
-        now_s = record.time_s
-        try:
-            progress(record)
-        except (KeyError, TypeError):  # of a version that wrote other keys
-            continue
-        if record.kind is Kind.END:
-            lines.append({"t": now_s, "text": str(record.data.get("ending", "ended")).replace("_", " ")})
-    return lines

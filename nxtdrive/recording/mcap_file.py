@@ -1,0 +1,186 @@
+"""Writes a run as an MCAP file, which robotics programs such as Lichtblick and Foxglove show.
+
+Metres and radians as in ROS: x forward, y to the left, angles anticlockwise.
+"""
+
+from __future__ import annotations
+
+import base64
+import heapq
+import json
+import math
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeGuard
+
+from behaviors.journal import Kind, Record
+from firmware_protocol.errors import ConfigError
+from input_files.plain import MEGABYTE, InputFileError, read_bytes
+from nxtdrive.host.environment import install_extra
+from nxtdrive.recording.camera_index import CameraPictures, Picture
+from nxtdrive.recording.mcap_schemas import SCHEMAS, TOPICS
+
+if TYPE_CHECKING:
+    from mcap.writer import Writer
+
+MAP, ROBOT, CAMERA = "map", "robot", "camera"
+"""Frames of reference: the robot's start, the robot, the camera's picture."""
+SONAR_AHEAD_M = 0.1
+"""The sonar in front of the axle."""
+MAX_PICTURE_BYTES = 20 * MEGABYTE
+INFO, WARNING = 2, 3
+"""Levels of a log."""
+LINE_LOOP = 2
+"""Type of an annotation's points."""
+SEEN = {"r": 0.2, "g": 0.9, "b": 0.3, "a": 1.0}
+FOUND = {"r": 1.0, "g": 0.75, "b": 0.0, "a": 1.0}
+TEXT = {"r": 1.0, "g": 1.0, "b": 1.0, "a": 1.0}
+SHADE = {"r": 0.0, "g": 0.0, "b": 0.0, "a": 0.6}
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A message.
+
+    Attributes:
+        time_s: Mission time.
+        topic: One of `TOPICS`.
+        values: As its schema says, besides the time.
+    """
+
+    time_s: float
+    topic: str
+    values: dict[str, Any]
+
+    @property
+    def time_ns(self) -> int:
+        """Mission time in nanoseconds."""
+        return round(self.time_s * 1e9)
+
+
+def write_mcap(
+    records: Sequence[Record], lines: Sequence[tuple[float, str]], camera: CameraPictures | None, path: Path
+) -> int:
+    """Write a run; the file appears when it is complete.
+
+    Args:
+        records: The journal.
+        lines: What the robot did, each with its time.
+        camera: The pictures; those that cannot be read are left out.
+        path: The file to write.
+
+    Returns:
+        The number of messages.
+
+    Raises:
+        ConfigError: The library is not installed.
+        OSError: It cannot be written.
+    """
+    try:
+        from mcap.writer import Writer
+    except ImportError:
+        raise ConfigError(
+            "an MCAP file needs a package that is not installed.", remedy=f"Install it: {install_extra('mcap')}"
+        ) from None
+    recorded = sorted((each for record in records for each in _of_record(record)), key=lambda each: each.time_s)
+    logged = [Message(time_s, "/log", _log(INFO, text)) for time_s, text in lines]
+    seen = (each for picture in camera.pictures for each in _of_picture(camera, picture)) if camera else ()
+    part = path.with_name(f"{path.name}.part")
+    count = 0
+    try:
+        with open(part, "wb") as file:
+            writer = Writer(file)
+            writer.start(library="nxtdrive")
+            channels = _channels(writer)
+            for message in heapq.merge(recorded, logged, seen, key=lambda each: each.time_s):
+                data = json.dumps({"timestamp": _stamp(message), **message.values}).encode()
+                writer.add_message(channels[message.topic], message.time_ns, data, message.time_ns)
+                count += 1
+            writer.finish()  # type: ignore[no-untyped-call]
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+    return count
+
+
+def _channels(writer: Writer) -> dict[str, int]:
+    """Declare all topics; returns their numbers."""
+    schemas = {
+        name: writer.register_schema(name, "jsonschema", json.dumps({"title": name, **schema}).encode())
+        for name, schema in SCHEMAS.items()
+    }
+    return {topic: writer.register_channel(topic, "json", schemas[name]) for topic, name in TOPICS.items()}
+
+
+def _stamp(message: Message) -> dict[str, int]:
+    seconds, nanoseconds = divmod(message.time_ns, 10**9)
+    return {"sec": seconds, "nsec": nanoseconds}
+
+
+def _of_record(record: Record) -> Iterator[Message]:
+    """Yield the messages of a record; values of an unknown form are left out."""
+    now_s, data = record.time_s, record.data
+    yield Message(now_s, "/state", {"state": record.state, "target": record.target})
+    pose = data.get("pose")
+    numbers = [each for each in pose if _is_number(each)] if isinstance(pose, list) else []
+    if len(numbers) == 3:
+        x_mm, y_mm, heading_deg = numbers
+        place = _pose(x_mm / 1000, -y_mm / 1000, -math.radians(heading_deg))
+        yield Message(now_s, "/pose", {"frame_id": MAP, "pose": place})
+        frames = {"parent_frame_id": MAP, "child_frame_id": ROBOT}
+        moved = {"translation": place["position"], "rotation": place["orientation"]}
+        yield Message(now_s, "/tf", {**frames, **moved})
+    if "range_mm" in data:
+        ranges = [range_mm / 1000] if _is_number(range_mm := data["range_mm"]) else []
+        beam = {"start_angle": 0.0, "end_angle": 0.0, "ranges": ranges, "intensities": []}
+        yield Message(now_s, "/sonar", {"frame_id": ROBOT, "pose": _pose(SONAR_AHEAD_M, 0.0, 0.0), **beam})
+    if _is_number(battery_mv := data.get("battery_mv")):
+        yield Message(now_s, "/battery", {"voltage": battery_mv / 1000})
+    if record.kind is Kind.CHOICE:
+        choice = str(data.get("choice", "")).replace("_", " ")
+        yield Message(now_s, "/decisions", _log(WARNING, f"{record.target}: {choice}, since {data.get('why', '')}"))
+
+
+def _of_picture(camera: CameraPictures, picture: Picture) -> Iterator[Message]:
+    """Yield a picture, and the boxes in it; also none, which remove those of the picture before."""
+    try:
+        jpeg = read_bytes(camera.folder / picture.file, MAX_PICTURE_BYTES)
+    except InputFileError:
+        return
+    image = {"frame_id": CAMERA, "format": "jpeg", "data": base64.b64encode(jpeg).decode("ascii")}
+    yield Message(picture.t, "/camera", image)
+    yield Message(picture.t, "/camera/boxes", _boxes(picture))
+
+
+def _boxes(picture: Picture) -> dict[str, Any]:
+    stamp = _stamp(Message(picture.t, "", {}))
+    points, texts = [], []
+    for look in picture.looks:
+        seen = look.sighting
+        boxes = [(each.box, FOUND) for each in look.found if seen is None or each.box != seen.box]
+        if seen is not None:
+            boxes.append((seen.box, SEEN))
+            text = f"{look.target}  {seen.distance_mm / 1000:.2f} m  {seen.bearing_deg:+.0f}°"
+            place = {"x": seen.box[0], "y": seen.box[1] - 4}
+            colors = {"text_color": TEXT, "background_color": SHADE}
+            texts.append({"timestamp": stamp, "position": place, "text": text, "font_size": 12.0, **colors})
+        for (left, top, width, height), color in boxes:
+            corners = [(left, top), (left + width, top), (left + width, top + height), (left, top + height)]
+            outline = {"points": [{"x": x, "y": y} for x, y in corners], "outline_color": color, "thickness": 2.0}
+            points.append({"timestamp": stamp, "type": LINE_LOOP, **outline})
+    return {"circles": [], "points": points, "texts": texts}
+
+
+def _log(level: int, message: str) -> dict[str, Any]:
+    return {"level": level, "message": message, "name": "nxtdrive", "file": "", "line": 0}
+
+
+def _pose(x_m: float, y_m: float, yaw_rad: float) -> dict[str, dict[str, float]]:
+    turned = {"x": 0.0, "y": 0.0, "z": math.sin(yaw_rad / 2), "w": math.cos(yaw_rad / 2)}
+    return {"position": {"x": x_m, "y": y_m, "z": 0.0}, "orientation": turned}
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
