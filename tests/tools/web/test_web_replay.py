@@ -261,3 +261,19 @@ def test_the_keys_play_and_move(browser, page):
     assert _text(browser, "clock") == "10.0 of 10.0 s"
     ActionChains(browser).send_keys(Keys.HOME).perform()
     _until_grey(browser, 40)
+
+
+@pytest.mark.slow
+@pytest.mark.xdist_group("browser")
+@pytest.mark.skipif(not (CHROMIUM and CHROMEDRIVER), reason="no browser: apt install chromium chromium-driver")
+def test_a_browser_plays_the_video(browser, run):
+    assert main(["export", str(run), "--webm"]) == DONE
+    (run / "video.html").write_text('<video id="video" src="camera.webm" preload="auto">', encoding="utf-8")
+    browser.get((run / "video.html").as_uri())
+    state = (
+        "const video = document.getElementById('video'); return [video.readyState, video.videoWidth, video.duration]"
+    )
+    WebDriverWait(browser, WAIT_S).until(lambda page: page.execute_script(state)[0] >= 2)
+    _, width, duration_s = browser.execute_script(state)
+    assert width == 320
+    assert duration_s == pytest.approx(8.2, abs=0.2), "until the last picture"
