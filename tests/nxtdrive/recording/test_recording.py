@@ -217,11 +217,11 @@ def test_a_finished_recording_is_complete_even_when_the_run_broke(tmp_path, repo
 
 def test_the_map_of_a_simulated_run_gets_the_room_of_start_and_end(tmp_path):
     rooms = iter([[(500.0, -500.0, 500.0, 500.0)], [(700.0, -500.0, 700.0, 500.0)]])
-    recording = Recording(new_run_folder(tmp_path, "x"), video=False, room=lambda: next(rooms))
+    recording = Recording(new_run_folder(tmp_path, "x"), _Clock(), video=False, room=lambda: next(rooms))
     for record in RECORDS:
         recording(record)
     recording.finish(None, "", {}, Observers())
-    plain = Recording(new_run_folder(tmp_path, "x"), video=False)
+    plain = Recording(new_run_folder(tmp_path, "x"), _Clock(), video=False)
     plain.finish(None, "", {}, Observers())
     with_room, without = (cv2.imread(str(tmp_path / name / "map.png")) for name in ("x-001", "x-002"))
     assert list(rooms) == []
