@@ -10,6 +10,7 @@ from nxtdrive.recording.progress_lines import lines_of
 from nxtdrive.recording.run_reader import PastRun
 
 from .chart import chart, recoveries
+from .decisions import decisions_of
 
 
 def replay_data(
@@ -31,6 +32,7 @@ def replay_data(
         "recoveries": recoveries(),
         "records": [record.values() for record in run.records],
         "lines": [{"t": time_s, "text": text} for time_s, text in lines_of(run.records)],
+        "decisions": decisions_of(run),
         "pictures": [
             {"t": each.t, "src": source(each), "looks": [look.model_dump(mode="json") for look in each.looks]}
             for each in pictures
