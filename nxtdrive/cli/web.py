@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import socket
 import sys
 from contextlib import closing, suppress
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, number
+from nxtdrive.cli.options import DEFAULT_ADDRESS, add_brick_arguments, number
 from nxtdrive.cli.output import print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.host.environment import install_extra
@@ -23,11 +24,14 @@ DESCRIPTION = """\
 Watch and drive the robot in the browser: camera, map, statechart, missions, and a
 pad that works on a phone. Without a brick it opens the simulated one in real time.
 Needs the extra nxtdrive[web]. Only this computer can open the page; with --lan
-phones and other computers can, too, after a PIN that is printed here."""
+phones and other computers can, too, after a PIN that is printed here. With
+--classroom it is a page for a whole class, which docs/classroom.md explains."""
 EXAMPLES = """\
   nxtdrive web
   nxtdrive web --nxt usb:// --camera 0
   nxtdrive web --lan
+  nxtdrive web --classroom 12            # a class of twelve simulated robots
+  nxtdrive web --classroom examples/classroom.toml --lan
   nxtdrive web --nxt "sim://open?seed=3" --port 8000"""
 
 PORT = 7080
@@ -40,6 +44,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     add_brick_arguments(parser)
     parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
+    parser.add_argument(
+        "--classroom",
+        metavar="FILE",
+        help="a page for the robots of this file, each with a page of its own; a number in place of the file makes as "
+        "many simulated robots",
+    )
     parser.add_argument("--mission", metavar="FILE", type=Path, help="how the robot is built (default: built-in)")
     parser.add_argument(
         "--folder", metavar="FOLDER", type=Path, default=Path(), help="whose mission files the page offers (default: .)"
@@ -76,8 +86,19 @@ def require_extra() -> None:
 def run(args: argparse.Namespace) -> int:
     """Serve until Ctrl-C; returns the exit code."""
     require_extra()
-    from nxtdrive.mission import setup
     from nxtdrive.tools.web.access import Pin
+
+    pin = Pin() if args.lan else None
+    with closing(listen(args.port, EVERYWHERE if args.lan else LOOPBACK)) as listener:
+        serve = _serve_class if args.classroom else _serve_robot
+        serve(args, listener, pin)
+    print_line("ended; motors off")
+    return DONE
+
+
+def _serve_robot(args: argparse.Namespace, listener: socket.socket, pin: Pin | None) -> None:
+    """Serve the page of one robot."""
+    from nxtdrive.mission import setup
     from nxtdrive.tools.web.app import Server, serve
     from nxtdrive.tools.web.hub import Hub
     from nxtdrive.tools.web.missions import Missions
@@ -85,17 +106,37 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.tools.web.runs import Runs
 
     address = in_real_time(args.nxt)
-    pin = Pin() if args.lan else None
-    with closing(listen(args.port, EVERYWHERE if args.lan else LOOPBACK)) as listener:
-        hub = Hub()
-        robot = Robot(address, args.camera, setup.load(args.mission), hub, args.out)
-        with closing(robot), suppress(KeyboardInterrupt):
-            server = Server(robot, hub, Missions(args.folder), Runs(args.out), str(address), pin)
-            serve(server, robot, listener, lambda: _announce(listener.getsockname()[1], pin))
+    hub = Hub()
+    robot = Robot(address, args.camera, setup.load(args.mission), hub, args.out)
+    with closing(robot), suppress(KeyboardInterrupt):
+        server = Server(robot, hub, Missions(args.folder), Runs(args.out), str(address), pin)
+        serve(server, robot, listener, lambda: _announce(listener.getsockname()[1], pin))
     if robot.failure:
         raise robot.failure
-    print_line("ended; motors off")
-    return DONE
+
+
+def _serve_class(args: argparse.Namespace, listener: socket.socket, pin: Pin | None) -> None:
+    """Serve the pages of a class.
+
+    Raises:
+        ConfigError: The class's file has mistakes.
+    """
+    from nxtdrive.mission import setup
+    from nxtdrive.tools.web.classroom.app import ClassroomServer, serve_class
+    from nxtdrive.tools.web.classroom.classroom import Classroom
+    from nxtdrive.tools.web.classroom.config import read_classroom, simulated_class
+
+    if args.camera or args.nxt != (os.environ.get("NXT") or DEFAULT_ADDRESS):
+        raise ConfigError(
+            "--nxt and --camera are for one robot.", remedy="Name the robots of a class in the file of --classroom."
+        )
+    if args.classroom.isdecimal():
+        config = simulated_class(int(args.classroom), args.folder, args.out)
+    else:
+        config = read_classroom(Path(args.classroom), args.folder, args.out)
+    classroom = Classroom(config, setup.load(args.mission))
+    with closing(classroom), suppress(KeyboardInterrupt):
+        serve_class(ClassroomServer(classroom, pin), listener, lambda: _announce(listener.getsockname()[1], pin))
 
 
 def _announce(port: int, pin: Pin | None) -> None:

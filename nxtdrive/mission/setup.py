@@ -102,7 +102,7 @@ def open_mission_camera(source: str, brick: Brick) -> Camera:
     """Open the camera of a mission.
 
     Args:
-        source: As for `nxtdrive.vision.sources.open_camera`.
+        source: As for `nxtdrive.vision.sources.open_camera`, or "geometric": the simulated robot's, for pictures only.
         brick: Its transport gives the time and, when simulated, the frames.
 
     Raises:
@@ -110,7 +110,7 @@ def open_mission_camera(source: str, brick: Brick) -> Camera:
     """
     from nxtdrive.vision.sources import open_camera
 
-    return open_camera(source, clock=MissionClock(brick))
+    return open_camera(SIMULATED if source == GEOMETRIC else source, clock=MissionClock(brick))
 
 
 def watch(camera: Camera, brick: Brick, observer: Callable[[Frame], None], fps: float) -> None:

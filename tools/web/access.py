@@ -143,7 +143,7 @@ class PinGate:
         path = scope["path"]
         if self._pin.admits(connection) or (scope["type"] == "http" and path in OPEN_PATHS):
             await self._app(scope, receive, send)
-        elif scope["type"] == "http" and scope["method"] == "GET" and (path == "/" or path.endswith(".html")):
+        elif scope["type"] == "http" and scope["method"] == "GET" and path.endswith(("/", ".html")):
             await RedirectResponse(PIN_PAGE, 303)(scope, receive, send)
         else:
             await _refuse(scope, receive, send, f"Enter the PIN first: open {PIN_PAGE} in the browser.", 401)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import json
 import socket
@@ -14,7 +13,6 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-import anyio
 import uvicorn
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
@@ -22,7 +20,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocket
 
 from firmware_protocol.errors import ConfigError
 
@@ -48,6 +46,7 @@ from .messages import (
     read_message,
 )
 from .missions import Missions
+from .page_socket import converse
 from .photographs import Photographs
 from .robot import Robot
 from .runs import Runs
@@ -57,11 +56,8 @@ if TYPE_CHECKING:
     from nxtdrive.vision.detection import Image
 
 STATIC = Path(str(resources.files(__package__))) / "static"
-MAX_CLIENTS = 50
 GRACE_S = 1
 """Clients have this time to close when the server ends."""
-TRY_LATER = 1013
-"""WebSocket close code "try again later". Source: the IANA registry of close codes."""
 
 
 class Watched(Protocol):
@@ -118,19 +114,19 @@ class Server:
 
     def app(self) -> Starlette:
         """Return the web application."""
-        routes: list[BaseRoute] = [
+        return guarded(self.routes(), self.pin)
+
+    def routes(self) -> list[BaseRoute]:
+        """Return the routes of the page, without what guards them."""
+        photographs = Photographs(self.missions.folder, lambda: self.robot.picture())  # noqa: PLW0108 - it is replaced
+        return [
             WebSocketRoute("/ws", self._connect),
-            Route(SESSION, self.pin.answer, methods=["GET", "POST"]) if self.pin else Route(SESSION, _admit),
-            *Editor(self.missions, Photographs(self.missions.folder, self.robot.picture)).routes(),
+            *Editor(self.missions, photographs).routes(),
             Route("/api/runs", self._list_runs),
             Route("/api/runs/{name}", self._replay),
             Route("/runs/{name}/{file:path}", self._run_file),
             Mount("/", StaticFiles(directory=STATIC, html=True)),
         ]
-        middleware = [Middleware(SameSite, lan=self.pin is not None)]
-        if self.pin is not None:
-            middleware.append(Middleware(PinGate, pin=self.pin))
-        return Starlette(routes=routes, middleware=middleware)
 
     def _list_runs(self, _request: Request) -> Response:
         return _json(self.runs.listed())
@@ -150,44 +146,19 @@ class Server:
             return PlainTextResponse("There is no such file.\n", 404)
 
     async def _connect(self, page: WebSocket) -> None:
-        await page.accept()
-        if len(self.hub.clients) >= MAX_CLIENTS:
-            await page.close(TRY_LATER, "too many pages are open")
-            return
-        client = Client(asyncio.get_running_loop(), f"page {next(self._numbers)}")
-        await page.send_json(self._hello(client))
-        self.hub.join(client)
-        try:
-            async with anyio.create_task_group() as both:
-                both.start_soon(self._send, page, client, both.cancel_scope)
-                both.start_soon(self._receive, page, client, both.cancel_scope)
-        finally:
-            self.hub.leave(client)
-            if self._wheel.driver == client.name and isinstance(self.robot, Robot):
-                self.robot.let_go()
-            self._wheel.give(client.name)
-            if client.too_slow:
-                await page.close(TRY_LATER, "this page is too slow")
+        await converse(
+            page,
+            self.hub,
+            f"page {next(self._numbers)}",
+            hello=self._hello,
+            obey=lambda client, text: self._obey(client, read_message(text)),
+            left=self._disconnect,
+        )
 
-    async def _send(self, page: WebSocket, client: Client, both: anyio.CancelScope) -> None:
-        with contextlib.suppress(WebSocketDisconnect):
-            while not client.too_slow:
-                for message in await client.next():
-                    if isinstance(message, bytes):
-                        await page.send_bytes(message)
-                    else:
-                        await page.send_text(message)
-        both.cancel()
-
-    async def _receive(self, page: WebSocket, client: Client, both: anyio.CancelScope) -> None:
-        with contextlib.suppress(WebSocketDisconnect):
-            while True:
-                text = await page.receive_text()
-                try:
-                    self._obey(client, read_message(text))
-                except ValueError as error:
-                    await page.send_json({"type": "refused", "text": str(error)})
-        both.cancel()
+    def _disconnect(self, client: Client) -> None:
+        if self._wheel.driver == client.name and isinstance(self.robot, Robot):
+            self.robot.let_go()
+        self._wheel.give(client.name)
 
     def _obey(self, client: Client, message: Message) -> None:
         """Do what a client asks.
@@ -233,7 +204,6 @@ class Server:
 
     def _hello(self, client: Client) -> dict[str, object]:
         return {
-            "type": "hello",
             "version": VERSION,
             "you": client.name,
             "address": self.address,
@@ -247,6 +217,15 @@ class Server:
 def _json(value: object) -> Response:
     """Answer in ASCII: names from outside may be no valid UTF-8."""
     return Response(json.dumps(value), media_type="application/json")
+
+
+def guarded(routes: list[BaseRoute], pin: Pin | None) -> Starlette:
+    """Return the web application of some routes; with a PIN it is for other computers, too, which must enter it."""
+    session = Route(SESSION, pin.answer, methods=["GET", "POST"]) if pin else Route(SESSION, _admit)
+    middleware = [Middleware(SameSite, lan=pin is not None)]
+    if pin is not None:
+        middleware.append(Middleware(PinGate, pin=pin))
+    return Starlette(routes=[session, *routes], middleware=middleware)
 
 
 def _admit(_request: Request) -> Response:
@@ -267,7 +246,7 @@ def serve(server: Server, robot: Robot, listener: socket.socket, ready: Callable
         NXTError: Brick or camera cannot be opened.
         KeyboardInterrupt: Ctrl-C.
     """
-    http = _http(server)
+    http = http_server(server.app())
     robot.open(on_end=lambda: setattr(http, "should_exit", True))
     ready()
     http.run(sockets=[listener])
@@ -281,7 +260,7 @@ def serving(server: Server, listener: socket.socket) -> Iterator[None]:
         server: What to serve.
         listener: A bound socket.
     """
-    http = _http(server)
+    http = http_server(server.app())
     thread = threading.Thread(target=http.run, args=([listener],), name="nxtdrive page", daemon=True)
     thread.start()
     try:
@@ -292,12 +271,9 @@ def serving(server: Server, listener: socket.socket) -> Iterator[None]:
         thread.join(2 * GRACE_S)
 
 
-def _http(server: Server) -> uvicorn.Server:
+def http_server(app: Starlette) -> uvicorn.Server:
+    """Return a server of a web application."""
     config = uvicorn.Config(
-        server.app(),
-        log_level="warning",
-        ws_max_size=MAX_MESSAGE_BYTES,
-        timeout_graceful_shutdown=GRACE_S,
-        lifespan="off",
+        app, log_level="warning", ws_max_size=MAX_MESSAGE_BYTES, timeout_graceful_shutdown=GRACE_S, lifespan="off"
     )
     return uvicorn.Server(config)

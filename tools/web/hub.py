@@ -88,9 +88,14 @@ class Client:
 
 
 class Hub:
-    """Distributes messages to clients; all methods may be called from any thread."""
+    """Distributes messages to clients; all methods may be called from any thread.
+
+    Attributes:
+        small_pictures: Whether a page that is no client shows the camera's picture, small and slow.
+    """
 
     def __init__(self) -> None:
+        self.small_pictures = False
         self._lock = threading.Lock()
         self._clients: set[Client] = set()
         self._latest: dict[object, str | bytes] = {}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
@@ -10,6 +10,7 @@ VERSION = 1
 """Version of the protocol, in the server's first message. Messages and keys may be added without a new version."""
 
 MAX_MESSAGE_BYTES = 64 * 1024
+M = TypeVar("M")
 Part = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]
 
 
@@ -129,8 +130,17 @@ def read_message(text: str | bytes) -> Message:
     Raises:
         ValueError: It is none; the text says why.
     """
+    return read(_ADAPTER, text)
+
+
+def read(adapter: TypeAdapter[M], text: str | bytes) -> M:
+    """Read a message of the kinds that an adapter knows.
+
+    Raises:
+        ValueError: It is none; the text says why.
+    """
     try:
-        return _ADAPTER.validate_json(text)
+        return adapter.validate_json(text)
     except ValidationError as error:
         first = error.errors(include_url=False, include_context=False)[0]
         where = ".".join(str(part) for part in first["loc"])

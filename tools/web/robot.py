@@ -31,6 +31,8 @@ SPEED_MM_S, TURN_DEG_S = 300.0, 90.0
 SLICE_S = 0.005
 """A simulated robot sleeps in slices of this time, so that a message of the driver is heard at once."""
 RETRY_S = 0.5
+BEEP = (880, 600)
+"""Hertz and milliseconds."""
 
 
 class Robot:
@@ -56,7 +58,7 @@ class Robot:
         self._hub = hub
         self._runs = runs
         self._news = threading.Event()
-        self._closing = threading.Event()
+        self._closing, self._beep = threading.Event(), threading.Event()
         self._wanted: queue.SimpleQueue[ShownMission] = queue.SimpleQueue()
         self._run: ShownMission | None = None
         self._opened: queue.SimpleQueue[Exception | None] = queue.SimpleQueue()
@@ -146,6 +148,16 @@ class Robot:
         if run := self._run:
             run.resume()
 
+    @property
+    def alive(self) -> bool:
+        """Whether the robot's thread runs."""
+        return self._thread.is_alive()
+
+    def beep(self) -> None:
+        """Play a tone when the robot is driven by hand next; any thread."""
+        self._beep.set()
+        self._news.set()
+
     def picture(self) -> Image | None:
         """Return the camera's latest picture, if it has given one; any thread."""
         return self._pictures.latest
@@ -160,6 +172,7 @@ class Robot:
             self._work()
         except Exception as defect:  # noqa: BLE001 - it ends the program, which raises it
             self.failure = defect
+            self._opened.put(defect)  # for a defect while it is opened, which `open` waits for
         finally:
             self._on_end()
 
@@ -184,6 +197,9 @@ class Robot:
         room = TrueRoom(brick, self._hub)
         while not self._closing.is_set() and self._wanted.empty():
             try:
+                if self._beep.is_set():
+                    self._beep.clear()
+                    brick.tone(*BEEP)
                 self._show(pilot.step())
                 room.show()
             except LinkError as error:

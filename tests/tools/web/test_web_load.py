@@ -14,9 +14,10 @@ import pytest
 from starlette.testclient import TestClient
 
 from nxtdrive.mission import setup
-from nxtdrive.tools.web.app import MAX_CLIENTS, Server, serve
+from nxtdrive.tools.web.app import Server, serve
 from nxtdrive.tools.web.hub import Hub
 from nxtdrive.tools.web.missions import Missions
+from nxtdrive.tools.web.page_socket import MAX_CLIENTS
 from nxtdrive.tools.web.robot import Robot
 from nxtdrive.tools.web.runs import Runs
 from nxtdrive.transports.address import Address

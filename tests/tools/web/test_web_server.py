@@ -16,9 +16,10 @@ from starlette.websockets import WebSocketDisconnect
 from nxtdrive import run_mission
 from nxtdrive.mission import setup
 from nxtdrive.recording.run_folder import RunFolder
-from nxtdrive.tools.web.app import MAX_CLIENTS, Server
+from nxtdrive.tools.web.app import Server
 from nxtdrive.tools.web.hub import Hub
 from nxtdrive.tools.web.missions import Missions
+from nxtdrive.tools.web.page_socket import MAX_CLIENTS
 from nxtdrive.tools.web.robot import Robot
 from nxtdrive.tools.web.runs import Runs
 from nxtdrive.transports.address import Address

@@ -1,0 +1,116 @@
+"""The file of a class: every mistake at once, and a class from nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.tools.web.classroom.config import MOST, ClassroomConfig, read_classroom, simulated_class
+
+EXAMPLE = Path(__file__).parents[4] / "examples" / "classroom.toml"
+
+
+def _read(folder: Path, text: str) -> ClassroomConfig:
+    path = folder / "classroom.toml"
+    path.write_text(text, encoding="utf-8")
+    return read_classroom(path, folder, folder / "runs")
+
+
+def test_a_number_makes_a_class_of_simulated_robots_each_with_a_seed_of_its_own(tmp_path):
+    robots = simulated_class(12, tmp_path, tmp_path / "runs").robots
+    assert [robot.name for robot in robots] == [f"Robot {number}" for number in range(1, 13)]
+    assert len({str(robot.address) for robot in robots}) == 12
+    assert {(robot.address.scheme, robot.address.options["pace"]) for robot in robots} == {("sim", "realtime")}
+
+
+@pytest.mark.parametrize("number", [0, -1, MOST + 1])
+def test_a_class_from_a_number_has_limits(tmp_path, number):
+    with pytest.raises(ConfigError, match=f"1 to {MOST}"):
+        simulated_class(number, tmp_path, tmp_path)
+
+
+def test_listed_robots_come_first_and_keep_what_they_say(tmp_path):
+    config = _read(
+        tmp_path,
+        """
+        [classroom]
+        name = "7b"
+        runs = "kept"
+        simulated = 2
+        world = "open"
+        [[robot]]
+        name = "Robot 1"
+        colour = "#123456"
+        nxt = "usb://0016530A1B2C"
+        camera = "0"
+        fall_back = true
+        [[robot]]
+        name = "Zoë"
+        nxt = "sim://room?seed=9"
+        camera = "sim"
+        """,
+    )
+    assert [robot.name for robot in config.robots] == ["Robot 1", "Zoë", "Robot 2", "Robot 3"]
+    real, own_world, made, _ = config.robots
+    assert (str(real.address), real.camera, real.colour) == ("usb://0016530A1B2C", "0", "#123456")
+    assert (real.stand_in.target, own_world.stand_in) == ("open", None)
+    assert (str(own_world.address), own_world.camera) == ("sim://room?seed=9&pace=realtime", "sim")
+    assert (made.address.target, made.camera) == ("open", "geometric")
+    assert config.runs == tmp_path / "kept"
+
+
+def test_every_mistake_of_a_file_is_told_at_once(tmp_path):
+    text = """
+    [classroom]
+    world = "nowhere"
+    [[robot]]
+    name = "Ada"
+    nxt = "usb://"
+    mission = "nosuch.toml"
+    [[robot]]
+    name = "ada"
+    nxt = "usb://"
+    camera = "geometric"
+    [[robot]]
+    name = "NUL"
+    """
+    with pytest.raises(ConfigError) as raised:
+        _read(tmp_path, text)
+    for part in ("nowhere", "nosuch.toml", "name 'ada'", "nxt 'usb://'", "geometric", "NUL"):
+        assert part in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "no robots"),
+        ("[classroom]\nsimulated = 31", "30 or less"),
+        ('[classroom]\nsimulated = 30\n[[robot]]\nname = "Ada"', "31 robots"),
+        ('[[robot]]\nname = "../up"', "letters, digits"),
+        ('[[robot]]\nname = ""', "letters, digits"),
+        ('[[robot]]\nname = "Ada "', "letters, digits"),
+        ('[[robot]]\nname = "Ada"\ncolour = "red"', "#rrggbb"),
+        ('[[robot]]\nname = "Ada"\ncolor = "#ffffff"', "colour"),
+        ('[[robot]]\nname = "Ada"\nnxt = "what is this"', "not an address"),
+        ('[[robot]]\nname = "Ada"\nnxt = "usv://"', "usb://"),
+        ('[[robot]]\nname = "Ada"\nnxt = 7', "text in quotes"),
+        ('[robot]\nname = "Ada"', "robot"),
+        ("[classroom]\nsimulated = true", "whole number"),
+        ("[classroom", "TOML"),
+    ],
+)
+def test_a_mistake_is_named(tmp_path, text, says):
+    with pytest.raises(ConfigError, match=says):
+        _read(tmp_path, text)
+
+
+def test_the_missions_of_robots_are_checked(tmp_path):
+    (tmp_path / "bad.toml").write_text("[mission]\ntargets = []\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match="at least one target"):
+        _read(tmp_path, '[[robot]]\nname = "Ada"\nmission = "bad.toml"')
+
+
+def test_the_example_is_valid():
+    assert len(read_classroom(EXAMPLE, Path(), Path("runs")).robots) == 12

@@ -1,0 +1,132 @@
+"""The web server of a class: its page, and the page of each robot under ``/robot/NAME/``."""
+
+from __future__ import annotations
+
+import os
+import socket
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from itertools import count
+
+from anyio.to_thread import run_sync
+from starlette.applications import Starlette
+from starlette.background import BackgroundTask
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocket
+
+from ..access import Pin
+from ..app import STATIC, guarded, http_server
+from ..hub import Client
+from ..messages import VERSION
+from ..page_socket import converse
+from .classroom import Classroom
+from .messages import read_message
+from .results import csv_text, results, write_zip
+
+PAGE = STATIC / "classroom.html"
+
+
+@dataclass
+class ClassroomServer:
+    """The pages of a class.
+
+    Attributes:
+        classroom: The robots.
+        pin: The PIN without which no browser is let in, for a server that other computers can reach; else None.
+    """
+
+    classroom: Classroom
+    pin: Pin | None = None
+    _numbers: Iterator[int] = field(default_factory=lambda: count(1))
+
+    def app(self) -> Starlette:
+        """Return the web application."""
+        robots = [
+            Mount(f"/robot/{station.entry.name}", routes=station.server.routes()) for station in self.classroom.stations
+        ]
+        return guarded(
+            [
+                WebSocketRoute("/ws", self._connect),
+                Route("/", lambda _: FileResponse(PAGE)),
+                Route("/api/results", self._results),
+                Route("/results.csv", self._csv),
+                Route("/runs.zip", self._zip),
+                *robots,
+                Mount("/", StaticFiles(directory=STATIC)),
+            ],
+            self.pin,
+        )
+
+    async def _connect(self, page: WebSocket) -> None:
+        classroom = self.classroom
+        client_name = f"page {next(self._numbers)}"
+        await converse(
+            page,
+            classroom.hub,
+            client_name,
+            hello=self._hello,
+            obey=lambda client, text: classroom.obey(client, read_message(text)),
+            left=classroom.leave,
+        )
+
+    def _hello(self, client: Client) -> dict[str, object]:
+        config = self.classroom.config
+        robots = [
+            {"name": each.name, "colour": each.colour, "address": str(each.address), "mission": each.mission}
+            for each in config.robots
+        ]
+        return {
+            "version": VERSION,
+            "you": client.name,
+            "name": config.name,
+            "robots": robots,
+            "missions": self.classroom.missions.names(),
+        }
+
+    def _results(self, _request: Request) -> Response:
+        return JSONResponse(results(self.classroom.config))
+
+    def _csv(self, _request: Request) -> Response:
+        text = csv_text(results(self.classroom.config))
+        return PlainTextResponse(text, headers=_attached("results.csv"), media_type="text/csv")
+
+    async def _zip(self, _request: Request) -> Response:
+        """Send all runs; the file is made in a thread, on the disk and not in memory."""
+        handle, path = tempfile.mkstemp(suffix=".zip", prefix="nxtdrive-runs-")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                await run_sync(write_zip, self.classroom.config, file)
+        except OSError as error:
+            os.unlink(path)
+            return PlainTextResponse(f"The runs cannot be collected ({error.strerror}).\n", 500)
+        return FileResponse(
+            path,
+            headers=_attached("runs.zip"),
+            media_type="application/zip",
+            background=BackgroundTask(os.unlink, path),
+        )
+
+
+def _attached(name: str) -> dict[str, str]:
+    return {"content-disposition": f'attachment; filename="{name}"'}
+
+
+def serve_class(server: ClassroomServer, listener: socket.socket, ready: Callable[[], None]) -> None:
+    """Open the robots and serve their pages until a signal comes.
+
+    Args:
+        server: What to serve.
+        listener: A bound socket.
+        ready: Called when the robots are being opened.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C.
+    """
+    http = http_server(server.app())
+    server.classroom.open()
+    ready()
+    http.run(sockets=[listener])

@@ -1,0 +1,254 @@
+"""Read ``classroom.toml``: the robots of a class, their bricks and cameras, and where runs and missions are."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import count, islice
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.pace import in_real_time
+from nxtdrive.mission.setup import GEOMETRIC
+from nxtdrive.transports import transport_class
+from nxtdrive.transports.address import Address
+from sim_backend.toml_file import Problem, check, mistakes, read_tables
+from sim_backend.world.loading import load_world
+
+from ..missions import Missions
+
+MOST = 30
+"""Robots of a class."""
+DEFAULT_WORLD = "arena"
+COLOURS = ("#c4161c", "#0b5fb0", "#1b7a3d", "#b35900", "#7b2d8b", "#00747a", "#8a6d00", "#c2185b", "#4a5568", "#5d4037")
+"""Colours of robots for which none is given, in order."""
+NAME = r"^\w(?:[\w -]{0,38}\w)?$"
+"""A robot's name is also a folder's, on every system."""
+RESERVED = frozenset(
+    {"con", "prn", "aux", "nul", *(f"{port}{number}" for port in ("com", "lpt") for number in range(10))}
+)
+"""Names that no folder can have on Windows."""
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, arbitrary_types_allowed=True, allow_inf_nan=False
+    )
+
+
+def _address(text: object) -> Address:
+    """Read a brick's address; a simulated one runs in real time."""
+    if not isinstance(text, str):
+        raise ValueError(f"must be text in quotes, not {text!r}")  # noqa: TRY004 - pydantic collects only these
+    address = in_real_time(text)
+    transport_class(address.scheme)
+    return address
+
+
+Brick = Annotated[Address, BeforeValidator(_address)]
+
+
+class RobotTable(_Table):
+    """A ``[[robot]]`` of the file.
+
+    Attributes:
+        name: Shown on the page, and the name of the folder of its runs.
+        colour: Of its tile, ``#rrggbb``.
+        nxt: Address of its brick; a simulated one by default.
+        camera: As for ``nxtdrive run``. A simulated robot finds its targets by geometry unless this is ``sim``.
+        mission: File of the mission that is proposed for it.
+        fall_back: Whether a simulated robot takes its place when the brick is lost or cannot be opened.
+    """
+
+    name: Annotated[str, Field(pattern=NAME)]
+    colour: Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")] | None = None
+    nxt: Brick | None = None
+    camera: str | None = None
+    mission: str | None = None
+    fall_back: bool = False
+
+
+class ClassroomTable(_Table):
+    """The table ``[classroom]``.
+
+    Attributes:
+        name: Title of the page.
+        runs: Folder of the runs, in which each robot has its own.
+        missions: Folder of the mission files.
+        simulated: Number of simulated robots beside those that are listed.
+        world: Name or file of the world of each simulated robot.
+    """
+
+    name: str = "classroom"
+    runs: str | None = None
+    missions: str | None = None
+    simulated: Annotated[int, Field(ge=0, le=MOST)] = 0
+    world: str = DEFAULT_WORLD
+
+
+class ClassroomFile(_Table):
+    """A whole file."""
+
+    classroom: ClassroomTable = ClassroomTable()
+    robot: list[RobotTable] = []
+
+
+@dataclass(frozen=True, slots=True)
+class RobotEntry:
+    """One robot of a class.
+
+    Attributes:
+        name: Of the robot, and of the folder of its runs.
+        colour: ``#rrggbb``.
+        address: Of its brick.
+        camera: As for ``nxtdrive run``, or "geometric"; None for the first webcam.
+        mission: The mission file that is proposed for it; empty for the built-in one.
+        stand_in: Address of the simulated robot that takes its place; None if none does.
+    """
+
+    name: str
+    colour: str
+    address: Address
+    camera: str | None = GEOMETRIC
+    mission: str = ""
+    stand_in: Address | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ClassroomConfig:
+    """A class.
+
+    Attributes:
+        name: Title of the page.
+        robots: In the page's order.
+        runs: Folder of the runs; each robot has its own in it.
+        missions: Folder of the mission files.
+    """
+
+    name: str
+    robots: tuple[RobotEntry, ...]
+    runs: Path
+    missions: Path
+
+
+def simulated_class(number: int, missions: Path, runs: Path) -> ClassroomConfig:
+    """Return a class of simulated robots in the default world.
+
+    Raises:
+        ConfigError: There are too few or too many of them.
+    """
+    if not 1 <= number <= MOST:
+        raise ConfigError(f"a classroom has 1 to {MOST} robots, not {number}.", remedy="Choose another number.")
+    return _config(ClassroomFile(classroom=ClassroomTable(simulated=number)), DEFAULT_WORLD, missions, runs)
+
+
+def read_classroom(path: Path, missions: Path, runs: Path) -> ClassroomConfig:
+    """Read a class from a TOML file; its relative paths begin at the file's folder.
+
+    Args:
+        path: The file.
+        missions: Folder of the mission files if the file names none.
+        runs: Folder of the runs if the file names none.
+
+    Raises:
+        ConfigError: The file cannot be read or has mistakes; the message lists all of them.
+    """
+    file, problems = check(ClassroomFile, read_tables(path))
+    if file is None:
+        raise mistakes(path, [_sentence(problem) for problem in problems])
+    table, folder = file.classroom, path.parent
+    missions = folder / table.missions if table.missions else missions
+    runs = folder / table.runs if table.runs else runs
+    beside = folder / table.world
+    world = str(beside) if beside.is_file() else table.world
+    if found := list(_mistakes(file, world, Missions(missions))):
+        raise mistakes(path, found)
+    return _config(file, world, missions, runs)
+
+
+def _sentence(problem: Problem) -> str:
+    """Return a problem as a sentence; of a pattern also what it asks for."""
+    if problem.kind != "string_pattern_mismatch":
+        return problem.sentence
+    where = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in problem.location).lstrip(".")
+    if problem.location[-1] == "colour":
+        return f'{where}: a colour is written "#rrggbb", as in "#c4161c"'
+    return f"{where}: at most 40 letters, digits, spaces, - and _, with a letter or digit at both ends"
+
+
+def _config(file: ClassroomFile, world: str, missions: Path, runs: Path) -> ClassroomConfig:
+    listed = [(table.name, table) for table in file.robot]
+    more = ((name, RobotTable(name=name)) for name in _free_names(name for name, _ in listed))
+    tables = [*listed, *islice(more, file.classroom.simulated)]
+    robots = tuple(
+        _entry(table, COLOURS[seed % len(COLOURS)], Address("sim", world, {"seed": str(seed), "pace": "realtime"}))
+        for seed, (_, table) in enumerate(tables)
+    )
+    return ClassroomConfig(file.classroom.name, robots, runs, missions)
+
+
+def _entry(table: RobotTable, colour: str, simulated: Address) -> RobotEntry:
+    address = table.nxt or simulated
+    is_simulated = address.scheme == "sim"
+    return RobotEntry(
+        name=table.name,
+        colour=table.colour or colour,
+        address=address,
+        camera=table.camera or (GEOMETRIC if is_simulated else None),
+        mission=table.mission or "",
+        stand_in=simulated if table.fall_back and not is_simulated else None,
+    )
+
+
+def _free_names(taken: Iterable[str]) -> Iterator[str]:
+    """Yield "Robot 1", "Robot 2" and so on, without the names that are taken."""
+    known = {name.casefold() for name in taken}
+    return (name for number in count(1) if (name := f"Robot {number}").casefold() not in known)
+
+
+def _mistakes(file: ClassroomFile, world: str, missions: Missions) -> Iterator[str]:
+    """Yield what is wrong with values that are valid by themselves."""
+    number = len(file.robot) + file.classroom.simulated
+    if not number:
+        yield "there are no robots; set classroom.simulated = 12, or describe each in a table [[robot]]"
+    elif number > MOST:
+        yield f"there are {number} robots; a classroom has at most {MOST}"
+    for name in sorted({table.name for table in file.robot if table.name.casefold() in RESERVED}):
+        yield f"robot {name!r}: Windows has no folder of this name; choose another one"
+    for key, values in _unique_values(file.robot):
+        for value, times in Counter(values).items():
+            if times > 1:
+                yield f"{times} robots have the {key} {value!r}; each robot needs its own"
+    yield from _wrong_cameras(file.robot)
+    yield from _wrong_missions(file.robot, missions)
+    targets = {table.nxt.target for table in file.robot if table.nxt and table.nxt.scheme == "sim"}
+    for each in sorted({world, *targets}):
+        try:
+            load_world(each or DEFAULT_WORLD)
+        except ConfigError as error:
+            yield f"the world {each!r}: {error}"
+
+
+def _unique_values(robots: list[RobotTable]) -> Iterator[tuple[str, list[str]]]:
+    """Yield the keys whose values no two robots may share: folders, bricks, webcams."""
+    yield "name", [table.name.casefold() for table in robots]
+    yield "nxt", [str(table.nxt).casefold() for table in robots if table.nxt and table.nxt.scheme != "sim"]
+    yield "camera", [table.camera for table in robots if table.camera and table.camera.isdecimal()]
+
+
+def _wrong_cameras(robots: list[RobotTable]) -> Iterator[str]:
+    for table in robots:
+        if table.camera == GEOMETRIC and table.nxt and table.nxt.scheme != "sim":
+            yield f'robot {table.name!r}, camera: only a simulated robot can have "{GEOMETRIC}"; name its webcam'
+
+
+def _wrong_missions(robots: list[RobotTable], missions: Missions) -> Iterator[str]:
+    for table in robots:
+        try:
+            missions.load(table.mission or "")
+        except ValueError as error:
+            yield f"robot {table.name!r}, mission: {error}"

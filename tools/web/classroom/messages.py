@@ -1,0 +1,104 @@
+"""What the page of a class may say to the server; docs/web-protocol.md describes both directions."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+
+from ..messages import read
+
+Names = Annotated[list[str], Field(max_length=100)]
+
+
+class _Message(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class StopAll(_Message):
+    """Stop every robot, and stay stopped until `ReleaseAll` or until the robot's own page releases it."""
+
+    type: Literal["stop_all"]
+
+
+class ReleaseAll(_Message):
+    """End the stop of every robot."""
+
+    type: Literal["release_all"]
+
+
+class Start(_Message):
+    """Start a mission on some robots.
+
+    Attributes:
+        robots: Their names.
+        mission: Name of a mission as the server lists it; empty for the built-in one, null for each robot's own.
+        profile: How the robots behave; the mission's own by default.
+    """
+
+    type: Literal["start"]
+    robots: Names
+    mission: str | None = None
+    profile: Literal["thesis", "adaptive"] | None = None
+
+
+class End(_Message):
+    """End the missions of some robots.
+
+    Attributes:
+        robots: Their names.
+    """
+
+    type: Literal["end"]
+    robots: Names
+
+
+class Beep(_Message):
+    """Play a tone on a robot's brick.
+
+    Attributes:
+        robot: Its name.
+    """
+
+    type: Literal["beep"]
+    robot: str
+
+
+class ReturnToBrick(_Message):
+    """Let a brick take its place again, which a simulated robot has taken.
+
+    Attributes:
+        robot: Its name.
+    """
+
+    type: Literal["return_to_brick"]
+    robot: str
+
+
+class Visible(_Message):
+    """Choose the robots whose pictures are sent: those that the page shows now.
+
+    Attributes:
+        robots: Their names.
+    """
+
+    type: Literal["visible"]
+    robots: Names
+
+
+ClassMessage = StopAll | ReleaseAll | Start | End | Beep | ReturnToBrick | Visible
+ADAPTER: TypeAdapter[ClassMessage] = TypeAdapter(Annotated[ClassMessage, Field(discriminator="type")])
+
+
+def read_message(text: str | bytes) -> ClassMessage:
+    """Read a client's message.
+
+    Raises:
+        ValueError: It is none; the text says why.
+    """
+    return read(ADAPTER, text)
+
+
+def schema() -> dict[str, object]:
+    """Return the JSON schema of a client's messages."""
+    return ADAPTER.json_schema()

@@ -1,0 +1,60 @@
+"""The results of a class, as a table, as CSV, and all runs as one ZIP file."""
+
+from __future__ import annotations
+
+import csv
+import io
+import zipfile
+from contextlib import suppress
+from pathlib import Path
+from typing import IO, Any
+
+from ..runs import Runs
+from .config import ClassroomConfig
+from .station import result
+
+COLUMNS = ("robot", "run", "mission", "ending", "achieved", "reached", "targets", "seconds")
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""A spreadsheet would compute text that begins with one of these."""
+
+
+def results(config: ClassroomConfig) -> list[dict[str, Any]]:
+    """Return robot, run and result of each run, robot by robot, the newest first."""
+    return [
+        {"robot": robot.name, "run": run["name"], **result(run)}
+        for robot in config.robots
+        for run in Runs(config.runs / robot.name).listed()
+    ]
+
+
+def csv_text(rows: list[dict[str, Any]]) -> str:
+    """Return results as CSV with a header, in a form that spreadsheets do not take for formulas."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\r\n")
+    writer.writerow(COLUMNS)
+    writer.writerows([_cell(row[column]) for column in COLUMNS] for row in rows)
+    return text.getvalue()
+
+
+def _cell(value: object) -> object:
+    if isinstance(value, bool):
+        return int(value)
+    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
+
+
+def write_zip(config: ClassroomConfig, file: IO[bytes]) -> None:
+    """Write the runs of all robots as a ZIP file: ``runs/ROBOT/RUN/...``.
+
+    Files that vanish meanwhile are left out, and what symbolic links point to.
+    """
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1, strict_timestamps=False) as archive:
+        for robot in config.robots:
+            folder = config.runs / robot.name
+            for path in sorted(folder.rglob("*")):
+                _add(archive, path, Path("runs", robot.name, path.relative_to(folder)))
+
+
+def _add(archive: zipfile.ZipFile, path: Path, name: Path) -> None:
+    if path.is_file() and not path.is_symlink():
+        with suppress(FileNotFoundError):
+            archive.write(path, name)

@@ -1,0 +1,77 @@
+"""A page's WebSocket: sends what the hub tells, and obeys what the page says."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Callable
+
+import anyio
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from .hub import Client, Hub
+
+MAX_CLIENTS = 50
+TRY_LATER = 1013
+"""WebSocket close code "try again later". Source: the IANA registry of close codes."""
+
+
+async def converse(
+    page: WebSocket,
+    hub: Hub,
+    name: str,
+    *,
+    hello: Callable[[Client], dict[str, object]],
+    obey: Callable[[Client, str], None],
+    left: Callable[[Client], None],
+) -> None:
+    """Serve a page until it leaves or is too slow.
+
+    Args:
+        page: Its WebSocket.
+        hub: Whose messages it gets.
+        name: Of the client.
+        hello: Returns the first message.
+        obey: Does what a message asks; a ValueError says why it cannot be done.
+        left: Called at the end.
+    """
+    await page.accept()
+    if len(hub.clients) >= MAX_CLIENTS:
+        await page.close(TRY_LATER, "too many pages are open")
+        return
+    client = Client(asyncio.get_running_loop(), name)
+    await page.send_json({"type": "hello", **hello(client)})
+    hub.join(client)
+    try:
+        async with anyio.create_task_group() as both:
+            both.start_soon(_send, page, client, both.cancel_scope)
+            both.start_soon(_receive, page, client, obey, both.cancel_scope)
+    finally:
+        hub.leave(client)
+        left(client)
+        if client.too_slow:
+            await page.close(TRY_LATER, "this page is too slow")
+
+
+async def _send(page: WebSocket, client: Client, both: anyio.CancelScope) -> None:
+    with contextlib.suppress(WebSocketDisconnect):
+        while not client.too_slow:
+            for message in await client.next():
+                if isinstance(message, bytes):
+                    await page.send_bytes(message)
+                else:
+                    await page.send_text(message)
+    both.cancel()
+
+
+async def _receive(
+    page: WebSocket, client: Client, obey: Callable[[Client, str], None], both: anyio.CancelScope
+) -> None:
+    with contextlib.suppress(WebSocketDisconnect):
+        while True:
+            text = await page.receive_text()
+            try:
+                obey(client, text)
+            except ValueError as error:
+                await page.send_json({"type": "refused", "text": str(error)})
+    both.cancel()
