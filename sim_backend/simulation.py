@@ -178,15 +178,17 @@ class Simulation:
         """Simulated detection of a picture in the latest frame, without rendering; see `Webcam.observe`."""
         return self.webcam.observe(name)
 
-    def on_frame(self, callback: Callable[[Image, float], None], fps: float) -> None:
+    def on_frame(
+        self, callback: Callable[[Image, float], None], fps: float, wanted: Callable[[], bool] = lambda: True
+    ) -> None:
         """Call `callback` with the frame and the time in seconds, `fps` times per second of simulation time.
 
-        Frames are skipped while the webcam is unplugged.
+        Frames are skipped while the webcam is unplugged, and while they are not wanted, which saves rendering them.
         """
         start_ms = self._now_ms
 
         def show(number: int) -> None:
-            frame = self.camera_frame()
+            frame = self.camera_frame() if wanted() else None
             if frame is not None:
                 callback(frame, self.time_s)
             self.at(start_ms + round((number + 1) * 1000 / fps), lambda: show(number + 1))

@@ -106,6 +106,11 @@ class Webcam:
         return self._sensor.observe(seen.panels, seen.viewpoint, picture.texture, seen.turn_rate_deg_s)
 
     @property
+    def pictures(self) -> frozenset[str]:
+        """Names that `observe` knows."""
+        return frozenset(picture.name for picture in self._world.file.pictures)
+
+    @property
     def unplugged(self) -> bool:
         """Whether the webcam delivers no frames now."""
         return any(start <= self._now_ms() < end for start, end in self.unplugged_ms)

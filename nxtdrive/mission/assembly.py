@@ -23,6 +23,7 @@ from nxtdrive.signals import held
 if TYPE_CHECKING:
     from behaviors.mission import Mission
     from behaviors.pause import Pause
+    from behaviors.ports import Eyes
     from behaviors.profiles.profile import MakeProfile
     from nxtdrive.transports.address import Address
     from nxtdrive.vision.camera import Camera, Frame
@@ -47,9 +48,26 @@ class OpenRobot:
     address: str
     source: str
 
-    def watch(self, observer: Callable[[Frame], None], fps: float = VIDEO_FPS) -> None:
+    def watch(
+        self,
+        observer: Callable[[Frame], None],
+        fps: float = VIDEO_FPS,
+        wanted: Callable[[int], bool] = lambda _: True,
+    ) -> None:
         """Call `observer` with the camera's frames; see `nxtdrive.mission.setup.watch`."""
-        setup.watch(self.camera, self.brick, observer, fps)
+        setup.watch(self.camera, self.brick, observer, fps, wanted)
+
+    def eyes(self, mission: Mission) -> Eyes:
+        """Return eyes for the targets of a mission.
+
+        With the camera "geometric" they look at no frames, unless the world has no picture of a target's name.
+
+        Raises:
+            ConfigError: A target's picture cannot be used.
+        """
+        if self.source == setup.GEOMETRIC and setup.finds_by_geometry(self.brick, mission.mission.targets):
+            return setup.geometric_eyes(self.brick)
+        return setup.camera_eyes(self.camera, mission)
 
 
 @contextmanager
@@ -115,7 +133,7 @@ class MissionRun:
         self.robot, self._mission, self._pause = robot, mission, pause
         self._report: Report | None = None
         self._error = ""
-        self.eyes = setup.camera_eyes(robot.camera, mission)
+        self.eyes = robot.eyes(mission)
         body, clock = setup.build_body(robot.brick, mission), MissionClock(robot.brick)
         self._executive = Executive(mission, body, self.eyes, clock, observers, make_profile, pause)
         self._review = RunReview(mission, truth_of(robot.brick), say_hint, file)
@@ -135,7 +153,8 @@ class MissionRun:
         folder, clock = new_run_folder(parent, self._mission.mission.name), MissionClock(self.robot.brick)
         recording = self.recording = Recording(folder, clock, video=video, room=room.lines if room else None)
         self.observers.attempt(MISSION, recording.folder.write_mission, self._mission)
-        self.eyes.on_look(self.observers.guarded(CAMERA, recording.look))
+        if isinstance(self.eyes, CameraEyes):
+            self.eyes.on_look(self.observers.guarded(CAMERA, recording.look))
         (watch or self.robot.watch)(self.observers.guarded(CAMERA, recording.frame))
         self.observers.add(JOURNAL, recording)
         return recording

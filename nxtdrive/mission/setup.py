@@ -6,9 +6,8 @@ detectors as the eyes, the link's clock as the clock.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from importlib import resources
-from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -113,7 +112,13 @@ def open_mission_camera(source: str, brick: Brick) -> Camera:
     return open_camera(SIMULATED if source == GEOMETRIC else source, clock=MissionClock(brick))
 
 
-def watch(camera: Camera, brick: Brick, observer: Callable[[Frame], None], fps: float) -> None:
+def watch(
+    camera: Camera,
+    brick: Brick,
+    observer: Callable[[Frame], None],
+    fps: float,
+    wanted: Callable[[int], bool] = lambda _: True,
+) -> None:
     """Call `observer` with the camera's frames, also between looks; a recording as camera has none then.
 
     Args:
@@ -121,6 +126,8 @@ def watch(camera: Camera, brick: Brick, observer: Callable[[Frame], None], fps: 
         brick: As given to it.
         observer: Called with frames in order of time; for a webcam, in a thread of its own.
         fps: Frames per second, for a simulated camera.
+        wanted: Whether the simulated camera's frame of a number is needed; others are not rendered. Rendering draws
+            the noise of later frames, so this must be the same in each run of a mission that looks at them.
     """
     from nxtdrive.vision.camera import Frame, SimulatedCamera
     from nxtdrive.vision.live import LiveCamera
@@ -128,8 +135,20 @@ def watch(camera: Camera, brick: Brick, observer: Callable[[Frame], None], fps: 
     if isinstance(camera, LiveCamera):
         camera.on_frame(observer)
     elif isinstance(camera, SimulatedCamera) and isinstance(transport := recorded(brick.link.transport), SimTransport):
-        numbers = count()
-        transport.on_frame(lambda image, time_s: observer(Frame(image, time_s, next(numbers))), fps)
+        number = -1
+
+        def due() -> bool:
+            nonlocal number
+            number += 1
+            return wanted(number)
+
+        transport.on_frame(lambda image, time_s: observer(Frame(image, time_s, number)), fps, due)
+
+
+def finds_by_geometry(brick: Brick, targets: Iterable[str]) -> bool:
+    """Return whether the simulated world has pictures of all these names, which `geometric_eyes` can find."""
+    frames = _simulated_webcam(brick)
+    return frames is not None and frames.pictures.issuperset(targets)
 
 
 def geometric_eyes(brick: Brick) -> Eyes:

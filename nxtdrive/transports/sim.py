@@ -176,9 +176,11 @@ class SimTransport:
             self._keep_pace()
             self._leave()
 
-    def on_frame(self, callback: Callable[[Any, float], None], fps: float) -> None:
-        """Call `callback` with the webcam's frame and its time, `fps` times per simulated second."""
-        self._simulation.on_frame(callback, fps)
+    def on_frame(
+        self, callback: Callable[[Any, float], None], fps: float, wanted: Callable[[], bool] = lambda: True
+    ) -> None:
+        """Call `callback` with the webcam's frame and its time, `fps` times per simulated second, if it is wanted."""
+        self._simulation.on_frame(callback, fps, wanted)
 
     def _plug_in(self) -> SimLink:
         from sim_backend.link import NO_FAULTS, SimLink

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from nxtdrive.vision.camera import Frame
 
 JPEG_QUALITY = 80
+SMALL_FPS = 2
+"""Small pictures a second, of a robot whose own page is not open."""
 
 
 class PictureFeed:
@@ -40,6 +42,14 @@ class PictureFeed:
     def watch(self, observer: Callable[[Frame], None] | None) -> None:
         """Call `observer` with the frames of a video; None ends that."""
         self._observer = observer
+
+    def wants(self, number: int) -> bool:
+        """Return whether anyone needs the frame of a number."""
+        if self._hub.watched:
+            return True
+        if self._observer is not None:
+            return number % (self.fps // VIDEO_FPS) == 0
+        return self._hub.small_pictures and number % (self.fps // SMALL_FPS) == 0
 
     def frame(self, frame: Frame) -> None:
         """Take a frame; for a webcam in its own thread."""

@@ -183,7 +183,10 @@ class Robot:
             except NXTError as error:
                 self._opened.put(error)
                 return
-            robot.watch(self._pictures.frame, self._pictures.fps)
+            if robot.source == setup.GEOMETRIC:  # its missions look at no frames
+                robot.watch(self._pictures.frame, self._pictures.fps, self._pictures.wants)
+            else:
+                robot.watch(self._pictures.frame, self._pictures.fps)
             self._now = robot.brick.now
             self._opened.put(None)
             while not self._closing.is_set():
