@@ -19,6 +19,7 @@ from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import CAMERA, JOURNAL, MISSION, SUMMARY, VIDEO, new_run_folder, summary
 from nxtdrive.recording.video import VIDEO_FPS, Follow
 from nxtdrive.signals import held
+from nxtdrive.vision.eyes import CameraEyes
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
@@ -136,7 +137,9 @@ class MissionRun:
         self.eyes = robot.eyes(mission)
         body, clock = setup.build_body(robot.brick, mission), MissionClock(robot.brick)
         self._executive = Executive(mission, body, self.eyes, clock, observers, make_profile, pause)
-        self._review = RunReview(mission, truth_of(robot.brick), say_hint, file)
+        self._review = RunReview(
+            mission, truth_of(robot.brick), say_hint, file, by_name=not isinstance(self.eyes, CameraEyes)
+        )
 
     def record(self, parent: Path, *, video: bool = True, watch: WatchFrames | None = None) -> Recording:
         """Keep the run in a new folder, which is complete when `pursue` ends.

@@ -35,6 +35,7 @@ class RunReview:
         truth: Of a simulated world, or None.
         say: Called with each hint, as soon as there is one.
         file: The mission's file, for the command in a hint; None for the built-in one.
+        by_name: Whether a target is the simulated world's object of its name, whatever that looks like.
 
     Attributes:
         hints: What to check or change, one sentence or two each.
@@ -48,10 +49,13 @@ class RunReview:
         truth: Truth | None,
         say: Callable[[str], None],
         file: Path | None = None,
+        *,
+        by_name: bool = False,
     ) -> None:
         self.hints: list[str] = []
         self.arrivals: list[dict[str, object]] = []
         self._mission, self._truth, self._say, self._file = mission, truth, say, file
+        self._by_name = by_name
         self._seen: set[str] = set()
         self._reached: set[str] = set()
         self._told: set[str] = set()
@@ -109,7 +113,7 @@ class RunReview:
 
     def _judge(self, target: str, believed_mm: float, truth: Truth) -> dict[str, object]:
         """Compare an arrival with the truth: with the object in view that is the target, else the nearest such."""
-        names = recognised(self._detectors[target].detector, truth)
+        names = self._lookalikes(target, truth)
         objects = sorted((not truth.before(name), truth.lens_distance_mm(name)) for name in names)
         if not objects:
             return {"true_mm": None, "there": False}
@@ -118,7 +122,7 @@ class RunReview:
 
     def _missing(self, target: str, truth: Truth) -> None:
         """The search looked all round: say so if this world has no such thing."""
-        if recognised(self._detectors[target].detector, truth):
+        if self._lookalikes(target, truth):
             return
         has = ", ".join(truth.fronts()) or "nothing"
         room = self._file and self._file.with_name(f"{self._file.stem}-world.toml")
@@ -153,6 +157,10 @@ class RunReview:
         for target, times in self._stopped.items():
             if target not in self._reached and times >= STOPPED_TWICE:
                 self._wrong_size(target, *self._nearer[target])
+
+    def _lookalikes(self, target: str, truth: Truth) -> list[str]:
+        """Return the names of the objects of the world that pass for a target."""
+        return [target] if self._by_name else recognised(self._detectors[target].detector, truth)
 
     @cached_property
     def _detectors(self) -> dict[str, TargetDetector]:

@@ -55,6 +55,15 @@ def test_a_target_that_the_simulated_world_hides_is_no_reason_for_a_hint(perform
     assert _reviewed(perform, "arena", _with(mission_for("lena"), 297.0, "thesis")).hints == []
 
 
+@pytest.mark.parametrize(("by_name", "hints"), [(False, 1), (True, 0)])
+def test_eyes_that_know_objects_by_name_take_the_object_of_that_name_for_the_target(by_name, hints, mission_for):
+    said: list[str] = []
+    mission = mission_for("lena")
+    disguised = mission.model_copy(update={"target": {"lena": mission_for("rilakkuma").target["rilakkuma"]}})
+    RunReview(disguised, Simulation("open").truth, said.append, by_name=by_name)(_unsuccessful("lena"))
+    assert len(said) == hints
+
+
 def test_what_has_been_carried_off_belongs_to_the_world(mission_for):
     simulation = Simulation("open")
     simulation.world.place("lena", None, None, present=False)
