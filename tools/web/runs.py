@@ -66,7 +66,7 @@ class Runs:
             ConfigError: It cannot be read.
         """
         path = self._path(name)
-        pictures = f"/runs/{quote(name, safe='')}/{CAMERA}"
+        pictures = f"runs/{quote(name, safe='')}/{CAMERA}"
         return replay_data(name, read_run(path), read_pictures(path), lambda picture: f"{pictures}{picture.file}")
 
     def file(self, name: str, file: str) -> Path:

@@ -13,7 +13,7 @@ from anyio.to_thread import run_sync
 from starlette.applications import Starlette
 from starlette.background import BackgroundTask
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
@@ -56,6 +56,7 @@ class ClassroomServer:
                 Route("/results.csv", self._csv),
                 Route("/runs.zip", self._zip),
                 *robots,
+                Route("/robot/{name}", lambda request: RedirectResponse(f"{request.url.path}/")),
                 Mount("/", StaticFiles(directory=STATIC)),
             ],
             self.pin,

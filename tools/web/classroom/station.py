@@ -219,6 +219,7 @@ class Station:
             "stopped": self.stopped,
             "running": hub.running,
             "last": hub.last,
+            "ended": hub.runs,
         }
 
     def _supervise(self) -> None:

@@ -6,6 +6,7 @@ import { Connection } from "./connection.js";
 import { Drive } from "./drive.js";
 import { FloorMap } from "./map.js";
 import { Decisions, Lines, MissionPanel } from "./mission.js";
+import "./nav.js";
 
 const NOTICE_MS = 6000;
 const find = (id) => document.getElementById(id);

@@ -25,8 +25,7 @@ export class Connection {
   }
 
   open() {
-    const scheme = location.protocol === "https:" ? "wss" : "ws";
-    this.socket = new WebSocket(`${scheme}://${location.host}/ws`);
+    this.socket = new WebSocket(new URL("ws", location.href.replace(/^http/, "ws")));
     this.socket.binaryType = "arraybuffer";
     this.socket.onmessage = ({ data }) => (typeof data === "string" ? this.text(JSON.parse(data)) : this.image(data));
     this.socket.onclose = () => {
@@ -39,7 +38,7 @@ export class Connection {
   // a session ends with the server's program; the next one asks for its own PIN
   async reopen() {
     const status = await fetch("/api/session").then((answer) => answer.status, () => 0);
-    if (status === 401) location.replace("pin.html");
+    if (status === 401) location.replace("/pin.html");
     else this.open();
   }
 

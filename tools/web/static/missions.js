@@ -1,5 +1,6 @@
 // The editor of missions: opens, checks while one types, saves.
 
+import "./nav.js";
 import { Photograph } from "./photograph.js";
 
 const CHECK_AFTER_MS = 300;
@@ -31,13 +32,13 @@ await list();
 await open(new URLSearchParams(location.search).get("mission") ?? "");
 
 async function list() {
-  const names = await (await fetch("/api/missions")).json();
+  const names = await (await fetch("api/missions")).json();
   find("file").replaceChildren(new Option("a new mission", ""), ...names.map((name) => new Option(name, name)));
 }
 
 async function open(name) {
   notice("");
-  const answer = await fetch(name ? `/api/missions/${encodeURIComponent(name)}` : "/api/template");
+  const answer = await fetch(name ? `api/missions/${encodeURIComponent(name)}` : "api/template");
   if (!answer.ok) return notice(await answer.text());
   opened = name ? { name, ...(await answer.json()) } : { name, version: "", text: await answer.text() };
   find("file").value = name;
@@ -51,7 +52,7 @@ async function save() {
   const name = find("name").value, text = find("text").value;
   const version = name === opened.name ? opened.version : "";
   const body = JSON.stringify({ text, version });
-  const answer = await fetch(`/api/missions/${encodeURIComponent(name)}`, { method: "PUT", body });
+  const answer = await fetch(`api/missions/${encodeURIComponent(name)}`, { method: "PUT", body });
   if (!answer.ok) return notice(await answer.text());
   opened = { name, text, ...(await answer.json()) };
   notice("");
@@ -75,7 +76,7 @@ function changed() {
 // an answer that comes after that to a later text is dropped
 async function check() {
   const number = ++checks;
-  const answer = await fetch("/api/check", { method: "POST", body: JSON.stringify({ text: find("text").value }) });
+  const answer = await fetch("api/check", { method: "POST", body: JSON.stringify({ text: find("text").value }) });
   if (number !== checks) return;
   if (!answer.ok) return notice(await answer.text());
   const { mistakes, warnings } = await answer.json();

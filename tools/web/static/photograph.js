@@ -45,7 +45,7 @@ export class Photograph {
   }
 
   async take() {
-    const answer = await fetch("/api/pictures", { method: "POST" });
+    const answer = await fetch("api/pictures", { method: "POST" });
     if (!answer.ok) return this.editor.notice(await answer.text());
     this.picture = { number: Number(answer.headers.get("x-picture")), bitmap: await createImageBitmap(await answer.blob()) };
     this.box = [0, 0, 0, 0];
@@ -58,7 +58,7 @@ export class Photograph {
       text: this.editor.text(), name: this.find("target-name").value.trim(), height_mm: Number(this.find("target-height").value),
       picture: this.picture.number, box: this.box,
     };
-    const answer = await fetch("/api/targets", { method: "POST", body: JSON.stringify(target) });
+    const answer = await fetch("api/targets", { method: "POST", body: JSON.stringify(target) });
     if (!answer.ok) return this.editor.notice(await answer.text());
     this.editor.notice("");
     this.editor.show((await answer.json()).text);

@@ -3,6 +3,7 @@
 import { Chart } from "./chart.js";
 import { FloorMap } from "./map.js";
 import { Decisions, Lines } from "./mission.js";
+import "./nav.js";
 import { Player } from "./player.js";
 import { RecordedCamera } from "./replay_camera.js";
 
@@ -20,7 +21,7 @@ try {
 async function load() {
   if (find("run")) return JSON.parse(find("run").textContent);
   const name = new URLSearchParams(location.search).get("run") ?? "";
-  const answer = await fetch(`/api/runs/${encodeURIComponent(name)}`);
+  const answer = await fetch(`api/runs/${encodeURIComponent(name)}`);
   if (!answer.ok) throw new Error(await answer.text());
   return answer.json();
 }

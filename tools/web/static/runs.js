@@ -1,7 +1,9 @@
 // The list of runs.
 
+import "./nav.js";
+
 const list = document.getElementById("runs");
-const runs = await (await fetch("/api/runs")).json();
+const runs = await (await fetch("api/runs")).json();
 
 if (!runs.length) {
   const notice = document.getElementById("notice");
@@ -15,7 +17,7 @@ function card({ name, mission, ending, achieved, duration_s, targets, map }) {
   link.href = `replay.html?run=${encodeURIComponent(name)}`;
   if (map) {
     const picture = document.createElement("img");
-    picture.src = `/runs/${encodeURIComponent(name)}/map.png`;
+    picture.src = `runs/${encodeURIComponent(name)}/map.png`;
     picture.alt = "";
     picture.loading = "lazy";
     link.append(picture);

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -17,8 +15,9 @@ from nxtdrive.tools.web.missions import Missions
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.sim import SimTransport, shared
 
+from .conftest import until
+
 SIMULATED = Address("sim", "open", {"pace": "realtime"})
-PATIENCE_S = 20.0
 
 
 class Cable:
@@ -67,43 +66,36 @@ def _real(*, stand_in: Address | None = None) -> RobotEntry:
     return RobotEntry("Ada", "#c4161c", Address("sim", "@ada"), "sim", stand_in=stand_in)
 
 
-def _until(happens: Callable[[], object]) -> None:
-    latest_s = time.monotonic() + PATIENCE_S
-    while not happens():
-        assert time.monotonic() < latest_s
-        threading.Event().wait(0.005)
-
-
 def test_a_robot_that_cannot_be_opened_says_why_and_is_opened_when_it_can_be(cable, station_for):
     station = station_for(_real())
-    _until(lambda: "Plug it in" in station.tile()["trouble"])
+    until(lambda: "Plug it in" in station.tile()["trouble"])
     with pytest.raises(ValueError, match="Plug it in"):
         station.start("", None)
     cable.plugged = True
-    _until(lambda: station.tile()["open"])
+    until(lambda: station.tile()["open"])
     assert not station.tile()["trouble"]
 
 
 def test_a_defect_while_it_is_opened_is_shown_and_the_robot_is_opened_again(cable, station_for):
     cable.plugged = cable.broken = True
     station = station_for(_real())
-    _until(lambda: "a defect" in station.tile()["trouble"])
+    until(lambda: "a defect" in station.tile()["trouble"])
     cable.broken = False
-    _until(lambda: station.tile()["open"])
+    until(lambda: station.tile()["open"])
 
 
 def test_a_simulated_robot_takes_the_place_of_a_brick_until_a_person_wants_it_back(cable, station_for):
     station = station_for(_real(stand_in=SIMULATED))
-    _until(lambda: station.tile()["open"])
+    until(lambda: station.tile()["open"])
     assert station.tile()["brick"] == "stand-in"
     assert "Plug it in" in station.tile()["trouble"]
     station.return_to_brick()
-    _until(lambda: not station.tile()["open"])
-    _until(lambda: station.tile()["open"])
+    until(lambda: not station.tile()["open"])
+    until(lambda: station.tile()["open"])
     assert station.tile()["brick"] == "stand-in"
     cable.plugged = True
     station.return_to_brick()
-    _until(lambda: station.tile()["brick"] == "sim" and station.tile()["open"])
+    until(lambda: station.tile()["brick"] == "sim" and station.tile()["open"])
     assert not station.tile()["trouble"]
     with pytest.raises(ValueError, match="No simulated robot"):
         station.return_to_brick()
@@ -113,23 +105,23 @@ def test_a_simulated_robot_takes_the_place_of_a_brick_until_a_person_wants_it_ba
 def test_a_brick_that_is_lost_is_replaced(cable, station_for):
     cable.plugged = True
     station = station_for(_real(stand_in=SIMULATED))
-    _until(lambda: station.tile()["open"] and cable.transport)
+    until(lambda: station.tile()["open"] and cable.transport)
     cable.plugged = False
     cable.transport.close()
-    _until(lambda: station.tile()["brick"] == "stand-in" and station.tile()["open"])
+    until(lambda: station.tile()["brick"] == "stand-in" and station.tile()["open"])
     assert station.tile()["trouble"]
 
 
 def test_a_stop_holds_while_it_is_opened_replaced_and_brought_back(cable, station_for):
     station = station_for(_real(stand_in=SIMULATED))
     station.stop()
-    _until(lambda: station.tile()["open"])
+    until(lambda: station.tile()["open"])
     assert station.stopped
     with pytest.raises(ValueError, match="stopped"):
         station.start("", None)
     cable.plugged = True
     station.return_to_brick()
-    _until(lambda: station.tile()["brick"] == "sim" and station.tile()["open"])
+    until(lambda: station.tile()["brick"] == "sim" and station.tile()["open"])
     assert station.stopped
     station.release()
     assert not station.tile()["stopped"]
@@ -140,7 +132,7 @@ def test_it_beeps_when_it_is_open(cable, station_for):
     with pytest.raises(ValueError, match="not open"):
         station.beep()
     cable.plugged = True
-    _until(lambda: station.tile()["open"])
+    until(lambda: station.tile()["open"])
     sound = cable.transport._simulation.brick.sound
     station.beep()
-    _until(lambda: sound.tone)
+    until(lambda: sound.tone)

@@ -1,0 +1,212 @@
+"""The server of a class by its test client: tiles, stop of all, handing out, collecting, and one robot that fails."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, get_args
+
+import pytest
+from starlette.testclient import TestClient, WebSocketTestSession
+from starlette.websockets import WebSocketDisconnect
+
+from nxtdrive.mission import setup
+from nxtdrive.tools.web.access import Pin
+from nxtdrive.tools.web.classroom.app import ClassroomServer
+from nxtdrive.tools.web.classroom.classroom import TILE_PICTURE, Classroom
+from nxtdrive.tools.web.classroom.config import ClassroomConfig, RobotEntry
+from nxtdrive.tools.web.classroom.messages import ClassMessage, read_message, schema
+from nxtdrive.transports.address import Address
+
+from .conftest import simulated, until
+
+ROOT = Path(__file__).parents[4]
+HOST = {"host": "127.0.0.1:7080"}
+QUICK = '[mission]\nname = "=quick"\ntargets = ["lena"]\n[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\n'
+
+
+def _client(classroom: Classroom, pin: Pin | None = None) -> TestClient:
+    return TestClient(ClassroomServer(classroom, pin).app(), headers=HOST)
+
+
+def _closed(folder: Path, *names: str, mission: str = "") -> Classroom:
+    """A class whose robots are not opened."""
+    robots = tuple(
+        RobotEntry(name, "#c4161c", Address("sim", "open", {"pace": "realtime"}), mission=mission) for name in names
+    )
+    return Classroom(ClassroomConfig("7b", robots, folder / "runs", folder), setup.load(None))
+
+
+def _until(page: WebSocketTestSession, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    """Return the next JSON message that is wanted."""
+    while True:
+        text = page.receive().get("text")
+        if text and wanted(message := json.loads(text)):
+            return message
+
+
+def _tiles(page: WebSocketTestSession, wanted: Callable[[dict[str, Any]], bool]) -> list[dict[str, Any]]:
+    """Return the tiles as soon as all of them are as wanted."""
+    message = _until(page, lambda each: each["type"] == "robots" and all(map(wanted, each["robots"])))
+    return list(message["robots"])
+
+
+def test_the_page_of_the_class_and_the_pages_of_its_robots_are_served(tmp_path):
+    client = _client(_closed(tmp_path, "Ada", "Zoë 2"))
+    assert "STOP ALL" in client.get("/").text
+    for path in (
+        "/robot/Ada/",
+        "/robot/Ada",
+        "/robot/Zoë 2/",
+        "/robot/Ada/runs.html",
+        "/classroom.js",
+        "/robot/Ada/app.js",
+    ):
+        assert client.get(path).status_code == 200
+    assert client.get("/robot/Ada/api/runs").json() == []
+    assert client.get("/robot/Eve/").status_code == 404
+    assert client.get("/", headers={"host": "evil.example"}).status_code == 403
+    with client.websocket_connect("/robot/Ada/ws") as page:
+        assert "Ada" in page.receive_json()["address"]
+
+
+def test_a_page_is_greeted_with_the_robots_and_missions(tmp_path):
+    (tmp_path / "quick.toml").write_text(QUICK, encoding="utf-8")
+    with _client(_closed(tmp_path, "Ada", mission="quick.toml")).websocket_connect("/ws") as page:
+        hello = page.receive_json()
+    assert (hello["type"], hello["version"], hello["name"], hello["missions"]) == ("hello", 1, "7b", ["quick.toml"])
+    assert hello["robots"] == [
+        {"name": "Ada", "colour": "#c4161c", "address": "sim://open?pace=realtime", "mission": "quick.toml"}
+    ]
+
+
+def test_nothing_is_shown_without_the_pin(tmp_path):
+    pin = Pin()
+    client = _client(_closed(tmp_path, "Ada"), pin)
+    for path in ("/", "/robot/Ada/"):
+        assert client.get(path, follow_redirects=False).headers["location"] == "/pin.html"
+    for path in ("/runs.zip", "/results.csv", "/api/results", "/robot/Ada/api/runs"):
+        assert client.get(path).status_code == 401
+    for path in ("/ws", "/robot/Ada/ws"):
+        with pytest.raises(WebSocketDisconnect), client.websocket_connect(path):
+            pass
+    assert client.post("/api/session", content=pin.digits).status_code == 204
+    assert client.get("/robot/Ada/").status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("message", "says"),
+    [
+        ({"type": "fly"}, "fly"),
+        ({"type": "start", "robots": ["Ada", "Eve"]}, "Eve: There is no robot"),
+        ({"type": "start", "robots": ["Ada"]}, "Ada: The robot is not open yet."),
+        ({"type": "beep", "robot": "Ada"}, "not open"),
+        ({"type": "return_to_brick", "robot": "Ada"}, "No simulated robot"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_with_a_sentence(tmp_path, message, says):
+    with _client(_closed(tmp_path, "Ada")).websocket_connect("/ws") as page:
+        page.send_json(message)
+        assert says in _until(page, lambda each: each["type"] == "refused")["text"]
+
+
+def test_anyone_stops_all_robots_also_those_that_are_not_open(tmp_path):
+    with _client(_closed(tmp_path, "Ada", "Grace")).websocket_connect("/ws") as page:
+        page.send_json({"type": "stop_all"})
+        _tiles(page, lambda tile: tile["stopped"])
+        page.send_json({"type": "release_all"})
+        _tiles(page, lambda tile: not tile["stopped"])
+
+
+def test_one_robot_that_cannot_be_opened_says_why_and_the_others_run(running):
+    nobody = RobotEntry("Eve", "#c4161c", Address("sim", "@nosuch"))
+    with running(simulated("Ada"), nobody, simulated("Grace")) as classroom:
+        with _client(classroom).websocket_connect("/ws") as page:
+            page.send_json({"type": "visible", "robots": ["Grace"]})
+            tiles = _tiles(page, lambda tile: tile["open"] or tile["trouble"])
+            assert [tile["open"] for tile in tiles] == [True, False, True]
+            assert "nosuch" in tiles[1]["trouble"]
+            while not (picture := page.receive().get("bytes")):
+                pass
+        assert (picture[0], picture[4], picture[16:18]) == (TILE_PICTURE, 2, b"\xff\xd8")
+
+
+@pytest.mark.slow
+def test_missions_are_handed_out_to_some_and_their_runs_are_collected(running, tmp_path):
+    (tmp_path / "quick.toml").write_text(QUICK, encoding="utf-8")
+    with running(*(simulated(name, "fast") for name in ("Ada", "Eve", "Grace"))) as classroom:
+        client = _client(classroom)
+        with client.websocket_connect("/ws") as page:
+            _tiles(page, lambda tile: tile["open"])
+            page.send_json({"type": "start", "robots": ["Ada", "Grace"], "mission": "quick.toml"})
+            tiles = _tiles(page, lambda tile: tile["name"] == "Eve" or tile["last"])
+            assert [tile["ended"] for tile in tiles] == [1, 0, 1]
+        rows = client.get("/api/results").json()
+        assert [(row["robot"], row["reached"], row["targets"], row["ending"]) for row in rows] == [
+            ("Ada", 1, 1, "achieved"),
+            ("Grace", 1, 1, "achieved"),
+        ]
+        header, *lines = client.get("/results.csv").text.splitlines()
+        assert header.startswith("robot,run,mission,ending")
+        assert "'=quick" in lines[0]
+        names = zipfile.ZipFile(io.BytesIO(client.get("/runs.zip").content)).namelist()
+    assert {"runs/Ada/quick-001/journal.jsonl", "runs/Grace/quick-001/summary.json"} <= set(names)
+    assert not [name for name in names if "Eve" in name]
+
+
+@pytest.mark.slow
+def test_stop_all_ends_every_mission(running):
+    with running(simulated("Ada"), simulated("Grace")) as classroom:
+        with _client(classroom).websocket_connect("/ws") as page:
+            _tiles(page, lambda tile: tile["open"])
+            page.send_json({"type": "start", "robots": ["Ada", "Grace"]})
+            _tiles(page, lambda tile: tile["running"])
+            page.send_json({"type": "stop_all"})
+            tiles = _tiles(page, lambda tile: tile["last"])
+            assert {(tile["last"]["ending"], tile["stopped"]) for tile in tiles} == {("interrupted", True)}
+
+
+@pytest.mark.slow
+def test_one_page_drives_a_robot_and_another_page_another(running):
+    with running(simulated("Ada"), simulated("Grace")) as classroom:
+        until(lambda: all(station.is_open for station in classroom.stations))
+        client = _client(classroom)
+        with client.websocket_connect("/robot/Ada/ws") as one, client.websocket_connect("/robot/Grace/ws") as other:
+            for page in (one, other):
+                for ahead in (0, 1):
+                    page.send_json({"type": "drive", "ahead": ahead, "aside": 0})
+                assert _until(page, lambda each: each.get("doing") == "driving")
+                assert _until(page, lambda each: each.get("doing") == "stopped")  # the dead-man switch
+
+
+def test_symbolic_links_are_not_collected(tmp_path):
+    folder = tmp_path / "runs" / "Ada" / "x-001"
+    folder.mkdir(parents=True)
+    (tmp_path / "secret").write_text("secret", encoding="utf-8")
+    (folder / "link").symlink_to(tmp_path / "secret")
+    (folder / "journal.jsonl").write_text("{}\n", encoding="utf-8")
+    content = _client(_closed(tmp_path, "Ada")).get("/runs.zip").content
+    assert zipfile.ZipFile(io.BytesIO(content)).namelist() == ["runs/Ada/x-001/journal.jsonl"]
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"type": "start"}', '{"type": "stop_all", "more": 1}', "[" * 100_000])
+def test_anything_else_than_a_message_is_refused_with_a_sentence(text):
+    with pytest.raises(ValueError, match=r"\w"):
+        read_message(text)
+
+
+@pytest.mark.parametrize("message", get_args(ClassMessage), ids=lambda each: each.__name__)
+def test_every_message_and_key_is_explained(message):
+    document = (ROOT / "docs" / "web-protocol.md").read_text(encoding="utf-8")
+    fields = dict(message.model_fields)
+    (name,) = get_args(fields.pop("type").annotation)
+    (row,) = re.findall(rf"^\| `{name}` \|.*$", document, flags=re.MULTILINE)
+    assert all(f"`{key}`" in row for key in fields)
+
+
+def test_the_schema_has_every_message():
+    assert len(schema()["oneOf"]) == len(get_args(ClassMessage))

@@ -1,0 +1,104 @@
+// The page of a class: a tile for each robot, missions for those that are chosen, and the stop of all.
+
+import { Connection } from "./connection.js";
+import { Results } from "./results.js";
+import { Tile } from "./tile.js";
+
+const TILE_PICTURE = 4;
+const NOTICE_MS = 8000;
+const OWN = "own";
+const find = (id) => document.getElementById(id);
+const connection = new Connection();
+const results = new Results(find);
+let tiles = [], hidesNotice = 0, ended = "";
+const seen = new Set();
+const inSight = new IntersectionObserver((entries) => {
+  for (const { target, isIntersecting } of entries) isIntersecting ? seen.add(target.dataset.name) : seen.delete(target.dataset.name);
+  tellVisible();
+});
+
+connection.on("hello", ({ name, robots, missions }) => {
+  notice("");
+  document.title = `nxtdrive: ${name}`;
+  find("title").textContent = name;
+  offer(missions, robots.some(({ mission }) => mission));
+  if (robots.map((robot) => robot.name).join("\n") !== tiles.map((tile) => tile.name).join("\n")) build(robots);
+  tellVisible();
+  results.fetch();
+});
+connection.on("closed", () => {
+  find("summary").textContent = "no connection to nxtdrive";
+  notice("The page has lost nxtdrive; it tries again each second.");
+});
+connection.on("refused", ({ text }) => notice(text, NOTICE_MS));
+connection.on("robots", ({ robots }) => {
+  robots.forEach((robot, number) => tiles[number].show(robot));
+  const count = (test) => robots.filter(test).length;
+  const stopped = count((robot) => robot.stopped);
+  const parts = [`${count(({ open }) => open)} of ${robots.length} open`, `${count(({ running }) => running)} on a mission`];
+  find("summary").textContent = [...parts, ...(stopped ? [`${stopped} stopped`] : [])].join(", ");
+  find("release").hidden = !stopped;
+  const now = robots.map((robot) => robot.ended).join(" ");
+  if (ended && now !== ended) results.fetch();
+  ended = now;
+});
+connection.on(`image ${TILE_PICTURE}`, ({ number, bitmap }) => tiles[number].picture(bitmap));
+
+find("stop").addEventListener("click", () => connection.send({ type: "stop_all" }));
+find("release").addEventListener("click", () => connection.send({ type: "release_all" }));
+find("all").addEventListener("change", ({ target }) => {
+  for (const tile of tiles) tile.chosen = target.checked;
+  choose();
+});
+find("hand-out").addEventListener("submit", (event) => {
+  event.preventDefault();
+  const mission = find("mission").value;
+  connection.send({ type: "start", robots: chosen(), mission: mission === OWN ? null : mission, profile: find("profile").value || null });
+});
+find("end").addEventListener("click", () => connection.send({ type: "end", robots: chosen() }));
+addEventListener("visibilitychange", tellVisible);
+addEventListener("keydown", (event) => {
+  if (event.code === "Space" && !event.target.closest("input, select, textarea, button")) {
+    event.preventDefault();
+    connection.send({ type: "stop_all" });
+  }
+});
+
+function build(robots) {
+  for (const tile of tiles) inSight.unobserve(tile.element);
+  seen.clear();
+  tiles = robots.map((robot) => new Tile(robot, connection, choose));
+  find("robots").replaceChildren(...tiles.map(({ element }) => element));
+  for (const tile of tiles) inSight.observe(tile.element);
+  choose();
+}
+
+function offer(missions, own) {
+  const before = find("mission").value;
+  const options = [...(own ? [[OWN, "each robot's own"]] : []), ["", "lena, then rilakkuma (built in)"], ...missions.map((name) => [name, name])];
+  find("mission").replaceChildren(...options.map(([value, text]) => new Option(text, value)));
+  if (options.some(([value]) => value === before)) find("mission").value = before || options[0][0];
+}
+
+function chosen() {
+  return tiles.filter((tile) => tile.chosen).map((tile) => tile.name);
+}
+
+function choose() {
+  const number = chosen().length;
+  find("start").textContent = number ? `Start on ${number}` : "Start";
+  find("start").disabled = find("end").disabled = !number;
+  find("all").checked = number > 0 && number === tiles.length;
+  find("all").indeterminate = number > 0 && number < tiles.length;
+}
+
+function tellVisible() {
+  connection.send({ type: "visible", robots: document.hidden ? [] : [...seen] });
+}
+
+function notice(text, hideAfterMs = 0) {
+  clearTimeout(hidesNotice);
+  find("notice").textContent = text;
+  find("notice").hidden = !text;
+  if (text && hideAfterMs) hidesNotice = setTimeout(() => notice(""), hideAfterMs);
+}

@@ -1,0 +1,10 @@
+// In a class, the pages of a robot show its name and lead back to the page of all robots.
+
+const nav = document.querySelector("nav");
+if (nav && location.pathname.startsWith("/robot/")) {
+  nav.querySelector('a[href="./"]').textContent = decodeURIComponent(location.pathname.split("/")[2]);
+  const link = document.createElement("a");
+  link.href = "/";
+  link.textContent = "class";
+  nav.prepend(link, " ");
+}
