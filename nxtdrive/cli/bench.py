@@ -17,12 +17,13 @@ Measure this machine, area by area: protocol (encoding and requests, next to bar
 struct), import, simulation (with and without a camera), detectors, doors (of the
 simulated brick), behaviors (facts, frames, decisions, missions per minute; also
 called mind), motion, nxt-python (its turns and ours), sensors, web (delays and
-CPU time of the page; needs the extra nxtdrive[web]). Where nxt-python has a
-counterpart, it is measured in the same run in a separate process, and a table at
-the end shows both; `driver` selects all areas with such figures. Without areas
-everything is measured, which takes some minutes. With --nxt, motion is measured
-on a real brick with a free motor on port A. The command needs a checkout of
-nxtdrive: run it there."""
+CPU time of the page), classroom (CPU time and lag of twelve simulated robots);
+both need the extra nxtdrive[web]. Where nxt-python has a counterpart, it is
+measured in the same run in a separate process, and a table at the end shows
+both; `driver` selects all areas with such figures. Without areas everything is
+measured, which takes some minutes. With --nxt, motion is measured on a real brick
+with a free motor on port A. The command needs a checkout of nxtdrive: run it
+there."""
 EXAMPLES = """\
   nxtdrive bench
   nxtdrive bench protocol simulation

@@ -88,15 +88,13 @@ def run(args: argparse.Namespace) -> int:
     require_extra()
     from nxtdrive.tools.web.access import Pin
 
-    pin = Pin() if args.lan else None
-    with closing(listen(args.port, EVERYWHERE if args.lan else LOOPBACK)) as listener:
-        serve = _serve_class if args.classroom else _serve_robot
-        serve(args, listener, pin)
+    serve = _serve_class if args.classroom else _serve_robot
+    serve(args, Pin() if args.lan else None)
     print_line("ended; motors off")
     return DONE
 
 
-def _serve_robot(args: argparse.Namespace, listener: socket.socket, pin: Pin | None) -> None:
+def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
     """Serve the page of one robot."""
     from nxtdrive.mission import setup
     from nxtdrive.tools.web.app import Server, serve
@@ -108,14 +106,18 @@ def _serve_robot(args: argparse.Namespace, listener: socket.socket, pin: Pin | N
     address = in_real_time(args.nxt)
     hub = Hub()
     robot = Robot(address, args.camera, setup.load(args.mission), hub, args.out)
-    with closing(robot), suppress(KeyboardInterrupt):
+    with (
+        closing(listen(args.port, LOOPBACK if pin is None else EVERYWHERE)) as listener,
+        closing(robot),
+        suppress(KeyboardInterrupt),
+    ):
         server = Server(robot, hub, Missions(args.folder), Runs(args.out), str(address), pin)
         serve(server, robot, listener, lambda: _announce(listener.getsockname()[1], pin))
     if robot.failure:
         raise robot.failure
 
 
-def _serve_class(args: argparse.Namespace, listener: socket.socket, pin: Pin | None) -> None:
+def _serve_class(args: argparse.Namespace, pin: Pin | None) -> None:
     """Serve the pages of a class.
 
     Raises:
@@ -128,14 +130,19 @@ def _serve_class(args: argparse.Namespace, listener: socket.socket, pin: Pin | N
 
     if args.camera or args.nxt != (os.environ.get("NXT") or DEFAULT_ADDRESS):
         raise ConfigError(
-            "--nxt and --camera are for one robot.", remedy="Name the robots of a class in the file of --classroom."
+            "--nxt, --camera and --trace are for one robot.",
+            remedy="Leave them out; the file of --classroom names bricks and cameras.",
         )
     if args.classroom.isdecimal():
         config = simulated_class(int(args.classroom), args.folder, args.out)
     else:
         config = read_classroom(Path(args.classroom), args.folder, args.out)
     classroom = Classroom(config, setup.load(args.mission))
-    with closing(classroom), suppress(KeyboardInterrupt):
+    with (
+        closing(listen(args.port, LOOPBACK if pin is None else EVERYWHERE)) as listener,
+        closing(classroom),
+        suppress(KeyboardInterrupt),
+    ):
         serve_class(ClassroomServer(classroom, pin), listener, lambda: _announce(listener.getsockname()[1], pin))
 
 

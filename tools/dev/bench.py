@@ -78,6 +78,7 @@ AREAS: dict[str, tuple[str, str]] = {
     "nxt-python": ("bench_nxt_python", "measure_nxt_python"),
     "sensors": ("bench_sensors", "measure_sensors"),
     "web": ("bench_web", "measure_web"),
+    "classroom": ("bench_classroom", "measure_classroom"),
 }
 """Area to (module in this package, function that yields figures); a module is imported when its area is measured."""
 

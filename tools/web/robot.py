@@ -153,6 +153,11 @@ class Robot:
         """Whether the robot's thread runs."""
         return self._thread.is_alive()
 
+    @property
+    def time_s(self) -> float:
+        """Time on the robot's clock; 0 before it is open."""
+        return self._now()
+
     def beep(self) -> None:
         """Play a tone when the robot is driven by hand next; any thread."""
         self._beep.set()

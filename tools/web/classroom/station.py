@@ -214,7 +214,7 @@ class Station:
             "brick": "stand-in" if self.stands_in else self.entry.address.scheme,
             "open": self.is_open,
             "trouble": hub.lost if self.is_open and hub.lost else self.trouble,
-            "doing": hub.doing if self.is_open else "",
+            "doing": ("connection lost" if hub.lost else hub.doing) if self.is_open else "",
             "battery_mv": hub.battery_mv if self.is_open else None,
             "stopped": self.stopped,
             "running": hub.running,

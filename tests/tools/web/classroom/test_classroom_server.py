@@ -122,16 +122,17 @@ def test_anyone_stops_all_robots_also_those_that_are_not_open(tmp_path):
         _tiles(page, lambda tile: not tile["stopped"])
 
 
+@pytest.mark.slow
 def test_one_robot_that_cannot_be_opened_says_why_and_the_others_run(running):
     nobody = RobotEntry("Eve", "#c4161c", Address("sim", "@nosuch"))
-    with running(simulated("Ada"), nobody, simulated("Grace")) as classroom:
-        with _client(classroom).websocket_connect("/ws") as page:
-            page.send_json({"type": "visible", "robots": ["Grace"]})
-            tiles = _tiles(page, lambda tile: tile["open"] or tile["trouble"])
-            assert [tile["open"] for tile in tiles] == [True, False, True]
-            assert "nosuch" in tiles[1]["trouble"]
-            while not (picture := page.receive().get("bytes")):
-                pass
+    robots = simulated("Ada"), nobody, simulated("Grace")
+    with running(*robots) as classroom, _client(classroom).websocket_connect("/ws") as page:
+        page.send_json({"type": "visible", "robots": ["Grace"]})
+        tiles = _tiles(page, lambda tile: tile["open"] or tile["trouble"])
+        assert [tile["open"] for tile in tiles] == [True, False, True]
+        assert "nosuch" in tiles[1]["trouble"]
+        while not (picture := page.receive().get("bytes")):
+            pass
         assert (picture[0], picture[4], picture[16:18]) == (TILE_PICTURE, 2, b"\xff\xd8")
 
 
@@ -160,14 +161,14 @@ def test_missions_are_handed_out_to_some_and_their_runs_are_collected(running, t
 
 @pytest.mark.slow
 def test_stop_all_ends_every_mission(running):
-    with running(simulated("Ada"), simulated("Grace")) as classroom:
-        with _client(classroom).websocket_connect("/ws") as page:
-            _tiles(page, lambda tile: tile["open"])
-            page.send_json({"type": "start", "robots": ["Ada", "Grace"]})
-            _tiles(page, lambda tile: tile["running"])
-            page.send_json({"type": "stop_all"})
-            tiles = _tiles(page, lambda tile: tile["last"])
-            assert {(tile["last"]["ending"], tile["stopped"]) for tile in tiles} == {("interrupted", True)}
+    robots = simulated("Ada"), simulated("Grace")
+    with running(*robots) as classroom, _client(classroom).websocket_connect("/ws") as page:
+        _tiles(page, lambda tile: tile["open"])
+        page.send_json({"type": "start", "robots": ["Ada", "Grace"]})
+        _tiles(page, lambda tile: tile["running"])
+        page.send_json({"type": "stop_all"})
+        tiles = _tiles(page, lambda tile: tile["last"])
+        assert {(tile["last"]["ending"], tile["stopped"]) for tile in tiles} == {("interrupted", True)}
 
 
 @pytest.mark.slow

@@ -1,0 +1,96 @@
+"""The page of a class in a real browser: twelve robots, on a phone and on a beamer."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+from selenium import webdriver
+from selenium.webdriver import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.remote.webdriver import WebDriver
+from selenium.webdriver.support.ui import WebDriverWait
+
+CHROMIUM, CHROMEDRIVER = shutil.which("chromium"), shutil.which("chromedriver")
+OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
+WAIT_S = 40
+ROBOTS = 12
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.xdist_group("browser"),
+    pytest.mark.skipif(not (CHROMIUM and CHROMEDRIVER), reason="no browser: apt install chromium chromium-driver"),
+]
+
+
+@pytest.fixture
+def url(tmp_path) -> Iterator[str]:
+    """The page of a class that runs."""
+    command = [sys.executable, "-m", "nxtdrive", "web", "--classroom", str(ROBOTS), "--port", "0"]
+    server = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+    assert server.stdout is not None
+    yield re.findall(r"http\S+", server.stdout.readline())[0]
+    server.terminate()
+    assert server.communicate(timeout=20)[0] == "ended; motors off\n"
+
+
+@pytest.fixture
+def browser() -> Iterator[WebDriver]:
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(CHROMIUM)
+    for option in OPTIONS:
+        options.add_argument(option)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(CHROMEDRIVER))
+    yield driver
+    errors = [entry["message"] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
+    driver.quit()
+    assert errors == []
+
+
+def _until(browser: WebDriver, selector: str, text: str) -> None:
+    WebDriverWait(browser, WAIT_S).until(lambda page: text in page.find_element(By.CSS_SELECTOR, selector).text)
+
+
+def _has_picture(browser: WebDriver, tile: int) -> bool:
+    script = """
+    const canvas = document.querySelectorAll(".tile canvas")[arguments[0]];
+    const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+    return new Set(new Uint32Array(data.buffer)).size > 100;
+    """
+    return bool(browser.execute_script(script, tile))
+
+
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (1920, 1080)])
+def test_twelve_robots_are_started_stopped_and_their_results_sorted(url, browser, width, height):
+    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < height}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    browser.get(url)
+    _until(browser, "#summary", f"{ROBOTS} of {ROBOTS} open")
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+    WebDriverWait(browser, WAIT_S).until(lambda page: _has_picture(page, 0))
+    browser.find_element(By.ID, "all").click()
+    browser.find_element(By.ID, "start").click()
+    _until(browser, "#summary", f"{ROBOTS} on a mission")
+    _until(browser, ".tile .doing", "search: lena")
+    browser.find_element(By.ID, "title").click()
+    ActionChains(browser).send_keys(Keys.SPACE).perform()
+    _until(browser, "#summary", f"0 on a mission, {ROBOTS} stopped")
+    WebDriverWait(browser, WAIT_S).until(
+        lambda page: len(page.find_elements(By.CSS_SELECTOR, "#results tbody tr")) == ROBOTS
+    )
+    heads = browser.find_elements(By.CSS_SELECTOR, "#results th button")
+    heads[0].send_keys(Keys.ENTER)
+    assert browser.find_element(By.CSS_SELECTOR, "#results tbody td").text == f"Robot {ROBOTS}"
+    browser.find_element(By.ID, "release").send_keys(Keys.ENTER)
+    _until(browser, "#summary", "0 on a mission")
+    browser.find_element(By.CSS_SELECTOR, ".tile .name").send_keys(Keys.ENTER)
+    _until(browser, "nav", "Robot 1")
+    _until(browser, "#doing", "stopped")
+    browser.find_element(By.LINK_TEXT, "class").click()
+    _until(browser, "#summary", f"{ROBOTS} of {ROBOTS} open")
