@@ -19,7 +19,7 @@ from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import CAMERA, JOURNAL, MISSION, SUMMARY, VIDEO, new_run_folder, summary
 from nxtdrive.recording.video import VIDEO_FPS, Follow
 from nxtdrive.signals import held
-from nxtdrive.vision.eyes import CameraEyes
+from nxtdrive.vision.eyes import CameraEyes, OnLook
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
@@ -111,7 +111,6 @@ class MissionRun:
     Attributes:
         observers: As given.
         robot: As given.
-        eyes: Looks for the targets.
         recording: The record of the run, once `record` was called.
 
     Raises:
@@ -134,12 +133,17 @@ class MissionRun:
         self.robot, self._mission, self._pause = robot, mission, pause
         self._report: Report | None = None
         self._error = ""
-        self.eyes = robot.eyes(mission)
+        self._eyes = robot.eyes(mission)
         body, clock = setup.build_body(robot.brick, mission), MissionClock(robot.brick)
-        self._executive = Executive(mission, body, self.eyes, clock, observers, make_profile, pause)
+        self._executive = Executive(mission, body, self._eyes, clock, observers, make_profile, pause)
         self._review = RunReview(
-            mission, truth_of(robot.brick), say_hint, file, by_name=not isinstance(self.eyes, CameraEyes)
+            mission, truth_of(robot.brick), say_hint, file, by_name=not isinstance(self._eyes, CameraEyes)
         )
+
+    def on_look(self, observer: OnLook) -> None:
+        """Call `observer` after each look at a frame; eyes that look at no frames never do."""
+        if isinstance(self._eyes, CameraEyes):
+            self._eyes.on_look(observer)
 
     def record(self, parent: Path, *, video: bool = True, watch: WatchFrames | None = None) -> Recording:
         """Keep the run in a new folder, which is complete when `pursue` ends.
@@ -156,8 +160,7 @@ class MissionRun:
         folder, clock = new_run_folder(parent, self._mission.mission.name), MissionClock(self.robot.brick)
         recording = self.recording = Recording(folder, clock, video=video, room=room.lines if room else None)
         self.observers.attempt(MISSION, recording.folder.write_mission, self._mission)
-        if isinstance(self.eyes, CameraEyes):
-            self.eyes.on_look(self.observers.guarded(CAMERA, recording.look))
+        self.on_look(self.observers.guarded(CAMERA, recording.look))
         (watch or self.robot.watch)(self.observers.guarded(CAMERA, recording.frame))
         self.observers.add(JOURNAL, recording)
         return recording

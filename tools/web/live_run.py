@@ -51,7 +51,7 @@ class LiveRun:
         run = self._shown.assemble(robot, observers, say_hint)
         # the frames of the video and the looks: others would change a simulated camera's noise, and with it the run
         robot.watch(self._pictures.frame)
-        run.eyes.on_look(lambda frame, *_: self._pictures.frame(frame))
+        run.on_look(lambda frame, *_: self._pictures.frame(frame))
         return run
 
     def pursue(self, run: MissionRun, folder: str) -> Report:
