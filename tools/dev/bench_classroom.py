@@ -60,11 +60,11 @@ def _await(happens: Callable[[], bool]) -> None:
 
 def _measured(name: str, classroom: Classroom, seconds: float, settle_s: float) -> Iterator[Figure]:
     time.sleep(settle_s)
-    clocks = [station.server.robot for station in classroom.stations]
-    begun_s, begun_cpu_s, begun = time.perf_counter(), time.process_time(), [clock.time_s for clock in clocks]
+    stations = classroom.stations
+    begun_s, begun_cpu_s, begun = time.perf_counter(), time.process_time(), [station.time_s for station in stations]
     time.sleep(seconds)
     lasted_s, cpu_s = time.perf_counter() - begun_s, time.process_time() - begun_cpu_s
-    slowest = min(clock.time_s - since_s for clock, since_s in zip(clocks, begun, strict=True)) / lasted_s
+    slowest = min(station.time_s - since_s for station, since_s in zip(stations, begun, strict=True)) / lasted_s
     percent = 100 * cpu_s / lasted_s
     yield Figure(f"{name}: CPU of robots and server", percent, "%", f"<= {CORE_PERCENT:g}", percent <= CORE_PERCENT)
     yield Figure(f"{name}: slowest robot's simulated time", slowest, "s/s", f">= {REAL_TIME}", slowest >= REAL_TIME)

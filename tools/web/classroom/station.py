@@ -138,6 +138,11 @@ class Station:
         """Whether the robot is stopped until it is released."""
         return self._robot.controls.stopped
 
+    @property
+    def time_s(self) -> float:
+        """Time on the robot's clock."""
+        return self._robot.time_s
+
     def open(self) -> None:
         """Begin to open the robot; returns at once."""
         self._thread.start()
