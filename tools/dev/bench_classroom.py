@@ -9,8 +9,9 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
+from urllib.parse import quote
 
 from nxtdrive.mission import setup
 
@@ -28,29 +29,55 @@ CORE_PERCENT, REAL_TIME = 100.0, 0.98
 
 WATCH = """
 import asyncio, json, sys, websockets
-async def main(url):
+async def watch(url):
     async with websockets.connect(url) as page:
-        robots = [robot["name"] for robot in json.loads(await page.recv())["robots"]]
-        await page.send(json.dumps({"type": "visible", "robots": robots}))
+        hello = json.loads(await page.recv())
+        if "robots" in hello:
+            await page.send(json.dumps({"type": "visible", "robots": [robot["name"] for robot in hello["robots"]]}))
         async for message in page:
             pass
-asyncio.run(main(sys.argv[1]))
+async def main(urls):
+    await asyncio.gather(*map(watch, urls))
+asyncio.run(main(sys.argv[1:]))
 """
 
 
 def measure_classroom(
     *, robots: int = ROBOTS, seconds: float = SECONDS, settle_s: float = SETTLE_S
 ) -> Iterable[Figure]:
-    """Measure a class whose page is open, at rest and with the built-in mission on every robot."""
-    with _running(robots) as classroom:
-        yield from _measured(f"class of {robots}, at rest", classroom, seconds, settle_s)
-        for profile in ("thesis", "adaptive"):
-            for station in classroom.stations:
-                station.start("", profile)
-            yield from _measured(f"class of {robots}, {profile} missions", classroom, seconds, settle_s)
-            for station in classroom.stations:
-                station.end_mission()
-            _await(lambda: not any(station.hub.running for station in classroom.stations))
+    """Measure a class at rest and with missions on all robots, while its page is open, and at last all their pages."""
+    with _running(robots) as (classroom, url):
+        pages = [f"{url}/robot/{quote(station.entry.name)}/ws" for station in classroom.stations]
+        with _watching([f"{url}/ws"]):
+            _await(lambda: all(station.is_open for station in classroom.stations))
+            yield from _measured(f"class of {robots}, at rest", classroom, seconds, settle_s)
+            for profile in ("thesis", "adaptive"):
+                with _on_missions(classroom, profile):
+                    yield from _measured(f"class of {robots}, {profile} missions", classroom, seconds, settle_s)
+            with _watching(pages), _on_missions(classroom, "adaptive"):
+                yield from _measured(f"class of {robots}, the same, each page open", classroom, seconds, settle_s)
+
+
+@contextmanager
+def _on_missions(classroom: Classroom, profile: str) -> Iterator[None]:
+    """Let every robot do the built-in mission."""
+    for station in classroom.stations:
+        station.start("", profile)
+    yield
+    for station in classroom.stations:
+        station.end_mission()
+    _await(lambda: not any(station.hub.running for station in classroom.stations))
+
+
+@contextmanager
+def _watching(urls: list[str]) -> Iterator[None]:
+    """Open pages in another process."""
+    pages = subprocess.Popen([sys.executable, "-c", WATCH, *urls])  # noqa: S603 - our own interpreter
+    try:
+        yield
+    finally:
+        pages.kill()
+        pages.wait()
 
 
 def _await(happens: Callable[[], bool]) -> None:
@@ -71,22 +98,13 @@ def _measured(name: str, classroom: Classroom, seconds: float, settle_s: float) 
 
 
 @contextmanager
-def _running(robots: int) -> Iterator[Classroom]:
-    """Serve a class in this process, with one page open that shows all its tiles."""
+def _running(robots: int) -> Iterator[tuple[Classroom, str]]:
+    """Serve a class in this process; yields it and the address of its WebSockets."""
     with tempfile.TemporaryDirectory() as name, socket.create_server(("127.0.0.1", 0)) as listener:
         folder, ready = Path(name), threading.Event()
         classroom = Classroom(simulated_class(robots, folder, folder / "runs"), setup.load(None))
-        thread = threading.Thread(
-            target=serve_class, args=(ClassroomServer(classroom), listener, ready.set), daemon=True
-        )
-        thread.start()
+        server = ClassroomServer(classroom)
+        threading.Thread(target=serve_class, args=(server, listener, ready.set), daemon=True).start()
         ready.wait()
-        url = f"ws://127.0.0.1:{listener.getsockname()[1]}/ws"
-        page = subprocess.Popen([sys.executable, "-c", WATCH, url])  # noqa: S603 - our own interpreter
-        try:
-            _await(lambda: all(station.is_open for station in classroom.stations))
-            yield classroom
-        finally:
-            page.kill()
-            page.wait()
-            classroom.close()
+        with closing(classroom):
+            yield classroom, f"ws://127.0.0.1:{listener.getsockname()[1]}"

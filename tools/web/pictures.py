@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from nxtdrive.vision.camera import Frame
 
 JPEG_QUALITY = 80
-SMALL_FPS = 2
-"""Small pictures a second, of a robot whose own page is not open."""
+CLASS_FPS, SMALL_FPS = 10, 2
+"""Pictures a second of a simulated robot of a class, where its own page is open, and where only the class's page is."""
 
 
 class PictureFeed:
@@ -46,7 +46,7 @@ class PictureFeed:
     def wants(self, number: int) -> bool:
         """Return whether anyone needs the frame of a number."""
         if self._hub.watched:
-            return True
+            return number % (self.fps // CLASS_FPS) == 0
         if self._observer is not None:
             return number % (self.fps // VIDEO_FPS) == 0
         return self._hub.small_pictures and number % (self.fps // SMALL_FPS) == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -14,7 +15,7 @@ from ..hub import Client, Hub, image_message
 from ..missions import Missions
 from .config import ClassroomConfig
 from .messages import Beep, ClassMessage, End, ReleaseAll, ReturnToBrick, Start, StopAll, Visible
-from .station import Station
+from .station import CLOSE_S, Station
 
 TILE_EVERY_S = 0.5
 """Period of the tiles' state and pictures."""
@@ -61,8 +62,9 @@ class Classroom:
         self._closing.set()
         for station in self.stations:
             station.begin_closing()
+        latest_s = time.monotonic() + CLOSE_S
         for station in self.stations:
-            station.close()
+            station.close(max(0.0, latest_s - time.monotonic()))
 
     def leave(self, client: Client) -> None:
         """Forget which pictures a client sees."""

@@ -153,11 +153,11 @@ class Station:
         self._robot.stop()
         self._news.set()
 
-    def close(self) -> None:
-        """Wait until the robot is closed."""
+    def close(self, timeout_s: float = CLOSE_S) -> None:
+        """Close the robot; a brick that is being opened and does not answer is waited for no longer than a time."""
         self.begin_closing()
         if self._thread.is_alive():
-            self._thread.join(CLOSE_S)
+            self._thread.join(timeout_s)
 
     def stop(self) -> None:
         """Stop the robot, also one that is lost or not open yet, until `release`; any thread."""
@@ -299,6 +299,7 @@ class Station:
             if old.controls.stopped:
                 self._robot.stop()
             self.server.robot = self._robot
+            self.server.address = f"{self.entry.name} ({'simulated in place of ' * self.stands_in}{self.entry.address})"
             self.hub.lost = self.hub.running = ""
         return self._robot
 
