@@ -10,6 +10,8 @@ export class Tile {
     const page = `robot/${encodeURIComponent(name)}/`;
     this.part(".name").textContent = name;
     this.part(".name").href = this.part(".view").href = page;
+    this.part(".view").setAttribute("aria-label", `page of ${name}`);
+    this.part("canvas").setAttribute("aria-label", `what the camera of ${name} sees`);
     this.box = this.part("input");
     this.box.setAttribute("aria-label", `choose ${name}`);
     this.box.addEventListener("change", chosen);
