@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 import subprocess
 import sys
 import time
@@ -13,15 +12,14 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from selenium import webdriver
 from selenium.webdriver import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.remote.webdriver import WebDriver
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
-CHROMIUM, CHROMEDRIVER = shutil.which("chromium"), shutil.which("chromedriver")
-OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
+from .conftest import CONTRASTS, NAMELESS
+
 WAIT_S = 40
 
 QUICK = '[mission]\ntargets = ["lena"]\n[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\n'
@@ -37,45 +35,15 @@ ENDS = {
     "blur": "dispatchEvent(new Event('blur'))",
     "pagehide": "dispatchEvent(new PageTransitionEvent('pagehide'))",
 }
-CONTRASTS = """
-const rgb = (text) => text.match(/[0-9.]+/g).map(Number);
-const light = (c) => { c /= 255; return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4; };
-const luminance = ([r, g, b]) => 0.2126 * light(r) + 0.7152 * light(g) + 0.0722 * light(b);
-function ground(element) {
-  for (let at = element; at; at = at.parentElement) {
-    const color = rgb(getComputedStyle(at).backgroundColor);
-    if (color[3] === undefined || color[3] > 0.99) return color;
-  }
-  return [255, 255, 255];
-}
-const poor = [];
-for (const element of document.querySelectorAll("body *")) {
-  const text = [...element.childNodes].filter((node) => node.nodeType === 3).map((node) => node.data.trim()).join("");
-  if (!text || element.disabled || !element.checkVisibility() || element.closest("canvas, option")) continue;
-  const style = getComputedStyle(element), size = parseFloat(style.fontSize);
-  const [a, b] = [luminance(rgb(style.color)), luminance(ground(element))].sort((one, other) => other - one);
-  const enough = size >= 24 || (size >= 18.66 && style.fontWeight >= 700) ? 3 : 4.5;
-  if ((a + 0.05) / (b + 0.05) < enough) poor.push(`${text}: ${((a + 0.05) / (b + 0.05)).toFixed(2)}`);
-}
-return poor;
-"""
 FOCUSED = """
 const at = document.activeElement, style = getComputedStyle(at);
 const outline = style.outlineStyle === "none" ? "none" : style.outlineWidth;
 return [at === document.body ? "" : at.id || at.textContent, outline];
 """
-NAMELESS = """
-return [...document.querySelectorAll("button, select, input, canvas, section, [role], [tabindex]")]
-  .filter((each) => each.checkVisibility())
-  .filter((each) => !(each.labels?.length || each.getAttribute("aria-label") || each.getAttribute("aria-labelledby")
-    || each.textContent.trim()))
-  .map((each) => each.outerHTML);
-"""
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.xdist_group("browser"),
-    pytest.mark.skipif(not (CHROMIUM and CHROMEDRIVER), reason="no browser: apt install chromium chromium-driver"),
 ]
 
 
@@ -98,20 +66,6 @@ def url(browser, tmp_path) -> Iterator[str]:
     """A page that runs."""
     with _serving(browser, tmp_path, "web", "--port", "0") as lines:
         yield re.findall(r"http\S+", lines[-1])[0]
-
-
-@pytest.fixture
-def browser() -> Iterator[WebDriver]:
-    options = webdriver.ChromeOptions()
-    options.binary_location = str(CHROMIUM)
-    for option in OPTIONS:
-        options.add_argument(option)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(CHROMEDRIVER))
-    yield driver
-    errors = [entry["message"] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
-    driver.quit()
-    assert errors == []
 
 
 def _until(browser: WebDriver, element: str, text: str) -> None:

@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
 
 import pytest
-from selenium import webdriver
 from selenium.webdriver import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.remote.webdriver import WebDriver
 from selenium.webdriver.support.ui import WebDriverWait
 
-CHROMIUM, CHROMEDRIVER = shutil.which("chromium"), shutil.which("chromedriver")
-OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
+from ..conftest import CONTRASTS, NAMELESS
+
 WAIT_S = 40
 ROBOTS = 12
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.xdist_group("browser"),
-    pytest.mark.skipif(not (CHROMIUM and CHROMEDRIVER), reason="no browser: apt install chromium chromium-driver"),
 ]
 
 
@@ -39,20 +36,6 @@ def url(tmp_path) -> Iterator[str]:
     assert server.communicate(timeout=20)[0] == "ended; motors off\n"
 
 
-@pytest.fixture
-def browser() -> Iterator[WebDriver]:
-    options = webdriver.ChromeOptions()
-    options.binary_location = str(CHROMIUM)
-    for option in OPTIONS:
-        options.add_argument(option)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(CHROMEDRIVER))
-    yield driver
-    errors = [entry["message"] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
-    driver.quit()
-    assert errors == []
-
-
 def _until(browser: WebDriver, selector: str, text: str) -> None:
     WebDriverWait(browser, WAIT_S).until(lambda page: text in page.find_element(By.CSS_SELECTOR, selector).text)
 
@@ -64,6 +47,21 @@ def _has_picture(browser: WebDriver, tile: int) -> bool:
     return new Set(new Uint32Array(data.buffer)).size > 100;
     """
     return bool(browser.execute_script(script, tile))
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_has_contrast_and_every_control_a_name(url, browser, scheme):
+    feature = {"name": "prefers-color-scheme", "value": scheme}
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
+    browser.get(url)
+    _until(browser, "#summary", f"{ROBOTS} of {ROBOTS} open")
+    browser.find_element(By.ID, "all").click()
+    browser.find_element(By.ID, "stop").click()
+    _until(browser, "#release", "release all")
+    browser.find_element(By.ID, "start").click()
+    _until(browser, "#notice", "stopped")
+    assert browser.execute_script(CONTRASTS) == []
+    assert browser.execute_script(NAMELESS) == []
 
 
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (1920, 1080)])

@@ -1,0 +1,63 @@
+"""A real browser, and what is asked of every page in it."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+
+import pytest
+from selenium import webdriver
+from selenium.webdriver.remote.webdriver import WebDriver
+
+CHROMIUM, CHROMEDRIVER = shutil.which("chromium"), shutil.which("chromedriver")
+OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
+
+CONTRASTS = """
+const rgb = (text) => text.match(/[0-9.]+/g).map(Number);
+const light = (c) => { c /= 255; return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4; };
+const luminance = ([r, g, b]) => 0.2126 * light(r) + 0.7152 * light(g) + 0.0722 * light(b);
+function ground(element) {
+  for (let at = element; at; at = at.parentElement) {
+    const color = rgb(getComputedStyle(at).backgroundColor);
+    if (color[3] === undefined || color[3] > 0.99) return color;
+  }
+  return [255, 255, 255];
+}
+const poor = [];
+for (const element of document.querySelectorAll("body *")) {
+  const text = [...element.childNodes].filter((node) => node.nodeType === 3).map((node) => node.data.trim()).join("");
+  if (!text || element.disabled || !element.checkVisibility() || element.closest("canvas, option")) continue;
+  const style = getComputedStyle(element), size = parseFloat(style.fontSize);
+  const [a, b] = [luminance(rgb(style.color)), luminance(ground(element))].sort((one, other) => other - one);
+  const enough = size >= 24 || (size >= 18.66 && style.fontWeight >= 700) ? 3 : 4.5;
+  if ((a + 0.05) / (b + 0.05) < enough) poor.push(`${text}: ${((a + 0.05) / (b + 0.05)).toFixed(2)}`);
+}
+return poor;
+"""
+"""Returns the texts whose contrast WCAG AA finds poor."""
+
+NAMELESS = """
+return [...document.querySelectorAll("button, select, input, canvas, section, [role], [tabindex]")]
+  .filter((each) => each.checkVisibility())
+  .filter((each) => !(each.labels?.length || each.getAttribute("aria-label") || each.getAttribute("aria-labelledby")
+    || each.textContent.trim()))
+  .map((each) => each.outerHTML);
+"""
+"""Returns the controls without a name."""
+
+
+@pytest.fixture
+def browser() -> Iterator[WebDriver]:
+    """A browser whose console must stay without errors."""
+    if not (CHROMIUM and CHROMEDRIVER):
+        pytest.skip("no browser: apt install chromium chromium-driver")
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(CHROMIUM)
+    for option in OPTIONS:
+        options.add_argument(option)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(CHROMEDRIVER))
+    yield driver
+    errors = [entry["message"] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
+    driver.quit()
+    assert errors == []
