@@ -1,0 +1,96 @@
+"""A simulated robot of a class: it renders what someone looks at, and its mission does not depend on that."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from nxtdrive.mission import setup
+from nxtdrive.mission.assembly import open_robot
+from nxtdrive.tools.web.hub import Client, Hub
+from nxtdrive.tools.web.pictures import PictureFeed
+from nxtdrive.tools.web.robot import Robot
+from nxtdrive.transports.address import Address
+from nxtdrive.vision.eyes import CameraEyes, GeometricEyes
+
+
+@pytest.fixture
+def client() -> Iterator[Client]:
+    """A page that reads nothing."""
+    with closing(asyncio.new_event_loop()) as loop:
+        yield Client(loop, "page")
+
+
+class Ended(Hub):
+    """A hub that knows when a mission has ended."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.ended = threading.Event()
+
+    def tell(self, kind: str, values: Any) -> None:
+        super().tell(kind, values)
+        if kind == "ended":
+            self.ended.set()
+
+
+def test_frames_that_nobody_wants_are_not_rendered():
+    numbers: list[int] = []
+    with open_robot("sim://open", "geometric") as robot:
+        robot.watch(lambda frame: numbers.append(frame.index), 20, lambda number: number % 10 == 0)
+        robot.brick.sleep(1.6)
+    assert numbers == [0, 10, 20, 30]
+
+
+def test_more_frames_are_wanted_the_closer_someone_looks(client):
+    hub = Hub()
+    feed = PictureFeed(hub)
+
+    def wanted() -> int:
+        return sum(map(feed.wants, range(feed.fps)))
+
+    assert wanted() == 0
+    hub.small_pictures = True
+    assert wanted() == 2
+    feed.watch(lambda _: None)
+    assert wanted() == 5
+    hub.join(client)
+    assert wanted() == 10
+
+
+@pytest.mark.parametrize(
+    ("camera", "target", "eyes"),
+    [("geometric", "lena", GeometricEyes), ("geometric", "rilakkuma", CameraEyes), ("sim", "lena", CameraEyes)],
+)
+def test_eyes_look_at_frames_only_for_what_the_world_does_not_know_by_name(camera, target, eyes, mission_for):
+    with open_robot("sim://open", camera) as robot:
+        assert type(robot.eyes(mission_for(target))) is eyes
+
+
+def _journal(folder: Path, mission: Any, watchers: list[Client]) -> bytes:
+    hub = Ended()
+    for watcher in watchers:
+        hub.join(watcher)
+    robot = Robot(Address.parse("sim://open?pace=fast"), "geometric", setup.load(None), hub, folder)
+    robot.start_mission(mission, confirm=False)
+    robot.open()
+    try:
+        assert hub.ended.wait(60)
+    finally:
+        robot.close()
+    (journal,) = folder.glob("*/journal.jsonl")
+    return journal.read_bytes()
+
+
+@pytest.mark.slow
+def test_watchers_do_not_change_its_mission(tmp_path, mission_for, client):
+    alone = _journal(tmp_path / "alone", mission_for("lena"), [])
+    watched = _journal(tmp_path / "watched", mission_for("lena"), [client])
+    assert alone == watched
+    assert len(alone) > 1000
