@@ -129,11 +129,11 @@ class Server:
         ]
 
     def _list_runs(self, _request: Request) -> Response:
-        return _json(self.runs.listed())
+        return as_json(self.runs.listed())
 
     def _replay(self, request: Request) -> Response:
         try:
-            return _json(self.runs.replay(request.path_params["name"]))
+            return as_json(self.runs.replay(request.path_params["name"]))
         except KeyError:
             return PlainTextResponse("There is no such run.\n", 404)
         except ConfigError as error:
@@ -214,7 +214,7 @@ class Server:
         }
 
 
-def _json(value: object) -> Response:
+def as_json(value: object) -> Response:
     """Answer in ASCII: names from outside may be no valid UTF-8."""
     return Response(json.dumps(value), media_type="application/json")
 

@@ -13,13 +13,13 @@ from anyio.to_thread import run_sync
 from starlette.applications import Starlette
 from starlette.background import BackgroundTask
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
+from starlette.responses import FileResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
 from ..access import Pin
-from ..app import STATIC, guarded, http_server
+from ..app import STATIC, as_json, guarded, http_server
 from ..hub import Client
 from ..messages import VERSION
 from ..page_socket import converse
@@ -89,11 +89,11 @@ class ClassroomServer:
         }
 
     def _results(self, _request: Request) -> Response:
-        return JSONResponse(results(self.classroom.config))
+        return as_json(results(self.classroom.config))
 
     def _csv(self, _request: Request) -> Response:
         text = csv_text(results(self.classroom.config))
-        return PlainTextResponse(text, headers=_attached("results.csv"), media_type="text/csv")
+        return Response(text.encode(errors="replace"), headers=_attached("results.csv"), media_type="text/csv")
 
     async def _zip(self, _request: Request) -> Response:
         """Send all runs; the file is made in a thread, on the disk and not in memory."""

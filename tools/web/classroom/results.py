@@ -57,4 +57,4 @@ def write_zip(config: ClassroomConfig, file: IO[bytes]) -> None:
 def _add(archive: zipfile.ZipFile, path: Path, name: Path) -> None:
     if path.is_file() and not path.is_symlink():
         with suppress(FileNotFoundError):
-            archive.write(path, name)
+            archive.write(path, str(name).encode(errors="replace").decode())  # a ZIP file's names are UTF-8

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import re
 import zipfile
 from collections.abc import Callable
@@ -182,6 +183,17 @@ def test_one_page_drives_a_robot_and_another_page_another(running):
                     page.send_json({"type": "drive", "ahead": ahead, "aside": 0})
                 assert _until(page, lambda each: each.get("doing") == "driving")
                 assert _until(page, lambda each: each.get("doing") == "stopped")  # the dead-man switch
+
+
+def test_runs_whose_names_are_no_utf_8_are_collected(tmp_path):
+    folder = tmp_path / "runs" / "Ada" / os.fsdecode(b"x-\xff")
+    try:
+        folder.mkdir(parents=True)
+    except OSError:
+        pytest.skip("this system has no such names")
+    (folder / "journal.jsonl").write_text("{}\n", encoding="utf-8")
+    content = _client(_closed(tmp_path, "Ada")).get("/runs.zip").content
+    assert zipfile.ZipFile(io.BytesIO(content)).namelist() == ["runs/Ada/x-?/journal.jsonl"]
 
 
 def test_symbolic_links_are_not_collected(tmp_path):
