@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 JPEG_QUALITY = 80
 CLASS_FPS, SMALL_FPS = 10, 2
-"""Pictures a second of a simulated robot of a class, where its own page is open, and where only the class's page is."""
+"""Pictures a second of a simulated robot of a class, without a mission: where its own page is open, and
+where only the class's page is."""
 
 
 class PictureFeed:
@@ -45,10 +46,10 @@ class PictureFeed:
 
     def wants(self, number: int) -> bool:
         """Return whether anyone needs the frame of a number."""
-        if self._hub.watched:
-            return number % (self.fps // CLASS_FPS) == 0
         if self._observer is not None:
             return number % (self.fps // VIDEO_FPS) == 0
+        if self._hub.watched:
+            return number % (self.fps // CLASS_FPS) == 0
         return self._hub.small_pictures and number % (self.fps // SMALL_FPS) == 0
 
     def frame(self, frame: Frame) -> None:

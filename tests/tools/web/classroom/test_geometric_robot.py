@@ -58,10 +58,10 @@ def test_more_frames_are_wanted_the_closer_someone_looks(client):
     assert wanted() == 0
     hub.small_pictures = True
     assert wanted() == 2
-    feed.watch(lambda _: None)
-    assert wanted() == 5
     hub.join(client)
     assert wanted() == 10
+    feed.watch(lambda _: None)
+    assert wanted() == 5  # those of the video
 
 
 @pytest.mark.parametrize(
