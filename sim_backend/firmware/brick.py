@@ -31,17 +31,11 @@ from sim_backend.firmware.property_handlers import PropertyHandlers
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.ui import UiModule
+from sim_backend.firmware.versions import FIRMWARES, VERSIONS, Version
 from sim_backend.firmware.vm.devices import Devices
-from sim_backend.firmware.vm.memory import Layout
 
 BOOT_MS = 6000
 """Passes from power-on until melody and radio have started. Source: docs/firmware.md section 0.1."""
-
-FIRMWARES = ("1.29", "1.05")
-"""The firmware versions that can be simulated."""
-
-_POOL_LAYOUTS = {"1.29": Layout(clump=28, growth=25), "1.05": Layout(clump=24, growth=5)}
-"""Memory pool layout of each firmware; see `vm.memory`."""
 
 _MOTOR_PORTS = ("A", "B", "C")
 _SENSOR_PORTS = range(1, 5)
@@ -91,13 +85,13 @@ class SimBrick:
     ) -> None:
         if firmware not in FIRMWARES:
             raise ValueError(f"firmware must be one of {', '.join(FIRMWARES)}, not {firmware!r}")
-        extended = firmware != "1.05"
+        version = VERSIONS[firmware]
         self.firmware, self.seed = firmware, seed
         self._clock = clock = Clock(BOOT_MS)
-        self.output = OutputModule(clock, stop_all_synchronised=extended)
-        self.input = InputModule(clock, evaluates_all=not extended)
+        self.output = OutputModule(clock, version)
+        self.input = InputModule(clock, version)
         self.low_speed = LowSpeedModule(clock, self.input.ports)
-        self.loader = Loader(flash or fresh_flash(firmware), strict_data_names=extended)
+        self.loader = Loader(flash or fresh_flash(version), version)
         self.sound = SoundModule(clock, self.loader)
         self.io_control = IoControl()
         self.ui = UiModule(clock, self.io_control, self.sound)
@@ -106,7 +100,7 @@ class SimBrick:
         self.command = CommandModule(
             clock,
             self.loader,
-            _POOL_LAYOUTS[firmware],
+            version.pool,
             equip=self._equip,
             on_end=self.ui.program_ended,
             reset_devices=self._reset_devices,
@@ -115,12 +109,12 @@ class SimBrick:
         self.high_speed = HighSpeed()
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, self.command, self.ui)
         channel = Channel()
-        self._maps = self._make_maps(extended=extended)
-        handlers = self._handlers(firmware, channel)
-        self.comm = Comm(handlers, channel, USB, extended=extended)
-        self.bluetooth = BluetoothComm(handlers, channel, extended=extended)
+        self._maps = self._make_maps(version)
+        handlers = self._handlers(version, channel)
+        self.comm = Comm(handlers, channel, USB, version)
+        self.bluetooth = BluetoothComm(handlers, channel, version)
 
-    def _handlers(self, firmware: str, channel: Channel) -> Handlers:
+    def _handlers(self, version: Version, channel: Channel) -> Handlers:
         return handlers_of(
             OutputHandlers(self.output),
             InputHandlers(self.input, self.low_speed),
@@ -128,14 +122,14 @@ class SimBrick:
             ProgramHandlers(self.command, self.loader, self.ui),
             FileHandlers(self.loader, channel),
             ModuleHandlers(self._maps, channel),
-            IdentityHandlers(firmware, self.radio, self.loader, self.high_speed, self.io_control, channel),
+            IdentityHandlers(version, self.radio, self.loader, self.high_speed, self.io_control, channel),
         )
 
-    def _make_maps(self, *, extended: bool) -> list[LiveMap]:
+    def _make_maps(self, version: Version) -> list[LiveMap]:
         """The IO maps, in the firmware's order of modules."""
         return [
             io_maps.comm_map(self.radio, self.high_speed),
-            io_maps.input_map(self.input, color=extended),
+            io_maps.input_map(self.input, color=version.color_sensor),
             io_maps.button_map(self.button),
             io_maps.display_map(),
             io_maps.loader_map(self.loader),
@@ -143,7 +137,7 @@ class SimBrick:
             io_maps.output_map(self.output),
             io_maps.sound_map(self.sound),
             io_maps.io_control_map(self.io_control),
-            io_maps.command_map(self.command, sync_times=extended),
+            io_maps.command_map(self.command, sync_times=version.extended_commands),
             io_maps.ui_map(self.ui, self.sound),
         ]
 

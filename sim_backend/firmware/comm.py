@@ -16,6 +16,7 @@ from firmware_protocol.system import Read, Write
 from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Ack, Command, Kind
 from sim_backend.firmware.handler_result import Handlers
 from sim_backend.firmware.limits import BLUETOOTH, Channel, Limits
+from sim_backend.firmware.versions import Version
 
 _WRITE_SIZE = 3
 """Bytes of a Write request before its data."""
@@ -37,18 +38,18 @@ class Comm:
         handled: The commands that have handlers.
     """
 
-    def __init__(self, handlers: Handlers, channel: Channel, limits: Limits, *, extended: bool) -> None:
+    def __init__(self, handlers: Handlers, channel: Channel, limits: Limits, version: Version) -> None:
         """Make the link.
 
         Args:
             handlers: Handler of each command.
             channel: Tells the handlers which link a command came over.
             limits: Sizes of this link.
-            extended: Whether the firmware has the commands added in 1.28.
+            version: The firmware version.
         """
         self._handlers = handlers
         self._channel, self._limits = channel, limits
-        self._extended = extended
+        self._extended = version.extended_commands
         self._inbox = bytearray(limits.buffer)
         self._outbox = bytearray(limits.buffer)
 
@@ -104,8 +105,8 @@ class Comm:
 class BluetoothComm(Comm):
     """The Bluetooth link: a stream in which each telegram is preceded by its length."""
 
-    def __init__(self, handlers: Handlers, channel: Channel, *, extended: bool) -> None:
-        super().__init__(handlers, channel, BLUETOOTH, extended=extended)
+    def __init__(self, handlers: Handlers, channel: Channel, version: Version) -> None:
+        super().__init__(handlers, channel, BLUETOOTH, version)
 
     def receive_framed(self, data: bytes) -> bytes:
         """Handle one telegram preceded by its length, and return the reply in the same form, or nothing.

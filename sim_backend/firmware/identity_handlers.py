@@ -12,6 +12,7 @@ from sim_backend.firmware.limits import Channel
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.names import unpack_name
 from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.versions import Version
 
 _PROTOCOL = (124, 1)
 _CONTACTS, _CONNECTIONS = 30, 4
@@ -23,15 +24,14 @@ class IdentityHandlers:
 
     def __init__(
         self,
-        firmware: str,
+        version: Version,
         radio: Radio,
         loader: Loader,
         high_speed: HighSpeed,
         io_control: IoControl,
         channel: Channel,
     ) -> None:
-        major, minor = (int(part) for part in firmware.split("."))
-        self._versions = system.Versions(*_PROTOCOL, minor, major)
+        self._versions = system.Versions(*_PROTOCOL, version.minor, version.major)
         self._radio, self._loader = radio, loader
         self._high_speed, self._io_control, self._channel = high_speed, io_control, channel
 

@@ -10,6 +10,7 @@ from sim_backend.firmware.analog import FULL_SCALE, LEVEL, NORMALIZE, band, bool
 from sim_backend.firmware.cint import s16
 from sim_backend.firmware.color import ColorDevice, ColorPort, background
 from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.versions import Version
 
 DEBOUNCE = 100
 """Passes without counting after each counted edge."""
@@ -133,16 +134,16 @@ class InputModule:
         ports: Ports 1 to 4.
     """
 
-    def __init__(self, clock: Clock, *, evaluates_all: bool) -> None:
+    def __init__(self, clock: Clock, version: Version) -> None:
         """Make the module of a brick that has just booted.
 
         Args:
             clock: The brick's time.
-            evaluates_all: Whether every type is read (firmware 1.05) or only analog ones.
+            version: The firmware version.
         """
-        self.ports: Sequence[InputPort] = [InputPort(FULL_SCALE if evaluates_all else 0) for _ in range(4)]
+        self._evaluates_all = version.evaluates_every_type
+        self.ports: Sequence[InputPort] = [InputPort(FULL_SCALE if self._evaluates_all else 0) for _ in range(4)]
         self.due_ms = NEVER
-        self._evaluates_all = evaluates_all
         self._clock = clock
         self._last_ms = clock.now_ms
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from firmware_protocol.status import Status
 from sim_backend.firmware.flash import File, Flash
 from sim_backend.firmware.names import matcher
+from sim_backend.firmware.versions import Version
 
 HANDLES = 16
 WRITERS = 4
@@ -21,13 +22,10 @@ NAME_LIMIT = 19
 _LINEAR = (".rxe", ".sys", ".rtm")
 """Files whose names contain one of these are contiguous: programs are executed in place."""
 
-_FLASH = {"1.29": (477, 127, bytes(6)), "1.05": (491, 63, bytes(1))}
-"""Sectors for files, directory entries and settings of each firmware."""
 
-
-def fresh_flash(firmware: str) -> Flash:
+def fresh_flash(version: Version) -> Flash:
     """The flash after the first boot."""
-    return Flash(*_FLASH[firmware])
+    return Flash(version.sectors, version.directory_size, bytes(version.settings_size))
 
 
 class Use(Enum):
@@ -79,17 +77,17 @@ class Loader:
         free_flash: Free bytes at the last change; closing a file does not refresh it.
     """
 
-    def __init__(self, flash: Flash, *, strict_data_names: bool) -> None:
+    def __init__(self, flash: Flash, version: Version) -> None:
         """Make the module.
 
         Args:
             flash: The flash at power-on.
-            strict_data_names: Whether data files may not have names of programs (not in firmware 1.05).
+            version: The firmware version.
         """
         flash.power_up()
         self.flash = flash
         self.free_flash = flash.free
-        self._strict_data_names = strict_data_names
+        self._version = version
         self._handles = [Handle() for _ in range(HANDLES)]
 
     def exists(self, name: str) -> bool:
@@ -113,7 +111,7 @@ class Loader:
     ) -> Opened:
         """Create a file open for writing; it enters the directory at once or when closed complete."""
         program = any(part in name.lower() for part in _LINEAR)
-        if appendable and program and self._strict_data_names:
+        if appendable and program and self._version.strict_data_names:
             return Opened(Status.ILLEGAL_FILE_NAME, 0)
         status, number = self._allocate(name)
         if status:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from firmware_protocol.enums import OutputMode, RegulationMode, RunState
 from sim_backend.firmware.cint import divide, s8, s16, s32
+from sim_backend.firmware.versions import Version
 
 IDLE, RAMP_UP, RUNNING = int(RunState.IDLE), int(RunState.RAMP_UP), int(RunState.RUNNING)
 RAMP_DOWN, HOLD = int(RunState.RAMP_DOWN), int(RunState.HOLD)
@@ -54,9 +55,9 @@ class MotorControl:
         zero_divisions: How often a ramp divided by zero; the result on the brick's processor is unknown, here it is 0.
     """
 
-    def __init__(self, index: int, *, stop_all_synchronised: bool) -> None:
+    def __init__(self, index: int, version: Version) -> None:
         self.index = index
-        self.stop_all_synchronised = stop_all_synchronised and index > 0
+        self.stops_all_synchronised = version.stops_all_synchronised and index > 0
         self.others: Sequence[MotorControl] = ()
         self.gains = (96, 32, 32)
         self.set_speed = self.target_speed = self.actual_speed = self.turn = 0
@@ -266,7 +267,7 @@ class MotorControl:
 
     def _end_ramp_down(self) -> None:
         if self.regulation & SYNC:
-            pair = [self, self.partner] if not self.stop_all_synchronised else [self, *self.others]
+            pair = [self, self.partner] if not self.stops_all_synchronised else [self, *self.others]
             for motor in pair:
                 if motor is self or (motor and motor.regulation & SYNC):
                     motor.set_speed = motor.target_speed = motor.actual_speed = 0

@@ -12,6 +12,7 @@ from sim_backend.firmware.cint import s32
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.motor_control import BRAKE, IDLE, MOTOR_ON, PERIOD, RAMP_DOWN, REGULATED, SYNC, MotorControl
 from sim_backend.firmware.regulation import Regulators
+from sim_backend.firmware.versions import Version
 
 
 class MotorPlant(Protocol):
@@ -87,15 +88,14 @@ class OutputModule:
         pwm_frequency: Byte 96 of the map, kHz.
     """
 
-    def __init__(self, clock: Clock, *, stop_all_synchronised: bool) -> None:
+    def __init__(self, clock: Clock, version: Version) -> None:
         """Make the module of a brick that has just booted.
 
         Args:
             clock: The brick's time.
-            stop_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor
-                (firmware 1.29) or only the partner.
+            version: The firmware version.
         """
-        self.controls = [MotorControl(i, stop_all_synchronised=stop_all_synchronised) for i in range(3)]
+        self.controls = [MotorControl(i, version) for i in range(3)]
         for control in self.controls:
             control.others = [other for other in self.controls if other is not control]
         self.outputs = [Output(control) for control in self.controls]

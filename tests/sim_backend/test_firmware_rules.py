@@ -13,9 +13,10 @@ from sim_backend.devices import AnalogInput, GenericI2CDevice
 from sim_backend.firmware.analog import NORMALIZE
 from sim_backend.firmware.battery import RECHARGEABLE
 from sim_backend.firmware.bench_motor import BenchMotor
-from sim_backend.firmware.brick import FIRMWARES, SimBrick
+from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.button import LONG_PRESS_MS
 from sim_backend.firmware.ui import MINUTE_MS
+from sim_backend.firmware.versions import FIRMWARES
 
 
 def ask(brick, command):

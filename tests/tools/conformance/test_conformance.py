@@ -6,7 +6,7 @@ import pytest
 
 from nxtdrive.tools.conformance.recording import load
 from nxtdrive.tools.conformance.replay import replay
-from sim_backend.firmware.brick import FIRMWARES
+from sim_backend.firmware.versions import FIRMWARES
 
 RECORDING = Path(__file__).parents[2] / "golden" / "firmware.jsonl"
 

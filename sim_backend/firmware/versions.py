@@ -1,0 +1,75 @@
+"""How the firmware versions differ. Source: docs/firmware.md section 11.
+
+Each field names a behaviour; modules read the field and never compare version numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sim_backend.firmware.vm.memory import Layout
+
+
+@dataclass(frozen=True)
+class Version:
+    """One firmware version.
+
+    Attributes:
+        major: As GetVersions reports it.
+        minor: As GetVersions reports it.
+        extended_commands: Whether it has the commands 0x19 to 0x21 and 0x8D, and the sync times in the Command map.
+        color_sensor: Whether it has the colour sensor and its variables in the Input map.
+        evaluates_every_type: Whether inputs of every type are read, not only analog ones.
+        stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor, or
+            only the partner.
+        strict_data_names: Whether data files may not have names of programs.
+        sectors: Flash sectors for files.
+        directory_size: Maximum number of files.
+        settings_size: Bytes of the settings file.
+        pool: Layout of the memory pool of programs.
+    """
+
+    major: int
+    minor: int
+    extended_commands: bool
+    color_sensor: bool
+    evaluates_every_type: bool
+    stops_all_synchronised: bool
+    strict_data_names: bool
+    sectors: int
+    directory_size: int
+    settings_size: int
+    pool: Layout
+
+
+VERSIONS = {
+    "1.29": Version(
+        major=1,
+        minor=29,
+        extended_commands=True,
+        color_sensor=True,
+        evaluates_every_type=False,
+        stops_all_synchronised=True,
+        strict_data_names=True,
+        sectors=477,
+        directory_size=127,
+        settings_size=6,
+        pool=Layout(clump=28, growth=25),
+    ),
+    "1.05": Version(
+        major=1,
+        minor=5,
+        extended_commands=False,
+        color_sensor=False,
+        evaluates_every_type=True,
+        stops_all_synchronised=False,
+        strict_data_names=False,
+        sectors=491,
+        directory_size=63,
+        settings_size=1,
+        pool=Layout(clump=24, growth=5),
+    ),
+}
+"""The firmware versions that can be simulated, the default first."""
+
+FIRMWARES = tuple(VERSIONS)
