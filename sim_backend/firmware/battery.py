@@ -10,33 +10,28 @@ RECHARGEABLE = 0x8000
 
 SAMPLE_MS = 167
 _LOW_MV, _LOW_RECHARGEABLE_MV = 6100, 7100
-_FULL_MV = 7500
 _LOW_SAMPLES = 6
-_LEVELS = 4
+_LEVELS_MV = (6100, 6500, 7000, 7500)
+_LEVELS_RECHARGEABLE_MV = (7100, 7200, 7300, 7500)
+_HYSTERESIS_MV, _HYSTERESIS_RECHARGEABLE_MV = 100, 50
+"""A single bar more is shown only above its level and the hysteresis."""
 
 
 class Battery:
     """Voltage, sampled six times a second.
 
     Attributes:
+        raw: Converter value, plus `RECHARGEABLE`.
         millivolts: Voltage at the last sample, refreshed every 167 ms.
+        rechargeable: Whether the rechargeable pack was fitted at the last sample.
+        bars: Bars of the battery symbol at the last sample, 0..4.
     """
 
     def __init__(self) -> None:
-        self._raw = FRESH_BATTERY
+        self.raw = FRESH_BATTERY
         self._low_samples = 0
+        self.bars = len(_LEVELS_MV)
         self.sample()
-
-    @property
-    def rechargeable(self) -> bool:
-        """Whether the rechargeable pack is fitted."""
-        return bool(self._raw & RECHARGEABLE)
-
-    @property
-    def bars(self) -> int:
-        """Bars of the battery symbol, 0..4; only both ends of the scale were measured."""
-        low = self._threshold_mv
-        return min(max((self.millivolts - low) * _LEVELS // (_FULL_MV - low), 0), _LEVELS)
 
     @property
     def low(self) -> bool:
@@ -47,20 +42,26 @@ class Battery:
     def settled(self) -> bool:
         """Whether the next sample would change nothing."""
         counting = self.millivolts < self._threshold_mv and not self.low
-        return self.millivolts == self._now_mv and not counting
-
-    def set(self, raw: int) -> None:
-        """Change the battery: a 10-bit converter value, plus `RECHARGEABLE`."""
-        self._raw = raw
+        same = self.millivolts == self._now_mv and self.rechargeable == bool(self.raw & RECHARGEABLE)
+        return same and self.bars == self._bars_at(self.millivolts) and not counting
 
     def sample(self) -> None:
         """Take a sample."""
-        self.millivolts = self._now_mv
+        self.millivolts, self.rechargeable = self._now_mv, bool(self.raw & RECHARGEABLE)
+        self.bars = self._bars_at(self.millivolts)
         self._low_samples = self._low_samples + 1 if self.millivolts < self._threshold_mv else 0
 
     @property
     def _now_mv(self) -> int:
-        return (self._raw & 0x3FF) * 13848 // 1000
+        return (self.raw & 0x3FF) * 13848 // 1000
+
+    def _bars_at(self, millivolts: int) -> int:
+        levels = _LEVELS_RECHARGEABLE_MV if self.rechargeable else _LEVELS_MV
+        hysteresis = _HYSTERESIS_RECHARGEABLE_MV if self.rechargeable else _HYSTERESIS_MV
+        bars = sum(millivolts > level for level in levels)
+        if bars == self.bars + 1 and millivolts <= levels[self.bars] + hysteresis:
+            return self.bars
+        return bars
 
     @property
     def _threshold_mv(self) -> int:

@@ -96,7 +96,7 @@ class SimBrick:
         self.io_control = IoControl()
         self.ui = UiModule(clock, self.io_control, self.sound)
         self.radio = Radio(clock, name.encode("latin-1"), address)
-        self.button = ButtonModule(clock, self.ui.press)
+        self.button = ButtonModule(clock, self.ui.press, self.ui.switch_off)
         self.command = CommandModule(
             clock,
             self.loader,
@@ -110,11 +110,13 @@ class SimBrick:
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, self.command, self.ui)
         channel = Channel()
         self._maps = self._make_maps(version)
-        handlers = self._handlers(version, channel)
+        comm_map = self._maps[0]
+        handlers = self._handlers(version, channel, comm_map)
         self.comm = Comm(handlers, channel, USB, version)
         self.bluetooth = BluetoothComm(handlers, channel, version)
+        comm_map.show(self.comm, UsbInBuf="inbox", UsbOutBuf="outbox")
 
-    def _handlers(self, version: Version, channel: Channel) -> Handlers:
+    def _handlers(self, version: Version, channel: Channel, comm_map: LiveMap) -> Handlers:
         return handlers_of(
             OutputHandlers(self.output),
             InputHandlers(self.input, self.low_speed),
@@ -122,7 +124,7 @@ class SimBrick:
             ProgramHandlers(self.command, self.loader, self.ui),
             FileHandlers(self.loader, channel),
             ModuleHandlers(self._maps, channel),
-            IdentityHandlers(version, self.radio, self.loader, self.high_speed, self.io_control, channel),
+            IdentityHandlers(version, self.radio, self.loader, self.high_speed, self.io_control, channel, comm_map),
         )
 
     def _make_maps(self, version: Version) -> list[LiveMap]:
@@ -138,7 +140,7 @@ class SimBrick:
             io_maps.sound_map(self.sound),
             io_maps.io_control_map(self.io_control),
             io_maps.command_map(self.command, sync_times=version.extended_commands),
-            io_maps.ui_map(self.ui, self.sound),
+            io_maps.ui_map(self.ui, self.radio),
         ]
 
     def _equip(self, mailboxes: Mailboxes) -> Devices:
@@ -161,6 +163,14 @@ class SimBrick:
         """Reset inputs and outputs, as at the start and end of a program."""
         self.input.reset()
         self.output.reset()
+
+    def power_cycle(self) -> SimBrick:
+        """The brick after the next boot: flash and the radio's settings are kept."""
+        brick = SimBrick(
+            firmware=self.firmware, address=self.radio.own_address, seed=self.seed, flash=self.loader.flash
+        )
+        brick.radio.start_from(self.radio)
+        return brick
 
     @property
     def now_ms(self) -> int:

@@ -71,22 +71,31 @@ class ButtonModule:
         buttons: The four buttons in that order.
     """
 
-    def __init__(self, clock: Clock, on_press: Callable[[int], None]) -> None:
-        """Make the module; `on_press` is called with a mask of newly pressed buttons."""
-        self._clock, self._on_press = clock, on_press
+    def __init__(self, clock: Clock, on_press: Callable[[int], None], on_long_exit: Callable[[], None]) -> None:
+        """Make the module.
+
+        Args:
+            clock: The brick's time.
+            on_press: Called with a mask of newly pressed buttons.
+            on_long_exit: Called when exit has been held for two seconds.
+        """
+        self._clock, self._on_press, self._on_long_exit = clock, on_press, on_long_exit
         self.buttons = [Button() for _ in range(4)]
         self.due_ms = NEVER
         self._mask = 0
 
     def hold(self, mask: int) -> None:
         """Hold the buttons of `mask` (bit 0 exit, 1 right, 2 left, 3 enter) and release the others."""
-        if new := mask & ~self._mask:
-            self._on_press(new)
         self._mask = mask
         self.due_ms = (self._clock.now_ms // SAMPLE_MS + 1) * SAMPLE_MS
 
     def run(self, now_ms: int) -> None:
         """Sample all buttons; repeat while one is pressed or has an event to clear."""
+        before = sum(button.pressed << number for number, button in enumerate(self.buttons))
         for number, button in enumerate(self.buttons):
             button.sample(bool(self._mask >> number & 1), now_ms)
+        if new := self._mask & ~before:
+            self._on_press(new)
+        if self.buttons[0].state & ButtonState.LONG_PRESS:
+            self._on_long_exit()
         self.due_ms = now_ms + SAMPLE_MS if any(button.state for button in self.buttons) else NEVER

@@ -35,7 +35,8 @@ class Comm:
     """Buffers and dispatch of one link.
 
     Attributes:
-        handled: The commands that have handlers.
+        inbox: The receive buffer; never cleared.
+        outbox: The send buffer; never cleared.
     """
 
     def __init__(self, handlers: Handlers, channel: Channel, limits: Limits, version: Version) -> None:
@@ -50,8 +51,8 @@ class Comm:
         self._handlers = handlers
         self._channel, self._limits = channel, limits
         self._extended = version.extended_commands
-        self._inbox = bytearray(limits.buffer)
-        self._outbox = bytearray(limits.buffer)
+        self.inbox = bytearray(limits.buffer)
+        self.outbox = bytearray(limits.buffer)
 
     @property
     def handled(self) -> Collection[type[Command[Any]]]:
@@ -60,7 +61,7 @@ class Comm:
 
     def receive(self, telegram: bytes) -> bytes | None:
         """Handle one telegram; bytes beyond the buffer are cut, except for a `Write` over Bluetooth."""
-        inbox, size = self._inbox, self._limits.buffer
+        inbox, size = self.inbox, self._limits.buffer
         if not self._limits.streams:
             telegram = telegram[:size]
         inbox[: len(telegram)] = telegram[:size]
@@ -77,18 +78,21 @@ class Comm:
             return None
         else:
             reply = self._handle(command, telegram)
-        if not want_reply:
-            return None
-        self._outbox[: len(reply)] = reply[:size]
-        return reply
+        if want_reply:
+            self.outbox[: len(reply)] = reply[:size]
+            return reply
+        if kind == Kind.SYSTEM:  # all but kind and opcode is prepared nevertheless
+            self.outbox[2 : len(reply)] = reply[2:size]
+        return None
 
     def _handle(self, command: type[Command[Any]], telegram: bytes) -> bytes:
-        data = bytes(self._inbox)
+        data = bytes(self.inbox)
         if command is Write:  # only Write uses the telegram's length; other commands read stale bytes beyond its end
             data = telegram if len(telegram) >= _WRITE_SIZE else data[:_WRITE_SIZE]
-        self._channel.limits = self._limits
-        status, payload = self._handlers[command](command.decode(data))
-        return bytes((Kind.REPLY, command.opcode, status)) + payload
+        self._channel.limits, self._channel.outbox = self._limits, self.outbox
+        status, payload, stale = self._handlers[command](command.decode(data))
+        reply = bytes((Kind.REPLY, command.opcode, status)) + payload
+        return reply + self.outbox[len(reply) : len(reply) + stale] if stale else reply
 
     def _store_message(self, reply: bytes) -> None:
         """Store another brick's successful reply to a MessageRead in the mailbox it names."""
@@ -99,7 +103,8 @@ class Comm:
     def _unknown(self, kind: int, opcode: int, length: int) -> bytes:
         if kind == Kind.DIRECT:
             return bytes((Kind.REPLY, opcode, Status.UNKNOWN_OPCODE))
-        return bytes((Kind.REPLY, opcode)) + self._outbox[2 : length + 2]
+        stale = bytes(self.outbox[2 : length + 2])  # zeros follow the buffer
+        return bytes((Kind.REPLY, opcode)) + stale.ljust(length, b"\0")
 
 
 class BluetoothComm(Comm):

@@ -15,7 +15,7 @@ from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import NAME_SIZE, unpack_name
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.machine import Machine
-from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, POOL_SIZE, Layout, Memory, OutOfMemory
+from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, Layout, Memory, OutOfMemory, fresh_pool
 from sim_backend.firmware.vm.opcodes import OPCODES
 from sim_backend.firmware.vm.rxe import BadProgram, parse
 
@@ -68,7 +68,7 @@ class CommandModule:
         self._memory: Memory | None = None
         self._machine: Machine | None = None
         self._handle: int | None = None
-        self._pool = bytearray(POOL_SIZE)
+        self._pool = fresh_pool()
         self.due_ms = NEVER
         self.status = int(ProgramStatus.IDLE)
         self.activate = self.deactivate = 0
@@ -97,7 +97,7 @@ class CommandModule:
 
     @property
     def variables_offset(self) -> int:
-        """Offset of the program's variables in the pool."""
+        """Offset of the last program's variables in the pool."""
         return NOT_AN_OFFSET if self._memory is None else self._memory.base
 
     @property
@@ -115,9 +115,15 @@ class CommandModule:
         self.deactivate = 1
         self.wake()
 
+    def reset(self) -> None:
+        """Forget how the last program ended, and reset inputs and outputs, in the next pass."""
+        if self.status != ProgramStatus.IDLE and not self.active:
+            self.status = int(ProgramStatus.RESET)
+            self.wake()
+
     def wake(self) -> None:
-        """Check the flags in the next pass."""
-        self.due_ms = self._clock.now_ms + 1
+        """Check the flags in this module's next turn."""
+        self.due_ms = self._clock.now_ms
 
     def set_times(self, sync_time: int) -> None:
         """Store the given time and the brick's."""
@@ -134,22 +140,25 @@ class CommandModule:
                 self._end(ProgramStatus.ABORTED)
             else:
                 self._execute(now_ms)
-        elif self.activate:
+        elif self.status == ProgramStatus.RESET:
+            self.status = int(ProgramStatus.IDLE)
+            self._reset_devices()
+        elif self.activate and self.status == ProgramStatus.IDLE:
             self.activate = 0
             self._activate(now_ms)
 
     def _activate(self, now_ms: int) -> None:
-        """Load the program; it runs from the next pass on."""
+        """Load the program into a fresh pool; it runs from the next pass on."""
+        self._pool = fresh_pool()
         self.program_name = unpack_name(self.file_name)
-        status, handle, size = self._loader.open_read(self.program_name, keep=True)
+        self._handle, content = self._loader.open_program(self.program_name)
         try:
-            if status:
-                raise BadProgram(f"cannot be opened: {status!r}")
-            self._handle = handle
-            program = parse(self._loader.read(handle, size)[1])
+            program = parse(content)
             memory = Memory(program, self._layout)
         except (BadProgram, OutOfMemory):
             self._end(ProgramStatus.ERROR)
+            if self._handle is None:
+                self._phase = _Phase.IDLE
             return
         self._memory, self._pool = memory, memory.pool
         self.mailboxes = Mailboxes(memory)
@@ -169,15 +178,19 @@ class CommandModule:
 
     def _end(self, status: ProgramStatus) -> None:
         self.status, self._phase = int(status), _Phase.ENDED
-        self._reset_devices()
         self._on_end()
         self.wake()
 
     def _clear_away(self) -> None:
-        """Close the file and drop the memory; a request to start or stop waits for the next pass."""
+        """Close the file and drop the memory; a request to start or stop waits for the next pass.
+
+        Inputs and outputs are reset now only if the program was stopped, else when its end is no longer shown.
+        """
+        if self.status == ProgramStatus.ABORTED:
+            self._reset_devices()
         if self._handle is not None:
             self._loader.close(self._handle)
-        self._handle = self._memory = self._machine = self.mailboxes = None
+        self._handle = self._machine = self.mailboxes = None
         self._phase = _Phase.IDLE
         if self.activate:
             self.wake()

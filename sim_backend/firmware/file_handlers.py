@@ -5,7 +5,7 @@ from __future__ import annotations
 from firmware_protocol import system
 from firmware_protocol.status import Status
 from sim_backend.firmware.flash import File
-from sim_backend.firmware.handler_result import DONE, HandlerResult, handles, refuse_with_zeros, reply_with
+from sim_backend.firmware.handler_result import DONE, HandlerResult, handles, reply_with
 from sim_backend.firmware.limits import Channel
 from sim_backend.firmware.loader import Loader, Opened
 from sim_backend.firmware.names import pack_name
@@ -60,6 +60,8 @@ class FileHandlers:
             return self._read_long(command)
         size = min(command.size, limits.read)
         status, data = self._loader.read(command.handle, size)
+        if status == Status.ILLEGAL_HANDLE:
+            return reply_with(system.FileData(command.handle, command.size, b""), status)._replace(stale=size)
         return reply_with(system.FileData(command.handle, command.size, data.ljust(size, b"\0")), status)
 
     def _read_long(self, command: system.Read) -> HandlerResult:
@@ -116,5 +118,5 @@ def _opened(opened: Opened) -> HandlerResult:
 
 def _found(status: Status, handle: int, file: File | None) -> HandlerResult:
     if file is None:
-        return refuse_with_zeros(system.FindFirst, status)
+        return reply_with(system.FileFound(handle, "", 0), status)
     return reply_with(system.FileFound(handle, file.name, file.size))

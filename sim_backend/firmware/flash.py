@@ -14,20 +14,24 @@ SETTINGS = "NVConfig.sys"
 """File that the firmware creates at its first boot."""
 
 
-def capacity(sectors: int) -> int:
-    """Capacity in bytes of a file with `sectors` sectors, without its header and the pointers to further sectors."""
+def free_bytes(sectors: int) -> int:
+    """Free flash that the firmware reports for `sectors` free sectors.
+
+    The header of a file with that many sectors is rounded to a multiple of four bytes: up, but down if only one pointer
+    reaches into the header's last sector.
+    """
     if not sectors:
         return 0
-    pointers = -(-_POINTER * (sectors - 1) // _ALIGNMENT) * _ALIGNMENT
-    return sectors * SECTOR - _HEADER - pointers
+    header = _HEADER + _POINTER * (sectors - 1)
+    rest = header % _ALIGNMENT
+    if rest:
+        header += -rest if header % SECTOR == _POINTER else _ALIGNMENT - rest
+    return sectors * SECTOR - header
 
 
 def sectors_for(size: int) -> int:
-    """Number of sectors of a file of `size` bytes."""
-    sectors = max(1, (size + _HEADER) // SECTOR)
-    while capacity(sectors) < size:
-        sectors += 1
-    return sectors
+    """Number of sectors of a file of `size` bytes: the first has the header and pointers to the others."""
+    return max(1, -(-(size + _HEADER - _POINTER) // (SECTOR - _POINTER)))
 
 
 @dataclass(eq=False)
@@ -62,16 +66,14 @@ class Flash:
     def __init__(self, sectors: int, limit: int, settings: bytes) -> None:
         self.limit = limit
         self.files: list[File] = []
-        self._total = sectors
+        self._total, self._settings = sectors, settings
         self._used: set[int] = set()
-        first = File(SETTINGS, len(settings), content=bytearray(settings), data_size=len(settings))
-        self.reserve(first, contiguous=True)
-        self.files.append(first)
+        self.power_up()
 
     @property
     def free(self) -> int:
-        """Size of the largest file that fits."""
-        return capacity(self._total - len(self._used))
+        """Free bytes, as the firmware reports them."""
+        return free_bytes(self._total - len(self._used))
 
     def find(self, matches: Callable[[str], bool], start: int = 0) -> int:
         """Index of the next matching file from `start` on; the number of files if there is none."""
@@ -105,10 +107,15 @@ class Flash:
         self._used = {sector for other in self.files for sector in other.sectors}
 
     def power_up(self) -> None:
-        """Discard incomplete downloads and unclosed data, as at power-on."""
+        """Discard incomplete downloads and unclosed data, and create the settings again, as at power-on."""
         self._used = {sector for file in self.files for sector in file.sectors}
         for file in self.files:
             del file.content[file.data_size :]
+        if all(file.name != SETTINGS for file in self.files):
+            size = len(self._settings)
+            settings = File(SETTINGS, size, content=bytearray(self._settings), data_size=size)
+            if self.reserve(settings, contiguous=True):
+                self.files.insert(0, settings)
 
     def erase(self) -> None:
         """Delete all files, including the settings."""

@@ -22,10 +22,12 @@ class HandlerResult(NamedTuple):
     Attributes:
         status: Third byte of the reply.
         payload: Bytes after the status.
+        stale: Number of bytes after the payload that the handler leaves as earlier replies wrote them.
     """
 
     status: int = Status.OK
     payload: bytes = b""
+    stale: int = 0
 
 
 DONE = HandlerResult()

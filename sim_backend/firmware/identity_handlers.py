@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from firmware_protocol import direct, system
+from firmware_protocol.iomap import COMM
 from firmware_protocol.status import Status
-from firmware_protocol.telegram import Command
 from sim_backend.firmware.handler_result import DONE, HandlerResult, handles, refuse_with_zeros, reply_with
 from sim_backend.firmware.high_speed import HighSpeed
 from sim_backend.firmware.io_control import BOOT, IoControl
+from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.limits import Channel
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.names import unpack_name
@@ -16,6 +17,8 @@ from sim_backend.firmware.versions import Version
 
 _PROTOCOL = (124, 1)
 _CONTACTS, _CONNECTIONS = 30, 4
+_NAME_SIZE = 17
+_KNOWN = 0x02
 _NO_LINKS = bytes(4)
 
 
@@ -30,10 +33,12 @@ class IdentityHandlers:
         high_speed: HighSpeed,
         io_control: IoControl,
         channel: Channel,
+        comm_map: LiveMap,
     ) -> None:
         self._versions = system.Versions(*_PROTOCOL, version.minor, version.major)
         self._radio, self._loader = radio, loader
         self._high_speed, self._io_control, self._channel = high_speed, io_control, channel
+        self._comm_map = comm_map
 
     @handles(system.GetVersions)
     def versions(self, _: system.GetVersions) -> HandlerResult:
@@ -55,10 +60,22 @@ class IdentityHandlers:
         """Size of the table of connections."""
         return reply_with(direct.BluetoothCount(_CONNECTIONS))
 
-    @handles(direct.GetBluetoothContactName, direct.GetBluetoothConnectionName)
-    def no_name(self, _: Command[direct.BluetoothName]) -> HandlerResult:
-        """An empty entry: both tables are empty."""
-        return reply_with(direct.BluetoothName(0, ""))
+    @handles(direct.GetBluetoothContactName)
+    def contact_name(self, command: direct.GetBluetoothContactName) -> HandlerResult:
+        """A device of the Comm map's table, if its status marks it as known."""
+        index = command.index
+        known = index < _CONTACTS and self._comm_map.read(COMM.field("DeviceStatus", index).offset, 1)[0] & _KNOWN
+        return self._bluetooth_name("DeviceName" if known else None, index)
+
+    @handles(direct.GetBluetoothConnectionName)
+    def connection_name(self, command: direct.GetBluetoothConnectionName) -> HandlerResult:
+        """A connection of the Comm map's table."""
+        return self._bluetooth_name("ConnectionName" if command.index < _CONNECTIONS else None, command.index)
+
+    def _bluetooth_name(self, field: str | None, index: int) -> HandlerResult:
+        """Reply with device type 0 and a name, to which one byte of what follows in the table belongs."""
+        name = self._comm_map.read(COMM.field(field, index).offset, _NAME_SIZE) if field else bytes(_NAME_SIZE)
+        return HandlerResult(payload=b"\0" + name)
 
     @handles(system.GetDeviceInfo)
     def device_info(self, _: system.GetDeviceInfo) -> HandlerResult:

@@ -18,6 +18,12 @@ from sim_backend.firmware.ui import UiModule
 
 _DISPLAY_FLAGS, _DISPLAY_ON = 117, b"\x83"
 _USB_STATE, _CONNECTED = 1894, b"\x01"
+_BT_STATE, _VISIBLE = 1151, b"\x03"
+_BLUECORE_VERSION, _VERSION_1 = 1142, b"\x01"
+_FREE_CONNECTIONS, _NO_HANDLE = (1028, 1075, 1122), b"\xff"
+_RADIO_MESSAGES, _BOOT_MESSAGES = 1157, bytes.fromhex("05000100ffdf000000000000000000000000fec7")
+"""What the radio's last messages of the boot leave in the receive buffer."""
+
 _FORMAT = b"MindstormsNXT".ljust(16, b"\0")
 _AWAKE = b"\x01"
 
@@ -122,7 +128,7 @@ def sound_map(module: SoundModule) -> LiveMap:
     return live
 
 
-def ui_map(module: UiModule, sound: SoundModule) -> LiveMap:
+def ui_map(module: UiModule, radio: Radio) -> LiveMap:
     """State of the user interface; the pointer at the start of the map is not simulated."""
     live = LiveMap(iomap.UI, on_write=module.wake)
     live.bind(
@@ -132,17 +138,17 @@ def ui_map(module: UiModule, sound: SoundModule) -> LiveMap:
         State="state",
         Button="button",
         RunState="run_state",
-        BluetoothState="bluetooth_state",
         UsbState="usb_state",
         SleepTimeout="sleep_minutes",
         Error="error",
         OBPPointer="pointer",
         ForceOff="force_off",
+        Volume="volume",
     )
     live.show(module, SleepTimer="sleep_timer")
+    live.show(radio, BluetoothState="state")
     live.bind(module.battery, BatteryVoltage="millivolts")
     live.show(module.battery, BatteryState="bars", Rechargeable="rechargeable")
-    live.bind(sound, Volume="volume")
     return live
 
 
@@ -150,9 +156,15 @@ def comm_map(radio: Radio, high_speed: HighSpeed) -> LiveMap:
     """Identity of the brick; the tables of known and connected devices are empty."""
     live = LiveMap(iomap.COMM)
     live.bind(radio, BrickName="name")
-    live.show(radio, BrickAddress="address")
+    live.bind(radio, BrickAddress="address")
+    live.show(radio, BtHwStatus="resetting")
     live.bind(high_speed, HsFlags="flags", HsState="state")
     live.preset(_USB_STATE, _CONNECTED)
+    live.preset(_BT_STATE, _VISIBLE)
+    live.preset(_BLUECORE_VERSION, _VERSION_1)
+    for connection in _FREE_CONNECTIONS:
+        live.preset(connection, _NO_HANDLE)
+    live.preset(_RADIO_MESSAGES, _BOOT_MESSAGES)
     return live
 
 

@@ -34,7 +34,9 @@ class Channel:
 
     Attributes:
         limits: Limits of that link.
+        outbox: Its send buffer, with the last reply.
     """
 
     def __init__(self) -> None:
         self.limits = USB
+        self.outbox = bytearray(USB.buffer)

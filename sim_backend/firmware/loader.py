@@ -12,12 +12,17 @@ from typing import NamedTuple
 
 from firmware_protocol.status import Status
 from sim_backend.firmware.flash import File, Flash
-from sim_backend.firmware.names import matcher
+from sim_backend.firmware.names import NAME_LIMIT, matcher
 from sim_backend.firmware.versions import Version
 
 HANDLES = 16
 WRITERS = 4
-NAME_LIMIT = 19
+
+_NOWHERE = 0xFF
+"""Index before the first entry: it counts as -1 in an unsigned byte."""
+
+_ADDRESSABLE = 256
+"""Handles that a telegram can name; beyond the table FindNext reads memory that is taken to be zero."""
 
 _LINEAR = (".rxe", ".sys", ".rtm")
 """Files whose names contain one of these are contiguous: programs are executed in place."""
@@ -25,7 +30,7 @@ _LINEAR = (".rxe", ".sys", ".rtm")
 
 def fresh_flash(version: Version) -> Flash:
     """The flash after the first boot."""
-    return Flash(version.sectors, version.directory_size, bytes(version.settings_size))
+    return Flash(version.sectors, version.directory_size, version.settings)
 
 
 class Use(Enum):
@@ -33,6 +38,7 @@ class Use(Enum):
 
     FREE = auto()
     READ = auto()
+    EXECUTE = auto()
     WRITE = auto()
     SEARCH = auto()
 
@@ -45,20 +51,22 @@ class Handle:
         file: The open file.
         position: Next byte to read.
         overrun: Whether more was written than announced.
-        matches: Test of a search.
-        found: Index of the last file found by a search.
+        name: Name or pattern of the last look-up, in lower case; every look-up uses a handle, and none forgets it.
+        matches: Test of that look-up.
+        index: Directory entry that the last look-up found, `_NOWHERE` if none.
         keep: Whether it stays open when the USB cable is pulled.
     """
 
-    __slots__ = ("file", "found", "keep", "matches", "overrun", "position", "use")
+    __slots__ = ("file", "index", "keep", "matches", "name", "overrun", "position", "use")
 
     def __init__(self) -> None:
         self.use = Use.FREE
         self.file: File | None = None
         self.position = 0
         self.overrun = self.keep = False
+        self.name = ""
         self.matches: Callable[[str], bool] = lambda _: True
-        self.found = 0
+        self.index = 0
 
 
 class Opened(NamedTuple):
@@ -88,11 +96,29 @@ class Loader:
         self.flash = flash
         self.free_flash = flash.free
         self._version = version
-        self._handles = [Handle() for _ in range(HANDLES)]
+        self._handles = [Handle() for _ in range(_ADDRESSABLE)]
+        self._table = self._handles[:HANDLES]
 
     def exists(self, name: str) -> bool:
-        """Whether a file exists; False without a free handle for the search."""
-        return self._find(name)[2] is not None
+        """Whether a file exists; False without a free handle for the search.
+
+        As in the firmware, a successful search stays open, and handle 0 is closed instead.
+        """
+        status, number, _ = self._find(name)
+        if status:
+            return False
+        self._handles[number].use = Use.SEARCH
+        self.close(0)
+        return True
+
+    def open_program(self, name: str) -> tuple[int | None, bytes]:
+        """Open a program to execute it: its handle, which cannot be read from, and its content; None if it fails."""
+        status, number, _ = self.open_read(name, keep=True)
+        file = self._handles[number].file
+        if status or file is None:
+            return None, b""
+        self._handles[number].use = Use.EXECUTE
+        return number, bytes(file.content)
 
     def open_read(self, name: str, *, keep: bool = False) -> Opened:
         """Open the first file that matches; `keep` leaves it open when the USB cable is pulled."""
@@ -113,16 +139,18 @@ class Loader:
         program = any(part in name.lower() for part in _LINEAR)
         if appendable and program and self._version.strict_data_names:
             return Opened(Status.ILLEGAL_FILE_NAME, 0)
-        status, number = self._allocate(name)
-        if status:
-            return Opened(status, 0)
+        status, number, _ = self._find(name)
+        if status != Status.FILE_NOT_FOUND:
+            return Opened(status or Status.FILE_EXISTS, number)
         file = File(name, size, appendable)
-        status = self._refusal(file) or self._reserve(file, linear=linear or (program and not appendable))
+        status = self._refusal(file)
+        if not status:
+            status = self._reserve(file, linear=linear or (program and not appendable))
         if status:
             return Opened(status, 0 if status == Status.NO_MORE_FILES else number)
-        if appendable:
-            self.flash.files.insert(0, file)
         self._take(number, Use.WRITE, file, keep=keep)
+        if appendable:
+            self._enter(number, file)
         self.free_flash = self.flash.free
         return Opened(Status.OK, number)
 
@@ -133,7 +161,7 @@ class Loader:
             return Opened(status, number)
         if not file.appendable:
             return Opened(Status.APPEND_NOT_POSSIBLE, number)
-        if self._is_open(file, Use.WRITE):
+        if self._is_being_written(name):
             return Opened(Status.FILE_IS_BUSY, number)
         if file.data_size >= file.size:
             return Opened(Status.FILE_IS_FULL, number)
@@ -155,6 +183,8 @@ class Loader:
         if handle is None or handle.file is None:
             return Status.ILLEGAL_HANDLE, 0
         file = handle.file
+        if handle.overrun:
+            return Status.END_OF_FILE_EXPECTED, 0
         fitting = data[: file.size - len(file.content)]
         file.content += fitting
         if len(fitting) < len(data):
@@ -170,7 +200,7 @@ class Loader:
         if handle.use == Use.FREE:
             return Status.HANDLE_ALREADY_CLOSED
         if handle.use == Use.WRITE and handle.file is not None:
-            self._finish(handle.file, complete=not handle.overrun)
+            self._finish(number, handle.file, complete=not handle.overrun)
         handle.use, handle.file = Use.FREE, None
         return Status.OK
 
@@ -181,69 +211,75 @@ class Loader:
         status = self.close(number)
         if file is not None and file.appendable:
             self.flash.shrink(file)
-            self.free_flash = self.flash.free
+        self.free_flash = self.flash.free
         return status
 
     def delete(self, name: str) -> Status:
-        """Delete the first file that matches and is not open."""
-        status, _, file = self._find(name)
-        if file is None:
-            return status
-        if self._is_open(file, Use.READ, Use.WRITE):
+        """Delete the first file that matches, unless a handle in use refers to its directory entry.
+
+        A download has no entry yet, but its handle has the index of its failed look-up, which later files have shifted.
+        """
+        status, number, file = self._find(name)
+        if file is not None:
+            status = self._remove(number, file)
+        self.free_flash = self.flash.free
+        return status
+
+    def _remove(self, number: int, file: File) -> Status:
+        index = self._handles[number].index
+        uses = {Use.READ, Use.EXECUTE} | ({Use.WRITE} if self._version.writing_prevents_deletion else set())
+        if any(handle.use in uses and handle.index == index for handle in self._table):
             return Status.FILE_IS_BUSY
         self.flash.files.remove(file)
         self.flash.release(file)
-        self.free_flash = self.flash.free
+        self._shift(index + self._version.deletion_spares_found, -1)
         return Status.OK
 
     def find_first(self, pattern: str, *, keep: bool = False) -> tuple[Status, int, File | None]:
         """Start a listing; without a match the handle is free again."""
-        status, number = self._allocate(pattern)
-        if status:
-            return status, 0, None
-        handle = self._handles[number]
-        handle.matches, handle.found = matcher(pattern), -1
-        found = self.find_next(number)
-        if found[0] == Status.OK:
+        found = self._find(pattern)
+        if not found[0]:
+            handle = self._handles[found[1]]
             handle.use, handle.keep = Use.SEARCH, keep
         return found
 
     def find_next(self, number: int) -> tuple[Status, int, File | None]:
-        """Continue a listing; the firmware does not check whether it was started."""
-        handle = self._handles[number % HANDLES]
-        files = self.flash.files
-        handle.found = self.flash.find(handle.matches, min(handle.found + 1, len(files)))
-        if handle.found == len(files):
-            return Status.FILE_NOT_FOUND, 0, None
-        return Status.OK, number, files[handle.found]
+        """Continue the last look-up with a handle; the firmware does not check what the handle is used for."""
+        handle, files = self._handles[number], self.flash.files
+        index = self.flash.find(handle.matches, (handle.index + 1) & 0xFF)
+        if index >= len(files):
+            return Status.FILE_NOT_FOUND, number, None
+        handle.index = index
+        return Status.OK, number, files[index]
 
     def close_all(self) -> None:
         """Close every handle that was opened over USB, as when the cable is pulled."""
-        for number, handle in enumerate(self._handles):
+        for number, handle in enumerate(self._table):
             if not handle.keep:
                 self.close(number)
 
     def erase(self) -> None:
         """Delete all files and close all handles."""
-        for handle in self._handles:
+        for handle in self._table:
             handle.use, handle.file = Use.FREE, None
         self.flash.erase()
         self.free_flash = self.flash.free
 
     def _allocate(self, name: str) -> tuple[Status, int]:
-        """The lowest free handle, if `name` is legal; `_take` makes it used."""
-        if len(name) > NAME_LIMIT:
-            return Status.ILLEGAL_FILE_NAME, 0
-        for number, handle in enumerate(self._handles):
+        """The lowest free handle, and whether `name` is legal; `_take` makes it used."""
+        for number, handle in enumerate(self._table):
             if handle.use == Use.FREE:
-                return Status.OK, number
+                return Status.ILLEGAL_FILE_NAME if len(name) > NAME_LIMIT else Status.OK, number
         return Status.NO_MORE_HANDLES, 0
 
     def _find(self, name: str) -> tuple[Status, int, File | None]:
         """A free handle and the first file that matches; without the file, the status says why."""
         status, number = self._allocate(name)
-        file = None if status else self._first(name)
-        return status or (Status.OK if file else Status.FILE_NOT_FOUND), number, file
+        if status:
+            return status, number, None
+        handle = self._handles[number]
+        handle.name, handle.matches, handle.index = name.lower(), matcher(name), _NOWHERE
+        return self.find_next(number)
 
     def _take(self, number: int, use: Use, file: File, *, keep: bool) -> None:
         handle = self._handles[number]
@@ -253,26 +289,22 @@ class Loader:
         handle = self._handles[number] if number < HANDLES else None
         return handle if handle and handle.use == use else None
 
-    def _first(self, name: str) -> File | None:
-        files = self.flash.files
-        number = self.flash.find(matcher(name))
-        return files[number] if number < len(files) else None
-
-    def _is_open(self, file: File, *uses: Use) -> bool:
-        return any(handle.file is file and handle.use in uses for handle in self._handles)
+    def _is_being_written(self, name: str) -> bool:
+        """Whether a file is being written that was opened by the same name or pattern."""
+        return any(handle.use == Use.WRITE and handle.name == name.lower() for handle in self._table)
 
     def _downloads(self) -> list[File]:
-        written = [handle.file for handle in self._handles if handle.use == Use.WRITE and handle.file]
+        written = [handle.file for handle in self._table if handle.use == Use.WRITE and handle.file]
         return [file for file in written if not file.appendable]
 
     def _refusal(self, file: File) -> Status:
         downloads = self._downloads()
-        matches = matcher(file.name)
-        if self._first(file.name) or any(matches(download.name) for download in downloads):
+        pattern = "*." in file.name or ".*" in file.name
+        if not pattern and self._is_being_written(file.name):
             return Status.FILE_EXISTS
         if len(self.flash.files) + len(downloads) >= self.flash.limit:
             return Status.NO_MORE_FILES
-        if sum(handle.use == Use.WRITE for handle in self._handles) >= WRITERS:
+        if sum(handle.use == Use.WRITE for handle in self._table) >= WRITERS:
             return Status.NO_WRITE_BUFFERS
         return Status.OK
 
@@ -283,11 +315,23 @@ class Loader:
             return Status.NO_LINEAR_SPACE if linear else Status.NO_SPACE
         return Status.OK
 
-    def _finish(self, file: File, *, complete: bool) -> None:
+    def _enter(self, number: int, file: File) -> None:
+        """Make a file the first of the directory."""
+        self.flash.files.insert(0, file)
+        self._shift(0, 1)
+        self._handles[number].index = 0
+
+    def _shift(self, start: int, step: int) -> None:
+        """Adjust the indexes of used handles from `start` on to an inserted or deleted entry."""
+        for handle in self._table:
+            if handle.use != Use.FREE and handle.index >= start:
+                handle.index = (handle.index + step) & 0xFF
+
+    def _finish(self, number: int, file: File, *, complete: bool) -> None:
         if file.appendable:
             file.data_size = len(file.content)
         elif complete and len(file.content) == file.size:
             file.data_size = file.size
-            self.flash.files.insert(0, file)
+            self._enter(number, file)
         else:
             self.flash.release(file)

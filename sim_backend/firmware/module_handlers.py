@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator, Sequence
 
 from firmware_protocol import system
+from firmware_protocol.iomap import COMM
+from firmware_protocol.iomap_layout import IOMap
 from firmware_protocol.status import Status
 from sim_backend.firmware.handler_result import HandlerResult, handles, refuse_with_zeros, reply_with
 from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.limits import Channel
-from sim_backend.firmware.names import matcher
+from sim_backend.firmware.names import NAME_LIMIT, matcher
 
 _HANDLE = 0
+
+_NO_MODULE = IOMap("", 0, 0, {})
+"""Unused entries of the firmware's table of modules: they have id 0 and an empty map."""
+
+_ID_AND_OFFSET = slice(3, 9)
+"""Bytes of the send buffer that IOMapRead prepares first; the size replaces the offset in the end."""
+
+_USB_REPLY_DATA = COMM.field("UsbOutBuf").offset + 9
+"""Offset in the Comm map of the data of a reply to IOMapRead over USB."""
 
 
 class ModuleHandlers:
@@ -20,23 +32,24 @@ class ModuleHandlers:
     def __init__(self, maps: Sequence[LiveMap], channel: Channel) -> None:
         """Take the maps in the order of the listing."""
         self._maps, self._channel = maps, channel
-        self._by_id = {live.layout.module_id: live for live in maps}
+        self._by_id = {live.layout.module_id: live for live in (*maps, LiveMap(_NO_MODULE))}
         self._searching = False
-        self._found: Iterator[LiveMap] = iter(())
+        self._found: Iterator[LiveMap] = iter(maps)
 
     @handles(system.FindFirstModule)
     def find_first(self, command: system.FindFirstModule) -> HandlerResult:
         """Start the listing; there can be only one."""
         if self._searching:
             return refuse_with_zeros(system.FindFirstModule, Status.NO_MORE_HANDLES)
-        matches = matcher(command.pattern)
+        pattern = command.pattern
+        matches = matcher(pattern) if len(pattern) <= NAME_LIMIT else lambda _: False
         self._found = iter([live for live in self._maps if matches(live.layout.name)])
         self._searching = True
         return self._next()
 
     @handles(system.FindNextModule)
     def find_next(self, _: system.FindNextModule) -> HandlerResult:
-        """Continue the listing, also one that was closed."""
+        """Continue the listing, also one that was closed, or from power-on the one of all modules."""
         return self._next()
 
     @handles(system.CloseModuleHandle)
@@ -58,7 +71,16 @@ class ModuleHandlers:
         live, status = self._locate(command.module_id, command.offset, size)
         if live is None:
             return reply_with(system.IOMapData(command.module_id, 0, bytes(size)), status)
-        return reply_with(system.IOMapData(command.module_id, size, live.read(command.offset, size)))
+        return reply_with(system.IOMapData(command.module_id, size, self._copy(live, command.offset, size)))
+
+    def _copy(self, live: LiveMap, offset: int, size: int) -> bytes:
+        """Copy variables into the send buffer, byte by byte: a copy of that buffer itself repeats what was written."""
+        self._channel.outbox[_ID_AND_OFFSET] = struct.pack("<IH", live.layout.module_id, offset)
+        data = live.read(offset, size)
+        written = _USB_REPLY_DATA - offset
+        if live.layout is COMM and not self._channel.limits.streams and 0 < written < size:
+            data = (data[:written] * (size // written + 1))[:size]
+        return data
 
     @handles(system.IOMapWrite)
     def write(self, command: system.IOMapWrite) -> HandlerResult:

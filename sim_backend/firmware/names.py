@@ -7,6 +7,9 @@ from collections.abc import Callable
 NAME_SIZE = 20
 """Bytes of a file name's field."""
 
+NAME_LIMIT = 19
+"""Longest name; the field's last byte must be zero."""
+
 _EXTENSION = 3
 
 

@@ -58,9 +58,11 @@ class ProgramHandlers:
             return OUT_OF_RANGE
         if command.box >= MAILBOXES:
             return HandlerResult(Status.ILLEGAL_MAILBOX)
+        if not self._command.active:
+            return _NO_PROGRAM
         mailboxes = self._command.mailboxes
         if mailboxes is None:
-            return _NO_PROGRAM
+            return DONE  # a file that is no program counts as active for one pass
         try:
             mailboxes.write(command.box, command.data[:size])
         except OutOfMemory:
@@ -70,19 +72,23 @@ class ProgramHandlers:
     @handles(direct.MessageRead)
     def message_read(self, command: direct.MessageRead) -> HandlerResult:
         """Fetch the oldest message of a box; without a program the box is not checked."""
+        status, message = self._fetch(command)
+        data = message[: direct.MESSAGE_LIMIT].ljust(direct.MESSAGE_LIMIT, b"\0")
+        return reply_with(direct.MailboxMessage(command.local_box, len(message) & 0xFF, data), status)
+
+    def _fetch(self, command: direct.MessageRead) -> tuple[Status, bytes]:
+        if not self._command.active:
+            return Status.NO_ACTIVE_PROGRAM, b""
+        if command.remote_box >= MAILBOXES:
+            return Status.ILLEGAL_MAILBOX, b""
         mailboxes = self._command.mailboxes
         if mailboxes is None:
-            return refuse_with_zeros(direct.MessageRead, Status.NO_ACTIVE_PROGRAM)
-        if command.remote_box >= MAILBOXES:
-            return refuse_with_zeros(direct.MessageRead, Status.ILLEGAL_MAILBOX)
+            return Status.MAILBOX_EMPTY, b""
         try:
             message = mailboxes.read(command.remote_box, remove=command.remove)
         except OutOfMemory:
-            return refuse_with_zeros(direct.MessageRead, Status.OUT_OF_MEMORY)
-        status = Status.MAILBOX_EMPTY if message is None else Status.OK
-        message = message or b""
-        data = message[: direct.MESSAGE_LIMIT].ljust(direct.MESSAGE_LIMIT, b"\0")
-        return reply_with(direct.MailboxMessage(command.local_box, len(message) & 0xFF, data), status)
+            return Status.OUT_OF_MEMORY, b""
+        return (Status.MAILBOX_EMPTY, b"") if message is None else (Status.OK, message)
 
     @handles(direct.DatalogRead)
     def datalog_read(self, _: direct.DatalogRead) -> HandlerResult:

@@ -9,7 +9,7 @@ from firmware_protocol.enums import Property
 from firmware_protocol.status import Status
 from sim_backend.firmware.handler_result import DONE, OUT_OF_RANGE, HandlerResult, handles, reply_with
 from sim_backend.firmware.loader import Loader
-from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.radio import Radio, RadioState
 from sim_backend.firmware.sound import MAX_VOLUME, SoundModule
 from sim_backend.firmware.ui import MINUTE_MS, UiModule
 
@@ -68,7 +68,7 @@ class PropertyHandlers:
     def get_property(self, command: direct.GetProperty) -> HandlerResult:
         """Read a setting."""
         values = {
-            Property.BLUETOOTH: bytes([self._radio.on]),
+            Property.BLUETOOTH: bytes([self._radio.state != RadioState.OFF]),
             Property.VOLUME: bytes([self._sound.volume]),
             Property.SLEEP_TIME: self._ui.sleep_ms.to_bytes(4, "little"),
         }
@@ -76,11 +76,10 @@ class PropertyHandlers:
         return _UNKNOWN if value is None else reply_with(direct.PropertyValue(value))
 
     def _set_bluetooth(self, value: bytes) -> HandlerResult:
-        self._radio.switch(bool(value[0]))
-        return HandlerResult(Status.IN_PROGRESS)
+        return HandlerResult(Status.IN_PROGRESS if self._radio.switch(bool(value[0])) else Status.OK)
 
     def _set_volume(self, value: bytes) -> HandlerResult:
-        self._sound.volume = min(value[0], MAX_VOLUME)
+        self._ui.volume = self._sound.volume = min(value[0], MAX_VOLUME)
         return DONE
 
     def _set_sleep_time(self, value: bytes) -> HandlerResult:

@@ -1,9 +1,12 @@
 """The Bluetooth radio as telegrams see it: name, address, power, and how long it is busy.
 
-Source: docs/firmware.md section 5 (0x98, 0x9A, 0x9B, 0xA4) and section 10.
+Source: docs/firmware.md section 10. The durations are those of the recordings' radio.
 """
 
 from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple
 
 from sim_backend.firmware.module import Clock
 
@@ -12,47 +15,129 @@ NAME_SIZE = 16
 
 DEFAULT_NAME = b"NXT"
 
-_OPERATION_MS = 500
-"""How long the radio is busy after a change."""
+_NAME_AT_BOOT = 8
+"""Characters of the radio's name that the firmware takes over when the radio has started."""
+
+
+class _Change(NamedTuple):
+    """A change of an attribute at a later time."""
+
+    at_ms: int
+    attribute: str
+    value: int | bytes
+
+
+class RadioState(IntEnum):
+    """State of the radio as the user interface shows it."""
+
+    STARTING = 0
+    ON = 1
+    OFF = 4
 
 
 class Radio:
     """Identity and state of the radio.
 
     Attributes:
-        name: 16 bytes, zero-padded.
-        address: Six bytes.
-        on: Whether the radio is on.
+        own_address: Six bytes.
+        address: The firmware's copy of the address.
     """
 
     def __init__(self, clock: Clock, name: bytes, address: bytes) -> None:
         self._clock = clock
-        self.name = _padded(name)
-        self.address = address
-        self.on = True
+        self.own_address = self.address = address
+        self._name = self._stored_name = _padded(name)
+        self._on, self._state, self._resetting = True, RadioState.ON, False
         self._busy_until_ms = 0
+        self._changes: list[_Change] = []
+
+    @property
+    def name(self) -> bytes:
+        """The brick's name: 16 bytes, zero-padded."""
+        self._settle()
+        return self._name
+
+    @name.setter
+    def name(self, name: bytes) -> None:
+        self._settle()
+        self._name = name
+
+    @property
+    def stored_name(self) -> bytes:
+        """The name that other devices see and that is kept without power: 16 bytes, zero-padded."""
+        self._settle()
+        return self._stored_name
+
+    @property
+    def state(self) -> RadioState:
+        """What the user interface shows."""
+        self._settle()
+        return self._state
+
+    @property
+    def resetting(self) -> bool:
+        """Whether the radio starts again after a reset."""
+        self._settle()
+        return self._resetting
 
     @property
     def busy(self) -> bool:
         """Whether an operation is running; no other can start."""
         return self._clock.now_ms < self._busy_until_ms
 
+    def start_from(self, before: Radio) -> None:
+        """Start as the radio of the same brick before a power cycle."""
+        self._stored_name = before.stored_name
+        self._name = _padded(self._stored_name[:_NAME_AT_BOOT])
+        if not before._on:
+            self._on, self._state = False, RadioState.OFF
+
     def rename(self, name: bytes) -> None:
         """Change the name; at most 15 characters count."""
         self.name = _padded(name)
-        self._occupy()
+        duration = 4 if self._on else 158
+        self._occupy(duration, (duration, "_stored_name", self._name))
 
-    def switch(self, on: bool) -> None:
-        """Switch the radio on or off."""
-        self.on = on
-        self._occupy()
+    def switch(self, on: bool) -> bool:
+        """Switch the radio on or off; False if it is busy, or on already."""
+        self._settle()
+        if self.busy or (on and self._on):
+            return False
+        if on:
+            start, on_at = (161, "_state", RadioState.STARTING), (162, "_state", RadioState.ON)
+            self._occupy(163, (161, "_on", True), start, on_at)
+        else:
+            self._occupy(5 if self._on else 606, (5, "_on", False), (5, "_state", RadioState.OFF))
+        return True
 
     def reset(self) -> None:
-        """Restore the default name."""
-        self.rename(DEFAULT_NAME)
+        """Restore the default name, and switch the radio on."""
+        self._settle()
+        wait, starting = (0, 1) if self._on else (154, 2)
+        name = _padded(DEFAULT_NAME)
+        self._occupy(
+            170 + wait,
+            (6, "_stored_name", name),
+            (6 + wait, "_resetting", True),
+            (7, "_state", RadioState.OFF),
+            (164, "_name", name[:_NAME_AT_BOOT] + self._name[_NAME_AT_BOOT:]),
+            (167 + wait, "_resetting", False),
+            (167 + wait, "_on", True),
+            (167 + wait, "_state", RadioState.STARTING),
+            (167 + wait + starting, "_state", RadioState.ON),
+        )
 
-    def _occupy(self) -> None:
-        self._busy_until_ms = self._clock.now_ms + _OPERATION_MS
+    def _occupy(self, duration_ms: int, *changes: tuple[int, str, int | bytes]) -> None:
+        now_ms = self._clock.now_ms
+        self._busy_until_ms = now_ms + duration_ms
+        changed = [_Change(now_ms + delay, attribute, value) for delay, attribute, value in changes]
+        self._changes = sorted(changed, key=lambda change: change.at_ms)
+
+    def _settle(self) -> None:
+        """Carry out the changes whose time has come."""
+        while self._changes and self._changes[0].at_ms <= self._clock.now_ms:
+            change = self._changes.pop(0)
+            setattr(self, change.attribute, change.value)
 
 
 def _padded(name: bytes) -> bytes:

@@ -61,7 +61,7 @@ class SoundModule:
 
     def __init__(self, clock: Clock, loader: Loader) -> None:
         self._clock, self._loader = clock, loader
-        self._handle: int | None = None
+        self._handle: int | None = 0  # so the first sound or stop closes handle 0, whatever it belongs to
         self._length_ms = 0
         self.due_ms = NEVER
         self.frequency_hz = self.duration_ms = self.sample_rate = 0

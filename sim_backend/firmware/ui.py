@@ -5,46 +5,85 @@ Source: docs/firmware.md section 1, 5.2 (Ui map) and section 8.
 
 from __future__ import annotations
 
-from enum import IntEnum
+from enum import Enum, IntEnum, auto
 from typing import Protocol
 
-from firmware_protocol.iomap import ProgramStatus, UiFlag
+from firmware_protocol.iomap import SoundState, UiFlag
 from sim_backend.firmware.battery import SAMPLE_MS, Battery, next_sample_ms
 from sim_backend.firmware.io_control import POWER_DOWN, IoControl
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import NAME_SIZE, pack_name, unpack_name
-from sim_backend.firmware.sound import SoundModule
+from sim_backend.firmware.sound import MAX_VOLUME, SoundModule
 
 MINUTE_MS = 60_000
 
-_OPENING_MS = 7
-"""Time from the request to the start command; a program is active 8 ms after its request."""
+_FADE_MS = 2
+"""Time from a request until the file waits for the end of a tone."""
+
+_OPENING_MS = 4
+"""Time from that wait to the start command; without a tone, a program is active 8 ms after its request."""
+
+_STATUS_BAR_MS = range(3, 6)
+"""Passes after the request in which a battery sample delays the start command by one: the status bar is drawn."""
+
+_MENU_DELAYS = (0, 0, 2, 1, 2, 1)
+"""Delay of the start command in passes by the time since the menu was opened."""
+
+_REFUSAL_MS = 3
+"""Time from that wait until a file of unknown type has brought the menu back."""
+
+_DRAWING_MS = 3
+"""How long the menu is drawn."""
+
+_DISPLAY_OFF_MS, _POWER_OFF_MS = 3, 7
+"""Time from the decision to switch off until display and power go off."""
+
+_WARNING_MS = 2
+"""Time from the sample of a low battery to the warning."""
 
 _MESSAGE_MS = 750
 """How long the display shows the end of a program."""
 
-_PROGRAMS, _SOUND, _ON_BRICK = (".rxe", ".rtm"), ".rso", ".rpg"
-_READER = pack_name("RPGReader.sys")
-"""The program that interprets programs made on the brick itself."""
+_PROGRAMS, _SOUND = (".rxe", ".rtm"), ".rso"
+_ON_BRICK = ".rpg"
+"""Programs made on the brick itself; they are not simulated, only the message after them is shown."""
 
+_RUNNING_FLAGS = int(UiFlag.DISABLE_LEFT_RIGHT_ENTER | UiFlag.DISABLE_EXIT)
+"""Set while a program runs."""
+
+_EXIT_BUTTON = 1
 _EXIT_KEY = 4
-_KEYS = ((1, _EXIT_KEY), (2, 3), (4, 1), (8, 2))
+_KEYS = ((_EXIT_BUTTON, _EXIT_KEY), (2, 3), (4, 1), (8, 2))
 """Bits of the button module (exit, right, left, enter), and their values in the map's Button."""
 
 
 class UiState(IntEnum):
     """State byte of the map; the simulated states only."""
 
+    MENU = 5
+    DRAWING = 6
     WAITING = 7
     OPENING = 13
     RUNNING = 14
     LOW_BATTERY = 15
 
 
+_IN_MENU = (UiState.MENU, UiState.DRAWING, UiState.WAITING)
+
+
+class _Run(Enum):
+    """What the state RUNNING waits for."""
+
+    TONE = auto()
+    TO_OPEN = auto()
+    PROGRAM = auto()
+    PROGRAM_ENDED = auto()
+    SOUND = auto()
+    MESSAGE = auto()
+
+
 class Programs(Protocol):
     """The part of the command module that the user interface uses."""
-
-    status: int
 
     @property
     def active(self) -> bool:
@@ -55,6 +94,9 @@ class Programs(Protocol):
 
     def stop(self) -> None:
         """Stop the program in the next pass."""
+
+    def reset(self) -> None:
+        """Forget the last program in the next pass."""
 
 
 class UiModule:
@@ -69,6 +111,7 @@ class UiModule:
         program_name: The file to start, 20 bytes.
         button: A button pressed through the map, 0 for none.
         sleep_minutes: Time until power-off, 0 for never.
+        volume: Volume of the menu, which SetProperty changes along with the sound module's.
         force_off: Nonzero to switch the brick off.
     """
 
@@ -78,15 +121,18 @@ class UiModule:
         self._clock, self._io_control, self._sound = clock, io_control, sound
         self.due_ms = NEVER
         self.battery = Battery()
-        self.sleep_minutes = 10
+        self.sleep_minutes, self.volume = 10, MAX_VOLUME
         self.flags = int(UiFlag.ENABLE_STATUS)
         self.state = int(UiState.WAITING)
         self.button = self.error = self.pointer = self.force_off = 0
         self.program_name = bytes(NAME_SIZE)
-        self.run_state, self.bluetooth_state, self.usb_state = 1, 1, 2
+        self.run_state, self.usb_state = 1, 2
         self._timer_started_ms = 0
         self._next_step_ms = NEVER
-        self._warned = self._sound_is_file = False
+        self._run, self._file = _Run.TONE, bytes(NAME_SIZE)
+        self._menu_opened_ms = self._delay_ms = 0
+        self._off_ms = NEVER
+        self._warned = self._exit_pressed = False
         self._schedule()
 
     @property
@@ -101,7 +147,7 @@ class UiModule:
 
     def set_battery(self, raw: int) -> None:
         """Change the battery: a 10-bit converter value, plus `battery.RECHARGEABLE`."""
-        self.battery.set(raw)
+        self.battery.raw = raw
         self.due_ms = min(self.due_ms, next_sample_ms(self._clock.now_ms))
 
     def stay_awake(self) -> None:
@@ -122,20 +168,39 @@ class UiModule:
 
     def press(self, buttons: int) -> None:
         """Handle buttons that were pressed, given as bits of the button module."""
+        self._timer_started_ms = self._clock.now_ms
+        if buttons & _EXIT_BUTTON and self.state == UiState.RUNNING:
+            self._skip_message()
         for bit, key in _KEYS:
-            if buttons & bit:
+            if buttons & bit and not self._disabled(key):
                 self.button = key
         self.wake()
 
+    def _skip_message(self) -> None:
+        """Stop the program, and show no message about its end."""
+        self._exit_pressed = True
+        if self.programs.active:
+            self.programs.stop()
+        elif self._run == _Run.MESSAGE:
+            self._next_step_ms = self._clock.now_ms
+
+    def _disabled(self, key: int) -> bool:
+        return bool(self.flags & (UiFlag.DISABLE_EXIT if key == _EXIT_KEY else UiFlag.DISABLE_LEFT_RIGHT_ENTER))
+
+    def switch_off(self) -> None:
+        """Switch the brick off."""
+        self.force_off = 1
+        self.wake()
+
     def wake(self) -> None:
-        """Run in the next pass."""
-        self.due_ms = self._clock.now_ms + 1
+        """Run in this module's next turn."""
+        self.due_ms = self._clock.now_ms
 
     def program_ended(self) -> None:
-        """Show the end of a program from this pass on."""
+        """Show the end of a program from the next pass on."""
         if self.state == UiState.RUNNING:
-            self._next_step_ms = self._clock.now_ms + _MESSAGE_MS
-            self.due_ms = self._clock.now_ms
+            self._run, self._next_step_ms = _Run.PROGRAM_ENDED, self._clock.now_ms + 1
+            self._schedule()
 
     def run(self, now_ms: int) -> None:
         """Run one pass: battery, keys, files, supply."""
@@ -144,78 +209,127 @@ class UiModule:
         if self.flags & UiFlag.RESET_SLEEP_TIMER:
             self.flags &= ~int(UiFlag.RESET_SLEEP_TIMER)
             self._timer_started_ms = now_ms
-        if self.button:
+        if self.button and not self._disabled(self.button):
             self._take_key()
         self._step(now_ms)
         self._watch_supply()
         self._schedule()
 
     def _take_key(self) -> None:
-        key, self.button = self.button, 0
+        self.button = 0
         self._timer_started_ms = self._clock.now_ms
         if self.state == UiState.LOW_BATTERY:
-            self._become_idle()
-        elif key == _EXIT_KEY and self._can_be_stopped:
-            self.programs.stop()
-
-    @property
-    def _can_be_stopped(self) -> bool:
-        """Whether the exit button stops the program."""
-        running = self.state == UiState.RUNNING and self.programs.active
-        return running and not self.flags & UiFlag.DISABLE_EXIT
+            self.flags &= ~int(UiFlag.BUSY)
+            self.state = int(UiState.WAITING)
 
     def _step(self, now_ms: int) -> None:
         """Continue to start or end a file."""
-        if self.state == UiState.WAITING and self.flags & UiFlag.EXECUTE_FILE:
-            self.flags = self.flags & ~int(UiFlag.EXECUTE_FILE) | int(UiFlag.BUSY)
-            self.state, self._next_step_ms = int(UiState.OPENING), now_ms + _OPENING_MS
-            self._timer_started_ms = now_ms
-        elif self.state == UiState.OPENING and now_ms >= self._next_step_ms:
-            self._open(now_ms)
-        elif self.state == UiState.RUNNING and now_ms >= self._next_step_ms:
-            if self._sound_is_file and self._sound.playing:
+        if self.flags & UiFlag.EXECUTE_FILE and not self.flags & UiFlag.BUSY:
+            self._begin(now_ms)
+        elif now_ms >= self._next_step_ms:
+            self._advance(now_ms)
+
+    def _begin(self, now_ms: int) -> None:
+        """Accept a request; one in the next pass can still replace the file."""
+        self.flags |= int(UiFlag.BUSY)
+        self.state = int(UiState.OPENING)
+        delay = dict(enumerate(_MENU_DELAYS)).get(now_ms - self._menu_opened_ms, 0)
+        delay += next_sample_ms(now_ms + _STATUS_BAR_MS[0] - 1) - now_ms in _STATUS_BAR_MS
+        self._timer_started_ms, self._next_step_ms, self._delay_ms = now_ms, now_ms + 1, delay
+
+    def _advance(self, now_ms: int) -> None:
+        self._next_step_ms = NEVER
+        if self.state == UiState.OPENING:
+            self.state, self._run, self._exit_pressed = int(UiState.RUNNING), _Run.TONE, False
+            self._file, self._next_step_ms = self.program_name, now_ms + _FADE_MS + self._delay_ms
+        elif self.state == UiState.RUNNING:
+            self._continue(now_ms)
+        elif self.state == UiState.MENU:
+            self.state, self._next_step_ms = int(UiState.DRAWING), now_ms + _DRAWING_MS
+        elif self.state == UiState.DRAWING:
+            self.state = int(UiState.WAITING)
+
+    def _continue(self, now_ms: int) -> None:
+        """Go on with a file: open it, wait for its end, show a message, go back to the menu."""
+        match self._run:
+            case _Run.TONE if self._sound.state == SoundState.TONE:
                 self._next_step_ms = now_ms + 1
-                return
-            self._become_idle()
+            case _Run.TONE:
+                known = _extension(self._file) in (*_PROGRAMS, _SOUND, _ON_BRICK)
+                self._run, self._next_step_ms = _Run.TO_OPEN, now_ms + (_OPENING_MS if known else _REFUSAL_MS)
+            case _Run.TO_OPEN:
+                self._open(now_ms)
+            case _Run.PROGRAM if self.programs.active:
+                self.flags |= _RUNNING_FLAGS
+            case _Run.SOUND if self._sound.playing:
+                self._next_step_ms = now_ms + 1
+            case _Run.MESSAGE:
+                self._open_menu()
+            case _:
+                self.flags &= ~_RUNNING_FLAGS
+                self._run = _Run.MESSAGE
+                self._next_step_ms = now_ms + (1 if self._exit_pressed else _MESSAGE_MS)
 
     def _open(self, now_ms: int) -> None:
-        """Start a file by its extension; with an unknown one the user interface hangs, as the firmware's does."""
-        self._next_step_ms = NEVER
-        name = unpack_name(self.program_name)
-        extension = name[name.rfind(".") :].lower() if "." in name else ""
-        self._sound_is_file = extension == _SOUND
-        if extension in _PROGRAMS or extension == _ON_BRICK:
-            self.state = int(UiState.RUNNING)
-            self.programs.start(self.program_name if extension in _PROGRAMS else _READER)
+        """Start a file by its extension; an unknown one leaves the user interface busy for ever, as on a real brick."""
+        extension = _extension(self._file)
+        self._next_step_ms = now_ms + 1
+        if extension in _PROGRAMS:
+            self._run = _Run.PROGRAM
+            self.programs.start(self._file)
         elif extension == _SOUND:
-            self.state, self._next_step_ms = int(UiState.RUNNING), now_ms + 2
-            self._sound.play_file(name, loop=False)
+            self._run, self._next_step_ms = _Run.SOUND, now_ms + 2
+            self._sound.play_file(unpack_name(self._file), loop=False)
+        elif extension == _ON_BRICK:
+            self._run = _Run.SOUND
+        else:
+            self._show_menu()
 
-    def _become_idle(self) -> None:
+    def _open_menu(self) -> None:
         """Accept buttons and requests again; a request made meanwhile is lost."""
-        self.flags &= ~int(UiFlag.BUSY | UiFlag.EXECUTE_FILE)
-        self.state, self._next_step_ms = int(UiState.WAITING), NEVER
-        if not self.programs.active:
-            self.programs.status = int(ProgramStatus.IDLE)
+        self.flags &= ~int(UiFlag.BUSY)
+        self._show_menu()
+        self.programs.reset()
+
+    def _show_menu(self) -> None:
+        now_ms = self._clock.now_ms
+        self.flags &= ~int(UiFlag.EXECUTE_FILE)
+        self.state, self._menu_opened_ms, self._next_step_ms = int(UiState.MENU), now_ms, now_ms + 1
 
     def _watch_supply(self) -> None:
         """Warn of a low battery once; switch off when the sleep timer has expired."""
+        now_ms = self._clock.now_ms
         self._warned = self._warned and self.battery.low
-        if self.battery.low and not self._warned and self.state == UiState.WAITING:
+        if self._warns and now_ms % SAMPLE_MS >= _WARNING_MS:
             self._warned = True
             self.flags |= int(UiFlag.BUSY)
-            self.state = int(UiState.LOW_BATTERY)
+            self.state, self._next_step_ms = int(UiState.LOW_BATTERY), NEVER
         if self.sleep_minutes and self.sleep_timer >= self.sleep_minutes:
             self.force_off = 1
-        if self.force_off and not self._io_control.power_word:
+        if self.force_off and self._off_ms == NEVER:
+            self._off_ms = now_ms
             if self.programs.active:
                 self.programs.stop()
+        if now_ms >= self._off_ms + _DISPLAY_OFF_MS:
+            self._io_control.display_on = False
+        if now_ms >= self._off_ms + _POWER_OFF_MS:
             self._io_control.shut_down(POWER_DOWN)
+
+    @property
+    def _warns(self) -> bool:
+        return self.battery.low and not self._warned and self.state in _IN_MENU
 
     def _schedule(self) -> None:
         now_ms, due = self._clock.now_ms, self._next_step_ms
         if self.sleep_minutes and not self.force_off:
             due = min(due, self._timer_started_ms + self.sleep_ms)
+        if self._off_ms != NEVER and not self._io_control.power_word:
+            due = min(due, now_ms + 1)
         if not self.battery.settled:
             due = min(due, next_sample_ms(now_ms))
-        self.due_ms = max(due, now_ms + 1)
+        self.due_ms = now_ms + 1 if self._warns else max(due, now_ms + 1)
+
+
+def _extension(name: bytes) -> str:
+    text = unpack_name(name)
+    return text[text.rfind(".") :].lower() if "." in text else ""

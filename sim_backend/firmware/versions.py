@@ -23,9 +23,11 @@ class Version:
         stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor, or
             only the partner.
         strict_data_names: Whether data files may not have names of programs.
+        writing_prevents_deletion: Whether a file cannot be deleted while it is being written.
+        deletion_spares_found: Whether a listing that has just found a deleted file skips the next one.
         sectors: Flash sectors for files.
         directory_size: Maximum number of files.
-        settings_size: Bytes of the settings file.
+        settings: Content of the settings file.
         pool: Layout of the memory pool of programs.
     """
 
@@ -36,9 +38,11 @@ class Version:
     evaluates_every_type: bool
     stops_all_synchronised: bool
     strict_data_names: bool
+    writing_prevents_deletion: bool
+    deletion_spares_found: bool
     sectors: int
     directory_size: int
-    settings_size: int
+    settings: bytes
     pool: Layout
 
 
@@ -51,9 +55,11 @@ VERSIONS = {
         evaluates_every_type=False,
         stops_all_synchronised=True,
         strict_data_names=True,
+        writing_prevents_deletion=True,
+        deletion_spares_found=True,
         sectors=477,
         directory_size=127,
-        settings_size=6,
+        settings=bytes.fromhex("780104030000"),
         pool=Layout(clump=28, growth=25),
     ),
     "1.05": Version(
@@ -64,9 +70,11 @@ VERSIONS = {
         evaluates_every_type=True,
         stops_all_synchronised=False,
         strict_data_names=False,
+        writing_prevents_deletion=False,
+        deletion_spares_found=False,
         sectors=491,
         directory_size=63,
-        settings_size=1,
+        settings=bytes.fromhex("cb"),
         pool=Layout(clump=24, growth=5),
     ),
 }

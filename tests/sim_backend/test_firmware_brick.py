@@ -251,5 +251,5 @@ def test_the_brick_switches_itself_off():
     ask(brick, direct.KeepAlive())
     brick.tick(9 * 60_000)
     assert not brick.powered_off
-    brick.tick(60_000)
+    brick.tick(60_010)
     assert brick.powered_off

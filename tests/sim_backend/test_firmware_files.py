@@ -8,7 +8,7 @@ from firmware_protocol import system
 from firmware_protocol.status import Status
 from firmware_protocol.telegram import REPLY_HEADER
 from sim_backend.firmware.brick import SimBrick
-from sim_backend.firmware.flash import capacity, sectors_for
+from sim_backend.firmware.flash import free_bytes, sectors_for
 from sim_backend.firmware.names import matcher
 
 PIECE = 58
@@ -62,11 +62,20 @@ def test_memory_is_given_back(sizes):
     assert brick.loader.flash.free == before
 
 
-@given(st.integers(0, 120_000))
-def test_a_file_takes_as_few_sectors_as_can_hold_it(size):
-    sectors = sectors_for(size)
-    assert capacity(sectors - 1) < size or sectors == 1
-    assert capacity(sectors) >= size
+@pytest.mark.parametrize(
+    ("size", "sectors"),
+    [(1, 1), (220, 1), (221, 2), (474, 2), (475, 3), (728, 3), (8094, 32), (8095, 33), (28_414, 112), (28_415, 113)],
+)
+def test_each_sector_but_the_first_costs_two_bytes_of_the_header(size, sectors):
+    assert sectors_for(size) == sectors
+
+
+@pytest.mark.parametrize(
+    ("sectors", "free"),
+    [(0, 0), (1, 220), (2, 472), (3, 728), (112, 28_416), (113, 28_668), (368, 93_440), (477, 121_124)],
+)
+def test_free_flash_is_reported_as_for_one_file(sectors, free):
+    assert free_bytes(sectors) == free
 
 
 def test_unplugging_drops_what_was_incomplete():

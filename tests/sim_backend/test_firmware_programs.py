@@ -230,7 +230,7 @@ def test_variables_can_be_watched_and_changed_through_the_map():
     assert ask(brick, system.IOMapRead(COMMAND.module_id, pool + base, 4))[1].data == bytes.fromhex("aabb2211")
     brick.receive(direct.StopProgram().encode())
     brick.tick(3)
-    assert field(brick, COMMAND, "OffsetDS") == 0xFFFF
+    assert field(brick, COMMAND, "OffsetDS") == base
 
 
 LOOP = assemble(Variables(), [FOREVER])
@@ -311,17 +311,21 @@ def test_a_program_needs_a_free_handle():
     assert status_of(brick, direct.StartProgram("test.rxe")) == Status.OUT_OF_RANGE
 
 
-def test_the_exit_button_stops_a_program_unless_it_is_disabled():
+def test_the_exit_button_stops_a_program_and_skips_the_message():
     brick = started(LOOP)
-    ask(brick, UI.field("Flags").write(UiFlag.BUSY | UiFlag.DISABLE_EXIT))
     brick.button.hold(1)
-    brick.tick(5)
-    assert program_status(brick) == ProgramStatus.RUNNING
-    brick.button.hold(0)
-    ask(brick, UI.field("Flags").write(UiFlag.BUSY))
-    brick.button.hold(1)
-    brick.tick(5)
+    brick.tick(2)
     assert program_status(brick) == ProgramStatus.ABORTED
+    brick.tick(5)
+    assert program_status(brick) == ProgramStatus.IDLE
+    assert field(brick, UI, "State") == 7
+
+
+def test_the_exit_button_of_the_map_does_not_stop_a_program():
+    brick = started(LOOP)
+    ask(brick, UI.field("Button").write(4))
+    brick.tick(20)
+    assert program_status(brick) == ProgramStatus.RUNNING
 
 
 def test_a_request_made_while_a_program_is_being_opened_is_lost():
@@ -346,7 +350,7 @@ def test_a_program_can_be_started_through_the_map_of_the_user_interface():
     assert ask(brick, direct.GetCurrentProgramName())[1].name == "test.rxe"
 
 
-def test_a_program_does_not_start_while_the_battery_popup_is_shown():
+def test_a_program_starts_when_the_battery_popup_is_closed():
     brick = SimBrick()
     store(brick, "test.rxe", LOOP)
     brick.set_battery(430)
@@ -355,11 +359,8 @@ def test_a_program_does_not_start_while_the_battery_popup_is_shown():
     ask(brick, direct.StartProgram("test.rxe"))
     brick.tick(3000)
     assert status_of(brick, direct.GetCurrentProgramName()) == Status.NO_ACTIVE_PROGRAM
-    brick.button.hold(8)
-    brick.tick(3)
-    assert not field(brick, UI, "Flags") & (UiFlag.BUSY | UiFlag.EXECUTE_FILE)
-    ask(brick, direct.StartProgram("test.rxe"))
-    brick.tick(READY_MS)
+    brick.button.hold(2)
+    brick.tick(12)
     assert program_status(brick) == ProgramStatus.RUNNING
 
 

@@ -189,8 +189,20 @@ def test_the_sleep_timer_is_reset_through_the_map():
 def test_the_brick_is_switched_off_through_the_map():
     brick = SimBrick()
     put(brick, UI, "ForceOff", 1)
-    assert brick.powered_off
+    brick.tick(3)
     assert not brick.io_control.display_on
+    assert not brick.powered_off
+    brick.tick(4)
+    assert brick.powered_off
+
+
+def test_the_exit_button_switches_the_brick_off_after_two_seconds():
+    brick = SimBrick()
+    brick.button.hold(1)
+    brick.tick(2008)
+    assert not brick.powered_off
+    brick.tick(1)
+    assert brick.powered_off
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)

@@ -9,20 +9,22 @@ from collections.abc import Callable
 from traceback import extract_tb
 
 from firmware_protocol.framing import LENGTH_SIZE, USB_TELEGRAM_LIMIT
-from firmware_protocol.iomap import UI, UiFlag
+from firmware_protocol.iomap import UiFlag
 from sim_backend.devices import AnalogInput, GenericI2CDevice
 from sim_backend.firmware.analog import FULL_SCALE
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.limits import BLUETOOTH
 
-_IO_MAP_DATA = 9
-"""Offset of the data in a reply to IOMapRead."""
-
 _PATIENCE = 100_000
 """Number of polls after which a wait fails."""
 MOST = 100_000
 """Most passes, bytes or files of a control line: some seconds of work."""
+
+
+_RING = 128
+_RING_START = 62
+"""Size of the ring buffer of the radio's stream in the recordings, and where a stream begins in it."""
 
 
 class NotSupportedOnBench(Exception):
@@ -43,7 +45,7 @@ class Bench:
         self.readings = [FULL_SCALE] * 4
         self._plug_in(brick)
         self._clocks = [0] * 4
-        self._stream = b""
+        self._stream, self._frames, self._position, self._crossed = b"", list[bytes](), _RING_START, False
         self._lines: dict[str, Callable[..., str]] = {
             "!tick": self._tick,
             "!sensor": self._sensor,
@@ -147,12 +149,12 @@ class Bench:
     def _also(self, *requests: str) -> str:
         return " ".join(self.telegram(request) for request in requests)
 
-    def _poll(self, request: str, byte: int, value: int, mask: int = 0xFF) -> tuple[int, str]:
-        """Repeat the request every pass until `byte` of the reply is `value` under `mask`."""
+    def _poll(self, request: str, byte: int, value: int) -> tuple[int, str]:
+        """Repeat the request every pass until `byte` of the reply is `value`."""
         for polls in range(1, _PATIENCE):
             reply = self.telegram(request)
             data = bytes.fromhex(reply)
-            if len(data) > byte and data[byte] & mask == value:
+            if len(data) > byte and data[byte] == value:
                 return polls, reply
         raise NotSupportedOnBench(f"byte {byte} of the reply to {request} never was 0x{value:02x}")
 
@@ -160,8 +162,11 @@ class Bench:
         return str(self._poll(request, 2, int(status, 16))[0])
 
     def _until_idle(self) -> str:
-        flags = UI.field("Flags").read().encode().hex()
-        return str(self._poll(flags, _IO_MAP_DATA, 0, int(UiFlag.BUSY))[0])
+        for passes in range(1, _PATIENCE):
+            self.brick.tick()
+            if not self.brick.ui.flags & UiFlag.BUSY:
+                return str(passes)
+        raise NotSupportedOnBench("the user interface stays busy")
 
     def _until_run(self, port: str, run_state: str) -> str:
         polls, reply = self._poll(f"0006{int(port):02x}", 8, int(run_state, 16))
@@ -216,7 +221,7 @@ class Bench:
         return f"power={supply.power_command:02x} display={supply.display_on:d} inpower=00 div0={divisions}"
 
     def _bluetooth_name(self) -> str:
-        return self.brick.radio.name.hex()
+        return self.brick.radio.stored_name.hex()
 
     def _high_speed(self, data: str) -> str:
         self.brick.high_speed.arrive(bytes.fromhex(data))
@@ -247,28 +252,46 @@ class Bench:
         return "ok"
 
     def _reboot(self) -> str:
-        brick, self._stream = self.brick, b""
-        self._plug_in(SimBrick(firmware=brick.firmware, flash=brick.loader.flash))
+        self._stream, self._frames, self._position, self._crossed = b"", [], _RING_START, False
+        self._plug_in(self.brick.power_cycle())
         return "ok"
 
     def _bluetooth(self, *stream: str) -> str:
-        """Send bytes over Bluetooth; an incomplete telegram waits for its rest. The brick takes one chunk per pass."""
-        data, replies = self._stream + bytes.fromhex("".join(stream)), b""
-        while len(data) >= LENGTH_SIZE:
-            length = int.from_bytes(data[:LENGTH_SIZE], "little")
-            framed, rest = data[: LENGTH_SIZE + length], data[LENGTH_SIZE + length :]
-            if len(framed) < LENGTH_SIZE + length:
-                break
-            replies += self.brick.receive_bluetooth(framed)
-            self.brick.tick(max(1, -(-length // BLUETOOTH.buffer)))
-            data = rest
-        self._stream = data
+        """Send bytes over Bluetooth; an incomplete telegram waits for its rest.
+
+        The firmware takes one telegram in a pass, and another pass for one that crosses the end of its ring buffer. As
+        in the recordings, passes end when all bytes are taken, or before that after one pass for each telegram.
+        """
+        self._stream += bytes.fromhex("".join(stream))
+        waiting = len(self._frames)
+        while (size := _frame_size(self._stream)) is not None:
+            self._frames.append(self._stream[:size])
+            self._stream = self._stream[size:]
+        passes = len(self._frames) - waiting if self._stream else _PATIENCE
+        replies = b""
+        while self._frames and passes > 0:
+            framed = self._frames[0]
+            end = self._position + len(framed)
+            if len(framed) <= BLUETOOTH.buffer and not self._crossed and self._position // _RING != (end - 1) // _RING:
+                self._crossed = True
+                self.brick.tick()
+            else:
+                self._crossed, self._position = False, end
+                replies += self.brick.receive_bluetooth(self._frames.pop(0))
+                self.brick.tick(max(1, -(-(len(framed) - LENGTH_SIZE) // BLUETOOTH.buffer)))
+            passes -= 1
         return replies.hex()
 
 
 def _raised_elsewhere(error: Exception) -> bool:
     """Whether the error was raised outside this module, by the simulated brick."""
     return extract_tb(error.__traceback__)[-1].filename != __file__
+
+
+def _frame_size(stream: bytes) -> int | None:
+    """Size of the first telegram with its length, or None if it is incomplete."""
+    size = LENGTH_SIZE + int.from_bytes(stream[:LENGTH_SIZE], "little")
+    return size if LENGTH_SIZE <= len(stream) >= size else None
 
 
 def _count(text: str) -> int:

@@ -14,7 +14,7 @@ from typing import Any
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import InputFileError, read_text
-from sim_backend.firmware.brick import FIRMWARES
+from sim_backend.firmware.versions import FIRMWARES
 
 REFERENCE = "1.29"
 """The firmware a recording was made with that does not say so."""

@@ -16,6 +16,7 @@ from typing import NamedTuple
 from sim_backend.firmware.vm.rxe import SIZES, BadProgram, Program, Type, following
 
 POOL_SIZE = 32_768
+_FILLER = bytes.fromhex("efbeadde")
 NOT_AN_OFFSET = 0xFFFF
 _ALIGNMENT = 4
 _DESCRIPTOR = struct.Struct("<HHHHH")
@@ -51,6 +52,11 @@ class Layout(NamedTuple):
     growth: int
 
 
+def fresh_pool() -> bytearray:
+    """A pool as the firmware prepares it for each program."""
+    return bytearray(_FILLER * (POOL_SIZE // len(_FILLER)))
+
+
 class _Array(NamedTuple):
     offset: int
     element: int
@@ -73,7 +79,7 @@ class Memory:
             BadProgram: It does not fit, or its descriptors are invalid.
             OutOfMemory: Its descriptors exceed the pool.
         """
-        self.pool = bytearray(POOL_SIZE)
+        self.pool = fresh_pool()
         self.base = _aligned(len(program.clumps) * layout.clump)
         self.descriptors = program.descriptors
         self._variables, self._growth = program.variables, layout.growth

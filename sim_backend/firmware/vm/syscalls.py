@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping
 
 from firmware_protocol.direct import LS_LIMIT, MESSAGE_LIMIT
 from firmware_protocol.status import Status
-from sim_backend.firmware.loader import NAME_LIMIT
 from sim_backend.firmware.mailboxes import MAILBOXES
+from sim_backend.firmware.names import NAME_LIMIT
 from sim_backend.firmware.sound import MAX_VOLUME
 from sim_backend.firmware.vm.arrays import elements, text
 from sim_backend.firmware.vm.machine import Instruction, Machine, ProgramError, number
