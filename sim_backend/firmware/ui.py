@@ -310,10 +310,10 @@ class UiModule:
             self._off_ms = now_ms
             if self.programs.active:
                 self.programs.stop()
-        if now_ms >= self._off_ms + _DISPLAY_OFF_MS:
+        if now_ms >= self._off_ms + _DISPLAY_OFF_MS and self.state != UiState.LOW_BATTERY:
             self._io_control.display_on = False
         if now_ms >= self._off_ms + _POWER_OFF_MS:
-            self._io_control.shut_down(POWER_DOWN)
+            self._io_control.power_word = POWER_DOWN
 
     @property
     def _warns(self) -> bool:

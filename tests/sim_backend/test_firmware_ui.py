@@ -250,3 +250,12 @@ def test_a_volume_in_the_map_of_the_user_interface_is_not_that_of_the_sounds():
 
 def test_an_idle_program_status_is_reported(bench):
     assert observe(bench, STATUS, 1) == [(f"{int(ProgramStatus.IDLE):02x}", 1)]
+
+
+def test_the_display_stays_on_at_power_off_during_the_battery_popup():
+    bench = Bench(SimBrick())
+    bench.control("!battery 430")
+    bench.brick.tick(1200)
+    ask(bench, UI.field("ForceOff").write(1))
+    bench.brick.tick(7)
+    assert bench.control("!power").startswith("power=5a display=1")
