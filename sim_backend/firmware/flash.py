@@ -10,6 +10,9 @@ _HEADER = 36
 _POINTER = 2
 _ALIGNMENT = 4
 
+FIRST_PAGE = SECTOR - _HEADER
+"""Bytes of a file that are written to the flash together with its header."""
+
 SETTINGS = "NVConfig.sys"
 """File that the firmware creates at its first boot."""
 
@@ -45,6 +48,7 @@ class File:
         content: Written bytes.
         sectors: Numbers of its sectors.
         data_size: Readable bytes; set when the file is closed.
+        overlaid_by: A file whose header has overwritten this one's.
     """
 
     name: str
@@ -53,6 +57,12 @@ class File:
     content: bytearray = field(default_factory=bytearray)
     sectors: list[int] = field(default_factory=list)
     data_size: int = 0
+    overlaid_by: File | None = None
+
+    @property
+    def seen(self) -> File:
+        """The file that a directory entry of this one shows."""
+        return self if self.overlaid_by is None else self.overlaid_by.seen
 
 
 class Flash:
@@ -104,11 +114,11 @@ class Flash:
     def release(self, file: File) -> None:
         """Free the file's sectors, and those of all downloads too: the firmware only considers the directory."""
         file.sectors = []
-        self._used = {sector for other in self.files for sector in other.sectors}
+        self._count()
 
     def power_up(self) -> None:
         """Discard incomplete downloads and unclosed data, and create the settings again, as at power-on."""
-        self._used = {sector for file in self.files for sector in file.sectors}
+        self._count()
         for file in self.files:
             del file.content[file.data_size :]
         if all(file.name != SETTINGS for file in self.files):
@@ -116,6 +126,14 @@ class Flash:
             settings = File(SETTINGS, size, content=bytearray(self._settings), data_size=size)
             if self.reserve(settings, contiguous=True):
                 self.files.insert(0, settings)
+
+    def _count(self) -> None:
+        """Find the used sectors from the directory, with one sector too many for a file whose header just fits."""
+        self._used = {sector for file in self.files for sector in file.sectors}
+        for file in filter(lambda each: each.sectors, self.files):
+            header = _HEADER + _POINTER * (len(file.sectors) - 1)
+            if len(file.sectors) * SECTOR - header - header % _ALIGNMENT < file.size:
+                self._used.add(file.sectors[-1] + 1)
 
     def erase(self) -> None:
         """Delete all files, including the settings."""

@@ -11,7 +11,7 @@ from enum import Enum, auto
 from typing import NamedTuple
 
 from firmware_protocol.status import Status
-from sim_backend.firmware.flash import File, Flash
+from sim_backend.firmware.flash import FIRST_PAGE, File, Flash
 from sim_backend.firmware.names import NAME_LIMIT, matcher
 from sim_backend.firmware.versions import Version
 
@@ -150,6 +150,7 @@ class Loader:
             return Opened(status, 0 if status == Status.NO_MORE_FILES else number)
         self._take(number, Use.WRITE, file, keep=keep)
         if appendable:
+            self._write_header(file)
             self._enter(number, file)
         self.free_flash = self.flash.free
         return Opened(Status.OK, number)
@@ -186,7 +187,10 @@ class Loader:
         if handle.overrun:
             return Status.END_OF_FILE_EXPECTED, 0
         fitting = data[: file.size - len(file.content)]
+        buffered = len(file.content)
         file.content += fitting
+        if buffered < min(file.size, FIRST_PAGE) <= len(file.content) and not file.appendable:
+            self._write_header(file)
         if len(fitting) < len(data):
             handle.overrun = True
             return Status.END_OF_FILE_EXPECTED, len(fitting)
@@ -230,7 +234,7 @@ class Loader:
         uses = {Use.READ, Use.EXECUTE} | ({Use.WRITE} if self._version.writing_prevents_deletion else set())
         if any(handle.use in uses and handle.index == index for handle in self._table):
             return Status.FILE_IS_BUSY
-        self.flash.files.remove(file)
+        del self.flash.files[index]
         self.flash.release(file)
         self._shift(index + self._version.deletion_spares_found, -1)
         return Status.OK
@@ -317,9 +321,18 @@ class Loader:
 
     def _enter(self, number: int, file: File) -> None:
         """Make a file the first of the directory."""
-        self.flash.files.insert(0, file)
+        self.flash.files.insert(0, file.seen)
         self._shift(0, 1)
         self._handles[number].index = 0
+
+    def _write_header(self, file: File) -> None:
+        """Write a header to the flash, over that of another file whose sectors were freed while it was open."""
+        file.overlaid_by = None
+        for other in self._downloads():
+            if other is not file and other.sectors[:1] == file.sectors[:1]:
+                other.overlaid_by = file
+        entries = self.flash.files
+        entries[:] = [file if each.sectors[:1] == file.sectors[:1] else each for each in entries]
 
     def _shift(self, start: int, step: int) -> None:
         """Adjust the indexes of used handles from `start` on to an inserted or deleted entry."""

@@ -207,3 +207,26 @@ def test_a_system_command_without_reply_still_fills_the_buffer(brick):
     bench.telegram("000b")
     assert bench.telegram("818400") == ""
     assert bench.telegram("01c00000") == "02c088001e00"
+
+
+def test_a_file_that_was_written_over_shows_the_one_written_last(brick):
+    for name in ("first", "second"):
+        ask(brick, system.OpenWrite(name, 3))
+    ask(brick, system.Close(1))  # incomplete: the sectors of all downloads are free again
+    store(brick, "third", content=b"12345")
+    ask(brick, system.Write(0, b"abc"))
+    assert status_of(brick, system.Close(0)) == Status.OK
+    assert handle_of(brick, system.OpenRead("first")) == 0
+    assert status_of(brick, system.OpenRead("third")) == Status.FILE_NOT_FOUND
+    handle = handle_of(brick, system.FindFirst("*.*"))
+    assert [next_name(brick, handle) for _ in range(2)] == ["first", "NVConfig.sys"]
+
+
+@pytest.mark.parametrize(("size", "gained"), [(120_867, 256), (120_869, 0)])
+def test_a_deletion_counts_the_sectors_of_each_file_anew(size, gained):
+    brick = SimBrick(firmware="1.05")
+    store(brick, "old")
+    ask(brick, system.OpenWriteData("big", size))
+    before = free_flash(brick)
+    assert status_of(brick, system.Delete("old")) == Status.OK
+    assert abs(free_flash(brick) - before - gained) <= 4
