@@ -1,4 +1,4 @@
-"""The simulated brick against 160 recorded conversations with LEGO's firmware."""
+"""The simulated brick against recorded conversations with LEGO's firmware."""
 
 from pathlib import Path
 
@@ -8,9 +8,11 @@ from nxtdrive.tools.conformance.recording import load
 from nxtdrive.tools.conformance.replay import replay
 from sim_backend.firmware.versions import FIRMWARES
 
-RECORDING = Path(__file__).parents[2] / "golden" / "firmware.jsonl"
+GOLDEN = Path(__file__).parents[2] / "golden"
+RECORDING, RANDOM = GOLDEN / "firmware.jsonl", GOLDEN / "firmware_files.jsonl"
+"""One written by hand, and one of random conversations about files, programs, modules, names and framing."""
 
-SCENARIOS = {firmware: load(RECORDING, firmware) for firmware in FIRMWARES}
+SCENARIOS = {firmware: load(RECORDING, firmware) | load(RANDOM, firmware) for firmware in FIRMWARES}
 CASES = [(firmware, name) for firmware in FIRMWARES for name in SCENARIOS[firmware]]
 
 
@@ -21,7 +23,7 @@ def test_it_answers_and_moves_as_the_firmware_did(firmware, name):
 
 
 def test_no_scenario_is_left_out():
-    assert len(CASES) == 160 * len(FIRMWARES)
+    assert len(CASES) == (160 + 85) * len(FIRMWARES)
 
 
 def test_a_difference_is_named_by_its_field():
