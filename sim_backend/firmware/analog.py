@@ -5,13 +5,11 @@ Source: docs/firmware.md section 6.
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Callable
-from functools import cache
-from itertools import pairwise
+from itertools import accumulate
 
 from firmware_protocol.enums import SensorMode, SensorType
-from sim_backend.firmware.cint import s16
+from sim_backend.firmware.cint import divide, s16
 
 FULL_SCALE = 1023
 """Largest value of the 10-bit converter; also the reading of an open port."""
@@ -19,15 +17,22 @@ FULL_SCALE = 1023
 _PRESSED_BELOW = 460
 """Normalized values above it give boolean 0."""
 
-_TEMPERATURE = {
-    290: 1023, 300: 986, 400: 747, 450: 666, 460: 650, 500: 593, 512: 577, 550: 527,
-    562: 511, 563: 511, 600: 466, 700: 345, 800: 220, 899: 61, 900: 59, 928: 0,
-}  # fmt: skip
-"""Raw to normalized at the measured points of the firmware's table, with a smooth curve in between. With one point left
-out at a time, the curve is within 2 of the points from 400 to 600 and of 899, and within 7 of the others."""
+_COLDEST = 290
+"""Raw value of the temperature sensor with the highest normalized value; raw values below it give the same."""
 
-_KNOTS = tuple(raw for raw in _TEMPERATURE if raw not in (460, 563, 899))
-"""Points that define the curve; the others lie too close to a neighbour to give a slope after rounding."""
+_TEMPERATURE_STEPS = (
+    "2121212212121212121112111211211112111121111111111112111111111111111111111111111101111111011110111110"
+    "1111011111011111011101110110111011101101111011011101101101101101101101101101101101101101011011010110"
+    "1011010110101101011010110110101011010110101010101101010101101010101101010101101100101010110101010110"
+    "1010101010101101010101010110101010101010101010101010101010110101010101010101011001011010101010101010"
+    "1011010101010101011010101010110101010101010101011010110101010101010110101101010101101010110101010110"
+    "1101011010110101101101011011011010110101101101101101011101101110110111011011011011110111101110111110"
+    "11111111011111111110111111111111111011"
+)
+"""How many of the 450 steps of 0.2 °C down from 70 °C each raw value from 291 on takes, as measured one by one."""
+
+_TEMPERATURE = tuple(FULL_SCALE * (450 - taken) // 450 for taken in accumulate(map(int, "0" + _TEMPERATURE_STEPS)))
+"""Normalized value of each raw value from `_COLDEST` on."""
 
 _BANDS = (450, 675, 910)
 """Borders of the rotation sensor's four bands: 440, 660 and 890 per mille of full scale."""
@@ -35,39 +40,31 @@ _BANDS = (450, 675, 910)
 _ORDER = (0, 1, 3, 2)
 """The bands in the order in which a turning shaft passes them; the reverse order is the other direction."""
 
+_STEPS = {1: 1, 3: -1}
+_OUTERMOST = (0, 2)
+"""Places of the lowest and the highest band in that order."""
+
+_STANDSTILL = 30
+"""Passes in one band after which the shaft stands still."""
+
+_CONFIRMATION = 7
+"""Passes."""
+
+
+def full_scale(raw: int, zero: int, percent: int) -> int:
+    """The value of a sensor whose range begins at `zero` and is `percent` of the converter's, 0..1023."""
+    return min(FULL_SCALE, divide(max(0, raw - zero) * 100, percent))
+
 
 def _inverted(zero: int, percent: int) -> Callable[[int], int]:
     def normalize(raw: int) -> int:
-        return FULL_SCALE - min(FULL_SCALE, max(0, raw - zero) * 100 // percent)
+        return FULL_SCALE - full_scale(raw, zero, percent)
 
     return normalize
 
 
-def _slopes() -> list[float]:
-    """Slope of the curve at each knot: that of the parabola through it and its neighbours."""
-    widths = [right - left for left, right in pairwise(_KNOTS)]
-    chords = [(_TEMPERATURE[right] - _TEMPERATURE[left]) / (right - left) for left, right in pairwise(_KNOTS)]
-    inner = [
-        (chords[i] * widths[i + 1] + chords[i + 1] * widths[i]) / (widths[i] + widths[i + 1])
-        for i in range(len(chords) - 1)
-    ]
-    return [2 * chords[0] - inner[0], *inner, 2 * chords[-1] - inner[-1]]
-
-
-@cache
 def _temperature(raw: int) -> int:
-    raw = min(max(raw, _KNOTS[0]), _KNOTS[-1])
-    if raw in _TEMPERATURE:
-        return _TEMPERATURE[raw]
-    i = bisect_left(_KNOTS, raw)
-    left, right, slopes = _KNOTS[i - 1], _KNOTS[i], _slopes()
-    width, t = right - left, (raw - left) / (right - left)
-    start, end = _TEMPERATURE[left], _TEMPERATURE[right]
-    return round(
-        start * (1 + 2 * t) * (1 - t) ** 2
-        + end * t * t * (3 - 2 * t)
-        + width * t * (1 - t) * (slopes[i - 1] * (1 - t) - slopes[i] * t)
-    )
+    return _TEMPERATURE[min(max(raw - _COLDEST, 0), len(_TEMPERATURE) - 1)]
 
 
 def _unchanged(raw: int) -> int:
@@ -83,9 +80,8 @@ NORMALIZE: dict[int, Callable[[int], int]] = {
     SensorType.LIGHT_INACTIVE: _inverted(200, 68),
     SensorType.SOUND_DB: _inverted(162, 83),
     SensorType.SOUND_DBA: _inverted(162, 83),
-    SensorType.CUSTOM: _unchanged,
 }
-"""Raw to normalized, by analog type; other types are not evaluated."""
+"""Raw to normalized, by type; the scale of `SensorType.CUSTOM` is in the map."""
 
 
 def celsius(normalized: int) -> int:
@@ -107,31 +103,47 @@ LEVEL: dict[int, Callable[[int], int]] = {
 """Modes whose scaled value depends only on the normalized one."""
 
 
-def boolean(normalized: int, slope: int, before: int, last: int) -> int:
+def boolean(normalized: int, slope: int, before: int) -> int:
     """Whether a sensor is "pressed".
 
     Args:
         normalized: 0..1023.
         slope: 0 for a fixed threshold, otherwise the change that counts.
         before: The normalized value of the previous pass.
-        last: The boolean of the previous pass; returned where the firmware's result is undefined.
     """
     if not slope:
         return int(normalized <= _PRESSED_BELOW)
     if normalized > FULL_SCALE - slope:
         return 0
-    if normalized < slope or before - normalized > slope:
-        return 1
-    if normalized - before > slope:
-        return 0
-    return last
+    return int(normalized < slope or before - normalized > slope)
 
 
-def band(normalized: int) -> int:
-    """Position of the rotation sensor's disc in its cycle of four."""
-    return _ORDER.index(sum(normalized >= border for border in _BANDS))
+class RotationDisc:
+    """The disc of the rotation sensor: its four bands, followed step by step."""
 
+    def __init__(self) -> None:
+        self._position = self._standstill = 0
 
-def step(before: int, now: int) -> int:
-    """Sixteenths of a turn between two bands: +1, -1, or 0 for an impossible step."""
-    return {1: 1, 3: -1}.get((now - before) % 4, 0)
+    def turn(self, normalized: int) -> int:
+        """Follow the disc to the band of this reading.
+
+        From the two outermost bands the next band is also passed on the way to the one after it. After a standstill
+        there, the step to it counts only when it has been read `_CONFIRMATION` times.
+
+        Args:
+            normalized: 0..1023.
+
+        Returns:
+            Sixteenths of a turn: +1, -1, or 0 for the same or the opposite band, which changes nothing.
+        """
+        new = _ORDER.index(sum(normalized >= border for border in _BANDS))
+        steps = _STEPS.get((new - self._position) % len(_ORDER), 0)
+        if new == self._position:
+            self._standstill = max(self._standstill, min(self._standstill + 1, _STANDSTILL))
+        if not steps:
+            return 0
+        if steps > 0 and self._position in _OUTERMOST and 0 <= self._standstill - _STANDSTILL < _CONFIRMATION - 1:
+            self._standstill += 1
+            return 0
+        self._position, self._standstill = new, 0
+        return steps

@@ -10,10 +10,13 @@ from enum import IntEnum
 from typing import Protocol, runtime_checkable
 
 from firmware_protocol.enums import SensorMode
-from sim_backend.firmware.analog import FULL_SCALE, LEVEL, boolean
+from sim_backend.firmware.analog import LEVEL, boolean, full_scale
 
 RED, GREEN, BLUE, BLANK = range(4)
 """The lit lamp of the sensor; blank is none."""
+
+CALIBRATING, OFF = 1, 2
+"""Calibration states: the calibration is being read; no sensor answers."""
 
 _BACKGROUND_ZERO, _BACKGROUND_PERCENT = 71, 93
 _FACTOR_BITS = 16
@@ -53,6 +56,7 @@ class ColorPort:
 
     Attributes:
         device: The sensor, or None.
+        state: Calibration state of the map: see `CALIBRATING`, `OFF`; 0 when the calibration was read.
         calibration: All factors of the sensor, row after row.
         limits: Limits of the sensor.
         readings: Converter values.
@@ -63,6 +67,7 @@ class ColorPort:
 
     def __init__(self) -> None:
         self.device: ColorDevice | None = None
+        self.state = 0
         self.calibration: tuple[int, ...] = (0,) * 12
         self.limits: tuple[int, ...] = (0, 0)
         nothing: tuple[int, ...] = (0, 0, 0, 0)
@@ -80,14 +85,12 @@ class ColorPort:
         self.readings = red, green, blue, blank = tuple(device.lit(lamp) for lamp in (RED, GREEN, BLUE, BLANK))
         row = device.calibration[sum(blank < limit for limit in device.limits)]
         lit = (max(0, reading - blank) for reading in (red, green, blue))
-        before, last = self.normalized, self.booleans
+        before = self.normalized
         self.normalized = tuple(
             value * factor >> _FACTOR_BITS for value, factor in zip((*lit, background(blank)), row, strict=True)
         )
         slope, level = mode & _SLOPE, LEVEL.get(mode & _MODE)
-        self.booleans = tuple(
-            boolean(new, slope, *old) for new, *old in zip(self.normalized, before, last, strict=True)
-        )
+        self.booleans = tuple(boolean(new, slope, old) for new, old in zip(self.normalized, before, strict=True))
         if level is not None:
             self.scaled = tuple(map(level, self.normalized))
         else:
@@ -97,7 +100,7 @@ class ColorPort:
 
 def background(reading: int) -> int:
     """Normalize a blank or single-lamp reading; not inverted, unlike the light sensor's."""
-    return min(FULL_SCALE, max(0, reading - _BACKGROUND_ZERO) * 100 // _BACKGROUND_PERCENT)
+    return full_scale(reading, _BACKGROUND_ZERO, _BACKGROUND_PERCENT)
 
 
 def name_color(red: int, green: int, blue: int, blank: int) -> Color:

@@ -6,25 +6,45 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from firmware_protocol.enums import SensorMode, SensorType
-from sim_backend.firmware.analog import FULL_SCALE, LEVEL, NORMALIZE, band, boolean, step
+from sim_backend.firmware.analog import FULL_SCALE, LEVEL, NORMALIZE, RotationDisc, boolean, full_scale
 from sim_backend.firmware.cint import s16
-from sim_backend.firmware.color import ColorDevice, ColorPort, background
+from sim_backend.firmware.color import CALIBRATING, OFF, ColorDevice, ColorPort, background
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.versions import Version
 
 DEBOUNCE = 100
 """Passes without counting after each counted edge."""
 
+INVALID = 0x01
+"""Bit of the validity byte that the firmware sets and clears; the byte's other bits stay as written."""
+
+COLOR_EXIT = 18
+"""Type of a port whose colour sensor is being switched off: until the converter reads more than `_EXIT_RAW`."""
+
 _MODE = 0xE0
 _SLOPE = 0x1F
+_FIRST_PIN, _SECOND_PIN = 0x01, 0x02
 _COUNTING = (SensorMode.TRANSITION_COUNT, SensorMode.PERIOD_COUNT, SensorMode.ANGLE_STEPS)
 _SETTLING = 20
 _SETTLING_SOUND = 300
 _SETTLING_COLOR = 400
 _SOUND = (SensorType.SOUND_DB, SensorType.SOUND_DBA)
 _COLOR = range(SensorType.COLOR_FULL, SensorType.COLOR_NONE + 1)
-_PLAIN = (SensorType.NONE, SensorType.SWITCH, SensorType.TEMPERATURE)
-"""Types that share one pin configuration."""
+_EXIT_RAW = 50
+_LAMPS = (*range(SensorType.COLOR_FULL, SensorType.COLOR_NONE), COLOR_EXIT)
+"""Types after which a colour sensor must be switched off."""
+
+_LAMP_OFF = 7
+_PIN_SETTINGS: dict[int, int] = {
+    SensorType.NONE: 0, SensorType.SWITCH: 0, SensorType.TEMPERATURE: 0,
+    SensorType.REFLECTION: 1, SensorType.ANGLE: 1,
+    SensorType.LIGHT_ACTIVE: 2, SensorType.SOUND_DB: 2,
+    SensorType.SOUND_DBA: 3, SensorType.CUSTOM: 4, SensorType.LOW_SPEED: 5, SensorType.LOW_SPEED_9V: 6,
+    SensorType.LIGHT_INACTIVE: _LAMP_OFF,
+}  # fmt: skip
+"""Types with the same number set the pins of the input alike."""
+
+_LOW_FIRST_PIN = (1, 3, _LAMP_OFF)
 
 
 class AnalogSensor(Protocol):
@@ -46,9 +66,11 @@ class InputPort:
         normalized: 0..1023.
         scaled: Value in the mode.
         boolean: Whether "pressed".
-        invalid: Whether the values are not yet those of the type.
-        custom_zero_offset, custom_full_scale, custom_active: For `SensorType.CUSTOM`; stored only.
-        pin_directions, pins_in, pins_out: The two digital lines.
+        invalid: Whether the values are not yet those of the type: see `INVALID`.
+        settling: Remaining passes until the values of a new type are valid.
+        custom_zero_offset, custom_full_scale: Scale of `SensorType.CUSTOM`: raw value of 0, percent of the converter's.
+        custom_active: As commanded.
+        pin_directions, pins_in, pins_out: The two digital lines; only `SensorType.CUSTOM` uses them.
         color: Values of a colour sensor.
     """
 
@@ -57,43 +79,73 @@ class InputPort:
         self.type = self.known_type = int(SensorType.NONE)
         self.mode = int(SensorMode.RAW)
         self.raw = self.normalized = self.scaled = reading
-        self.boolean = 0
-        self.invalid = False
+        self.boolean = self.invalid = self.settling = 0
         self.custom_zero_offset = self.custom_full_scale = self.custom_active = 0
         self.pin_directions, self.pins_in, self.pins_out = 0, 3, 0
         self.color = ColorPort()
-        self._settling = self._band = self._debounce = self._last = 0
+        self._first_pin = _FIRST_PIN
+        self._disc = RotationDisc()
+        self._debounce = self._edges = 0
+
+    @property
+    def voltage(self) -> int:
+        """The converter's value now, 0..1023."""
+        return self.sensor.raw() if self.sensor is not None else FULL_SCALE
 
     @property
     def counts(self) -> bool:
         """Whether the values depend on earlier readings, so that no pass may be skipped."""
         return bool(self.mode & _SLOPE) or self.mode & _MODE in _COUNTING
 
-    def settle(self, passes: int) -> int:
-        """Accept the new type; the values stay invalid for `passes` passes."""
-        self.known_type = self.type
-        self._settling = passes
-        return passes
+    def configure(self, settling: int | None, pins: int | None) -> None:
+        """Accept the new type, with cleared counters.
 
-    def wait(self, passes: int) -> int:
-        """Advance by `passes`; returns the remaining settling passes, -1 when it is over."""
-        left = self._settling - passes
-        self._settling = max(left, 0)
-        return left
+        Args:
+            settling: Passes for which the values are invalid; None changes nothing about that.
+            pins: Setting of the pins, see `_PIN_SETTINGS`; None leaves them.
+        """
+        self.known_type = self.type
+        if settling is not None:
+            self.settling = settling
+            self.invalid |= INVALID
+        if self.type == SensorType.CUSTOM:
+            self._drive_first_pin()
+        elif pins is not None:
+            self._first_pin = int(pins not in _LOW_FIRST_PIN)
+        self._disc = RotationDisc()
+        self._debounce = self._edges = 0
+
+    def _drive_first_pin(self) -> None:
+        """Drive the pin as an output if told so; it keeps its level when it becomes an input again."""
+        if self.pin_directions & _FIRST_PIN:
+            self._first_pin = self.pins_out & _FIRST_PIN
+
+    def settle(self, passes: int) -> None:
+        """Advance by `passes` without a change of type."""
+        self.settling = max(self.settling - passes, 0)
+        if not self.settling:
+            self.invalid &= ~INVALID
 
     def reset(self) -> None:
         """Reset type, mode and values; the type counts as changed only if it was different."""
-        self.type, self.mode, self.invalid = int(SensorType.NONE), int(SensorMode.RAW), True
+        self.type, self.mode, self.invalid = int(SensorType.NONE), int(SensorMode.RAW), INVALID
         self.raw = self.normalized = self.scaled = self.boolean = 0
 
     def read(self) -> None:
         """Read and scale the sensor's value."""
-        self.raw = raw = self.sensor.raw() if self.sensor is not None else FULL_SCALE
-        normalize = NORMALIZE.get(self.type)
-        self._scale(normalize(raw) if normalize else raw)
+        self.raw = raw = self.voltage
+        if self.type == SensorType.CUSTOM:
+            self._drive_first_pin()
+            second = (~self.pin_directions | self.pins_out) & _SECOND_PIN
+            self.pins_in = self.pins_in & ~(_FIRST_PIN | _SECOND_PIN) | second | self._first_pin
+            self._scale(full_scale(raw, self.custom_zero_offset, self.custom_full_scale))
+        else:
+            normalize = NORMALIZE.get(self.type)
+            self._scale(normalize(raw) if normalize else raw)
 
     def read_color(self, device: ColorDevice) -> None:
         """Read the colour sensor: the colour, or the brightness with one lamp on."""
+        self.color.state = 0
         if self.type == SensorType.COLOR_FULL:
             self.scaled = self.color.look(device, self.mode)
             return
@@ -101,29 +153,31 @@ class InputPort:
         self._scale(background(self.raw))
 
     def _scale(self, normalized: int) -> None:
-        before = self.normalized
+        before, pressed = self.normalized, self.boolean
         self.normalized = normalized
-        self.boolean = boolean(normalized, self.mode & _SLOPE, before, self.boolean)
+        self.boolean = boolean(normalized, self.mode & _SLOPE, before)
         mode = self.mode & _MODE
         if level := LEVEL.get(mode):
             self.scaled = level(normalized)
         elif mode == SensorMode.BOOLEAN:
             self.scaled = self.boolean
         elif mode == SensorMode.ANGLE_STEPS:
-            now = band(normalized)
-            self.scaled = s16(self.scaled + step(self._band, now))
-            self._band = now
-        else:
-            self._count_edge(mode)
-
-    def _count_edge(self, mode: int) -> None:
-        if self._debounce:
+            self.scaled = s16(self.scaled + self._disc.turn(normalized))
+        elif self._debounce:
             self._debounce -= 1
-        elif self.boolean != self._last:
-            self._last = self.boolean
+        elif self.boolean != pressed:
             self._debounce = DEBOUNCE
-            if mode == SensorMode.TRANSITION_COUNT or not self.boolean:
-                self.scaled = s16(self.scaled + 1)
+            self.scaled = s16(self.scaled + self._counted(mode))
+
+    def _counted(self, mode: int) -> bool:
+        """Whether the edge counts: every one as a transition; as a period the second or a later one that falls."""
+        if mode == SensorMode.TRANSITION_COUNT:
+            return True
+        self._edges += 1
+        if self._edges < 2 or self.boolean:
+            return False
+        self._edges = 0
+        return True
 
 
 class InputModule:
@@ -141,8 +195,9 @@ class InputModule:
             clock: The brick's time.
             version: The firmware version.
         """
-        self._evaluates_all = version.evaluates_every_type
-        self.ports: Sequence[InputPort] = [InputPort(FULL_SCALE if self._evaluates_all else 0) for _ in range(4)]
+        self._version = version
+        reading = FULL_SCALE if version.evaluates_every_type else 0
+        self.ports: Sequence[InputPort] = [InputPort(reading) for _ in range(4)]
         self.due_ms = NEVER
         self._clock = clock
         self._last_ms = clock.now_ms
@@ -153,7 +208,7 @@ class InputModule:
 
     def set_mode(self, port: InputPort, sensor_type: int, mode: int) -> None:
         """Set type and mode; the values are invalid until a later pass."""
-        port.type, port.mode, port.invalid = sensor_type, mode, True
+        port.type, port.mode, port.invalid = sensor_type, mode, port.invalid | INVALID
         self.wake()
 
     def plug_in(self, port: InputPort, sensor: object) -> None:
@@ -172,32 +227,51 @@ class InputModule:
     def run(self, now_ms: int) -> None:
         """Read the sensors; skipped passes count for settling only."""
         passes, self._last_ms = now_ms - self._last_ms, now_ms
-        due = NEVER
+        self.due_ms = NEVER
         for port in self.ports:
-            if port.type != port.known_type:
-                port.invalid = True
-                left = port.settle(self._settling(port))
-            else:
-                left = port.wait(passes) if port.invalid else -1
-            if left >= 0:
-                due = min(due, now_ms + left + 1)
-                continue
-            port.invalid = False
-            if port.type in NORMALIZE or self._evaluates_all:
+            self._update(port, passes)
+            due = NEVER
+            if port.invalid & INVALID:
+                due = now_ms + port.settling
+            elif port.type in NORMALIZE or port.type == SensorType.CUSTOM or self._version.evaluates_every_type:
                 port.read()
-                if port.counts:
-                    due = now_ms + 1
+                due = now_ms + 1 if port.counts else NEVER
             elif port.color.device is not None and port.type in _COLOR:
                 port.read_color(port.color.device)
-        self.due_ms = due
+            if self._version.color_sensor and COLOR_EXIT in (port.type, port.known_type):
+                due = now_ms + 1
+            self.due_ms = min(self.due_ms, due)
 
-    def _settling(self, port: InputPort) -> int:
-        """Number of passes after a change of type in which the values are invalid."""
+    def _update(self, port: InputPort, passes: int) -> None:
+        """Configure a port with a new type, or let it settle."""
+        lacks_color_sensor = self._version.color_sensor and port.color.device is None
+        if port.type != port.known_type:
+            if lacks_color_sensor and port.type == SensorType.NONE and port.known_type in _LAMPS:
+                port.type = COLOR_EXIT
+                port.configure(NEVER, self._pins(COLOR_EXIT))
+                return
+            if self._version.color_sensor and port.type in _COLOR:
+                port.color.state = CALIBRATING
+            port.configure(self._settling(port), self._pins(port.type))
+        elif lacks_color_sensor and port.type == COLOR_EXIT and port.voltage > _EXIT_RAW:
+            port.type = SensorType.NONE  # which starts the exit anew: without a sensor it never ends
+        elif lacks_color_sensor and port.type in _COLOR:
+            port.color.state, port.settling = OFF, NEVER
+            port.invalid |= INVALID
+        else:
+            port.settle(passes)
+
+    def _settling(self, port: InputPort) -> int | None:
+        """Number of passes after a change of type in which the values are invalid, or None if nothing must settle."""
         new, old = port.type, port.known_type
-        if self._evaluates_all:
-            if new in _PLAIN and old in _PLAIN:
-                return 0
-            return _SETTLING_SOUND if new in _SOUND and old in _SOUND else _SETTLING
-        if new in _COLOR:
-            return NEVER if port.color.device is None else _SETTLING_COLOR
+        if self._version.color_sensor and new in _COLOR:
+            return 1 if port.color.device is None else _SETTLING_COLOR
+        if self._version.settles_by_pins and self._pins(new) == self._pins(old):
+            return None
         return _SETTLING_SOUND if new in _SOUND else _SETTLING
+
+    def _pins(self, sensor_type: int) -> int | None:
+        """The pin setting of a type, or None if it leaves the pins as they are."""
+        if self._version.settles_by_pins:
+            return _PIN_SETTINGS.get(sensor_type, _LAMP_OFF)
+        return _PIN_SETTINGS.get(sensor_type, 0 if sensor_type <= COLOR_EXIT else None)

@@ -89,6 +89,7 @@ def input_map(module: InputModule, *, color: bool) -> LiveMap:
             ColorSensorRaw="normalized",
             ColorSensorValue="scaled",
             ColorBoolean="booleans",
+            ColorCalibrationState="state",
         )
     return live
 

@@ -20,6 +20,7 @@ class Version:
         extended_commands: Whether it has the commands 0x19 to 0x21 and 0x8D, and the sync times in the Command map.
         color_sensor: Whether it has the colour sensor and its variables in the Input map.
         evaluates_every_type: Whether inputs of every type are read, not only analog ones.
+        settles_by_pins: Whether a new type needs time to settle only if it sets the pins of the input differently.
         stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor, or
             only the partner.
         strict_data_names: Whether data files may not have names of programs.
@@ -36,6 +37,7 @@ class Version:
     extended_commands: bool
     color_sensor: bool
     evaluates_every_type: bool
+    settles_by_pins: bool
     stops_all_synchronised: bool
     strict_data_names: bool
     writing_prevents_deletion: bool
@@ -53,6 +55,7 @@ VERSIONS = {
         extended_commands=True,
         color_sensor=True,
         evaluates_every_type=False,
+        settles_by_pins=False,
         stops_all_synchronised=True,
         strict_data_names=True,
         writing_prevents_deletion=True,
@@ -68,6 +71,7 @@ VERSIONS = {
         extended_commands=False,
         color_sensor=False,
         evaluates_every_type=True,
+        settles_by_pins=True,
         stops_all_synchronised=False,
         strict_data_names=False,
         writing_prevents_deletion=False,
