@@ -1,19 +1,29 @@
-"""The I2C bus between an input port and a digital sensor."""
+"""The I2C bus between an input port and a digital sensor, clocked by a timer. Source: docs/firmware.md section 7."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
+from math import ceil
 from typing import Protocol, runtime_checkable
 
-ADDRESS_CLOCKS = 9
+STEPS_PER_MS = 23.4375
+"""Timer interrupts per millisecond; two make a clock pulse."""
+
+BYTE_CLOCKS = 9
 """Clock pulses of one byte including its acknowledge."""
 
-STEPS_PER_MS = 23.4375
-FRAME_STEPS, TX_STEPS = 20, 21
-"""Timer interrupts per millisecond, for start and stop, and per byte written; with those for reading in `low_speed`
-they reproduce all measured durations (docs/firmware.md section 7)."""
-
 _CLOCK_STEPS = 2
+_TX_STEPS, _RX_STEPS = 21, 20
+"""Timer interrupts per byte written and read, with the pause after it."""
+
+_BYTE_STEPS = _CLOCK_STEPS * BYTE_CLOCKS
+_STOP_STEPS, _RESTART_STEPS, _ADDRESS_STEPS, _READ_STEPS = 20, 27, 28, 52
+"""Timer interrupts from the start of the last byte written to the stop, the pulse and the start for reading, the first
+clock of the read address, and that of the first byte read."""
+
+_WRITTEN_STEPS, _TURNED_STEPS, _RECEIVED_STEPS = -3, 23, 30
+"""Timer interrupts beyond those of the bytes until the firmware knows the end of a write, of a write before a read, and
+of the read."""
 
 
 @runtime_checkable
@@ -33,6 +43,72 @@ class I2CDevice(Protocol):
         """Return `size` bytes."""
 
 
+class Transfer:
+    """One message on the bus, and the reading after it.
+
+    Attributes:
+        message: The bytes written, the address first.
+        rx_size: Number of bytes read after a second start.
+        started_ms: The pass in which the first clock pulse begins.
+        acknowledged: Whether a device acknowledged the address.
+        received: The bytes read; empty until the write has ended.
+    """
+
+    def __init__(self, message: bytes, rx_size: int, started_ms: int, *, acknowledged: bool) -> None:
+        self.message, self.rx_size, self.started_ms = message, rx_size, started_ms
+        self.acknowledged = acknowledged
+        self.received: bytes | None = None
+
+    @property
+    def written_ms(self) -> int:
+        """The pass in which the firmware sees the end of the write, or the missing acknowledge."""
+        if not self.acknowledged:
+            return self.started_ms + 1
+        return self._seen(_TURNED_STEPS if self.rx_size else _WRITTEN_STEPS)
+
+    @property
+    def received_ms(self) -> int:
+        """The pass in which the firmware sees the end of the read."""
+        return self._seen(_RECEIVED_STEPS + _RX_STEPS * self.rx_size)
+
+    def _seen(self, steps: int) -> int:
+        return self.started_ms + ceil((_TX_STEPS * len(self.message) + steps) / STEPS_PER_MS)
+
+    def progress(self, now_ms: int) -> tuple[list[str], int]:
+        """The bus until the end of a pass: see `I2CBus.trace`, and the number of clock pulses."""
+        steps, clocks, tokens = int((now_ms + 1 - self.started_ms) * STEPS_PER_MS), 0, []
+        for start, pulses, token in self._events():
+            if steps < start:
+                break
+            done = min((steps - start) // _CLOCK_STEPS, pulses)
+            clocks += done
+            if done == pulses and token:
+                tokens.append(token)
+        return tokens, clocks
+
+    def _events(self) -> Iterator[tuple[int, int, str]]:
+        """When something happens on the bus: timer interrupt, clock pulses, and the token that it ends with."""
+        yield 0, 0, "S"
+        acknowledge = "a" if self.acknowledged else "n"
+        tokens = [f"[{self.message[0]:02x}]{acknowledge}", *(f"{byte:02x}" for byte in self.message[1:])]
+        end = 0
+        for end, token in enumerate(tokens if self.acknowledged else tokens[:1]):
+            yield _TX_STEPS * end, BYTE_CLOCKS, token
+        yield _TX_STEPS * end + _STOP_STEPS - _CLOCK_STEPS, 1, "P"
+        if self.rx_size and self.acknowledged:
+            yield from self._read_events(_TX_STEPS * (end + 1))
+
+    def _read_events(self, start: int) -> Iterator[tuple[int, int, str]]:
+        yield start + 4, 1, "S"
+        yield start + 7, BYTE_CLOCKS, f"[{self.message[0] | 1:02x}]a"
+        for number, byte in enumerate(self.received or bytes(self.rx_size)):
+            begin = start + 31 + _RX_STEPS * number
+            yield begin - 6 if number == 0 else begin - 1, 0, f"r{byte:02x}"
+            yield begin, BYTE_CLOCKS, ""
+        yield start + 31 + _RX_STEPS * self.rx_size - 2, 0, "N"
+        yield start + 31 + _RX_STEPS * self.rx_size - 2, 1, ""
+
+
 class I2CBus:
     """The bus of one port, with at most one device, as LEGO's cables allow.
 
@@ -44,59 +120,48 @@ class I2CBus:
         clocks: Clock pulses so far.
     """
 
-    __slots__ = ("_counted", "_poured", "_told", "clocks", "device", "stuck", "trace")
+    __slots__ = ("_counted", "_told", "clocks", "device", "stuck", "trace", "transfer")
 
     def __init__(self) -> None:
         self.device: I2CDevice | None = None
         self.stuck = False
         self.trace: list[str] | None = None
         self.clocks = 0
-        self._poured: tuple[bytes, int] | None = None
+        self.transfer: Transfer | None = None
         self._told = self._counted = 0
 
-    def acknowledges(self, address: int) -> bool:
-        """Whether a device acknowledges the 8-bit `address`, read or write."""
-        return self.device is not None and self.device.address == address & 0xFE
+    def begin(self, message: bytes, rx_size: int, now_ms: int) -> Transfer:
+        """Start to write `message`, address first, and then to read."""
+        acknowledged = self.device is not None and self.device.address == message[0] & 0xFE
+        self._told = self._counted = 0
+        self.transfer = Transfer(message, rx_size, now_ms, acknowledged=acknowledged)
+        return self.transfer
 
-    def probe(self, address: int) -> None:
-        """Address a device that does not acknowledge."""
-        self._record(("S", f"[{address:02x}]n", "P"), bytes_moved=1, extra_clocks=1)
+    def write(self) -> None:
+        """Hand the message over to the device: its last byte was sent."""
+        if self.transfer is not None and self.device is not None:
+            self.device.write(self.transfer.message[1:])
 
-    def transfer(self, message: bytes, rx_size: int) -> bytes:
-        """Write `message` (address first), then read `rx_size` bytes without a stop at the end."""
-        device = self.device
-        if device is None:
+    def read(self) -> bytes:
+        """The device's answer."""
+        transfer = self.transfer
+        if transfer is None:
             return b""
-        address, data = message[0], message[1:]
-        device.write(data)
-        tokens = ["S", f"[{address:02x}]a", *(f"{byte:02x}" for byte in data), "P"]
-        if not rx_size:
-            self._record(tokens, bytes_moved=len(message), extra_clocks=1)
-            return b""
-        received = device.read(rx_size)
-        tokens += ["S", f"[{address | 1:02x}]a", *(f"r{byte:02x}" for byte in received), "N"]
-        self._record(tokens, bytes_moved=len(message) + 1 + rx_size, extra_clocks=3)
-        return received
+        if transfer.received is None:
+            transfer.received = bytes(transfer.rx_size) if self.device is None else self.device.read(transfer.rx_size)
+        return transfer.received
 
-    def pour_out(self, message: bytes, now_ms: int) -> None:
-        """Start a message that never ends in a stop; `settle` computes its progress."""
-        self._poured = (message, now_ms)
+    def end(self, now_ms: int) -> None:
+        """End the transfer in this pass, finished or not."""
+        self.settle(now_ms - 1)
+        self.transfer = None
 
     def settle(self, now_ms: int) -> None:
-        """Add the part of such a message that was sent by `now_ms` to the trace."""
-        if self._poured is None:
+        """Record what has happened until the end of a pass."""
+        if self.transfer is None:
             return
-        message, started_ms = self._poured
-        steps = int((now_ms - started_ms + 1) * STEPS_PER_MS) - FRAME_STEPS
-        count, rest = divmod(max(steps, 0), TX_STEPS)
-        tokens = ["S", f"[{message[0]:02x}]a", *(f"{byte:02x}" for byte in message[1:count])]
-        clocks = ADDRESS_CLOCKS * min(count, len(message))
-        if count < len(message):
-            clocks += min(rest // _CLOCK_STEPS, ADDRESS_CLOCKS)
-        self._record(tokens[self._told : count + 1], 0, clocks - self._counted)
-        self._told, self._counted = min(count + 1, len(tokens)), clocks
-
-    def _record(self, tokens: Sequence[str], bytes_moved: int, extra_clocks: int) -> None:
-        self.clocks += ADDRESS_CLOCKS * bytes_moved + extra_clocks
+        tokens, clocks = self.transfer.progress(now_ms)
+        self.clocks += clocks - self._counted
         if self.trace is not None:
-            self.trace.extend(tokens)
+            self.trace.extend(tokens[self._told :])
+        self._told, self._counted = len(tokens), clocks

@@ -61,11 +61,11 @@ class InputHandlers:
 
     @handles(direct.LSGetStatus)
     def ls_get_status(self, command: direct.LSGetStatus) -> HandlerResult:
-        """State of the bus and number of bytes waiting; none for a port that is not configured."""
+        """State of the bus and number of bytes waiting."""
         if not self._exists(command.port):
             return OUT_OF_RANGE
-        status, ready = self._bus(command.port)
-        return reply_with(direct.LSStatus(ready), status)
+        ready = self._low_speed.channels[command.port].ready
+        return reply_with(direct.LSStatus(ready), self._low_speed.status(command.port))
 
     @handles(direct.LSWrite)
     def ls_write(self, command: direct.LSWrite) -> HandlerResult:
@@ -80,17 +80,17 @@ class InputHandlers:
 
     @handles(direct.LSRead)
     def ls_read(self, command: direct.LSRead) -> HandlerResult:
-        """Fetch the bytes waiting, even during a transaction."""
+        """Fetch the bytes waiting, even during a transaction; it is pending only if there are none.
+
+        After an error they stay, and the reply has only the zeros that would fill it up.
+        """
         if not self._exists(command.port):
             return OUT_OF_RANGE
-        status, ready = self._bus(command.port)
-        data = self._low_speed.channels[command.port].fetch() if ready else b""
-        return reply_with(direct.LSData(len(data), data), status)
-
-    def _bus(self, port: int) -> tuple[Status, int]:
-        status = self._low_speed.status(port)
-        unknown = status == Status.CHANNEL_NOT_CONFIGURED
-        return status, 0 if unknown else self._low_speed.channels[port].ready
+        status, channel = self._low_speed.status(command.port), self._low_speed.channels[command.port]
+        ready = channel.ready
+        if status in (Status.OK, Status.PENDING):
+            return reply_with(direct.LSData(ready, channel.fetch()), Status.OK if ready else status)
+        return HandlerResult(status, bytes([ready]) + bytes(direct.LS_LIMIT - ready))
 
     def _exists(self, port: int) -> bool:
         return port < len(self._input.ports)

@@ -95,20 +95,25 @@ def input_map(module: InputModule, *, color: bool) -> LiveMap:
 
 
 def low_speed_map(module: LowSpeedModule) -> LiveMap:
-    """I2C; read-only, transactions are started by telegrams."""
-    live = LiveMap(iomap.LOW_SPEED)
+    """I2C; transactions are started by telegrams, or by writing a buffer, a state and then the bit of the port."""
+    live = LiveMap(iomap.LOW_SPEED, on_write=module.wake)
     for i, channel in enumerate(module.channels):
-        live.show(
+        live.bind(
             channel,
             index=i,
             InBuf="rx",
             InPtr="rx_in",
             OutPtr="rx_out",
+            BytesToRx="rx_size",
             OutBuf="tx",
+            OutBufInPtr="tx_size",
+            OutBufOutPtr="tx_out",
+            OutBufBytesToRx="tx_spare",
             Mode="mode",
             ChannelState="state",
             ErrorType="error",
         )
+    live.bind(module, State="active", Speed="speed")
     return live
 
 

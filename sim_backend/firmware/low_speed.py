@@ -8,24 +8,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import IntEnum
-from typing import NamedTuple
 
 from firmware_protocol.enums import SensorType
 from firmware_protocol.status import Status
-from sim_backend.firmware.i2c import FRAME_STEPS, STEPS_PER_MS, TX_STEPS, I2CBus
+from sim_backend.firmware.i2c import I2CBus, Transfer
 from sim_backend.firmware.input import InputPort
-from sim_backend.firmware.low_speed_ram import WRAP, from_send_buffer
+from sim_backend.firmware.low_speed_ram import after_map_buffer, after_send_buffer
 from sim_backend.firmware.module import NEVER, Clock
 
 RING = 16
 """Size of a port's buffers in bytes."""
 
-RETRIES = 3
-"""Number of retries when the address is not acknowledged."""
+TRIES = 4
+"""Number of times that a message is sent when the address is not acknowledged."""
 
-_TRY_MS = 2
-_RESTART_STEPS, _RX_STEPS = 28, 20
-"""Timer interrupts for the turn to reading, and per byte read."""
+READ_TIMEOUT = 100
+"""Passes."""
+
+_LOW_SPEED = (SensorType.LOW_SPEED, SensorType.LOW_SPEED_9V)
 
 
 class ChannelState(IntEnum):
@@ -57,19 +57,6 @@ class ChannelError(IntEnum):
     RECEIVE = 3
 
 
-def transfer_ms(tx_size: int, rx_size: int) -> int:
-    """Duration of a transaction in milliseconds."""
-    steps = FRAME_STEPS + TX_STEPS * tx_size + (_RESTART_STEPS + _RX_STEPS * rx_size if rx_size else 0)
-    return int(-(-steps // STEPS_PER_MS))
-
-
-class _Plan(NamedTuple):
-    """Outcome of a transaction: the addresses that fail, and the message that is acknowledged."""
-
-    failures: list[int]
-    message: bytes | None
-
-
 class Channel:
     """One port's bus and buffers.
 
@@ -80,89 +67,93 @@ class Channel:
         error: See `ChannelError`.
         tx, rx: Buffers of 16 bytes.
         tx_size: Number of bytes to send.
+        tx_out: Position in the send buffer and beyond of the next bytes to send.
         rx_size: Number of bytes to read after that.
         rx_in, rx_out: Positions in the receive ring.
+        tx_spare: Byte of the map without effect.
+        sending: The last bytes sent, 16.
         received: Number of bytes of the last read.
-        due_ms: Pass of the next change of state.
     """
 
     def __init__(self) -> None:
         self.bus = I2CBus()
-        self.state, self.mode, self.error = ChannelState.IDLE, ChannelMode.NONE, ChannelError.NONE
-        self.tx, self.rx = bytes(RING), bytearray(RING)
-        self.tx_size = self.rx_size = self.rx_in = self.rx_out = self.received = 0
-        self.due_ms = NEVER
-        self._plan = _Plan([], None)
+        self.state, self.mode, self.error = int(ChannelState.IDLE), int(ChannelMode.NONE), int(ChannelError.NONE)
+        self.tx = self.rx = self.sending = bytes(RING)
+        self.tx_size = self.tx_out = self.tx_spare = self.rx_size = self.rx_in = self.rx_out = self.received = 0
+        self._failures = self._waited = 0
 
     @property
     def ready(self) -> int:
         """Number of received bytes waiting; 16 look like none."""
         return (self.rx_in - self.rx_out) % RING
 
-    @property
-    def registers(self) -> tuple[int, int, int]:
-        """Mode, state and error."""
-        return self.mode, self.state, self.error
-
-    def start(self, data: bytes, rx_size: int, now_ms: int) -> None:
-        """Accept a message; the next pass sends it."""
+    def start(self, data: bytes, rx_size: int) -> None:
+        """Accept a message."""
         self.tx = data + self.tx[len(data) :]
-        self.tx_size, self.rx_size = len(data), rx_size
-        self.state, self.error = ChannelState.INIT, ChannelError.NONE
-        self.due_ms = now_ms + 1
+        self.tx_size, self.tx_out, self.rx_size = len(data), 0, rx_size
+        self.state = ChannelState.INIT
+
+    def initialize(self) -> None:
+        """Prepare for the first try."""
+        self.state, self.error, self._failures = ChannelState.LOAD, ChannelError.NONE, 0
 
     def fetch(self) -> bytes:
-        """Remove and return the waiting bytes."""
-        count, first = self.ready, self.rx_out
+        """Take the bytes waiting."""
+        first, count = self.rx_out, self.ready
         self.rx_out = self.rx_in
         return bytes(self.rx[(first + i) % RING] for i in range(count))
 
-    def advance(self, now_ms: int, ram: bytes) -> None:
-        """Make the next change of state; `ram` begins with the send buffer."""
-        self.due_ms = NEVER
-        if self.state == ChannelState.INIT:
-            self._send(now_ms, ram)
-        elif self.state == ChannelState.COMMUNICATING:
-            self._finish(now_ms)
-        elif self.state == ChannelState.DONE:
-            self.state = ChannelState.IDLE
+    def begin(self, message: bytes, now_ms: int) -> None:
+        """Send a message."""
+        self.sending = (message + self.sending[len(message) :])[:RING]
+        self.tx_out = self.tx_out + self.tx_size & 0xFF
+        self.bus.begin(message, self.rx_size, now_ms)
+        self.state, self.mode, self.error = ChannelState.COMMUNICATING, ChannelMode.TRANSMITTING, ChannelError.NONE
 
-    def _send(self, now_ms: int, ram: bytes) -> None:
-        if self.bus.stuck:
-            self.state, self.error = ChannelState.ERROR, ChannelError.NOT_READY
-            return
-        self.state, self.mode = ChannelState.COMMUNICATING, ChannelMode.TRANSMITTING
-        self._plan = plan = self._foresee(ram)
-        if plan.message is not None and not self.tx_size:
-            self.bus.pour_out(plan.message, now_ms)  # the port never finishes
-            return
-        busy = 0 if plan.message is None else transfer_ms(self.tx_size, self.rx_size)
-        self.due_ms = now_ms + _TRY_MS * len(plan.failures) + busy
+    def fail(self, error: ChannelError, now_ms: int) -> None:
+        """Give the transaction up."""
+        self.bus.end(now_ms)
+        self.state, self.error = ChannelState.ERROR, error
 
-    def _foresee(self, ram: bytes) -> _Plan:
-        """Try the address, then up to three times the bytes beyond the message."""
-        size = self.tx_size or WRAP
-        beyond = ram[self.tx_size : self.tx_size + size]
-        failures: list[int] = []
-        for message in (ram[:size], *(beyond,) * RETRIES):
-            if self.bus.acknowledges(message[0]):
-                return _Plan(failures, message)
-            failures.append(message[0])
-        return _Plan(failures, None)
-
-    def _finish(self, now_ms: int) -> None:
-        for address in self._plan.failures:
-            self.bus.probe(address)
-        if self._plan.message is None:
-            self.state, self.error = ChannelState.ERROR, ChannelError.NO_ACKNOWLEDGE
+    def communicate(self, now_ms: int) -> None:
+        """Follow the transfer: retry it, turn to reading, or finish."""
+        transfer = self.bus.transfer
+        if transfer is None:
             return
-        for byte in self.bus.transfer(self._plan.message, self.rx_size):
-            self.rx[self.rx_in] = byte
-            self.rx_in = (self.rx_in + 1) % RING
+        if self.mode == ChannelMode.TRANSMITTING and now_ms >= transfer.written_ms:
+            self._end_write(transfer, now_ms)
+        if self.mode == ChannelMode.RECEIVING:
+            self._waited += 1
+            if now_ms >= transfer.received_ms:
+                self._finish(self.bus.read(), now_ms)
+            elif self._waited > READ_TIMEOUT:
+                self.fail(ChannelError.RECEIVE, now_ms)
+
+    def _end_write(self, transfer: Transfer, now_ms: int) -> None:
+        if not transfer.acknowledged:
+            self._failures += 1
+            if self._failures == TRIES:
+                self.fail(ChannelError.NO_ACKNOWLEDGE, now_ms)
+            else:
+                self.bus.end(now_ms)
+                self.state = ChannelState.LOAD
+            return
+        self.bus.write()
         if self.rx_size:
-            self.mode, self.received = ChannelMode.RECEIVED, self.rx_size
-        self.state = ChannelState.DONE
-        self.due_ms = now_ms + 1
+            self.mode, self._waited = ChannelMode.RECEIVING, 0
+        else:
+            self._finish(b"", now_ms)
+
+    def _finish(self, received: bytes, now_ms: int) -> None:
+        self.bus.end(now_ms)
+        ring = bytearray(self.rx)
+        for byte in received:
+            ring[self.rx_in % RING] = byte
+            self.rx_in = (self.rx_in + 1) % RING
+        self.rx = bytes(ring)
+        if received:
+            self.received = len(received)
+        self.state, self.mode = ChannelState.DONE, ChannelMode.RECEIVED
 
 
 class LowSpeedModule:
@@ -171,19 +162,46 @@ class LowSpeedModule:
     Attributes:
         due_ms: See `Module`.
         channels: Ports 1 to 4.
+        active: A bit per port that has work; the module rests while all are 0.
+        speed: Byte of the map without effect.
     """
 
     def __init__(self, clock: Clock, inputs: Sequence[InputPort]) -> None:
         self.channels = [Channel() for _ in inputs]
         self.due_ms = NEVER
+        self.active = self.speed = 0
         self._clock, self._inputs = clock, inputs
 
+    def wake(self) -> None:
+        """Run in the next pass: the map was written."""
+        self.due_ms = self._clock.now_ms + 1
+
     def run(self, now_ms: int) -> None:
-        """Advance the channels that are due."""
-        for index, channel in enumerate(self.channels):
-            if channel.due_ms <= now_ms:
-                channel.advance(now_ms, from_send_buffer(self.channels, index))
-        self.due_ms = min(channel.due_ms for channel in self.channels)
+        """Advance the channels by one pass."""
+        if self.active:
+            for index, channel in enumerate(self.channels):
+                if channel.state != ChannelState.IDLE:
+                    self._advance(index, channel, now_ms)
+        self.due_ms = now_ms + 1 if self.active else NEVER
+
+    def _advance(self, index: int, channel: Channel, now_ms: int) -> None:
+        match channel.state:
+            case ChannelState.ERROR:
+                self.active &= ~(1 << index)
+            case ChannelState.DONE:
+                channel.state = ChannelState.IDLE
+                self.active &= ~(1 << index)
+            case ChannelState.INIT | ChannelState.LOAD | ChannelState.COMMUNICATING if not self._low_speed(index):
+                channel.fail(ChannelError.NOT_READY, now_ms)
+            case ChannelState.INIT:
+                channel.initialize()
+            case ChannelState.LOAD if channel.bus.stuck:
+                channel.fail(ChannelError.NOT_READY, now_ms)
+            case ChannelState.LOAD:
+                source = after_map_buffer if channel.tx_size else after_send_buffer
+                channel.begin(source(self.channels, self.active, index), now_ms)
+            case ChannelState.COMMUNICATING:
+                channel.communicate(now_ms)
 
     def status(self, port: int) -> Status:
         """Status of a port, 0..3, as `LSGetStatus` reports it."""
@@ -203,10 +221,13 @@ class LowSpeedModule:
         idle = channel.state == ChannelState.IDLE and self._configured(port)
         if not idle and channel.state != ChannelState.ERROR:
             return False
-        channel.start(data, rx_size, self._clock.now_ms)
-        self.due_ms = min(self.due_ms, channel.due_ms)
+        channel.start(data, rx_size)
+        self.active |= 1 << port
+        self.wake()
         return True
 
+    def _low_speed(self, port: int) -> bool:
+        return self._inputs[port].type in _LOW_SPEED
+
     def _configured(self, port: int) -> bool:
-        settings = self._inputs[port]
-        return settings.type in (SensorType.LOW_SPEED, SensorType.LOW_SPEED_9V) and not settings.invalid
+        return self._low_speed(port) and not self._inputs[port].invalid

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from enum import IntEnum, IntFlag
+from math import ceil
 from typing import NamedTuple
 
 from firmware_protocol.iomap import SoundState
@@ -13,12 +14,27 @@ from sim_backend.firmware.names import pack_name, unpack_name
 
 MAX_VOLUME = 4
 
-SHORTEST_MS = 10
-"""Duration of shorter tones."""
+_CLOCK_HZ = 48_054_850
+_WAVE_CLOCKS, _SAMPLE_CLOCKS = 1024, 512
+"""Clocks per wave of a tone and per sample of a file, times the divider of the clock."""
+
+_LOWEST_HZ, _HIGHEST_HZ, _REST_HZ = 220, 14_080, 1000
+"""Range of tones, and the frequency of a rest (0 Hz)."""
+
+_SHORTEST_MS = 10
+_SLOWEST, _FASTEST = 2000, 16_000
+"""Range of sample rates."""
+
+_BUFFER = 64
+"""Bytes of a file that are read at once; a rest of fewer is not played."""
+
+_QUEUED = 2
+"""Buffers or waves that still play when the last one was handed over, which is the end for the firmware."""
 
 _HEADER = struct.Struct(">HHHH")
-_UNCOMPRESSED = 0x0100
-"""Header of a sound file: format, samples, samples per second, play mode; format of 8-bit samples."""
+_NOTE = struct.Struct(">HH")
+_SOUND, _COMPRESSED, _MELODY = 0x0100, 0x0101, 0x0600
+"""Header of a sound file: format, samples, samples per second, play mode; its formats."""
 
 
 class SoundFlag(IntFlag):
@@ -50,26 +66,32 @@ class SoundModule:
     Attributes:
         due_ms: See `Module`.
         frequency_hz, duration_ms: The commanded tone.
-        sample_rate: Samples per second of a sound file; 0 uses the file's own rate.
+        sample_rate: Samples per second of the next sound file; 0 uses the file's own rate.
         name: Last sound file; the power-on melody at first.
         flags: See `SoundFlag`.
         state: See `firmware_protocol.iomap.SoundState`.
         mode: See `SoundMode`.
         volume: 0..4.
-        tone: The last tone that was started and not stopped, or None.
+        tone: The last tone that was started by a command and not stopped, or None.
+        from_file: Whether a sampled file was started after it.
     """
 
     def __init__(self, clock: Clock, loader: Loader) -> None:
         self._clock, self._loader = clock, loader
         self._handle: int | None = 0  # so the first sound or stop closes handle 0, whatever it belongs to
-        self._length_ms = 0
         self.due_ms = NEVER
         self.frequency_hz = self.duration_ms = self.sample_rate = 0
         self.name = pack_name("! Startup.rso")
         self.flags = self.state = self.mode = 0
         self.volume = MAX_VOLUME
         self.tone: Tone | None = None
-        self._ends_ms = 0
+        self.from_file = False
+        self._ends_ms = NEVER
+        self._wave_ms = self._waves_begin_ms = self._waves_end_ms = 0.0
+        self._samples_end_ms = self._rounds_ms = 0.0
+        self._unfinished = False
+        self._notes: list[tuple[int, int]] = []
+        self._next_note = 0
 
     def play_tone(self, frequency_hz: int, duration_ms: int) -> None:
         """Start a tone in the next pass; it replaces the current sound."""
@@ -99,43 +121,112 @@ class SoundModule:
         self.due_ms = self._clock.now_ms + 1
 
     def run(self, now_ms: int) -> None:
-        """Start, stop or end a sound."""
+        """Start, continue, stop or end a sound."""
         if self.flags & SoundFlag.UPDATE:
-            self._silence()
-            if self.mode == SoundMode.TONE:
-                self._start_tone()
-            else:
-                self._start_file()
-            self._ends_ms = now_ms + self._length_ms
+            self._update(now_ms)
         elif self.state == SoundState.STOP:
-            self.tone = None
+            self.tone, self.from_file, self._unfinished = None, False, False
             self._silence()
-        elif now_ms >= self._ends_ms and self.state == SoundState.FILE and self.mode == SoundMode.LOOP:
-            self._ends_ms = now_ms + self._length_ms
-        elif now_ms >= self._ends_ms:
+        elif self.state in (SoundState.TONE, SoundState.FILE):
+            self.flags |= SoundFlag.RUNNING
+            if now_ms >= self._ends_ms:
+                self._continue(now_ms)
+        self.due_ms = self._ends_ms if self.state in (SoundState.TONE, SoundState.FILE) else NEVER
+
+    def _update(self, now_ms: int) -> None:
+        self.flags &= ~SoundFlag.UPDATE
+        if self.mode not in (SoundMode.ONCE, SoundMode.LOOP):
             self._silence()
-        self.due_ms = self._ends_ms if self.playing else NEVER
-
-    def _start_tone(self) -> None:
-        self.flags, self.state = int(SoundFlag.RUNNING), int(SoundState.TONE)
-        self.tone = Tone(self.frequency_hz, self.duration_ms, self.volume)
-        self._length_ms = max(self.duration_ms, SHORTEST_MS)
-
-    def _start_file(self) -> None:
-        """Open the file and check its header; a file that is not a sound file stays silent."""
-        status, handle, _ = self._loader.open_read(unpack_name(self.name), keep=True)
-        if status:
+            self.flags, self.state = int(SoundFlag.RUNNING), int(SoundState.TONE)
+            self.tone, self.from_file = Tone(self.frequency_hz, self.duration_ms, self.volume), False
+            self._play_waves(self.frequency_hz, self.duration_ms, now_ms)
             return
-        self._handle = handle
-        kind, samples, rate, _ = _HEADER.unpack(self._loader.read(handle, _HEADER.size)[1].ljust(_HEADER.size, b"\0"))
-        if kind != _UNCOMPRESSED or not rate:
+        status, handle, size = self._loader.open_read(unpack_name(self.name), keep=True)
+        if not status:
+            self._start_file(handle, size - _HEADER.size, now_ms)
+
+    def _start_file(self, handle: int, size: int, now_ms: int) -> None:
+        """Play an open file; one that is not a sound file stays silent.
+
+        A file that was replaced before its end leaves a buffer: the next file is one longer, a melody never ends.
+        """
+        self._silence()
+        self._handle, self._notes = handle, []
+        kind, _, rate, _ = _HEADER.unpack(self._loader.read(handle, _HEADER.size)[1].ljust(_HEADER.size, b"\0"))
+        rate, self.sample_rate = self.sample_rate or rate, 0
+        if kind == _MELODY:
+            notes = self._loader.read(handle, max(size, 0))[1]
+            self._notes = list(_NOTE.iter_unpack(notes[: len(notes) // _NOTE.size * _NOTE.size]))
+        sampled = kind >> 8 == _SOUND >> 8 and size > 0
+        buffers = max(size // _BUFFER, 1)
+        if not (self._notes or (sampled and (buffers >= _QUEUED or self._unfinished or self.mode == SoundMode.LOOP))):
             self._silence()
             return
         self.flags, self.state = int(SoundFlag.RUNNING), int(SoundState.FILE)
-        self._length_ms = max(samples * 1000 // (self.sample_rate or rate), SHORTEST_MS)
+        if self._notes:
+            self.tone, self.from_file, self._next_note = None, False, 0
+            self._play_note(now_ms)
+            if self._unfinished:
+                self._ends_ms, self._unfinished = NEVER, False
+            return
+        self.from_file = True
+        if kind not in (_SOUND, _COMPRESSED):
+            self._ends_ms = NEVER
+            return
+        sample_ms = _period_ms(_SAMPLE_CLOCKS, min(max(rate, _SLOWEST), _FASTEST))
+        buffer = min(size, _BUFFER) * (2 if kind == _COMPRESSED else 1)
+        self._rounds_ms = buffers * buffer * sample_ms
+        self._samples_end_ms = (
+            now_ms + ((max(buffers, _QUEUED) - _QUEUED + self._unfinished) * buffer - _QUEUED) * sample_ms
+        )
+        self._ends_ms, self._unfinished = max(now_ms + 1, ceil(self._samples_end_ms)), True
+
+    def _continue(self, now_ms: int) -> None:
+        """The last buffer was handed over: play the next note or the sound anew, or end."""
+        if self.state == SoundState.TONE:
+            if self.mode in (SoundMode.ONCE, SoundMode.TONE):
+                self._silence()
+            else:
+                self._ends_ms = NEVER
+        elif self._notes and (self._next_note < len(self._notes) or self.mode == SoundMode.LOOP):
+            self._play_note(now_ms)
+        elif self.mode == SoundMode.LOOP:
+            self._samples_end_ms += self._rounds_ms
+            self._ends_ms = max(now_ms + 1, ceil(self._samples_end_ms))
+        else:
+            self._silence()
+            self._unfinished = False
+
+    def _play_note(self, now_ms: int) -> None:
+        frequency_hz, duration_ms = self._notes[self._next_note % len(self._notes)]
+        self._next_note = self._next_note % len(self._notes) + 1
+        self._play_waves(frequency_hz, duration_ms, now_ms)
+
+    def _play_waves(self, frequency_hz: int, duration_ms: int, now_ms: int) -> None:
+        """Play a tone; it begins when the wave that is on the loudspeaker ends.
+
+        Tones of more than a hundred waves or so are longer than commanded, as the divider of the clock is rounded up.
+        """
+        hertz = min(max(frequency_hz, _LOWEST_HZ), _HIGHEST_HZ) if frequency_hz else _REST_HZ
+        waits_ms = 0.0
+        if now_ms < self._waves_end_ms:
+            waits_ms = self._wave_ms - (now_ms - self._waves_begin_ms) % self._wave_ms
+        waves = hertz * max(duration_ms, _SHORTEST_MS) // 1000 - _QUEUED - _QUEUED * hertz // 1000
+        self._wave_ms = _period_ms(_WAVE_CLOCKS, hertz)
+        self._waves_begin_ms = now_ms + waits_ms
+        self._waves_end_ms = self._waves_begin_ms + (waves + 1) * self._wave_ms
+        self._ends_ms = max(now_ms + 1, ceil(self._waves_end_ms - self._wave_ms))
 
     def _silence(self) -> None:
+        """End the sound for the firmware; waves that were handed over still play."""
+        if self.state in (SoundState.STOP, SoundState.FILE) and not self._notes:
+            self._waves_end_ms = 0.0
         self.flags = self.state = 0
         if self._handle is not None:
             self._loader.close(self._handle)
             self._handle = None
+
+
+def _period_ms(clocks: int, hertz: int) -> float:
+    """Milliseconds of a wave or sample; the divider of the clock is an integer, rounded up."""
+    return ceil(_CLOCK_HZ / clocks / hertz) * clocks * 1000 / _CLOCK_HZ

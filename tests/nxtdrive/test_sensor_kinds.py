@@ -21,7 +21,7 @@ from sim_backend.devices import (
     TouchSensor,
     UltrasonicSensor,
 )
-from sim_backend.firmware.low_speed import transfer_ms
+from sim_backend.firmware.i2c import Transfer
 from sim_backend.link import LinkFaults
 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
@@ -141,7 +141,8 @@ def test_a_distance_costs_one_round_trip_and_the_time_on_the_bus(lab, latency_ms
 @pytest.mark.parametrize("sent", [1, 2, 3, 8, 16])
 @pytest.mark.parametrize("received", [0, 1, 2, 4, 8, 15])
 def test_the_time_on_the_bus_is_foreseen(sent, received):
-    whole_ms = transfer_ms(sent, received) + 2  # begins one pass after the telegram, ends one pass after the last bit
+    transfer = Transfer(bytes(sent), received, 2, acknowledged=True)  # begins two passes after the telegram
+    whole_ms = transfer.received_ms if received else transfer.written_ms
     assert bus_time_s(sent, received) * 1000 == pytest.approx(whole_ms, abs=1.6)
 
 

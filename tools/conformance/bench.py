@@ -43,6 +43,8 @@ class Bench:
     def __init__(self, brick: SimBrick) -> None:
         self.motors = [BenchMotor() for _ in "ABC"]
         self.readings = [FULL_SCALE] * 4
+        self._devices = [GenericI2CDevice() for _ in self.readings]
+        self._attached, self._silent = [False] * 4, [False] * 4
         self._plug_in(brick)
         self._clocks = [0] * 4
         self._stream, self._frames, self._position, self._crossed = b"", list[bytes](), _RING_START, False
@@ -76,8 +78,10 @@ class Bench:
         self.brick = brick
         for port, motor in zip("ABC", self.motors, strict=True):
             brick.attach_motor(port, motor)
-        for index in range(4):
-            self._plug_analog(index)
+        for index, channel in enumerate(brick.low_speed.channels):
+            channel.bus.trace = []
+            brick.attach_sensor(index + 1, self._analog(index))
+            self._connect(index)
 
     def telegram(self, request: str) -> str:
         """Send one telegram in hex and run one pass. More than 64 bytes make several packets."""
@@ -174,24 +178,26 @@ class Bench:
 
     def _i2c(self, port: str, action: str, *arguments: str) -> str:
         index = int(port)
-        bus = self.brick.low_speed.channels[index].bus
+        device = self._devices[index]
         match action:
             case "attach":
-                self.brick.attach_sensor(index + 1, GenericI2CDevice(int(arguments[0], 16)))
-                bus.trace = []
+                device.address, self._attached[index] = int(arguments[0], 16), True
             case "detach":
-                self._plug_analog(index)
-            case "set" if isinstance(bus.device, GenericI2CDevice):
+                self._attached[index] = False
+            case "set":
                 start, data = int(arguments[0], 16), bytes.fromhex(arguments[1])
-                bus.device.registers[start : start + len(data)] = data
+                device.registers[start : start + len(data)] = data
             case "stucksda" | "stuckscl":
-                bus.stuck = arguments[0] == "1"
+                self.brick.low_speed.channels[index].bus.stuck = arguments[0] == "1"
+            case "ack":
+                self._silent[index] = arguments[0] == "0"
             case "wack":
                 pass  # the firmware ignores the acknowledgement of data bytes
             case "log":
                 return self._bus_log(index)
             case _:
                 raise NotSupportedOnBench(f"!i2c {action} is not supported")
+        self._connect(index)
         return "ok"
 
     def _bus_log(self, index: int) -> str:
@@ -201,17 +207,19 @@ class Bench:
         clocks, self._clocks[index] = bus.clocks - self._clocks[index], bus.clocks
         return f"{' '.join(tokens)}  clocks={clocks}"
 
-    def _plug_analog(self, index: int) -> None:
-        self.brick.attach_sensor(index + 1, AnalogInput(lambda: self.readings[index]))
-        bus = self.brick.low_speed.channels[index].bus
-        if bus.trace is None:
-            bus.trace = []
+    def _analog(self, index: int) -> AnalogInput:
+        return AnalogInput(lambda: self.readings[index])
+
+    def _connect(self, index: int) -> None:
+        """Connect the I2C device of a port if it is attached; the analog input has a pin of its own and stays."""
+        answers = self._attached[index] and not self._silent[index]
+        self.brick.low_speed.channels[index].bus.device = self._devices[index] if answers else None
 
     def _sound(self) -> str:
         sound = self.brick.sound
         playing = "playing" if sound.playing else "done"
-        if sound.tone is None:
-            return f"stopped {playing}"
+        if sound.from_file or sound.tone is None:
+            return f"{'file' if sound.from_file else 'stopped'} {playing}"
         return f"tone hz={sound.tone.frequency_hz} ms={sound.tone.duration_ms} vol={sound.tone.volume} {playing}"
 
     def _power(self) -> str:

@@ -1,0 +1,170 @@
+"""Rules of the sound module, each as a short conversation with the answers of LEGO's firmware."""
+
+import struct
+
+import pytest
+
+from firmware_protocol.direct import PlaySoundFile, PlayTone, StopSoundPlayback
+from firmware_protocol.iomap import SOUND
+from nxtdrive.tools.conformance.bench import Bench
+from sim_backend.firmware.brick import SimBrick
+
+SAMPLES, ADPCM, MELODY = 0x0100, 0x0101, 0x0600
+IDLE, FILE, TONE = 0, 2, 3
+
+
+class Loudspeaker:
+    """A bench of which only the sound is of interest."""
+
+    def __init__(self) -> None:
+        self.bench = Bench(SimBrick())
+
+    def send(self, command) -> None:
+        self.bench.telegram(command.encode().hex())
+
+    def put(self, **fields: int) -> None:
+        for name, value in fields.items():
+            self.send(SOUND.field(name).write(value))
+
+    def field(self, name: str) -> int:
+        spot = SOUND.field(name)
+        return spot.decode(bytes.fromhex(self.bench.telegram(spot.read().encode().hex()))[9:])
+
+    def store(self, name: str, kind: int, content: bytes, rate: int = 8000) -> None:
+        data = struct.pack(">HHHH", kind, 0, rate, 0) + content
+        loader = self.bench.brick.loader
+        handle = loader.create(name, len(data))[1]
+        loader.write(handle, data)
+        loader.close(handle)
+
+    def play(self, name: str, *, loop: bool = False) -> None:
+        self.send(PlaySoundFile(loop, name))
+
+    def passes_until_idle(self) -> int:
+        return next(passes for passes in range(3000) if not self.field("State"))
+
+
+@pytest.mark.parametrize(
+    ("hertz", "ms", "passes"),
+    [
+        (220, 10, 1), (220, 14, 5), (220, 100, 92), (100, 100, 92), (0, 100, 97), (0, 500, 497), (440, 100, 96),
+        (500, 100, 95), (1000, 0, 7), (1000, 100, 97), (2000, 100, 100), (5000, 500, 531), (9000, 100, 113),
+        (14080, 18, 20), (14080, 500, 598), (65535, 100, 118),
+    ],
+)  # fmt: skip
+def test_a_tone_ends_when_its_last_wave_is_handed_over(hertz, ms, passes):
+    speaker = Loudspeaker()
+    speaker.send(PlayTone(hertz, ms))
+    assert speaker.passes_until_idle() == passes
+
+
+@pytest.mark.parametrize(("wait", "passes"), [(1, 99), (2, 98), (3, 97), (21, 97), (22, 101)])
+def test_a_new_tone_waits_for_the_end_of_the_wave(wait, passes):
+    speaker = Loudspeaker()
+    speaker.send(PlayTone(220, 500))
+    speaker.bench.control(f"!tick {wait}")
+    speaker.send(PlayTone(1000, 100))
+    assert speaker.passes_until_idle() == passes
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "rate", "passes"),
+    [
+        (SAMPLES, 40, 8000, 0), (SAMPLES, 127, 8000, 0), (SAMPLES, 128, 8000, 1), (SAMPLES, 192, 8000, 8),
+        (SAMPLES, 300, 8000, 17), (SAMPLES, 700, 8000, 66), (SAMPLES, 700, 2000, 256), (SAMPLES, 700, 500, 256),
+        (SAMPLES, 700, 3000, 174), (SAMPLES, 700, 65535, 33), (ADPCM, 200, 8000, 17), (ADPCM, 500, 8000, 82),
+        (0x0700, 700, 8000, 0),
+    ],
+)  # fmt: skip
+def test_a_file_ends_when_its_last_piece_is_handed_over(kind, size, rate, passes):
+    speaker = Loudspeaker()
+    speaker.store("a.rso", kind, bytes(size), rate)
+    speaker.play("a.rso")
+    assert speaker.passes_until_idle() == passes
+
+
+@pytest.mark.parametrize(
+    ("notes", "passes"), [([(440, 100), (880, 100)], 196), ([(440, 100), (0, 50), (1000, 100)], 242)]
+)
+def test_a_melody_is_played_note_by_note(notes, passes):
+    speaker = Loudspeaker()
+    speaker.store("a.rmd", MELODY, b"".join(struct.pack(">HH", *note) for note in notes))
+    speaker.play("a.rmd")
+    assert speaker.field("State") == FILE
+    assert speaker.passes_until_idle() == passes - 1
+
+
+@pytest.mark.parametrize(
+    ("size", "wait", "passes"), [(700, 30, 35), (700, 66, 81), (700, 150, 78), (40, 1, 3), (40, 33, 2)]
+)
+def test_a_looped_file_ends_with_its_round_when_the_loop_is_taken_away(size, wait, passes):
+    speaker = Loudspeaker()
+    speaker.store("a.rso", SAMPLES, bytes(size))
+    speaker.play("a.rso", loop=True)
+    speaker.bench.control(f"!tick {wait}")
+    speaker.put(Mode=0)
+    assert speaker.passes_until_idle() == passes
+
+
+def test_the_sample_rate_of_the_map_is_used_once():
+    speaker = Loudspeaker()
+    speaker.store("a.rso", SAMPLES, bytes(700))
+    speaker.put(SampleRate=4000)
+    for passes in (131, 66):
+        speaker.play("a.rso")
+        assert speaker.passes_until_idle() == passes
+
+
+def test_a_replaced_file_leaves_one_piece():
+    speaker = Loudspeaker()
+    speaker.store("a.rso", SAMPLES, bytes(700))
+    speaker.store("m.rmd", MELODY, struct.pack(">HH", 440, 20))
+    for interrupt, passes in ((PlayTone(440, 20), 74), (StopSoundPlayback(), 66)):
+        speaker.play("a.rso")
+        speaker.send(interrupt)
+        speaker.bench.control("!tick 100")
+        speaker.play("a.rso")
+        assert speaker.passes_until_idle() == passes
+    speaker.play("a.rso")
+    speaker.play("m.rmd")
+    speaker.bench.control("!tick 5000")
+    assert speaker.field("State") == FILE
+
+
+def test_the_firmware_owns_the_running_flag():
+    speaker = Loudspeaker()
+    speaker.send(PlayTone(440, 100))
+    speaker.put(Flags=0)
+    assert speaker.field("Flags") == 2
+    speaker.put(State=IDLE)
+    speaker.bench.control("!tick 200")
+    assert (speaker.field("Flags"), speaker.field("State")) == (2, IDLE)
+
+
+@pytest.mark.parametrize(("mode", "state"), [(0, IDLE), (1, TONE), (2, IDLE), (3, TONE)])
+def test_what_a_tone_does_at_its_end_depends_on_the_mode(mode, state):
+    speaker = Loudspeaker()
+    speaker.send(PlayTone(440, 50))
+    speaker.put(Mode=mode)
+    speaker.bench.control("!tick 100")
+    assert speaker.field("State") == state
+
+
+def test_a_missing_file_leaves_the_tone_and_a_bad_one_ends_it():
+    speaker = Loudspeaker()
+    speaker.store("bad.rso", 0x3132, b"")
+    speaker.send(PlayTone(440, 500))
+    speaker.put(Mode=0, Flags=1)
+    assert speaker.field("State") == TONE
+    speaker.play("bad.rso")
+    assert speaker.field("State") == IDLE
+
+
+def test_the_bench_tells_what_sounds():
+    speaker = Loudspeaker()
+    speaker.store("a.rso", SAMPLES, bytes(700))
+    assert speaker.bench.control("!sound") == "stopped done"
+    speaker.play("a.rso")
+    assert speaker.bench.control("!sound") == "file playing"
+    speaker.send(PlayTone(30000, 5))
+    assert speaker.bench.control("!sound") == "tone hz=30000 ms=5 vol=4 playing"
