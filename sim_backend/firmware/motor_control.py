@@ -246,7 +246,7 @@ class MotorControl:
 
     def _counts_per_percent(self, counts: int, steps: int, sign: int) -> int:
         self.zero_divisions += not steps
-        return s16(sign * divide(counts, steps))
+        return s16(sign * divide(s32(counts), steps))
 
     def _slow_down(self, sign: int) -> None:
         slower = s8(self.target_speed - sign)
