@@ -90,7 +90,7 @@ class SimBrick:
         self._clock = clock = Clock(BOOT_MS)
         self.output = OutputModule(clock, version)
         self.input = InputModule(clock, version)
-        self.low_speed = LowSpeedModule(clock, self.input.ports)
+        self.low_speed = LowSpeedModule(clock, self.input.ports, version)
         self.loader = Loader(flash or fresh_flash(version), version)
         self.sound = SoundModule(clock, self.loader)
         self.io_control = IoControl()

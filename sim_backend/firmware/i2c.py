@@ -6,8 +6,11 @@ from collections.abc import Iterator
 from math import ceil
 from typing import Protocol, runtime_checkable
 
-STEPS_PER_MS = 23.4375
+STEPS_PER_MS = 48_054_850 / 2048 / 1000
 """Timer interrupts per millisecond; two make a clock pulse."""
+
+_PHASE = STEPS_PER_MS % 1
+"""The timer is started one pass before the first clock pulse."""
 
 BYTE_CLOCKS = 9
 """Clock pulses of one byte including its acknowledge."""
@@ -16,10 +19,12 @@ _CLOCK_STEPS = 2
 _TX_STEPS, _RX_STEPS = 21, 20
 """Timer interrupts per byte written and read, with the pause after it."""
 
-_BYTE_STEPS = _CLOCK_STEPS * BYTE_CLOCKS
-_STOP_STEPS, _RESTART_STEPS, _ADDRESS_STEPS, _READ_STEPS = 20, 27, 28, 52
-"""Timer interrupts from the start of the last byte written to the stop, the pulse and the start for reading, the first
-clock of the read address, and that of the first byte read."""
+_STOP_STEPS = 18
+"""Timer interrupts from the start of the last byte written to the stop."""
+
+_RESTART_STEPS, _ADDRESS_STEPS, _FIRST_BYTE_STEPS = 2, 7, 31
+"""Timer interrupts from the end of the bytes written to the pulse before the second start, to the read address, and to
+the first byte read."""
 
 _WRITTEN_STEPS, _TURNED_STEPS, _RECEIVED_STEPS = -3, 23, 30
 """Timer interrupts beyond those of the bytes until the firmware knows the end of a write, of a write before a read, and
@@ -51,11 +56,17 @@ class Transfer:
         rx_size: Number of bytes read after a second start.
         started_ms: The pass in which the first clock pulse begins.
         acknowledged: Whether a device acknowledged the address.
-        received: The bytes read; empty until the write has ended.
+        received: The bytes read; None until the write has ended.
+
+    Args:
+        visible_steps: See `Version.write_end_steps`.
     """
 
-    def __init__(self, message: bytes, rx_size: int, started_ms: int, *, acknowledged: bool) -> None:
+    def __init__(
+        self, message: bytes, rx_size: int, started_ms: int, *, acknowledged: bool, visible_steps: int = 0
+    ) -> None:
         self.message, self.rx_size, self.started_ms = message, rx_size, started_ms
+        self._visible_steps = visible_steps
         self.acknowledged = acknowledged
         self.received: bytes | None = None
 
@@ -64,7 +75,11 @@ class Transfer:
         """The pass in which the firmware sees the end of the write, or the missing acknowledge."""
         if not self.acknowledged:
             return self.started_ms + 1
-        return self._seen(_TURNED_STEPS if self.rx_size else _WRITTEN_STEPS)
+        written = self._seen(_WRITTEN_STEPS)
+        if not self.rx_size:
+            return written
+        late = self.steps(written - 1) - _TX_STEPS * len(self.message) - _WRITTEN_STEPS
+        return written if late <= self._visible_steps else self._seen(_TURNED_STEPS)
 
     @property
     def received_ms(self) -> int:
@@ -72,17 +87,26 @@ class Transfer:
         return self._seen(_RECEIVED_STEPS + _RX_STEPS * self.rx_size)
 
     def _seen(self, steps: int) -> int:
-        return self.started_ms + ceil((_TX_STEPS * len(self.message) + steps) / STEPS_PER_MS)
+        return self.started_ms + ceil((_TX_STEPS * len(self.message) + steps - _PHASE) / STEPS_PER_MS)
+
+    def steps(self, now_ms: int) -> int:
+        """Timer interrupts until the end of a pass."""
+        return int((now_ms + 1 - self.started_ms) * STEPS_PER_MS + _PHASE)
+
+    @property
+    def turning_step(self) -> int:
+        """The timer interrupt of the pulse before the second start."""
+        return _TX_STEPS * len(self.message) + _RESTART_STEPS
 
     def progress(self, now_ms: int) -> tuple[list[str], int]:
         """The bus until the end of a pass: see `I2CBus.trace`, and the number of clock pulses."""
-        steps, clocks, tokens = int((now_ms + 1 - self.started_ms) * STEPS_PER_MS), 0, []
+        steps, clocks, tokens = self.steps(now_ms), 0, []
         for start, pulses, token in self._events():
             if steps < start:
                 break
             done = min((steps - start) // _CLOCK_STEPS, pulses)
             clocks += done
-            if done == pulses and token:
+            if token and steps - start >= _CLOCK_STEPS * pulses - 1:
                 tokens.append(token)
         return tokens, clocks
 
@@ -91,22 +115,25 @@ class Transfer:
         yield 0, 0, "S"
         acknowledge = "a" if self.acknowledged else "n"
         tokens = [f"[{self.message[0]:02x}]{acknowledge}", *(f"{byte:02x}" for byte in self.message[1:])]
-        end = 0
-        for end, token in enumerate(tokens if self.acknowledged else tokens[:1]):
-            yield _TX_STEPS * end, BYTE_CLOCKS, token
-        yield _TX_STEPS * end + _STOP_STEPS - _CLOCK_STEPS, 1, "P"
+        begin = 0
+        for number, token in enumerate(tokens if self.acknowledged else tokens[:1]):
+            begin = _TX_STEPS * number
+            yield begin, BYTE_CLOCKS, token
+        yield begin + _STOP_STEPS, 1, "P"
         if self.rx_size and self.acknowledged:
-            yield from self._read_events(_TX_STEPS * (end + 1))
+            yield self.turning_step, 1, "S"
+            begin = _TX_STEPS * len(self.message)
+            yield begin + _ADDRESS_STEPS, BYTE_CLOCKS, f"[{self.message[0] | 1:02x}]a"
+            yield from self._bytes_read(begin + _FIRST_BYTE_STEPS)
 
-    def _read_events(self, start: int) -> Iterator[tuple[int, int, str]]:
-        yield start + 4, 1, "S"
-        yield start + 7, BYTE_CLOCKS, f"[{self.message[0] | 1:02x}]a"
+    def _bytes_read(self, begin: int) -> Iterator[tuple[int, int, str]]:
+        """The bytes read; each is known to the sensor's end of the bus when the acknowledge before it ends."""
         for number, byte in enumerate(self.received or bytes(self.rx_size)):
-            begin = start + 31 + _RX_STEPS * number
-            yield begin - 6 if number == 0 else begin - 1, 0, f"r{byte:02x}"
+            yield begin - (1 if number else 6), 0, f"r{byte:02x}"
             yield begin, BYTE_CLOCKS, ""
-        yield start + 31 + _RX_STEPS * self.rx_size - 2, 0, "N"
-        yield start + 31 + _RX_STEPS * self.rx_size - 2, 1, ""
+            begin += _RX_STEPS
+        yield begin - _CLOCK_STEPS, 0, "N"
+        yield begin - _CLOCK_STEPS, 1, ""
 
 
 class I2CBus:
@@ -118,29 +145,39 @@ class I2CBus:
         trace: Set to a list to record the bus: S start, [aa] address byte, a acknowledged, n not, xx byte written,
             rxx byte read, N last byte read, P stop.
         clocks: Clock pulses so far.
+        transfer: The message on the bus, or None.
+        visible_steps: See `Version.write_end_steps`.
     """
 
-    __slots__ = ("_counted", "_told", "clocks", "device", "stuck", "trace", "transfer")
-
-    def __init__(self) -> None:
+    def __init__(self, visible_steps: int) -> None:
+        self.visible_steps = visible_steps
         self.device: I2CDevice | None = None
         self.stuck = False
         self.trace: list[str] | None = None
         self.clocks = 0
         self.transfer: Transfer | None = None
-        self._told = self._counted = 0
+        self._unread = self._told = self._counted = 0
+        self._delivered = False
 
     def begin(self, message: bytes, rx_size: int, now_ms: int) -> Transfer:
-        """Start to write `message`, address first, and then to read."""
+        """Start to write `message`, address first, and then to read.
+
+        A read that the write before did not come to, for want of an acknowledge, follows a message without a read.
+        """
         acknowledged = self.device is not None and self.device.address == message[0] & 0xFE
         self._told = self._counted = 0
-        self.transfer = Transfer(message, rx_size, now_ms, acknowledged=acknowledged)
+        self._delivered = False
+        self._unread = rx_size or self._unread
+        self.transfer = Transfer(
+            message, self._unread, now_ms, acknowledged=acknowledged, visible_steps=self.visible_steps
+        )
         return self.transfer
 
     def write(self) -> None:
         """Hand the message over to the device: its last byte was sent."""
-        if self.transfer is not None and self.device is not None:
+        if self.transfer is not None and self.device is not None and not self._delivered:
             self.device.write(self.transfer.message[1:])
+            self._delivered = True
 
     def read(self) -> bytes:
         """The device's answer."""
@@ -154,13 +191,20 @@ class I2CBus:
     def end(self, now_ms: int) -> None:
         """End the transfer in this pass, finished or not."""
         self.settle(now_ms - 1)
+        transfer = self.transfer
+        if transfer is not None and transfer.acknowledged and transfer.steps(now_ms - 1) >= transfer.turning_step:
+            self._unread = 0
         self.transfer = None
 
     def settle(self, now_ms: int) -> None:
         """Record what has happened until the end of a pass."""
         if self.transfer is None:
             return
-        tokens, clocks = self.transfer.progress(now_ms)
+        transfer = self.transfer
+        if self.trace is not None and transfer.acknowledged and transfer.steps(now_ms) >= transfer.turning_step:
+            self.write()
+            self.read()
+        tokens, clocks = transfer.progress(now_ms)
         self.clocks += clocks - self._counted
         if self.trace is not None:
             self.trace.extend(tokens[self._told :])

@@ -15,6 +15,7 @@ from sim_backend.firmware.i2c import I2CBus, Transfer
 from sim_backend.firmware.input import InputPort
 from sim_backend.firmware.low_speed_ram import after_map_buffer, after_send_buffer
 from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.versions import Version
 
 RING = 16
 """Size of a port's buffers in bytes."""
@@ -75,8 +76,8 @@ class Channel:
         received: Number of bytes of the last read.
     """
 
-    def __init__(self) -> None:
-        self.bus = I2CBus()
+    def __init__(self, version: Version) -> None:
+        self.bus = I2CBus(version.write_end_steps)
         self.state, self.mode, self.error = int(ChannelState.IDLE), int(ChannelMode.NONE), int(ChannelError.NONE)
         self.tx = self.rx = self.sending = bytes(RING)
         self.tx_size = self.tx_out = self.tx_spare = self.rx_size = self.rx_in = self.rx_out = self.received = 0
@@ -125,7 +126,7 @@ class Channel:
         if self.mode == ChannelMode.RECEIVING:
             self._waited += 1
             if now_ms >= transfer.received_ms:
-                self._finish(self.bus.read(), now_ms)
+                self._finish(self.bus.read())
             elif self._waited > READ_TIMEOUT:
                 self.fail(ChannelError.RECEIVE, now_ms)
 
@@ -142,10 +143,9 @@ class Channel:
         if self.rx_size:
             self.mode, self._waited = ChannelMode.RECEIVING, 0
         else:
-            self._finish(b"", now_ms)
+            self._finish(b"")
 
-    def _finish(self, received: bytes, now_ms: int) -> None:
-        self.bus.end(now_ms)
+    def _finish(self, received: bytes) -> None:
         ring = bytearray(self.rx)
         for byte in received:
             ring[self.rx_in % RING] = byte
@@ -166,8 +166,8 @@ class LowSpeedModule:
         speed: Byte of the map without effect.
     """
 
-    def __init__(self, clock: Clock, inputs: Sequence[InputPort]) -> None:
-        self.channels = [Channel() for _ in inputs]
+    def __init__(self, clock: Clock, inputs: Sequence[InputPort], version: Version) -> None:
+        self.channels = [Channel(version) for _ in inputs]
         self.due_ms = NEVER
         self.active = self.speed = 0
         self._clock, self._inputs = clock, inputs
@@ -189,6 +189,7 @@ class LowSpeedModule:
             case ChannelState.ERROR:
                 self.active &= ~(1 << index)
             case ChannelState.DONE:
+                channel.bus.end(now_ms)
                 channel.state = ChannelState.IDLE
                 self.active &= ~(1 << index)
             case ChannelState.INIT | ChannelState.LOAD | ChannelState.COMMUNICATING if not self._low_speed(index):

@@ -21,6 +21,8 @@ class Version:
         color_sensor: Whether it has the colour sensor and its variables in the Input map.
         evaluates_every_type: Whether inputs of every type are read, not only analog ones.
         settles_by_pins: Whether a new type needs time to settle only if it sets the pins of the input differently.
+        write_end_steps: For how many interrupts of the I2C timer after a write the firmware takes it for the end, if a
+            read follows; otherwise it sees the end after the turn to reading.
         stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor, or
             only the partner.
         strict_data_names: Whether data files may not have names of programs.
@@ -38,6 +40,7 @@ class Version:
     color_sensor: bool
     evaluates_every_type: bool
     settles_by_pins: bool
+    write_end_steps: int
     stops_all_synchronised: bool
     strict_data_names: bool
     writing_prevents_deletion: bool
@@ -56,6 +59,7 @@ VERSIONS = {
         color_sensor=True,
         evaluates_every_type=False,
         settles_by_pins=False,
+        write_end_steps=0,
         stops_all_synchronised=True,
         strict_data_names=True,
         writing_prevents_deletion=True,
@@ -72,6 +76,7 @@ VERSIONS = {
         color_sensor=False,
         evaluates_every_type=True,
         settles_by_pins=True,
+        write_end_steps=8,
         stops_all_synchronised=True,
         strict_data_names=False,
         writing_prevents_deletion=False,
