@@ -241,11 +241,9 @@ class SimBrick:
         if port not in _SENSOR_PORTS:
             raise ValueError(f"sensors are plugged into ports 1 to 4, not {port!r}")
         bus, analog = self.low_speed.channels[port - 1].bus, self.input.ports[port - 1]
-        bus.device = analog.sensor = None
-        if isinstance(sensor, I2CDevice):
-            bus.device = sensor
-        else:
-            analog.sensor = sensor
+        digital = sensor if isinstance(sensor, I2CDevice) else None
+        bus.connect(digital, self._clock.now_ms)
+        analog.sensor = None if isinstance(sensor, I2CDevice) else sensor
         self.input.plug_in(analog, sensor)
 
     def unplug_usb(self) -> None:

@@ -31,6 +31,9 @@ _WRITTEN_STEPS, _TURNED_STEPS, _RECEIVED_STEPS = -3, 23, 30
 of the read."""
 
 
+_NEVER = 1 << 62
+
+
 @runtime_checkable
 class I2CDevice(Protocol):
     """A digital sensor.
@@ -56,7 +59,7 @@ class Transfer:
         rx_size: Number of bytes read after a second start.
         started_ms: The pass in which the first clock pulse begins.
         acknowledged: Whether a device acknowledged the address.
-        received: The bytes read; None until the write has ended.
+        received: The bytes of the device; None until the write has ended.
 
     Args:
         visible_steps: See `Version.write_end_steps`.
@@ -68,6 +71,7 @@ class Transfer:
         self.message, self.rx_size, self.started_ms = message, rx_size, started_ms
         self._visible_steps = visible_steps
         self.acknowledged = acknowledged
+        self._cut = _NEVER
         self.received: bytes | None = None
 
     @property
@@ -79,7 +83,7 @@ class Transfer:
         if not self.rx_size:
             return written
         late = self.steps(written - 1) - _TX_STEPS * len(self.message) - _WRITTEN_STEPS
-        return written if late <= self._visible_steps else self._seen(_TURNED_STEPS)
+        return written if late < self._visible_steps else self._seen(_TURNED_STEPS)
 
     @property
     def received_ms(self) -> int:
@@ -88,6 +92,18 @@ class Transfer:
 
     def _seen(self, steps: int) -> int:
         return self.started_ms + ceil((_TX_STEPS * len(self.message) + steps - _PHASE) / STEPS_PER_MS)
+
+    def cut(self, now_ms: int) -> None:
+        """Unplug the device: nothing that it would do after this pass happens."""
+        self._cut = self.steps(now_ms)
+
+    def read(self) -> bytes:
+        """The bytes that the firmware reads; after a cut there are only ones."""
+        if self.received is None:
+            return b"\xff" * self.rx_size
+        first_bit = _TX_STEPS * len(self.message) + _FIRST_BYTE_STEPS + _CLOCK_STEPS + 1
+        bits = ((self._cut - first_bit - _RX_STEPS * number) // _CLOCK_STEPS + 1 for number in range(self.rx_size))
+        return bytes(byte | 0xFF >> min(max(sent, 0), 8) for byte, sent in zip(self.received, bits, strict=True))
 
     def steps(self, now_ms: int) -> int:
         """Timer interrupts until the end of a pass."""
@@ -106,9 +122,26 @@ class Transfer:
                 break
             done = min((steps - start) // _CLOCK_STEPS, pulses)
             clocks += done
-            if token and steps - start >= _CLOCK_STEPS * pulses - 1:
+            end = start + _CLOCK_STEPS * pulses - 1
+            if token and end <= min(steps, self._cut):
                 tokens.append(token)
         return tokens, clocks
+
+    def complete(self, now_ms: int) -> bool:
+        """Whether the last clock pulse is over at the end of a pass."""
+        tail = _RECEIVED_STEPS + _RX_STEPS * self.rx_size if self.rx_size else _WRITTEN_STEPS
+        return not self.acknowledged or self.steps(now_ms) >= _TX_STEPS * len(self.message) + tail
+
+    def clock_low(self, now_ms: int) -> bool:
+        """Whether the clock line is low at the end of a pass: between bytes, and in the first half of a pulse."""
+        low, steps = False, self.steps(now_ms)
+        for start, pulses, name in self._events():
+            if steps < start:
+                break
+            since = steps - start
+            if pulses:
+                low = since % _CLOCK_STEPS == 1 or not since if since <= _CLOCK_STEPS * pulses else name != "P"
+        return low
 
     def _events(self) -> Iterator[tuple[int, int, str]]:
         """When something happens on the bus: timer interrupt, clock pulses, and the token that it ends with."""
@@ -157,7 +190,7 @@ class I2CBus:
         self.clocks = 0
         self.transfer: Transfer | None = None
         self._unread = self._told = self._counted = 0
-        self._delivered = False
+        self._delivered = self._clock_low = False
 
     def begin(self, message: bytes, rx_size: int, now_ms: int) -> Transfer:
         """Start to write `message`, address first, and then to read.
@@ -173,6 +206,16 @@ class I2CBus:
         )
         return self.transfer
 
+    def connect(self, device: I2CDevice | None, now_ms: int) -> None:
+        """Connect a device after this pass, or none."""
+        transfer = self.transfer
+        if transfer is not None and transfer.acknowledged and device is not self.device:
+            if transfer.steps(now_ms) >= transfer.turning_step:
+                self.write()
+                self.read()
+            transfer.cut(now_ms)
+        self.device = device
+
     def write(self) -> None:
         """Hand the message over to the device: its last byte was sent."""
         if self.transfer is not None and self.device is not None and not self._delivered:
@@ -180,21 +223,29 @@ class I2CBus:
             self._delivered = True
 
     def read(self) -> bytes:
-        """The device's answer."""
+        """The bytes read, from the device or the pulled-up line."""
         transfer = self.transfer
         if transfer is None:
             return b""
-        if transfer.received is None:
-            transfer.received = bytes(transfer.rx_size) if self.device is None else self.device.read(transfer.rx_size)
-        return transfer.received
+        if transfer.received is None and self.device is not None:
+            transfer.received = self.device.read(transfer.rx_size)
+        return transfer.read()
 
     def end(self, now_ms: int) -> None:
         """End the transfer in this pass, finished or not."""
         self.settle(now_ms - 1)
         transfer = self.transfer
-        if transfer is not None and transfer.acknowledged and transfer.steps(now_ms - 1) >= transfer.turning_step:
+        if transfer is None:
+            return
+        if transfer.acknowledged and transfer.steps(now_ms - 1) >= transfer.turning_step:
             self._unread = 0
+        self._clock_low = not transfer.complete(now_ms - 1) and transfer.clock_low(now_ms - 1)
         self.transfer = None
+
+    def release(self) -> None:
+        """Let the clock line go high; after a transfer that was cut short that is one more pulse."""
+        self.clocks += self._clock_low
+        self._clock_low = False
 
     def settle(self, now_ms: int) -> None:
         """Record what has happened until the end of a pass."""

@@ -74,6 +74,7 @@ class Channel:
         tx_spare: Byte of the map without effect.
         sending: The last bytes sent, 16.
         received: Number of bytes of the last read.
+        waited: Number of passes that it took.
     """
 
     def __init__(self, version: Version) -> None:
@@ -81,7 +82,7 @@ class Channel:
         self.state, self.mode, self.error = int(ChannelState.IDLE), int(ChannelMode.NONE), int(ChannelError.NONE)
         self.tx = self.rx = self.sending = bytes(RING)
         self.tx_size = self.tx_out = self.tx_spare = self.rx_size = self.rx_in = self.rx_out = self.received = 0
-        self._failures = self._waited = 0
+        self._failures = self.waited = 0
 
     @property
     def ready(self) -> int:
@@ -97,6 +98,9 @@ class Channel:
     def initialize(self) -> None:
         """Prepare for the first try."""
         self.state, self.error, self._failures = ChannelState.LOAD, ChannelError.NONE, 0
+        self.bus.release()
+        if self.rx_size:
+            self.waited = 0
 
     def fetch(self) -> bytes:
         """Take the bytes waiting."""
@@ -114,6 +118,7 @@ class Channel:
     def fail(self, error: ChannelError, now_ms: int) -> None:
         """Give the transaction up."""
         self.bus.end(now_ms)
+        self.bus.release()
         self.state, self.error = ChannelState.ERROR, error
 
     def communicate(self, now_ms: int) -> None:
@@ -124,10 +129,10 @@ class Channel:
         if self.mode == ChannelMode.TRANSMITTING and now_ms >= transfer.written_ms:
             self._end_write(transfer, now_ms)
         if self.mode == ChannelMode.RECEIVING:
-            self._waited += 1
+            self.waited += 1
             if now_ms >= transfer.received_ms:
                 self._finish(self.bus.read())
-            elif self._waited > READ_TIMEOUT:
+            elif self.waited > READ_TIMEOUT:
                 self.fail(ChannelError.RECEIVE, now_ms)
 
     def _end_write(self, transfer: Transfer, now_ms: int) -> None:
@@ -141,7 +146,7 @@ class Channel:
             return
         self.bus.write()
         if self.rx_size:
-            self.mode, self._waited = ChannelMode.RECEIVING, 0
+            self.mode, self.waited = ChannelMode.RECEIVING, 0
         else:
             self._finish(b"")
 

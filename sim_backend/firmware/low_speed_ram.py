@@ -18,7 +18,7 @@ WRAP = 256
 
 _BUFFER = 16
 _POINTERS = bytes(2)
-_COUNTERS = 9
+_COUNTERS = 5
 _TIMER_RUNS = b"\x01"
 _PADDING = bytes(6)
 _MAP_END = bytes(2)
@@ -37,6 +37,7 @@ class Port(Protocol):
     rx_size: int
     sending: bytes
     received: int
+    waited: int
     mode: int
     state: int
     error: int
@@ -52,7 +53,8 @@ def after_send_buffer(ports: Sequence[Port], active: int, index: int) -> bytes:
     """
     send = b"".join(port.sending + _POINTERS for port in ports)
     receive = b"".join(bytes(_BUFFER + 1) + bytes([port.received]) for port in ports)
-    ram = send + receive + bytes(_COUNTERS) + _TIMER_RUNS + _PADDING + _io_map(ports, active)
+    waited = bytes(port.waited for port in ports)
+    ram = send + receive + waited + bytes(_COUNTERS) + _TIMER_RUNS + _PADDING + _io_map(ports, active)
     start = index * (_BUFFER + len(_POINTERS))
     return ram[start : start + WRAP].ljust(WRAP, b"\0")
 

@@ -213,7 +213,8 @@ class Bench:
     def _connect(self, index: int) -> None:
         """Connect the I2C device of a port if it is attached; the analog input has a pin of its own and stays."""
         answers = self._attached[index] and not self._silent[index]
-        self.brick.low_speed.channels[index].bus.device = self._devices[index] if answers else None
+        bus = self.brick.low_speed.channels[index].bus
+        bus.connect(self._devices[index] if answers else None, self.brick.now_ms)
 
     def _sound(self) -> str:
         sound = self.brick.sound

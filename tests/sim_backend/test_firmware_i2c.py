@@ -1,0 +1,189 @@
+"""Rules of the low speed module, each as a short conversation with the answers of LEGO's firmware."""
+
+import pytest
+
+from firmware_protocol.direct import LSGetStatus, LSRead, SetInputMode
+from firmware_protocol.enums import InputPort, SensorMode, SensorType
+from firmware_protocol.iomap import LOW_SPEED
+from nxtdrive.tools.conformance.bench import Bench
+from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.versions import FIRMWARES
+
+IDLE, INIT, LOAD, COMMUNICATING, ERROR, DONE = range(6)
+TRANSMITTING, RECEIVING, RECEIVED = 1, 2, 3
+PORT = InputPort.IN_1
+
+
+class Bus:
+    """A bench with a device at address 0x02 on port 1, whose registers from 0x40 on count up."""
+
+    def __init__(self, firmware: str = "1.29", sensor_type: int = SensorType.LOW_SPEED_9V) -> None:
+        self.bench = Bench(SimBrick(firmware=firmware))
+        self.bench.control("!i2c 0 attach 02")
+        self.bench.control("!i2c 0 set 40 " + bytes(range(0x40, 0x60)).hex())
+        self.set_type(sensor_type)
+        self.bench.control("!tick 30")
+
+    def set_type(self, sensor_type: int) -> None:
+        self.send(SetInputMode(PORT, SensorType(sensor_type), SensorMode.RAW))
+
+    def send(self, command) -> str:
+        return self.bench.telegram(command.encode().hex())
+
+    def write(self, message: bytes, read: int = 0, passes: int = 40) -> str:
+        reply = self.bench.telegram(bytes([0, 0x0F, 0, len(message), read, *message]).hex())
+        self.bench.control(f"!tick {passes}")
+        return reply
+
+    def read(self) -> str:
+        return self.send(LSRead(PORT))
+
+    def status(self) -> str:
+        return self.send(LSGetStatus(PORT))
+
+    def log(self) -> str:
+        return self.bench.control("!i2c 0 log")
+
+    def fields(self, *names: str) -> tuple[int, ...]:
+        return tuple(self.field(name) for name in names)
+
+    def field(self, name: str) -> int:
+        spot = LOW_SPEED.field(name)
+        return spot.decode(bytes.fromhex(self.bench.telegram(spot.read().encode().hex()))[9:])
+
+    def put(self, **values: int | bytes) -> None:
+        for name, value in values.items():
+            self.bench.telegram(LOW_SPEED.field(name).write(value).encode().hex())
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_a_type_is_accepted_20_passes_after_it_was_set(firmware):
+    bus = Bus(firmware, SensorType.NONE)
+    bus.set_type(SensorType.LOW_SPEED)
+    bus.bench.control("!tick 19")
+    assert [bus.write(b"\x02", passes=0) for _ in range(3)] == ["020fe0", "020f00", "020fe0"]
+
+
+@pytest.mark.parametrize(("read", "seen"), [
+    (0, {0: (LOAD, 0), 1: (COMMUNICATING, TRANSMITTING), 3: (DONE, RECEIVED), 4: (IDLE, RECEIVED)}),
+    (4, {3: (COMMUNICATING, TRANSMITTING), 4: (COMMUNICATING, RECEIVING), 8: (DONE, RECEIVED), 9: (IDLE, RECEIVED)}),
+])  # fmt: skip
+def test_the_map_shows_the_states_of_a_transaction(read, seen):
+    for passes, (state, mode) in seen.items():
+        bus = Bus()
+        bus.write(b"\x02\x40", read, passes)
+        assert bus.field("ChannelState") == state
+        bus = Bus()
+        bus.write(b"\x02\x40", read, passes)
+        assert bus.fields("Mode", "ErrorType") == (mode, 0)
+
+
+@pytest.mark.parametrize(
+    ("written", "read", "passes"), [(1, 1, 5), (2, 1, 5), (2, 2, 6), (9, 1, 12), (10, 1, 13), (16, 0, 16), (16, 15, 30)]
+)
+def test_how_long_a_transaction_takes(written, read, passes):
+    def after(wait: int) -> int:
+        bus = Bus()
+        bus.write(bytes([2]).ljust(written, b"\x40"), read, wait)
+        return bus.field("ChannelState")
+
+    assert [after(passes - 1), after(passes)] == [COMMUNICATING, DONE]
+
+
+@pytest.mark.parametrize(
+    ("firmware", "written", "passes"), [("1.29", 2, 4), ("1.29", 9, 11), ("1.05", 2, 3), ("1.05", 3, 5), ("1.05", 9, 9)]
+)
+def test_when_the_turn_to_reading_is_seen(firmware, written, passes):
+    modes = []
+    for wait in (passes - 1, passes):
+        bus = Bus(firmware)
+        bus.write(bytes([2]).ljust(written, b"\x40"), 8, wait)
+        modes.append(bus.field("Mode"))
+    assert modes == [TRANSMITTING, RECEIVING]
+
+
+@pytest.mark.parametrize(
+    ("size", "addresses"),
+    [(1, ["ee", "40", "72", "73"]), (4, ["ee", "74", "78", "7c"]), (8, ["ee", "78", "08", "00"])],
+)
+def test_retries_go_on_behind_the_message(size, addresses):
+    bus = Bus()
+    bus.write(b"\x02\x40" + bytes(range(0x72, 0x80)))
+    bus.log()
+    bus.write(b"\xee".ljust(size, b"\x11"))
+    assert bus.log() == " ".join(f"S [{address}]n P" for address in addresses) + "  clocks=40"
+
+
+def test_a_read_that_was_not_reached_follows_the_next_message():
+    bus = Bus()
+    bus.write(b"\xee\x40", 2)
+    bus.log()
+    bus.write(b"\x02\x40\x77")
+    assert bus.log() == "S [02]a 40 77 P S [03]a r41 r42  clocks=48"
+    assert bus.read()[4:8] == "0000"
+
+
+def test_unread_bytes_stay_whatever_the_status():
+    bus = Bus()
+    bus.write(b"\x02\x40", 14)
+    assert bus.write(b"\x02\x50", passes=0) == "020f00"
+    assert bus.status() == "020e200e"
+    assert bus.read() == "0210000e" + bytes(range(0x40, 0x4E)).hex() + "0000"  # not pending, as there are bytes
+    bus.bench.control("!tick 20")
+    bus.write(b"\x02\x40", 14)
+    bus.set_type(SensorType.NONE)
+    assert [bus.status(), bus.read(), bus.status()] == ["020ee00e", "0210e00e0000", "020ee00e"]
+
+
+@pytest.mark.parametrize(("first", "second", "ready"), [(14, 1, 15), (14, 2, 0), (15, 15, 14), (8, 16, 8), (16, 5, 5)])
+def test_the_ring_counts_modulo_16(first, second, ready):
+    bus = Bus()
+    bus.write(b"\x02\x40", first)
+    bus.write(b"\x02\x40", second)
+    assert bus.status() == f"020e00{ready:02x}"
+
+
+def test_a_port_of_another_type_fails_at_once():
+    bus = Bus()
+    bus.write(b"\x02\x40", 15, passes=5)
+    bus.set_type(SensorType.NONE)
+    assert bus.fields("ChannelState", "ErrorType", "State") == (ERROR, 1, 0)
+    assert bus.log() == "S [02]a 40 P S [03]a r40 r41 r42  clocks=49"
+    assert [bus.write(b"\x02", passes=1) for _ in range(2)] == ["020f00", "020f00"]  # not checked after an error
+
+
+def test_an_empty_message_ends_when_the_byte_counter_wraps():
+    bus = Bus()
+    bus.write(b"\x02\x10\x20\x30")
+    bus.write(b"", 1, passes=231)
+    assert bus.fields("Mode") == (TRANSMITTING,)
+    assert bus.fields("Mode", "ChannelState") == (RECEIVING, DONE)
+
+
+def test_a_transaction_is_started_through_the_map():
+    bus = Bus()
+    bus.put(OutBuf=b"\x02\x40".ljust(16, b"\0"), OutBufInPtr=2, OutBufOutPtr=0, BytesToRx=4, ChannelState=INIT)
+    assert bus.fields("ChannelState", "State") == (INIT, 0)
+    bus.put(State=1)
+    bus.bench.control("!tick 10")
+    assert bus.read() == "02100004" + bytes(range(0x40, 0x44)).hex().ljust(32, "0")
+
+
+def test_a_device_that_is_unplugged_reads_as_ones():
+    bus = Bus()
+    bus.write(b"\x02\x40", 8, passes=7)
+    bus.bench.control("!i2c 0 detach")
+    bus.bench.control("!tick 20")
+    assert bus.read() == "021000084041424347ffffff".ljust(40, "0")
+
+
+def test_the_bench_keeps_registers_and_log_of_a_port():
+    bus = Bus()
+    bus.write(b"\x02\x41", 2)
+    bus.bench.control("!i2c 0 detach")
+    bus.bench.control("!i2c 0 attach 10")
+    bus.write(b"\x10\x41", 1)
+    assert bus.log() == "S [02]a 41 P S [03]a r41 r42 N S [10]a 41 P S [11]a r41 N  clocks=87"
+    bus.bench.control("!i2c 0 ack 0")
+    bus.write(b"\x10\x41", 1)
+    assert bus.status() == "020edd03"
