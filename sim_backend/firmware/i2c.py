@@ -139,8 +139,8 @@ class Transfer:
             if steps < start:
                 break
             since = steps - start
-            if pulses:
-                low = since % _CLOCK_STEPS == 1 or not since if since <= _CLOCK_STEPS * pulses else name != "P"
+            if pulses and since:
+                low = since % _CLOCK_STEPS == 1 if since <= _CLOCK_STEPS * pulses else name != "P"
         return low
 
     def _events(self) -> Iterator[tuple[int, int, str]]:

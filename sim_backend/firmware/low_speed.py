@@ -112,6 +112,7 @@ class Channel:
         """Send a message."""
         self.sending = (message + self.sending[len(message) :])[:RING]
         self.tx_out = self.tx_out + self.tx_size & 0xFF
+        self.bus.end(now_ms)
         self.bus.begin(message, self.rx_size, now_ms)
         self.state, self.mode, self.error = ChannelState.COMMUNICATING, ChannelMode.TRANSMITTING, ChannelError.NONE
 
@@ -141,7 +142,6 @@ class Channel:
             if self._failures == TRIES:
                 self.fail(ChannelError.NO_ACKNOWLEDGE, now_ms)
             else:
-                self.bus.end(now_ms)
                 self.state = ChannelState.LOAD
             return
         self.bus.write()
@@ -187,6 +187,9 @@ class LowSpeedModule:
             for index, channel in enumerate(self.channels):
                 if channel.state != ChannelState.IDLE:
                     self._advance(index, channel, now_ms)
+            if not self.active:  # the timer stops, and with it all transfers
+                for channel in self.channels:
+                    channel.bus.end(now_ms)
         self.due_ms = now_ms + 1 if self.active else NEVER
 
     def _advance(self, index: int, channel: Channel, now_ms: int) -> None:
@@ -194,7 +197,6 @@ class LowSpeedModule:
             case ChannelState.ERROR:
                 self.active &= ~(1 << index)
             case ChannelState.DONE:
-                channel.bus.end(now_ms)
                 channel.state = ChannelState.IDLE
                 self.active &= ~(1 << index)
             case ChannelState.INIT | ChannelState.LOAD | ChannelState.COMMUNICATING if not self._low_speed(index):
