@@ -179,7 +179,8 @@ class SoundModule:
         self._samples_end_ms = (
             now_ms + ((max(buffers, _QUEUED) - _QUEUED + self._unfinished) * buffer - _QUEUED) * sample_ms
         )
-        self._ends_ms, self._unfinished = max(now_ms + 1, ceil(self._samples_end_ms)), True
+        self._ends_ms = max(now_ms + 1, ceil(self._samples_end_ms))
+        self._unfinished = buffers >= _QUEUED
 
     def _continue(self, now_ms: int) -> None:
         """The last buffer was handed over: play the next note or the sound anew, or end."""
