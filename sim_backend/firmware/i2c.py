@@ -12,6 +12,9 @@ STEPS_PER_MS = 48_054_850 / 2048 / 1000
 _PHASE = STEPS_PER_MS % 1
 """The timer is started one pass before the first clock pulse."""
 
+BUFFER = 16
+"""Size of the firmware's buffers in bytes."""
+
 BYTE_CLOCKS = 9
 """Clock pulses of one byte including its acknowledge."""
 
@@ -60,6 +63,7 @@ class Transfer:
         started_ms: The pass in which the first clock pulse begins.
         acknowledged: Whether a device acknowledged the address.
         received: The bytes of the device; None until the write has ended.
+        fetched: Whether the firmware took them.
 
     Args:
         visible_steps: See `Version.write_end_steps`.
@@ -73,6 +77,7 @@ class Transfer:
         self.acknowledged = acknowledged
         self._cut = _NEVER
         self.received: bytes | None = None
+        self.fetched = False
 
     @property
     def written_ms(self) -> int:
@@ -104,6 +109,15 @@ class Transfer:
         first_bit = _TX_STEPS * len(self.message) + _FIRST_BYTE_STEPS + _CLOCK_STEPS + 1
         bits = ((self._cut - first_bit - _RX_STEPS * number) // _CLOCK_STEPS + 1 for number in range(self.rx_size))
         return bytes(byte | 0xFF >> min(max(sent, 0), 8) for byte, sent in zip(self.received, bits, strict=True))
+
+    def unread(self, now_ms: int) -> Iterator[int]:
+        """What the firmware has of the bytes at the end of a pass: whole bytes, and the bits of the next one."""
+        first_bit = _TX_STEPS * len(self.message) + _FIRST_BYTE_STEPS + _CLOCK_STEPS
+        for number, byte in enumerate(self.received or b""):
+            bits = (self.steps(now_ms) - first_bit - _RX_STEPS * number) // _CLOCK_STEPS + 1
+            if bits <= 0:
+                return
+            yield byte if bits >= 8 else byte >> 8 - bits << 1
 
     def steps(self, now_ms: int) -> int:
         """Timer interrupts until the end of a pass."""
@@ -179,6 +193,7 @@ class I2CBus:
             rxx byte read, N last byte read, P stop.
         clocks: Clock pulses so far.
         transfer: The message on the bus, or None.
+        left: Bytes in the firmware's receive buffer that it has not taken.
         visible_steps: See `Version.write_end_steps`.
     """
 
@@ -191,6 +206,7 @@ class I2CBus:
         self.transfer: Transfer | None = None
         self._unread = self._told = self._counted = 0
         self._delivered = self._clock_low = False
+        self.left = bytes(BUFFER)
 
     def begin(self, message: bytes, rx_size: int, now_ms: int) -> Transfer:
         """Start to write `message`, address first, and then to read.
@@ -212,7 +228,7 @@ class I2CBus:
         if transfer is not None and transfer.acknowledged and device is not self.device:
             if transfer.steps(now_ms) >= transfer.turning_step:
                 self.write()
-                self.read()
+                self._sample(transfer)
             transfer.cut(now_ms)
         self.device = device
 
@@ -223,13 +239,21 @@ class I2CBus:
             self._delivered = True
 
     def read(self) -> bytes:
-        """The bytes read, from the device or the pulled-up line."""
+        """The bytes read, from the device or the pulled-up line.
+
+        What is left in the buffer of a read whose end the firmware did not wait for shifts its lowest bit in first.
+        """
         transfer = self.transfer
         if transfer is None:
             return b""
+        self._sample(transfer)
+        left, self.left = self.left, bytes(BUFFER)
+        transfer.fetched = True
+        return bytes(byte | (old & 1) << 7 for byte, old in zip(transfer.read(), left, strict=False))
+
+    def _sample(self, transfer: Transfer) -> None:
         if transfer.received is None and self.device is not None:
             transfer.received = self.device.read(transfer.rx_size)
-        return transfer.read()
 
     def end(self, now_ms: int) -> None:
         """End the transfer in this pass, finished or not."""
@@ -239,6 +263,11 @@ class I2CBus:
             return
         if transfer.acknowledged and transfer.steps(now_ms - 1) >= transfer.turning_step:
             self._unread = 0
+            if not transfer.fetched:
+                self.write()
+                self._sample(transfer)
+                left = bytes(transfer.unread(now_ms - 1))
+                self.left = left + self.left[len(left) :]
         self._clock_low = not transfer.complete(now_ms - 1) and transfer.clock_low(now_ms - 1)
         self.transfer = None
 
@@ -254,7 +283,7 @@ class I2CBus:
         transfer = self.transfer
         if self.trace is not None and transfer.acknowledged and transfer.steps(now_ms) >= transfer.turning_step:
             self.write()
-            self.read()
+            self._sample(transfer)
         tokens, clocks = transfer.progress(now_ms)
         self.clocks += clocks - self._counted
         if self.trace is not None:

@@ -73,16 +73,20 @@ class Channel:
         rx_in, rx_out: Positions in the receive ring.
         tx_spare: Byte of the map without effect.
         sending: The last bytes sent, 16.
+        sent: Size of the last message, as the RAM shows it.
         received: Number of bytes of the last read.
         waited: Number of passes that it took.
+        failures: Number of tries without an acknowledge.
     """
 
     def __init__(self, version: Version) -> None:
         self.bus = I2CBus(version.write_end_steps)
         self.state, self.mode, self.error = int(ChannelState.IDLE), int(ChannelMode.NONE), int(ChannelError.NONE)
         self.tx = self.rx = self.sending = bytes(RING)
-        self.tx_size = self.tx_out = self.tx_spare = self.rx_size = self.rx_in = self.rx_out = self.received = 0
-        self._failures = self.waited = 0
+        self.tx_size = self.tx_out = self.tx_spare = self.rx_size = self.rx_in = self.rx_out = self.received = (
+            self.sent
+        ) = 0
+        self.failures = self.waited = 0
 
     @property
     def ready(self) -> int:
@@ -97,7 +101,7 @@ class Channel:
 
     def initialize(self) -> None:
         """Prepare for the first try."""
-        self.state, self.error, self._failures = ChannelState.LOAD, ChannelError.NONE, 0
+        self.state, self.error, self.failures = ChannelState.LOAD, ChannelError.NONE, 0
         self.bus.release()
         if self.rx_size:
             self.waited = 0
@@ -138,8 +142,8 @@ class Channel:
 
     def _end_write(self, transfer: Transfer, now_ms: int) -> None:
         if not transfer.acknowledged:
-            self._failures += 1
-            if self._failures == TRIES:
+            self.failures += 1
+            if self.failures == TRIES:
                 self.fail(ChannelError.NO_ACKNOWLEDGE, now_ms)
             else:
                 self.state = ChannelState.LOAD
@@ -206,6 +210,7 @@ class LowSpeedModule:
             case ChannelState.LOAD if channel.bus.stuck:
                 channel.fail(ChannelError.NOT_READY, now_ms)
             case ChannelState.LOAD:
+                channel.sent = channel.tx_size
                 source = after_map_buffer if channel.tx_size else after_send_buffer
                 channel.begin(source(self.channels, self.active, index), now_ms)
             case ChannelState.COMMUNICATING:

@@ -12,13 +12,13 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from firmware_protocol.iomap import LOW_SPEED
+from sim_backend.firmware.i2c import BUFFER, I2CBus
 
 WRAP = 256
 """Number of bytes sent for an empty message."""
 
-_BUFFER = 16
-_POINTERS = bytes(2)
-_COUNTERS = 5
+_POINTERS = 2
+_COUNTERS = 1
 _TIMER_RUNS = b"\x01"
 _PADDING = bytes(6)
 _MAP_END = bytes(2)
@@ -35,9 +35,12 @@ class Port(Protocol):
     rx_in: int
     rx_out: int
     rx_size: int
+    bus: I2CBus
     sending: bytes
+    sent: int
     received: int
     waited: int
+    failures: int
     mode: int
     state: int
     error: int
@@ -51,11 +54,11 @@ def after_send_buffer(ports: Sequence[Port], active: int, index: int) -> bytes:
         active: State byte of the map.
         index: The port.
     """
-    send = b"".join(port.sending + _POINTERS for port in ports)
-    receive = b"".join(bytes(_BUFFER + 1) + bytes([port.received]) for port in ports)
-    waited = bytes(port.waited for port in ports)
-    ram = send + receive + waited + bytes(_COUNTERS) + _TIMER_RUNS + _PADDING + _io_map(ports, active)
-    start = index * (_BUFFER + len(_POINTERS))
+    send = b"".join(port.sending + bytes([port.sent, 0]) for port in ports)
+    receive = b"".join(port.bus.left + bytes([0, port.received]) for port in ports)
+    counters = bytes(port.waited for port in ports) + bytes(port.failures for port in ports) + bytes(_COUNTERS)
+    ram = send + receive + counters + _TIMER_RUNS + _PADDING + _io_map(ports, active)
+    start = index * (BUFFER + _POINTERS)
     return ram[start : start + WRAP].ljust(WRAP, b"\0")
 
 

@@ -89,7 +89,7 @@ class SoundModule:
         self._ends_ms = NEVER
         self._wave_ms = self._waves_begin_ms = self._waves_end_ms = 0.0
         self._samples_end_ms = self._rounds_ms = 0.0
-        self._unfinished = False
+        self._unfinished: int | None = None
         self._notes: list[tuple[int, int]] = []
         self._next_note = 0
 
@@ -125,7 +125,7 @@ class SoundModule:
         if self.flags & SoundFlag.UPDATE:
             self._update(now_ms)
         elif self.state == SoundState.STOP:
-            self.tone, self.from_file, self._unfinished = None, False, False
+            self.tone, self.from_file, self._unfinished = None, False, None
             self._silence()
         elif self.state in (SoundState.TONE, SoundState.FILE):
             self.flags |= SoundFlag.RUNNING
@@ -166,8 +166,8 @@ class SoundModule:
         if self._notes:
             self.tone, self.from_file, self._next_note = None, False, 0
             self._play_note(now_ms)
-            if self._unfinished:
-                self._ends_ms, self._unfinished = NEVER, False
+            if self._unfinished is not None:
+                self._ends_ms, self._unfinished = NEVER, None
             return
         self.from_file = True
         if kind not in (_SOUND, _COMPRESSED):
@@ -177,10 +177,10 @@ class SoundModule:
         buffer = min(size, _BUFFER) * (2 if kind == _COMPRESSED else 1)
         self._rounds_ms = buffers * buffer * sample_ms
         self._samples_end_ms = (
-            now_ms + ((max(buffers, _QUEUED) - _QUEUED + self._unfinished) * buffer - _QUEUED) * sample_ms
+            now_ms + ((max(buffers, _QUEUED) - _QUEUED + (self._unfinished or 0)) * buffer - _QUEUED) * sample_ms
         )
         self._ends_ms = max(now_ms + 1, ceil(self._samples_end_ms))
-        self._unfinished = buffers >= _QUEUED
+        self._unfinished = int(buffers >= _QUEUED)
 
     def _continue(self, now_ms: int) -> None:
         """The last buffer was handed over: play the next note or the sound anew, or end."""
@@ -196,7 +196,7 @@ class SoundModule:
             self._ends_ms = max(now_ms + 1, ceil(self._samples_end_ms))
         else:
             self._silence()
-            self._unfinished = False
+            self._unfinished = None
 
     def _play_note(self, now_ms: int) -> None:
         frequency_hz, duration_ms = self._notes[self._next_note % len(self._notes)]
