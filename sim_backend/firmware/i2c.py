@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from math import ceil
 from typing import Protocol, runtime_checkable
 
+from sim_backend.firmware.versions import Version
+
 STEPS_PER_MS = 48_054_850 / 2048 / 1000
 """Timer interrupts per millisecond; two make a clock pulse."""
 
@@ -28,6 +30,9 @@ _STOP_STEPS = 18
 _RESTART_STEPS, _ADDRESS_STEPS, _FIRST_BYTE_STEPS = 2, 7, 31
 """Timer interrupts from the end of the bytes written to the pulse before the second start, to the read address, and to
 the first byte read."""
+
+_READ_ACKNOWLEDGE_STEPS = _ADDRESS_STEPS - _RESTART_STEPS + _CLOCK_STEPS * BYTE_CLOCKS - 1
+"""Timer interrupts from that pulse to the acknowledge of the read address."""
 
 _WRITTEN_STEPS, _TURNED_STEPS, _RECEIVED_STEPS = -3, 23, 30
 """Timer interrupts beyond those of the bytes until the firmware knows the end of a write, of a write before a read, and
@@ -64,6 +69,7 @@ class Transfer:
         acknowledged: Whether a device acknowledged the address.
         received: The bytes of the device; None until the write has ended.
         fetched: Whether the firmware took them.
+        refused: Whether the device did not acknowledge the second address.
 
     Args:
         visible_steps: See `Version.write_end_steps`.
@@ -75,7 +81,8 @@ class Transfer:
         self.message, self.rx_size, self.started_ms = message, rx_size, started_ms
         self._visible_steps = visible_steps
         self.acknowledged = acknowledged
-        self._cut = _NEVER
+        self._cut = self._stop = _NEVER
+        self.refused = False
         self.received: bytes | None = None
         self.fetched = False
 
@@ -84,6 +91,10 @@ class Transfer:
         """The pass in which the firmware sees the end of the write, or the missing acknowledge."""
         if not self.acknowledged:
             return self.started_ms + 1
+        if self._stop < self.turning_step:
+            return _NEVER
+        if self.refused:
+            return self._seen(_TURNED_STEPS)
         written = self._seen(_WRITTEN_STEPS)
         if not self.rx_size:
             return written
@@ -93,7 +104,7 @@ class Transfer:
     @property
     def received_ms(self) -> int:
         """The pass in which the firmware sees the end of the read."""
-        return self._seen(_RECEIVED_STEPS + _RX_STEPS * self.rx_size)
+        return _NEVER if self._stop < _NEVER else self._seen(_RECEIVED_STEPS + _RX_STEPS * self.rx_size)
 
     def _seen(self, steps: int) -> int:
         return self.started_ms + ceil((_TX_STEPS * len(self.message) + steps - _PHASE) / STEPS_PER_MS)
@@ -101,6 +112,18 @@ class Transfer:
     def cut(self, now_ms: int) -> None:
         """Unplug the device: nothing that it would do after this pass happens."""
         self._cut = self.steps(now_ms)
+        if self.rx_size and self._cut < self.turning_step + _READ_ACKNOWLEDGE_STEPS:
+            self.refused = True
+
+    def freeze(self, now_ms: int) -> None:
+        """Stop the clock after this pass, for good."""
+        self._stop = self.steps(now_ms)
+
+    def resume(self, now_ms: int) -> None:
+        """Let the clock go on: a write has failed, a read stays cut short."""
+        if self._stop < self.turning_step:
+            self.refused, self.started_ms = True, now_ms - self._seen(_TURNED_STEPS) + self.started_ms + 1
+            self._stop = _NEVER
 
     def read(self) -> bytes:
         """The bytes that the firmware reads; after a cut there are only ones."""
@@ -121,7 +144,7 @@ class Transfer:
 
     def steps(self, now_ms: int) -> int:
         """Timer interrupts until the end of a pass."""
-        return int((now_ms + 1 - self.started_ms) * STEPS_PER_MS + _PHASE)
+        return min(int((now_ms + 1 - self.started_ms) * STEPS_PER_MS + _PHASE), self._stop)
 
     @property
     def turning_step(self) -> int:
@@ -131,14 +154,14 @@ class Transfer:
     def progress(self, now_ms: int) -> tuple[list[str], int]:
         """The bus until the end of a pass: see `I2CBus.trace`, and the number of clock pulses."""
         steps, clocks, tokens = self.steps(now_ms), 0, []
-        for start, pulses, token in self._events():
+        for start, pulses, name in self._events():
             if steps < start:
                 break
             done = min((steps - start) // _CLOCK_STEPS, pulses)
             clocks += done
             end = start + _CLOCK_STEPS * pulses - 1
-            if token and end <= min(steps, self._cut):
-                tokens.append(token)
+            if name and end <= (steps if name == "P" and self.refused else min(steps, self._cut)):
+                tokens.append(name)
         return tokens, clocks
 
     def complete(self, now_ms: int) -> bool:
@@ -171,7 +194,10 @@ class Transfer:
             yield self.turning_step, 1, "S"
             begin = _TX_STEPS * len(self.message)
             yield begin + _ADDRESS_STEPS, BYTE_CLOCKS, f"[{self.message[0] | 1:02x}]a"
-            yield from self._bytes_read(begin + _FIRST_BYTE_STEPS)
+            if self.refused:
+                yield begin + _ADDRESS_STEPS + _CLOCK_STEPS * BYTE_CLOCKS, 0, "P"
+            else:
+                yield from self._bytes_read(begin + _FIRST_BYTE_STEPS)
 
     def _bytes_read(self, begin: int) -> Iterator[tuple[int, int, str]]:
         """The bytes read; each is known to the sensor's end of the bus when the acknowledge before it ends."""
@@ -197,8 +223,8 @@ class I2CBus:
         visible_steps: See `Version.write_end_steps`.
     """
 
-    def __init__(self, visible_steps: int) -> None:
-        self.visible_steps = visible_steps
+    def __init__(self, version: Version) -> None:
+        self.waits_for_clock, self.visible_steps = version.waits_for_clock, version.write_end_steps
         self.device: I2CDevice | None = None
         self.stuck = False
         self.trace: list[str] | None = None
@@ -231,6 +257,12 @@ class I2CBus:
                 self._sample(transfer)
             transfer.cut(now_ms)
         self.device = device
+
+    def hold_clock(self, held: bool, now_ms: int) -> None:
+        """Hold the clock line low after this pass, or release it."""
+        self.stuck = held
+        if self.waits_for_clock and self.transfer is not None and self.transfer.acknowledged:
+            (self.transfer.freeze if held else self.transfer.resume)(now_ms)
 
     def write(self) -> None:
         """Hand the message over to the device: its last byte was sent."""

@@ -80,7 +80,7 @@ class Channel:
     """
 
     def __init__(self, version: Version) -> None:
-        self.bus = I2CBus(version.write_end_steps)
+        self.bus = I2CBus(version)
         self.state, self.mode, self.error = int(ChannelState.IDLE), int(ChannelMode.NONE), int(ChannelError.NONE)
         self.tx = self.rx = self.sending = bytes(RING)
         self.tx_size = self.tx_out = self.tx_spare = self.rx_size = self.rx_in = self.rx_out = self.received = (
@@ -141,7 +141,7 @@ class Channel:
                 self.fail(ChannelError.RECEIVE, now_ms)
 
     def _end_write(self, transfer: Transfer, now_ms: int) -> None:
-        if not transfer.acknowledged:
+        if not transfer.acknowledged or transfer.refused:
             self.failures += 1
             if self.failures == TRIES:
                 self.fail(ChannelError.NO_ACKNOWLEDGE, now_ms)

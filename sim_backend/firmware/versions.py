@@ -23,6 +23,7 @@ class Version:
         settles_by_pins: Whether a new type needs time to settle only if it sets the pins of the input differently.
         write_end_steps: For how many interrupts of the I2C timer after a write the firmware takes it for the end, if a
             read follows; otherwise it sees the end after the turn to reading.
+        waits_for_clock: Whether an I2C transfer waits while a device holds the clock line low.
         stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor, or
             only the partner.
         strict_data_names: Whether data files may not have names of programs.
@@ -41,6 +42,7 @@ class Version:
     evaluates_every_type: bool
     settles_by_pins: bool
     write_end_steps: int
+    waits_for_clock: bool
     stops_all_synchronised: bool
     strict_data_names: bool
     writing_prevents_deletion: bool
@@ -60,6 +62,7 @@ VERSIONS = {
         evaluates_every_type=False,
         settles_by_pins=False,
         write_end_steps=0,
+        waits_for_clock=True,
         stops_all_synchronised=True,
         strict_data_names=True,
         writing_prevents_deletion=True,
@@ -77,6 +80,7 @@ VERSIONS = {
         evaluates_every_type=True,
         settles_by_pins=True,
         write_end_steps=9,
+        waits_for_clock=False,
         stops_all_synchronised=True,
         strict_data_names=False,
         writing_prevents_deletion=False,

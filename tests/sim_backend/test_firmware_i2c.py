@@ -187,3 +187,28 @@ def test_the_bench_keeps_registers_and_log_of_a_port():
     bus.bench.control("!i2c 0 ack 0")
     bus.write(b"\x10\x41", 1)
     assert bus.status() == "020edd03"
+
+
+def test_a_device_that_is_unplugged_before_the_second_address_is_an_error():
+    bus = Bus()
+    bus.write(b"\x02\x40", 8, passes=2)
+    bus.bench.control("!i2c 0 detach")
+    bus.bench.control("!tick 30")
+    assert bus.status() == "020edd00"
+
+
+@pytest.mark.parametrize(("firmware", "passes", "seen"), [("1.29", 99, 3), ("1.29", 100, 4), ("1.05", 13, 0)])
+def test_a_clock_line_that_is_held_low_stops_a_read(firmware, passes, seen):
+    bus = Bus(firmware)
+    bus.write(b"\x02\x40", 13, passes=4)
+    bus.bench.control("!i2c 0 stuckscl 1")
+    bus.bench.control(f"!tick {passes}")
+    assert bus.field("ChannelState") == seen
+
+
+def test_the_rest_of_a_read_shifts_its_lowest_bit_into_the_next_one():
+    bus = Bus()
+    bus.write(b"\xee\x40", 2)
+    bus.write(b"\x02\x40\x77")  # reads 0x41, which stays in the buffer
+    bus.write(b"\x02\x42", 2)
+    assert bus.read()[:12] == "02100002c243"

@@ -187,8 +187,10 @@ class Bench:
             case "set":
                 start, data = int(arguments[0], 16), bytes.fromhex(arguments[1])
                 device.registers[start : start + len(data)] = data
-            case "stucksda" | "stuckscl":
+            case "stucksda":
                 self.brick.low_speed.channels[index].bus.stuck = arguments[0] == "1"
+            case "stuckscl":
+                self.brick.low_speed.channels[index].bus.hold_clock(arguments[0] == "1", self.brick.now_ms)
             case "ack":
                 self._silent[index] = arguments[0] == "0"
             case "wack":
