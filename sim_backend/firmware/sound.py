@@ -135,6 +135,7 @@ class SoundModule:
 
     def _update(self, now_ms: int) -> None:
         self.flags &= ~SoundFlag.UPDATE
+        self._close_file()
         if self.mode not in (SoundMode.ONCE, SoundMode.LOOP):
             self._silence()
             self.flags, self.state = int(SoundFlag.RUNNING), int(SoundState.TONE)
@@ -223,6 +224,9 @@ class SoundModule:
         if self.state in (SoundState.STOP, SoundState.FILE) and not self._notes:
             self._waves_end_ms = 0.0
         self.flags = self.state = 0
+        self._close_file()
+
+    def _close_file(self) -> None:
         if self._handle is not None:
             self._loader.close(self._handle)
             self._handle = None
