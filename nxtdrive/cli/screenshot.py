@@ -50,6 +50,10 @@ def run(args: argparse.Namespace) -> int:
         write_json({"address": address, "file": str(args.out), "width": width, "height": height})
     else:
         write_line(f"{args.out}: {width} x {height}")
+        if not image.any():
+            write_line(
+                "The display is blank: a simulated brick shows what programs and telegrams draw, not LEGO's menus."
+            )
     return DONE
 
 

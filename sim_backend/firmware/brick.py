@@ -8,6 +8,7 @@ from sim_backend.firmware import io_maps
 from sim_backend.firmware.button import ButtonModule
 from sim_backend.firmware.comm import BluetoothComm, Comm
 from sim_backend.firmware.command import CommandModule
+from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.file_handlers import FileHandlers
 from sim_backend.firmware.flash import Flash
 from sim_backend.firmware.handler_result import Handlers, handlers_of
@@ -63,6 +64,7 @@ class SimBrick:
         input: The module of the four input ports.
         low_speed: The I2C module.
         sound: The loudspeaker's module.
+        display: The display with its frame buffer.
         ui: Battery, sleep timer, busy state.
         button: The four buttons.
         io_control: Commands to the power supply.
@@ -93,6 +95,7 @@ class SimBrick:
         self.low_speed = LowSpeedModule(clock, self.input.ports, version)
         self.loader = Loader(flash or fresh_flash(version), version)
         self.sound = SoundModule(clock, self.loader)
+        self.display = DisplayModule()
         self.io_control = IoControl()
         self.ui = UiModule(clock, self.io_control, self.sound)
         self.radio = Radio(clock, name.encode("latin-1"), address)
@@ -101,11 +104,13 @@ class SimBrick:
             clock,
             self.loader,
             version.pool,
+            version.dialect,
             equip=self._equip,
-            on_end=self.ui.program_ended,
+            on_end=self._program_ended,
             reset_devices=self._reset_devices,
         )
         self.ui.programs = self.command
+        self._calibrations: dict[bytes, tuple[int, int]] = {}
         self.high_speed = HighSpeed()
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, self.command, self.ui)
         channel = Channel()
@@ -133,7 +138,7 @@ class SimBrick:
             io_maps.comm_map(self.radio, self.high_speed),
             io_maps.input_map(self.input, color=version.color_sensor),
             io_maps.button_map(self.button),
-            io_maps.display_map(),
+            io_maps.display_map(self.display),
             io_maps.loader_map(self.loader),
             io_maps.low_speed_map(self.low_speed),
             io_maps.output_map(self.output),
@@ -152,15 +157,24 @@ class SimBrick:
             sound=self.sound,
             ui=self.ui,
             button=self.button,
+            display=self.display,
             loader=self.loader,
             maps={live.layout.name: live for live in self._maps},
             random=Random(self.seed),
             mailboxes=mailboxes,
             started_ms=self._clock.now_ms,
+            calibrations=self._calibrations,
+            log_times=lambda: (self.command.sync_time, self.command.sync_tick),
         )
 
+    def _program_ended(self) -> None:
+        self.display.release()
+        self.sound.stop()
+        self.sound.volume = self.ui.volume
+        self.ui.program_ended()
+
     def _reset_devices(self) -> None:
-        """Reset inputs and outputs, as at the start and end of a program."""
+        """Reset inputs and outputs, as at the start of a program and when the display no longer shows its end."""
         self.input.reset()
         self.output.reset()
 

@@ -14,6 +14,7 @@ from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import NAME_SIZE, unpack_name
 from sim_backend.firmware.vm.devices import Devices
+from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.machine import Machine
 from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, Layout, Memory, OutOfMemory, fresh_pool
 from sim_backend.firmware.vm.opcodes import OPCODES
@@ -47,6 +48,7 @@ class CommandModule:
         clock: Clock,
         loader: Loader,
         layout: Layout,
+        dialect: Dialect,
         *,
         equip: Callable[[Mailboxes], Devices],
         on_end: Callable[[], None],
@@ -58,11 +60,12 @@ class CommandModule:
             clock: The brick's time.
             loader: The file system that holds programs.
             layout: How this firmware uses the memory pool.
+            dialect: How its interpreter differs from others.
             equip: Returns the modules that a program can use.
             on_end: Called in the pass in which a program ends.
             reset_devices: Resets inputs and outputs to their state at power-on.
         """
-        self._clock, self._loader, self._layout = clock, loader, layout
+        self._clock, self._loader, self._layout, self._dialect = clock, loader, layout, dialect
         self._equip, self._on_end, self._reset_devices = equip, on_end, reset_devices
         self._phase = _Phase.IDLE
         self._memory: Memory | None = None
@@ -162,7 +165,7 @@ class CommandModule:
             return
         self._memory, self._pool = memory, memory.pool
         self.mailboxes = Mailboxes(memory)
-        self._machine = Machine(program, memory, self._equip(self.mailboxes), OPCODES)
+        self._machine = Machine(program, memory, self._equip(self.mailboxes), OPCODES, self._dialect)
         self._phase, self.status = _Phase.RUNNING, int(ProgramStatus.RUNNING)
         self._reset_devices()
         self.due_ms = now_ms + 1

@@ -31,19 +31,27 @@ class LiveMap:
         size: Size in bytes.
     """
 
-    def __init__(self, layout: IOMap, *, size: int | None = None, on_write: Callable[[], None] | None = None) -> None:
+    def __init__(
+        self,
+        layout: IOMap,
+        *,
+        size: int | None = None,
+        on_write: Callable[[], None] | None = None,
+        memory: bytearray | None = None,
+    ) -> None:
         """Make a map without live variables.
 
         Args:
             layout: See `LiveMap`.
             size: Size in bytes if it differs from the declaration.
             on_write: Called after each write.
+            memory: The module's own bytes, if it has them; new ones by default.
         """
         self.layout = layout
         self.size = layout.size if size is None else size
         self._on_write = on_write
         self._views: list[_View] = []
-        self._bytes = bytearray(self.size)
+        self._bytes = bytearray(self.size) if memory is None else memory
 
     def preset(self, offset: int, data: bytes) -> None:
         """Set bytes as the firmware's boot does."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from firmware_protocol import iomap
 from sim_backend.firmware.button import ButtonModule
 from sim_backend.firmware.command import CommandModule
+from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.high_speed import HighSpeed
 from sim_backend.firmware.input import InputModule
 from sim_backend.firmware.io_control import IoControl
@@ -16,7 +17,6 @@ from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.ui import UiModule
 
-_DISPLAY_FLAGS, _DISPLAY_ON = 117, b"\x83"
 _USB_STATE, _CONNECTED = 1894, b"\x01"
 _BT_STATE, _VISIBLE = 1151, b"\x03"
 _BLUECORE_VERSION, _VERSION_1 = 1142, b"\x01"
@@ -193,11 +193,9 @@ def command_map(module: CommandModule, *, sync_times: bool) -> LiveMap:
     return live
 
 
-def display_map() -> LiveMap:
-    """Display; keeps written pixels, the firmware's own drawing is not simulated."""
-    live = LiveMap(iomap.DISPLAY)
-    live.preset(_DISPLAY_FLAGS, _DISPLAY_ON)
-    return live
+def display_map(module: DisplayModule) -> LiveMap:
+    """Display with its frame buffer."""
+    return LiveMap(iomap.DISPLAY, memory=module.memory)
 
 
 def loader_map(loader: Loader) -> LiveMap:

@@ -239,6 +239,27 @@ class Loader:
         self._shift(index + self._version.deletion_spares_found, -1)
         return Status.OK
 
+    def rename(self, name: str, new_name: str) -> Status:
+        """Rename a file that is not open."""
+        if self.flash.find(matcher(new_name)) < len(self.flash.files):
+            return Status.FILE_EXISTS
+        status, _, file = self._find(name)
+        if file is None:
+            return status
+        if any(handle.use != Use.FREE and handle.file is file for handle in self._table):
+            return Status.FILE_IS_BUSY
+        if len(new_name) > NAME_LIMIT:
+            return Status.ILLEGAL_FILE_NAME
+        file.name = new_name
+        return Status.OK
+
+    def open_handle(self, name: str) -> tuple[int, bool] | None:
+        """Number of the handle that a file of exactly this name is open by, and whether for writing."""
+        for number, handle in enumerate(self._handles):
+            if handle.file is not None and handle.file.name == name and handle.use in (Use.READ, Use.WRITE):
+                return number, handle.use == Use.WRITE
+        return None
+
     def find_first(self, pattern: str, *, keep: bool = False) -> tuple[Status, int, File | None]:
         """Start a listing; without a match the handle is free again."""
         found = self._find(pattern)

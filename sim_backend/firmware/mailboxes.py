@@ -40,6 +40,13 @@ class Mailboxes:
             raise
         queue.append(array)
 
+    def log(self, record: bytes) -> None:
+        """Append a record to the data log.
+
+        Raises:
+            OutOfMemory: The pool is full.
+        """
+
     def read(self, box: int, *, remove: bool) -> bytes | None:
         """The oldest message of a queue, or None.
 

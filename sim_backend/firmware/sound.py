@@ -50,6 +50,7 @@ class SoundMode(IntEnum):
     ONCE = 0
     LOOP = 1
     TONE = 2
+    TONE_LOOP = 3
 
 
 class Tone(NamedTuple):
@@ -93,10 +94,10 @@ class SoundModule:
         self._notes: list[tuple[int, int]] = []
         self._next_note = 0
 
-    def play_tone(self, frequency_hz: int, duration_ms: int) -> None:
+    def play_tone(self, frequency_hz: int, duration_ms: int, *, loop: bool = False) -> None:
         """Start a tone in the next pass; it replaces the current sound."""
         self.frequency_hz, self.duration_ms = frequency_hz, duration_ms
-        self.mode, self.flags = SoundMode.TONE, self.flags | SoundFlag.UPDATE
+        self.mode, self.flags = SoundMode.TONE_LOOP if loop else SoundMode.TONE, self.flags | SoundFlag.UPDATE
         self.due_ms = self._clock.now_ms + 1
 
     def stop(self) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from sim_backend.firmware.vm.dialect import Dialect, Timing
 from sim_backend.firmware.vm.memory import Layout
 
 
@@ -33,6 +34,7 @@ class Version:
         directory_size: Maximum number of files.
         settings: Content of the settings file.
         pool: Layout of the memory pool of programs.
+        dialect: What its interpreter of programs can do.
     """
 
     major: int
@@ -51,6 +53,7 @@ class Version:
     directory_size: int
     settings: bytes
     pool: Layout
+    dialect: Dialect
 
 
 VERSIONS = {
@@ -70,7 +73,14 @@ VERSIONS = {
         sectors=477,
         directory_size=127,
         settings=bytes.fromhex("780104030000"),
-        pool=Layout(clump=28, growth=25),
+        pool=Layout(clump=28, growth=25, doubly_linked=True),
+        dialect=Dialect(
+            Timing(instructions=54, turns=2_000),
+            copies_arrays=True,
+            system_calls=48,
+            clear_options=0x3,
+            missing=frozenset(),
+        ),
     ),
     "1.05": Version(
         major=1,
@@ -88,7 +98,14 @@ VERSIONS = {
         sectors=491,
         directory_size=63,
         settings=bytes.fromhex("cb"),
-        pool=Layout(clump=24, growth=5),
+        pool=Layout(clump=20, growth=5, doubly_linked=False),
+        dialect=Dialect(
+            Timing(instructions=1 << 30, turns=49),
+            copies_arrays=False,
+            system_calls=34,
+            clear_options=0xFFFF_FFFF,
+            missing=frozenset({0x34, 0x36, 0x37}),
+        ),
     ),
 }
 """The firmware versions that can be simulated, the default first."""

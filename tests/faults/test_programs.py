@@ -17,7 +17,7 @@ def test_a_sample_of_programs_is_harmless():
 
 
 def test_an_exception_in_the_interpreter_is_found_and_the_trial_is_reproducible(monkeypatch):
-    monkeypatch.setattr(Memory, "put", lambda *_: None + 1)
+    monkeypatch.setattr(Memory, "set_bytes", lambda *_: None + 1)
     found = CAMPAIGN.run(1, range(CAMPAIGN.batch)).violations[0]
     assert "TypeError" in found.text
     assert CAMPAIGN.run(1, batch_of(CAMPAIGN, found.number)).violations[-1] == found

@@ -1,140 +1,239 @@
-"""Instructions for arrays and texts; a text is a zero-terminated array of bytes."""
+"""Instructions for arrays and texts; a text is a zero-terminated array of bytes.
+
+Source: docs/firmware.md section 8.2.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
-from sim_backend.firmware.vm.machine import NONE, Instruction, Machine, ProgramError, number
-from sim_backend.firmware.vm.memory import POOL_SIZE, Value
-from sim_backend.firmware.vm.rxe import Type
+from sim_backend.firmware.vm import aggregates
+from sim_backend.firmware.vm.data import ERR_ARG, NONE, Data, Place, ProgramError
+from sim_backend.firmware.vm.machine import MANY, Instruction, Machine, Step, Translate
+from sim_backend.firmware.vm.memory import Array, single
+from sim_backend.firmware.vm.rxe import Type, size_of
 
-_NUMBER = re.compile(r"\s*[+-]?\d+(\.\d+)?")
-
-
-def elements(value: Value) -> list[Value]:
-    """The elements of an array.
-
-    Raises:
-        ProgramError: The value is not an array.
-    """
-    if not isinstance(value, list):
-        raise ProgramError("a number where an array is needed")
-    return value
+_NUMBER = re.compile(
+    rb"\s*([+-]?(?:0[xX][0-9a-fA-F]+|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|inf(?:inity)?|nan))", re.IGNORECASE
+)
+_DIGITS = re.compile(rb"\s*[+-]?\d*\.?\d*")
 
 
-def text(value: Value) -> str:
-    """The text of a zero-terminated array."""
-    return bytes(number(element) & 0xFF for element in elements(value)).split(b"\0")[0].decode("latin-1")
+def _element(place: Place, array: Array, number: int) -> Place:
+    return Place(place.entry + 1, array.offset + number * array.element)
 
 
-def from_text(characters: str) -> list[Value]:
-    """The array for a text."""
-    return [*characters.encode("latin-1", "replace"), 0]
+def _index(data: Data, arguments: tuple[int, ...]) -> None:
+    target, source, index = arguments
+    number, array = int(data.get_or(index, 0)) & 0xFFFF, data.array(Place(source))
+    if number >= array.length:
+        raise ProgramError(ERR_ARG, f"an array has no element {number}")
+    aggregates.move(data, Place(target), _element(Place(source), array, number))
 
 
-def _optional(machine: Machine, argument: int, default: int) -> int:
-    return default if argument == NONE else number(machine.get(argument))
+def _replace(data: Data, arguments: tuple[int, ...]) -> None:
+    """Copy an array with some elements replaced: by one value, or by those of an array."""
+    target, source, index, new = (Place(argument) for argument in arguments[:4])
+    if target != source:
+        aggregates.move(data, target, source)
+    first, array = int(data.get_or(index.entry, 0)) & 0xFFFF, data.array(target)
+    if first >= array.length:
+        return
+    if data.kind(new.entry) != Type.ARRAY:
+        aggregates.move(data, _element(target, array, first), new)
+        return
+    values = data.array(new)
+    for i in range(min(values.length, array.length - first)):
+        aggregates.move(data, _element(target, array, first + i), _element(new, values, i))
 
 
-def _index(machine: Machine, instruction: Instruction) -> None:
-    target, array, index = instruction.arguments
-    machine.put(target, elements(machine.get(array))[_optional(machine, index, 0)])
+def _size(data: Data, arguments: tuple[int, ...]) -> None:
+    target, source = arguments
+    data.put(target, data.array(Place(source)).length)
 
 
-def _replace(machine: Machine, instruction: Instruction) -> None:
-    """Copy an array with some elements replaced."""
-    target, array, index, new = instruction.arguments
-    result, value, first = elements(machine.get(array)), machine.get(new), _optional(machine, index, 0)
-    parts = value if isinstance(value, list) else [value]
-    if not 0 <= first < len(result):
-        raise ProgramError(f"an array has no element {first}")
-    result[first : first + len(parts)] = parts[: len(result) - first]
-    machine.put(target, result)
+def _build(data: Data, arguments: tuple[int, ...]) -> None:
+    """Concatenate values and arrays; the target is resized before its own elements are copied, if it is a source."""
+    target, *sources = (Place(argument) for argument in arguments)
+    depth = _depth(data, target.entry)
+    whole = [_depth(data, source.entry) >= depth for source in sources]
+    data.resize(
+        target, sum(data.array(source).length if all_ else 1 for source, all_ in zip(sources, whole, strict=True))
+    )
+    number = 0
+    for source, all_ in zip(sources, whole, strict=True):
+        count = data.array(source).length if all_ else 1
+        if all_ and aggregates.same_scalars(data, target.entry + 1, source.entry + 1):
+            own = data.array(target)
+            data.memory.write(own.offset + number * own.element, data.memory.bytes_of(data.index(source)))
+        else:
+            for i in range(count):
+                part = _element(source, data.array(source), i) if all_ else source
+                aggregates.move(data, _element(target, data.array(target), number + i), part)
+        number += count
 
 
-def _size(machine: Machine, instruction: Instruction) -> None:
-    target, array = instruction.arguments
-    machine.put(target, machine.memory.count(array))
+def _depth(data: Data, entry: int) -> int:
+    depth = 0
+    while data.kind(entry + depth) == Type.ARRAY:
+        depth += 1
+    return depth
 
 
-def _build(machine: Machine, instruction: Instruction) -> None:
-    """Concatenate values and arrays."""
-    target, *sources = instruction.arguments
-    nested = machine.memory.kind(target + 1) == Type.ARRAY
-    result: list[Value] = []
-    for source in sources:
-        value = machine.get(source)
-        whole = isinstance(value, list) and machine.memory.kind(source) == Type.ARRAY
-        deeper = nested and machine.memory.kind(source + 1) != Type.ARRAY
-        result += elements(value) if whole and not deeper else [value]
-        if len(result) > POOL_SIZE:
-            raise ProgramError("an array larger than the memory pool")
-    machine.put(target, result)
+def _subset(data: Data, arguments: tuple[int, ...]) -> None:
+    target, source, index, length = arguments[:4]
+    array = data.array(Place(source))
+    first = int(data.get_or(index, 0)) & 0xFFFF
+    wanted = int(data.get_or(length, array.length)) & 0xFFFF
+    count = max(min(wanted, array.length - first), 0)
+    data.resize(Place(target), count)
+    to = data.array(Place(target))
+    for i in range(count):
+        aggregates.move(data, _element(Place(target), to, i), _element(Place(source), array, first + i))
 
 
-def _subset(machine: Machine, instruction: Instruction) -> None:
-    target, array, index, length = instruction.arguments
-    values = elements(machine.get(array))
-    first = max(_optional(machine, index, 0), 0)
-    machine.put(target, values[first : first + max(_optional(machine, length, len(values)), 0)])
+def _initialise(data: Data, arguments: tuple[int, ...]) -> None:
+    target, value, length = arguments
+    count = int(data.get_or(length, 0)) & 0xFFFF
+    data.resize(Place(target), count)
+    for i in range(count):
+        aggregates.move(data, _element(Place(target), data.array(Place(target)), i), Place(value))
 
 
-def _initialise(machine: Machine, instruction: Instruction) -> None:
-    target, value, length = instruction.arguments
-    machine.put(target, [machine.get(value)] * (number(machine.get(length)) & 0xFFFF))
+def _number_to_text(data: Data, arguments: tuple[int, ...]) -> None:
+    target, source = arguments
+    data.set_bytes(target, format_number(data.get(source)) + b"\0")
 
 
-def _number_to_text(machine: Machine, instruction: Instruction) -> None:
-    target, source = instruction.arguments
-    value = machine.get(source)
-    if isinstance(value, list):
-        raise ProgramError("an array where a number is needed")
-    machine.put(target, from_text(f"{value:.2f}" if isinstance(value, float) else str(value)))
+def format_number(value: float) -> bytes:
+    """A number as text: a float with up to two decimals."""
+    if isinstance(value, float):
+        text = f"{value:.2f}"
+        return (text.rstrip("0").rstrip(".") if "." in text else text).encode()
+    return str(value).encode()
 
 
-def _text_to_number(machine: Machine, instruction: Instruction) -> None:
-    target, past, source, offset, default = instruction.arguments
-    start = _optional(machine, offset, 0)
-    found = _NUMBER.match(text(machine.get(source)), start)
-    machine.put(target, float(found[0]) if found else _optional(machine, default, 0))
+def _text_to_number(data: Data, arguments: tuple[int, ...]) -> None:
+    """Convert a text to a number: target, offset after it, text, offset, default."""
+    target, past, source, offset, default = arguments[:5]
+    start, text = int(data.get_or(offset, 0)) & 0xFFFF, data.text(source)
+    found = _NUMBER.match(text, start) if start < len(text) else None
+    data.put(target, _float(found[1]) if found else data.get_or(default, 0))
+    digits = _DIGITS.match(text, start)
+    end = digits.end() if found and digits else 0
     if past != NONE:
-        machine.put(past, found.end() if found else start)
+        data.put(past, end)
+    elif data.memory.doubly_linked:  # the firmware writes it to the first byte of the variables
+        data.memory.store(Type.UBYTE, 0, end)
 
 
-def _join_texts(machine: Machine, instruction: Instruction) -> None:
-    target, *sources = instruction.arguments
-    machine.put(target, from_text("".join(text(machine.get(source)) for source in sources)))
+def _float(text: bytes) -> float:
+    """The value as C's scanf reads it."""
+    lower = text.lower()
+    return single(float.fromhex(lower.decode()) if b"0x" in lower else float(lower))
 
 
-def _part_of_text(machine: Machine, instruction: Instruction) -> None:
-    target, source, index, length = instruction.arguments
-    characters = text(machine.get(source))
-    first = max(_optional(machine, index, 0), 0)
-    machine.put(target, from_text(characters[first : first + max(_optional(machine, length, len(characters)), 0)]))
+def _join_texts(data: Data, arguments: tuple[int, ...]) -> None:
+    """Join texts; the target is resized before its own characters are copied, if it is a source."""
+    target, *sources = (Place(argument) for argument in arguments)
+    lengths = [data.array(source).length for source in sources]
+    if 0 in lengths:
+        raise ProgramError(ERR_ARG, "a text without a closing zero")
+    data.resize(target, sum(lengths) - len(lengths) + 1)
+    at = data.array(target).offset
+    for source in sources:
+        text = data.memory.bytes_of(data.index(source))[:-1]
+        data.memory.write(at, text)
+        at += len(text)
+    data.memory.write(at, b"\0")
 
 
-def _text_to_bytes(machine: Machine, instruction: Instruction) -> None:
-    target, source = instruction.arguments
-    machine.put(target, elements(machine.get(source))[:-1])
+def _part_of_text(data: Data, arguments: tuple[int, ...]) -> None:
+    target, source, index, length = arguments[:4]
+    array = data.array(Place(source))
+    size = array.length - 1 & 0xFFFF
+    first = int(data.get_or(index, 0)) & 0xFFFF
+    wanted = int(data.get_or(length, size)) & 0xFFFF
+    count = min(wanted, max(size - first, 0))
+    text = data.memory.bytes_of(data.index(Place(source)))[first : first + count] if array.length else bytes(count)
+    data.set_bytes(target, text + b"\0")
 
 
-def _bytes_to_text(machine: Machine, instruction: Instruction) -> None:
-    target, source = instruction.arguments
-    machine.put(target, [*elements(machine.get(source)), 0])
+def _text_to_bytes(data: Data, arguments: tuple[int, ...]) -> None:
+    """Copy a text without its closing zero; nothing if it does not even have that."""
+    target, source = arguments
+    content = data.bytes_of(source)
+    if content:
+        data.set_bytes(target, content[:-1])
 
 
-TABLE: Mapping[int, Callable[[Machine, Instruction], None]] = {
-    0x15: _index,
-    0x16: _replace,
-    0x17: _size,
-    0x18: _build,
-    0x19: _subset,
-    0x1A: _initialise,
-    0x1F: _number_to_text,
-    0x20: _text_to_number,
-    0x21: _join_texts,
-    0x22: _part_of_text,
-    0x23: _text_to_bytes,
-    0x24: _bytes_to_text,
+def _bytes_to_text(data: Data, arguments: tuple[int, ...]) -> None:
+    target, source = arguments
+    data.set_bytes(target, data.bytes_of(source) + b"\0")
+
+
+def _flatten(data: Data, arguments: tuple[int, ...]) -> None:
+    """Store a value's bytes, without lengths of arrays, and a zero in a text."""
+    target, source = arguments
+    data.set_bytes(target, b"".join(_scalars(data, Place(source), lambda part: part)) + b"\0")
+
+
+def _unflatten(data: Data, arguments: tuple[int, ...]) -> None:
+    """Read a value from the text of `_flatten`: target, whether it failed, text, default, which tells the lengths."""
+    target, failed, source, default = arguments[:4]
+    if target != default:
+        aggregates.move(data, Place(target), Place(default))
+    text, at = data.bytes_of(source), 0
+    fits = len(b"".join(_scalars(data, Place(target), lambda part: part))) + 1 == len(text)
+
+    def following(part: bytes) -> bytes:
+        nonlocal at
+        at += len(part)
+        return text[at - len(part) : at]
+
+    if fits:
+        list(_scalars(data, Place(target), following))
+    data.put(failed, int(not fits))
+
+
+def _scalars(data: Data, place: Place, replace: Callable[[bytes], bytes]) -> Iterator[bytes]:
+    """The bytes of each scalar in a value, which are replaced."""
+    if data.is_aggregate(place.entry):
+        for part in data.parts(place):
+            yield from _scalars(data, part, replace)
+    else:
+        content = data.memory.read(data.address(place), size_of(data.kind(place.entry)))
+        data.memory.write(data.address(place), replace(content))
+        yield content
+
+
+def _translator(function: Callable[[Data, tuple[int, ...]], None], *, sized: bool = False) -> Translate:
+    """A function for instructions; those with any number of arguments are `sized`: their first word is the size."""
+
+    def translate(machine: Machine, instruction: Instruction) -> Step:
+        data, arguments = machine.data, instruction.arguments
+        if sized:
+            arguments = machine.sized_arguments(instruction)
+        return machine.finished(lambda: function(data, arguments), instruction)
+
+    return translate
+
+
+TABLE: Mapping[tuple[int, int], Translate] = {
+    (0x15, 3): _translator(_index),
+    (0x16, MANY): _translator(_replace),
+    (0x17, 2): _translator(_size),
+    (0x18, MANY): _translator(_build, sized=True),
+    (0x19, MANY): _translator(_subset),
+    (0x1A, 3): _translator(_initialise),
+    (0x1D, 2): _translator(_flatten),
+    (0x1E, MANY): _translator(_unflatten),
+    (0x1F, 2): _translator(_number_to_text),
+    (0x20, MANY): _translator(_text_to_number),
+    (0x21, MANY): _translator(_join_texts, sized=True),
+    (0x22, MANY): _translator(_part_of_text),
+    (0x23, 2): _translator(_text_to_bytes),
+    (0x24, 2): _translator(_bytes_to_text),
 }
+"""Opcode and number of arguments to the function that translates it."""

@@ -5,25 +5,25 @@ Source: LEGO's executable file specification (numbers of the fields).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from random import Random
-from typing import TypeVar
 
 from firmware_protocol.iomap import OutputFlag
 from sim_backend.firmware.button import ButtonModule
 from sim_backend.firmware.cint import s8, s32
+from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.input import InputModule
 from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.low_speed import LowSpeedModule
 from sim_backend.firmware.mailboxes import Mailboxes
-from sim_backend.firmware.output import Output, OutputModule
+from sim_backend.firmware.names import matcher
+from sim_backend.firmware.output import OutputModule
 from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.ui import UiModule
-
-FIRST_FIELD = 0xC000
-"""First argument that is a field of a port, not a variable."""
+from sim_backend.firmware.vm.data import FIRST_FIELD
+from sim_backend.firmware.vm.rxe import Type
 
 _OUTPUTS = 0x200
 INPUT_FIELDS = ("type", "mode", "raw", "normalized", "scaled", "invalid")
@@ -46,17 +46,16 @@ OUTPUT_FIELDS = (
 )
 """Attribute names of the fields of a port, in the order of their numbers."""
 
+_INPUT_TYPES = (Type.UBYTE, Type.UBYTE, Type.UWORD, Type.UWORD, Type.SWORD, Type.UBYTE)
+_OUTPUT_TYPES = (
+    *(Type.UBYTE, Type.UBYTE, Type.SBYTE, Type.SBYTE, Type.SLONG, Type.ULONG, Type.UBYTE, Type.SBYTE),
+    *(Type.UBYTE, Type.UBYTE, Type.UBYTE, Type.UBYTE, Type.UBYTE, Type.SLONG, Type.SLONG),
+)
 _SIGNED_OUTPUT_FIELDS = ("power", "turn")
 _LIVE = ("actual_speed", "count", "overloaded", "block", "rotation")
 """Read-only fields of the motor's control."""
 
 _INVALID = 5
-
-T = TypeVar("T")
-
-
-class NoSuchField(LookupError):
-    """A program accessed a port or field that does not exist."""
 
 
 @dataclass(frozen=True)
@@ -69,11 +68,26 @@ class Devices:
     sound: SoundModule
     ui: UiModule
     button: ButtonModule
+    display: DisplayModule
     loader: Loader
     maps: Mapping[str, LiveMap]
     random: Random
     mailboxes: Mailboxes
     started_ms: int
+    calibrations: dict[bytes, tuple[int, int]]
+    log_times: Callable[[], tuple[int, int]]
+
+    def module(self, pattern: bytes) -> LiveMap | None:
+        """The IO map of the first module whose name matches."""
+        matches = matcher(pattern.decode("latin-1"))
+        return next((live for name, live in self.maps.items() if matches(name)), None)
+
+    def field_type(self, argument: int) -> Type:
+        """Type of the field an argument names; a byte if there is none."""
+        inputs, port, field = _split(argument)
+        if not _exists(inputs, port, field):
+            return Type.UBYTE
+        return _INPUT_TYPES[field] if inputs else _OUTPUT_TYPES[field]
 
     def get_field(self, argument: int) -> int:
         """The field an argument names."""
@@ -86,32 +100,41 @@ class Devices:
         (self.put_input if inputs else self.put_output)(port, field, value)
 
     def get_input(self, port: int, field: int) -> int:
-        """A field of an input port, 0..3."""
-        return int(getattr(_at(self.input.ports, port), _name(INPUT_FIELDS, field)))
+        """A field of an input port, 0..3; 0 if there is none."""
+        if not _exists(True, port, field):
+            return 0
+        return int(getattr(self.input.ports[port], INPUT_FIELDS[field]))
 
     def put_input(self, port: int, field: int, value: int) -> None:
         """Set a field of an input port; types, modes and validity take effect in the next pass."""
-        name = _name(INPUT_FIELDS, field)
-        setattr(_at(self.input.ports, port), name, bool(value) if field == _INVALID else value & 0xFFFF)
-        self.input.wake()
+        if _exists(True, port, field):
+            setattr(self.input.ports[port], INPUT_FIELDS[field], bool(value) if field == _INVALID else value & 0xFFFF)
+            self.input.wake()
 
     def get_output(self, port: int, field: int) -> int:
-        """A field of an output port, 0..2."""
-        output = _at(self.output.outputs, port)
-        name = _name(OUTPUT_FIELDS, field)
+        """A field of an output port, 0..2; 0 if there is none."""
+        if not _exists(False, port, field):
+            return 0
+        output, name = self.output.outputs[port], OUTPUT_FIELDS[field]
         return int(getattr(output.control if name in _LIVE else output, name))
 
     def put_output(self, port: int, field: int, value: int) -> None:
-        """Set a field of an output port; flags are added to pending ones."""
-        output: Output = _at(self.output.outputs, port)
-        name = _name(OUTPUT_FIELDS, field)
+        """Set a field of an output port; flags replace pending ones."""
+        if not _exists(False, port, field):
+            return
+        output, name = self.output.outputs[port], OUTPUT_FIELDS[field]
         if name == "flags":
-            output.flags |= value & int(~OutputFlag(0))
+            output.flags = value & int(~OutputFlag(0))
         elif name == "tacho_limit":
             output.tacho_limit = s32(value) & 0xFFFF_FFFF
         elif name not in _LIVE:
             setattr(output, name, s8(value) if name in _SIGNED_OUTPUT_FIELDS else value & 0xFF)
         self.output.wake()
+
+
+def _exists(inputs: bool, port: int, field: int) -> bool:
+    """Whether there is such a port with such a field."""
+    return 0 <= port < (4 if inputs else 3) and 0 <= field < len(INPUT_FIELDS if inputs else OUTPUT_FIELDS)
 
 
 def _split(argument: int) -> tuple[bool, int, int]:
@@ -120,15 +143,3 @@ def _split(argument: int) -> tuple[bool, int, int]:
     if index < _OUTPUTS:
         return True, *divmod(index, len(INPUT_FIELDS))
     return False, *divmod(index - _OUTPUTS, len(OUTPUT_FIELDS))
-
-
-def _name(fields: tuple[str, ...], field: int) -> str:
-    if not 0 <= field < len(fields):
-        raise NoSuchField(field)
-    return fields[field]
-
-
-def _at(ports: Sequence[T], port: int) -> T:
-    if not 0 <= port < len(ports):
-        raise NoSuchField(port)
-    return ports[port]

@@ -1,125 +1,179 @@
-"""Control flow: jumps, comparisons, clumps, mutexes, time."""
+"""Control flow: jumps, clumps, mutexes, time. Source: docs/firmware.md section 8.3."""
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Mapping
 
-from sim_backend.firmware.vm.machine import JUMP, NONE, Instruction, Machine, ProgramError, number
-from sim_backend.firmware.vm.memory import Value
+from sim_backend.firmware.cint import s16
+from sim_backend.firmware.vm.aggregates import COMPARISONS, comparable, compare
+from sim_backend.firmware.vm.data import NONE, Place
+from sim_backend.firmware.vm.machine import END_TURN, Instruction, Machine, Step, Translate
+from sim_backend.firmware.vm.rxe import Type
 
-_COMPARISONS: tuple[Callable[[Any, Any], bool], ...] = (
-    operator.lt,
-    operator.gt,
-    operator.le,
-    operator.ge,
-    operator.eq,
-    operator.ne,
-)
+_NOBODY = 0xFF
 
 
-def compare(instruction: Instruction, left: Value, right: Value) -> bool:
-    """Result of an instruction's comparison.
-
-    Raises:
-        ProgramError: Only one of the values is an array, or one of them has arrays inside and the other one numbers.
-    """
-    try:
-        return bool(_COMPARISONS[instruction.flags](left, right))
-    except TypeError:
-        raise ProgramError("an array is compared with a number") from None
+def _target(machine: Machine, instruction: Instruction) -> int:
+    """Where a jump leads to; the end of the code, which is an error if it is reached, if that is outside of it."""
+    target, end = instruction.at + s16(instruction.arguments[0]), len(machine.program.code)
+    return target if 0 <= target < end else end
 
 
-def _jump(machine: Machine, instruction: Instruction) -> None:
-    machine.jump(instruction.arguments[0])
+def _jump(machine: Machine, instruction: Instruction) -> Step:
+    target = _target(machine, instruction)
+    return lambda: target
 
 
-def _branch_if(machine: Machine, instruction: Instruction) -> None:
-    offset, left, right = instruction.arguments
-    if compare(instruction, machine.get(left), machine.get(right)):
-        machine.jump(offset)
+def _branch_if(machine: Machine, instruction: Instruction) -> Step:
+    _, left, right = instruction.arguments
+    target, following, relation = _target(machine, instruction), instruction.following, instruction.flags
+    data, first, second = machine.data, Place(left), Place(right)
+    if data.is_aggregate(left) or data.is_aggregate(right):
+        return lambda: target if compare(data, relation, first, second) else following
+    kinds, test = (data.kind(left), data.kind(right)), COMPARISONS[relation]
+    get_left, get_right = data.getter(left), data.getter(right)
+
+    def run() -> int:
+        a, b = comparable(get_left(), kinds[0], get_right(), kinds[1])
+        return target if test(a, b) else following
+
+    return run
 
 
-def _branch_test(machine: Machine, instruction: Instruction) -> None:
-    offset, value = instruction.arguments
-    if compare(instruction, machine.get(value), 0):
-        machine.jump(offset)
+def _branch_test(machine: Machine, instruction: Instruction) -> Step:
+    value = instruction.arguments[1]
+    target, following = _target(machine, instruction), instruction.following
+    get, test = machine.data.getter(value), COMPARISONS[instruction.flags]
+    return lambda: target if test(get(), 0) else following
 
 
-def _stop(machine: Machine, instruction: Instruction) -> None:
-    confirm = instruction.arguments[0]
-    if confirm == NONE or machine.get(confirm):
-        machine.stop()
+def _stop(machine: Machine, instruction: Instruction) -> Step:
+    confirm, following = instruction.arguments[0], instruction.following
+
+    def run() -> int:
+        if confirm == NONE or machine.data.get(confirm):
+            machine.stop()
+            return END_TURN
+        return following
+
+    return run
 
 
-def _finish(machine: Machine, instruction: Instruction) -> None:
+def _finish(machine: Machine, instruction: Instruction) -> Step:
     """End the clump and fire the given range of its dependents."""
     first, last = instruction.arguments
-    machine.suspend(machine.task)
-    if last != NONE:
-        for dependent in machine.program.clumps[machine.task.number].dependents[first : last + 1]:
-            machine.fire(dependent)
+
+    def run() -> int:
+        task = machine.task
+        clump = machine.program.clumps[task.number]
+        machine.suspend(clump.start)
+        task.missing = clump.fire_count
+        if last != NONE:
+            for dependent in clump.dependents[first : last + 1]:
+                machine.fire(dependent)
+        return END_TURN
+
+    return run
 
 
-def _finish_into(machine: Machine, instruction: Instruction) -> None:
-    machine.suspend(machine.task)
-    machine.fire(instruction.arguments[0])
+def _finish_into(machine: Machine, instruction: Instruction) -> Step:
+    """End the clump and fire the given one."""
+
+    def run() -> int:
+        clump = machine.program.clumps[machine.task.number]
+        machine.suspend(clump.start)
+        machine.task.missing = clump.fire_count
+        machine.fire(instruction.arguments[0])
+        return END_TURN
+
+    return run
 
 
-def _acquire(machine: Machine, instruction: Instruction) -> None:
-    """Acquire a mutex, or sleep until it is free."""
-    waiting = machine.mutexes.setdefault(instruction.arguments[0], [])
-    if waiting:
-        machine.suspend(machine.task)
-    if machine.task.number not in waiting:
-        waiting.append(machine.task.number)
+def _acquire(machine: Machine, instruction: Instruction) -> Step:
+    """Acquire a mutex, or wait until it is free; its variable has the bytes owner, first and last waiting clump."""
+    mutex, following, data = instruction.arguments[0], instruction.following, machine.data
+
+    def run() -> int:
+        at = data.address(Place(mutex))
+        owner = data.memory.load(Type.UBYTE, at)
+        if owner == _NOBODY:
+            data.memory.store(Type.UBYTE, at, machine.task.number)
+            return following
+        machine.wait_for(at, machine.task)
+        return machine.suspend(following)
+
+    return run
 
 
-def _release(machine: Machine, instruction: Instruction) -> None:
-    waiting = machine.mutexes.get(instruction.arguments[0], [])
-    if waiting and waiting[0] == machine.task.number:
-        del waiting[0]
-        if waiting:
-            machine.resume(machine.tasks[waiting[0]])
+def _release(machine: Machine, instruction: Instruction) -> Step:
+    mutex, following, data = instruction.arguments[0], instruction.following, machine.data
+
+    def run() -> int:
+        machine.hand_over(data.address(Place(mutex)))
+        return following
+
+    return run
 
 
-def _call(machine: Machine, instruction: Instruction) -> None:
+def _call(machine: Machine, instruction: Instruction) -> Step:
     """Run another clump, and continue when it returns."""
     clump, caller = instruction.arguments
-    machine.put(caller, machine.task.number)
-    machine.suspend(machine.task)
-    machine.restart(machine.tasks[clump])
+
+    def run() -> int:
+        machine.data.put(caller, machine.task.number)
+        machine.suspend(instruction.following)
+        task = machine.clump(clump)
+        if task is not None:
+            machine.restart(task)
+        return END_TURN
+
+    return run
 
 
-def _return(machine: Machine, instruction: Instruction) -> None:
-    machine.suspend(machine.task)
-    machine.resume(machine.tasks[number(machine.get(instruction.arguments[0]))])
+def _return(machine: Machine, instruction: Instruction) -> Step:
+    def run() -> int:
+        caller = machine.clump(int(machine.data.get(instruction.arguments[0])))
+        machine.suspend(machine.program.clumps[machine.task.number].start)
+        if caller is not None:
+            machine.queue.append(caller)
+        return END_TURN
+
+    return run
 
 
-def _wait(machine: Machine, instruction: Instruction) -> None:
-    ended, duration = instruction.arguments
-    duration_ms = number(machine.get(duration))
-    if ended != NONE:
-        machine.put(ended, machine.now_ms + duration_ms)
-    machine.wait(duration_ms)
+def _wait(machine: Machine, instruction: Instruction) -> Step:
+    *ended, duration = instruction.arguments
+    data, following = machine.data, instruction.following
+
+    def run() -> int:
+        duration_ms = int(data.get_or(duration, 0))
+        if ended and ended[0] != NONE:
+            data.put(ended[0], machine.now_ms + duration_ms)
+        return machine.sleep(duration_ms, following)
+
+    return run
 
 
-def _tick(machine: Machine, instruction: Instruction) -> None:
-    machine.put(instruction.arguments[0], machine.now_ms)
+def _tick(machine: Machine, instruction: Instruction) -> Step:
+    def run() -> None:
+        machine.asked_time += 1
+        machine.data.put(instruction.arguments[0], machine.now_ms)
+
+    return machine.finished(run, instruction)
 
 
-TABLE: Mapping[int, Callable[[Machine, Instruction], None]] = {
-    JUMP: _jump,
-    0x26: _branch_if,
-    0x27: _branch_test,
-    0x29: _stop,
-    0x2A: _finish,
-    0x2B: _finish_into,
-    0x2C: _acquire,
-    0x2D: _release,
-    0x2E: _call,
-    0x2F: _return,
-    0x34: _wait,
-    0x35: _tick,
+TABLE: Mapping[tuple[int, int], Translate] = {
+    (0x25, 1): _jump,
+    (0x26, 3): _branch_if,
+    (0x27, 2): _branch_test,
+    (0x29, 1): _stop,
+    (0x2A, 2): _finish,
+    (0x2B, 1): _finish_into,
+    (0x2C, 1): _acquire,
+    (0x2D, 1): _release,
+    (0x2E, 2): _call,
+    (0x2F, 1): _return,
+    (0x34, 2): _wait,
+    (0x35, 1): _tick,
 }
+"""Opcode and number of arguments, `MANY` for more, to the function that translates it."""

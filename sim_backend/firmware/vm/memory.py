@@ -1,27 +1,33 @@
 """The memory pool of a running program: variables, arrays and free space.
 
-Each array has a descriptor of ten bytes: offset, element size, length and two links. The descriptors form an array
-themselves, number 0, which grows by several entries at once. Arrays are compacted when the end of the pool is reached.
+Each array has a descriptor of ten bytes: offset, element size, length, previous and next descriptor. The descriptors
+form an array themselves, number 0. The firmware fills the pool with a pattern before it loads a program, so what a
+program never wrote is known too.
 
-Source: LEGO's executable file specification; the size of the pool is in docs/firmware.md section 5.2 (Command map). The
-pool space of a clump and the growth of the descriptors were fitted to the recorded conversation message_memory of both
-firmwares.
+Source: docs/firmware.md section 8.1.
 """
 
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterator
 from typing import NamedTuple
 
-from sim_backend.firmware.vm.rxe import SIZES, BadProgram, Program, Type, following
+from sim_backend.firmware.vm.rxe import SIZES, BadProgram, Program, Type
 
 POOL_SIZE = 32_768
-_FILLER = bytes.fromhex("efbeadde")
 NOT_AN_OFFSET = 0xFFFF
+"""Offset of an array that never had an element."""
+
+_NONE = 0xFFFF
+_ERASED = 0xFF
+_WORK, _BYTES_PER_ACCESS = 200_000, 64
+"""Accesses to arrays in one pass; copied bytes that count as one."""
+_FILL = bytes.fromhex("efbeadde")
 _ALIGNMENT = 4
 _DESCRIPTOR = struct.Struct("<HHHHH")
 _INDEX = struct.Struct("<H")
-_SCALARS = {
+SCALARS = {
     Type.UBYTE: struct.Struct("<B"),
     Type.SBYTE: struct.Struct("<b"),
     Type.UWORD: struct.Struct("<H"),
@@ -31,9 +37,10 @@ _SCALARS = {
     Type.FLOAT: struct.Struct("<f"),
     Type.MUTEX: struct.Struct("<I"),
 }
+"""Layout of each scalar type."""
 
-Value = int | float | list["Value"]
-"""A number, the elements of an array, or the members of a cluster."""
+
+Number = int | float
 
 
 class OutOfMemory(Exception):
@@ -46,21 +53,28 @@ class Layout(NamedTuple):
     Attributes:
         clump: Pool bytes per clump.
         growth: Number of descriptors added at once.
+        doubly_linked: Whether the descriptors are linked in both directions, and half as many free ones are added when
+            a program is loaded.
     """
 
     clump: int
     growth: int
+    doubly_linked: bool
 
 
 def fresh_pool() -> bytearray:
     """A pool as the firmware prepares it for each program."""
-    return bytearray(_FILLER * (POOL_SIZE // len(_FILLER)))
+    return bytearray(_FILL * (POOL_SIZE // len(_FILL)))
 
 
-class _Array(NamedTuple):
+class Array(NamedTuple):
+    """A descriptor; `back` and `link` are its neighbours in the list of arrays, which is the order in memory."""
+
     offset: int
     element: int
     length: int
+    back: int
+    link: int
 
 
 class Memory:
@@ -70,163 +84,150 @@ class Memory:
         pool: The whole pool.
         base: Offset of the program's variables.
         descriptors: Offset of the descriptors from `base`.
+        doubly_linked: See `Layout`.
+        work_left: Accesses to arrays after which the program is given up; see `begin_pass`.
     """
 
     def __init__(self, program: Program, layout: Layout) -> None:
         """Load the program's initial values into an empty pool.
 
         Raises:
-            BadProgram: It does not fit, or its descriptors are invalid.
+            BadProgram: It does not fit.
             OutOfMemory: Its descriptors exceed the pool.
         """
         self.pool = fresh_pool()
-        self.base = _aligned(len(program.clumps) * layout.clump)
+        self.base = aligned(len(program.clumps) * layout.clump)
+        self.begin_pass()
+        self.program, self._growth, self.doubly_linked = program, layout.growth, layout.doubly_linked
         self.descriptors = program.descriptors
-        self._variables, self._growth = program.variables, layout.growth
-        self._movable = program.static_size
-        self._end = len(program.memory)
+        self._head, self._tail, self._free = program.memory_head, program.memory_tail, _NONE
+        self._end = program.initial_size
         if self.base + self._end > POOL_SIZE:
             raise BadProgram("larger than the memory pool")
-        self.pool[self.base : self.base + self._end] = program.memory
-        if program.descriptors + _DESCRIPTOR.size > self._end:
-            raise BadProgram("no array descriptors")
-        own = self._array(0)
-        if own.offset != self.descriptors or own.element != _DESCRIPTOR.size or not own.length:
+        for offset, data in program.initial_values():
+            self.write(offset, data)
+        if self.doubly_linked:
+            previous = _NONE
+            for index in self._list():
+                self._set_back(index, previous)
+                previous = index
+            self._grow_descriptors(self.array(0).length // 2)
+        self._verify(program.descriptors if not self.doubly_linked else self.descriptors)
+
+    def _list(self) -> Iterator[int]:
+        """Numbers of the arrays in the order of the list; a damaged list ends after as many as there can be."""
+        index = self._head
+        for _ in range(POOL_SIZE // _DESCRIPTOR.size):
+            if index == _NONE:
+                return
+            yield index
+            index = self.array(index).link
+
+    def _verify(self, descriptors: int) -> None:
+        own = self.array(0)
+        if own.offset != descriptors:
             raise BadProgram("array descriptors that do not describe themselves")
-        self._count = own.length
-        self._free: dict[int, None] = {}
-        self._left = POOL_SIZE
+        last = count = 0
+        tail = _NONE
+        for index in self._list():
+            offset = self.array(index).offset
+            if offset != NOT_AN_OFFSET:
+                if offset < last:
+                    raise BadProgram("arrays that are not in the order of the list")
+                last = offset
+            tail, count = index, count + 1
+        if count == 0 or tail != self._tail or count + self._free_count() != own.length:
+            raise BadProgram("a list that does not contain each array once")
 
-    def address(self, variable: int) -> int:
-        """Offset of a scalar variable from `base`."""
-        return self._variables[variable].data
+    def _free_count(self) -> int:
+        count, index = 0, self._free
+        while index != _NONE and count <= POOL_SIZE:
+            count, index = count + 1, self.array(index).link
+        return count
 
-    def kind(self, variable: int) -> Type:
-        """The type of a variable."""
-        return self._variables[variable].type
+    def begin_pass(self) -> None:
+        """Allow as much work as a damaged program, whose arrays contain themselves, may cause in one pass."""
+        self.work_left = _WORK
 
-    def members(self, cluster: int) -> list[int]:
-        """Numbers of the members of a cluster."""
-        found, index = [], cluster + 1
-        for _ in range(self._variables[cluster].data):
-            found.append(index)
-            index = following(self._variables, index)
-        return found
-
-    def get(self, variable: int) -> Value:
-        """The value of a variable.
-
-        Raises:
-            OutOfMemory: It has more elements than the pool has bytes: its arrays are damaged.
-        """
-        self._left = POOL_SIZE
-        return self._read(variable, 0)
-
-    def put(self, variable: int, value: Value) -> None:
-        """Set a variable; numbers are truncated to its type, arrays take the length of `value`.
+    def load(self, kind: Type, offset: int) -> Number:
+        """The scalar at `offset`.
 
         Raises:
-            OutOfMemory: A longer array does not fit.
+            struct.error: It is outside of the pool.
         """
-        self._left = POOL_SIZE
-        self._write(variable, 0, value)
+        value: Number = SCALARS[kind].unpack_from(self.pool, self.base + offset)[0]
+        return value
 
-    def count(self, array: int) -> int:
-        """Length of an array variable."""
-        return self._array(self._index(self._variables[array].data)).length
-
-    def new_array(self, element_size: int) -> int:
-        """Allocate an empty array; returns the number of its descriptor.
+    def store(self, kind: Type, offset: int, value: float) -> None:
+        """Store a scalar at `offset`; integers keep the bits that fit.
 
         Raises:
-            OutOfMemory: There is no room for more descriptors.
+            struct.error: It is outside of the pool.
         """
-        if not self._free:
-            first = self._count
-            self.resize(0, first + self._growth)
-            self._count = first + self._growth
-            self._free = dict.fromkeys(range(self._count - 1, first - 1, -1))
-        index, _ = self._free.popitem()
-        self._describe(index, _Array(NOT_AN_OFFSET, element_size, 0))
-        return index
+        if kind == Type.FLOAT:
+            value = single(value)
+        else:
+            bits = 8 * SIZES[kind]
+            value = int(value) & (1 << bits) - 1
+            if kind in SIGNED and value >> (bits - 1):
+                value -= 1 << bits
+        SCALARS[kind].pack_into(self.pool, self.base + offset, value)
 
-    def free_array(self, index: int) -> None:
-        """Free an array and its descriptor."""
-        self._describe(index, _Array(NOT_AN_OFFSET, 0, 0))
-        self._free[index] = None
+    def view(self, kind: Type) -> memoryview:
+        """The pool as numbers of a type other than FLOAT, in the byte order of this computer."""
+        view: memoryview = memoryview(self.pool).cast(SCALARS[kind].format[-1])  # type: ignore[call-overload]
+        return view
 
-    def resize(self, index: int, count: int) -> None:
-        """Set the length of an array; new elements are zero.
+    def read(self, offset: int, size: int) -> bytes:
+        """Bytes at `offset`.
 
         Raises:
-            OutOfMemory: There is no room.
+            OutOfMemory: They are outside of the pool.
         """
-        array = self._array(index)
-        old, new = array.element * array.length, array.element * count
-        offset = array.offset
-        if new > old:
-            kept = self.bytes_of(index)
-            offset = self._allocate(new)
-            start = self.base + offset
-            self.pool[start : start + new] = kept.ljust(new, b"\0")
-        if index == 0:
-            self.descriptors = offset
-        self._describe(index, _Array(offset if new else NOT_AN_OFFSET, array.element, count))
+        start = self.base + offset
+        if size and start + size > POOL_SIZE:
+            raise OutOfMemory("outside of the pool")
+        self.spend(size // _BYTES_PER_ACCESS)
+        return bytes(self.pool[start : start + size])
 
-    def bytes_of(self, index: int) -> bytes:
-        """The stored bytes of an array."""
-        array = self._array(index)
-        start = self.base + array.offset
-        return bytes(self.pool[start : start + array.element * array.length])
-
-    def set_bytes(self, index: int, data: bytes) -> None:
-        """Store the bytes of an array and set its length.
+    def write(self, offset: int, data: bytes) -> None:
+        """Write bytes at `offset`.
 
         Raises:
-            OutOfMemory: There is no room.
+            OutOfMemory: They are outside of the pool.
         """
-        element = self._array(index).element or 1
-        count = len(data) // element
-        self.resize(index, count)
-        start, size = self.base + self._array(index).offset, count * element
-        if size:
-            self.pool[start : start + size] = data[:size]
+        start = self.base + offset
+        if data:
+            if start + len(data) > POOL_SIZE:
+                raise OutOfMemory("outside of the pool")
+            self.pool[start : start + len(data)] = data
 
-    def _allocate(self, size: int) -> int:
-        end = _aligned(self._end)
-        if self.base + end + size > POOL_SIZE:
-            self._compact()
-            end = _aligned(self._end)
-        if self.base + end + size > POOL_SIZE:
-            raise OutOfMemory
-        self._end = end + size
-        return end
+    def index(self, offset: int) -> int:
+        """Number of the descriptor of the array at `offset`."""
+        return int(_INDEX.unpack_from(self.pool, self.base + offset)[0])
 
-    def _compact(self) -> None:
-        """Compact all arrays in their order."""
-        end = self._movable
-        arrays = [(self._array(index), index) for index in range(self._count)]
-        for array, index in sorted((array, index) for array, index in arrays if array.length and array.element):
-            offset, size = _aligned(end), array.element * array.length
-            if offset < array.offset:
-                source, target = self.base + array.offset, self.base + offset
-                self.pool[target : target + size] = self.pool[source : source + size]
-                if index == 0:
-                    self.descriptors = offset
-                self._describe(index, array._replace(offset=offset))
-                end = offset + size
-            else:
-                end = array.offset + size
-        self._end = end
+    def array(self, index: int) -> Array:
+        """The descriptor of an array.
 
-    def _array(self, index: int) -> _Array:
-        array = _Array(*_DESCRIPTOR.unpack_from(self.pool, self._descriptor(index))[:3])
-        if array.length and self.base + array.offset + array.element * array.length > POOL_SIZE:
-            raise OutOfMemory(f"array {index} is outside of the pool")
-        return array
+        Raises:
+            OutOfMemory: It is outside of the pool.
+        """
+        self.spend(1)
+        return Array(*_DESCRIPTOR.unpack_from(self.pool, self._descriptor(index)))
 
-    def _describe(self, index: int, array: _Array) -> None:
-        _DESCRIPTOR.pack_into(self.pool, self._descriptor(index), *array, NOT_AN_OFFSET, NOT_AN_OFFSET)
+    def spend(self, accesses: int) -> None:
+        """Count work.
+
+        Raises:
+            OutOfMemory: It is more than a program may do in one pass.
+        """
+        self.work_left -= accesses
+        if self.work_left < 0:
+            raise OutOfMemory("more work than a pass has time for")
+
+    def describe(self, index: int, array: Array) -> None:
+        """Change a descriptor."""
+        _DESCRIPTOR.pack_into(self.pool, self._descriptor(index), *array)
 
     def _descriptor(self, index: int) -> int:
         at = self.base + self.descriptors + _DESCRIPTOR.size * index
@@ -234,81 +235,164 @@ class Memory:
             raise OutOfMemory(f"there is no array {index}")
         return at
 
-    def _index(self, at: int) -> int:
-        return int(_INDEX.unpack_from(self.pool, self.base + at)[0])
+    def new_array(self, element_size: int) -> int:
+        """Allocate an empty array at the end of the list; returns the number of its descriptor.
 
-    def _spend(self, elements: int) -> None:
-        """Count elements of the value that is read or written: sound arrays have at most one in each byte."""
-        self._left -= elements
-        if self._left < 0:
-            raise OutOfMemory("more elements than bytes")
+        Raises:
+            OutOfMemory: There is no room for more descriptors.
+        """
+        if self._free == _NONE:
+            self._grow_descriptors(self._growth)
+        index = self._free
+        self._free = self.array(index).link
+        if self._free != _NONE:
+            self._set_back(self._free, _NONE)
+        self.describe(index, Array(NOT_AN_OFFSET, element_size, 0, _NONE, _NONE))
+        self._append(index)
+        return index
 
-    def _read(self, variable: int, at: int) -> Value:
-        kind, _, data = self._variables[variable]
-        if kind == Type.ARRAY:
-            array = self._array(self._index(at + data))
-            self._spend(array.length)
-            return [self._read(variable + 1, array.offset + i * array.element) for i in range(array.length)]
-        if kind == Type.CLUSTER:
-            members = self.members(variable)
-            self._spend(len(members))
-            return [self._read(member, at) for member in members]
-        value: int | float = _SCALARS[kind].unpack_from(self.pool, self.base + at + data)[0]
-        return value
+    def free_array(self, index: int) -> None:
+        """Free an array and its descriptor."""
+        self._unlink(index)
+        self.describe(index, Array(NOT_AN_OFFSET, 0, 0, _NONE, self._free))
+        if self._free != _NONE:
+            self._set_back(self._free, index)
+        self._free = index
 
-    def _write(self, variable: int, at: int, value: Value) -> None:
-        kind, _, data = self._variables[variable]
-        if kind == Type.ARRAY:
-            self._write_array(variable, at + data, _parts(value))
-        elif kind == Type.CLUSTER:
-            for member, part in zip(self.members(variable), _parts(value), strict=False):
-                self._write(member, at, part)
-        elif not isinstance(value, list):
-            _SCALARS[kind].pack_into(self.pool, self.base + at + data, _fitting(kind, value))
+    def resize(self, index: int, count: int) -> None:
+        """Set the length of an array; new elements keep what was in memory.
 
-    def _write_array(self, variable: int, at: int, values: list[Value]) -> None:
-        self._spend(len(values))
-        index, nested = self._index(at), self._variables[variable + 1].type == Type.ARRAY
-        array = self._array(index)
-        if nested:
-            for i in range(len(values), array.length):
-                self.free_array(self._index(array.offset + i * array.element))
-        self.resize(index, len(values))
-        for i, value in enumerate(values):
-            place = self._array(index)
-            if nested and i >= array.length:
-                sub = self.new_array(self._element_size(variable + 2))
-                place = self._array(index)  # new_array may have moved descriptors and elements
-                _INDEX.pack_into(self.pool, self.base + place.offset + i * place.element, sub)
-            self._write(variable + 1, place.offset + i * place.element, value)
+        An array grows where it is if the next array in the list is far enough, even if that one has no memory yet
+        and only seems to be far away; else it moves to the end.
 
-    def _element_size(self, variable: int) -> int:
-        """Element size in bytes of the type at `variable`."""
-        kind, _, data = self._variables[variable]
-        if kind != Type.CLUSTER:
-            return SIZES.get(kind, 0)
-        members = self.members(variable)
-        return max((self._extent(member) for member in members), default=0) if data else 0
+        Raises:
+            OutOfMemory: There is no room.
+        """
+        array = self.array(index)
+        if count == array.length:
+            return
+        size = array.element * count
+        if count > array.length and size > self._room(array):
+            old = self.read(array.offset, array.element * array.length)
+            offset = self._allocate(size)
+            if array.length:
+                old = self.read(self.array(index).offset, len(old))
+            self.write(offset, old)
+            if not self.doubly_linked:
+                self.write(self.array(index).offset, bytes([_ERASED] * len(old)))
+            if index == 0:
+                self.descriptors = offset
+            self._unlink(index)
+            self.describe(index, self.array(index)._replace(offset=offset))
+            self._append(index)
+        self.describe(index, self.array(index)._replace(length=count))
 
-    def _extent(self, variable: int) -> int:
-        if self._variables[variable].type == Type.CLUSTER:
-            return self._element_size(variable)
-        return self._variables[variable].data + SIZES.get(self._variables[variable].type, 0)
+    def _room(self, array: Array) -> int:
+        """Bytes from an array to the next one."""
+        if array.offset == NOT_AN_OFFSET or array.link == _NONE:
+            return array.element * array.length
+        return self.array(array.link).offset - array.offset
+
+    def bytes_of(self, index: int) -> bytes:
+        """The stored bytes of an array."""
+        array = self.array(index)
+        return self.read(array.offset, array.element * array.length)
+
+    def set_bytes(self, index: int, data: bytes) -> None:
+        """Store the bytes of an array and set its length.
+
+        Raises:
+            OutOfMemory: There is no room.
+        """
+        element = self.array(index).element or 1
+        count = len(data) // element
+        self.resize(index, count)
+        self.write(self.array(index).offset, data[: count * element])
+
+    def _grow_descriptors(self, more: int) -> None:
+        """Append free descriptors; the array of descriptors moves even if `more` is 0."""
+        first = self.array(0).length
+        offset, size = self._allocate(_DESCRIPTOR.size * (first + more)), _DESCRIPTOR.size * first
+        self.write(offset, self.read(self.descriptors, size))
+        self.descriptors = offset
+        self._unlink(0)
+        self.describe(0, self.array(0)._replace(offset=offset, length=first + more))
+        self._append(0)
+        for index in range(first, first + more):
+            back = index - 1 if index > first and self.doubly_linked else _NONE
+            link = index + 1 if index < first + more - 1 else self._free
+            self.describe(index, Array(NOT_AN_OFFSET, 0, 0, back, link))
+        if more:
+            self._free = first
+
+    def _allocate(self, size: int) -> int:
+        end = aligned(self._end)
+        if self.base + end + size > POOL_SIZE:
+            self._compact()
+            end = aligned(self._end)
+        if self.base + end + size > POOL_SIZE:
+            raise OutOfMemory
+        self._end = end + size
+        return end
+
+    def _compact(self) -> None:
+        """Move all arrays together, in the order of the list."""
+        end = self.program.static_size
+        for index in self._list():
+            array = self.array(index)
+            size = array.element * array.length
+            if array.offset != NOT_AN_OFFSET:
+                end = aligned(end)
+                if end < array.offset:
+                    self.write(end, self.read(array.offset, size))
+                    if index == 0:
+                        self.descriptors = end
+                    self.describe(index, array._replace(offset=end))
+                else:
+                    end = array.offset
+                end += size
+        self._end = end
+
+    def _append(self, index: int) -> None:
+        if self._tail == _NONE:
+            self._head = index
+        else:
+            self.describe(self._tail, self.array(self._tail)._replace(link=index))
+        self.describe(index, self.array(index)._replace(link=_NONE))
+        self._set_back(index, self._tail)
+        self._tail = index
+
+    def _unlink(self, index: int) -> None:
+        array = self.array(index)
+        back = array.back
+        if not self.doubly_linked:
+            back = next((other for other in self._list() if self.array(other).link == index), _NONE)
+        if back == _NONE:
+            self._head = array.link
+        else:
+            self.describe(back, self.array(back)._replace(link=array.link))
+        if array.link == _NONE:
+            self._tail = back
+        else:
+            self._set_back(array.link, back)
+
+    def _set_back(self, index: int, back: int) -> None:
+        if self.doubly_linked:
+            self.describe(index, self.array(index)._replace(back=back))
 
 
-def _parts(value: Value) -> list[Value]:
-    return value if isinstance(value, list) else [value]
+SIGNED = (Type.SBYTE, Type.SWORD, Type.SLONG)
+"""Integer types with a sign."""
 
 
-def _fitting(kind: Type, value: float) -> int | float:
-    """Truncate `value` to the bits of the type."""
-    if kind == Type.FLOAT:
-        return value
-    bits = 8 * SIZES[kind]
-    value = round(value) & (1 << bits) - 1
-    signed = kind in (Type.SBYTE, Type.SWORD, Type.SLONG)
-    return value - (1 << bits) if signed and value >> (bits - 1) else value
+def single(value: float) -> float:
+    """The nearest number of single precision; infinite if it is too large."""
+    try:
+        return float(SCALARS[Type.FLOAT].unpack(SCALARS[Type.FLOAT].pack(value))[0])
+    except OverflowError:
+        return float("inf") if value > 0 else float("-inf")
 
 
-def _aligned(size: int) -> int:
+def aligned(size: int) -> int:
+    """`size` rounded up to whole words of four bytes."""
     return -(-size // _ALIGNMENT) * _ALIGNMENT

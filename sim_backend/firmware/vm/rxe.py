@@ -1,20 +1,22 @@
 """The executable file: header, variable table, initial values, clumps and code.
 
 Source: LEGO's published executable file specification (MINDSTORMS NXT software developer kit). All numbers except the
-version are little-endian; offsets count bytes, offsets of code count words of two bytes.
+version are little-endian; offsets count bytes, offsets of code count words of two bytes. What the firmware checks is in
+docs/firmware.md section 8.1.
 """
 
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
-_HEADER = struct.Struct("<14sBB HHH HHH HHH HH")
+_HEADER = struct.Struct("<14sBB 11H")
 _FORMAT = b"MindstormsNXT\0"
-OLDEST_VERSION = (0, 4)
-"""Oldest accepted format. Source: docs/firmware.md section 8."""
+OLDEST_MINOR, NEWEST_MAJOR = 4, 1
+"""The accepted formats: the firmware compares minor and major version on their own."""
 
 _VARIABLE = struct.Struct("<BBH")
 _CLUMP = struct.Struct("<BBH")
@@ -53,6 +55,11 @@ SIZES = {
 """Size of a variable in bytes; an array is the number of its descriptor, a cluster has no bytes of its own."""
 
 
+def size_of(kind: int) -> int:
+    """Size of a type in bytes; 0 for clusters and for what is no type."""
+    return SIZES[Type(kind)] if kind in SIZES else 0
+
+
 class BadProgram(Exception):
     """The file is not a program that this firmware can run."""
 
@@ -61,12 +68,12 @@ class Variable(NamedTuple):
     """An entry of the table of variables.
 
     Attributes:
-        type: See `Type`.
+        type: See `Type`; a damaged file may have others.
         first_zero: Whether the initial value is zero.
         data: Offset of the value; for a cluster, its number of members.
     """
 
-    type: Type
+    type: int
     first_zero: bool
     data: int
 
@@ -78,32 +85,13 @@ class Clump(NamedTuple):
         fire_count: Number of clumps that must end before it starts; 0 starts at once.
         dependents: Numbers of the clumps it may fire.
         start: Index of its first word of code.
+        end: Index of the word after its last one.
     """
 
     fire_count: int
     dependents: tuple[int, ...]
     start: int
-
-
-@dataclass(frozen=True)
-class Program:
-    """Content of an executable file.
-
-    Attributes:
-        variables: The variable table.
-        memory: Initial variables, descriptors and arrays.
-        static_size: Number of bytes of scalar variables; the memory after them can move.
-        descriptors: Offset of the array descriptors in `memory`.
-        clumps: All clumps.
-        code: Words of code.
-    """
-
-    variables: tuple[Variable, ...]
-    memory: bytes
-    static_size: int
-    descriptors: int
-    clumps: tuple[Clump, ...]
-    code: tuple[int, ...]
+    end: int
 
 
 class _Header(NamedTuple):
@@ -123,15 +111,66 @@ class _Header(NamedTuple):
     words: int
 
 
+@dataclass(frozen=True)
+class Program:
+    """Content of an executable file.
+
+    Attributes:
+        variables: The variable table, and what else the firmware takes for it: the rest of the file.
+        count: Number of variables in the table.
+        values: Initial values, scalars first.
+        initial_size: Bytes of memory that are used at the start.
+        static_size: Number of bytes of scalar variables; the memory after them can move.
+        dynamic_offset: Offset in `values` of the initial descriptors and arrays.
+        memory_head: First array of the list.
+        memory_tail: Last array of the list.
+        descriptors: Offset of the array descriptors in memory.
+        clumps: All clumps.
+        code: Words of code.
+    """
+
+    variables: tuple[Variable, ...]
+    count: int
+    values: bytes
+    initial_size: int
+    static_size: int
+    dynamic_offset: int
+    memory_head: int
+    memory_tail: int
+    descriptors: int
+    clumps: tuple[Clump, ...]
+    code: tuple[int, ...]
+
+    def initial_values(self) -> Iterator[tuple[int, bytes]]:
+        """Offset in memory and bytes of each initial value, in the firmware's order.
+
+        Raises:
+            BadProgram: The size of the scalars disagrees with the header.
+        """
+        at = index = 0
+        while index < self.count:
+            variable = self.variables[index]
+            size = size_of(variable.type)
+            if variable.first_zero:
+                yield variable.data, bytes(size)
+            else:
+                yield variable.data, self.values[at : at + size].ljust(size, b"\0")
+                at += size
+            index = following(self.variables, index) if variable.type == Type.ARRAY else index + 1
+        if at != self.dynamic_offset:
+            raise BadProgram("scalars whose size is not that of the header")
+        yield self.static_size, self.values[at:]
+
+
 def parse(content: bytes) -> Program:
     """Parse an executable file.
 
     Raises:
-        BadProgram: The file is not a program, too old, or truncated.
+        BadProgram: The file is not a program, of another format version, or its parts do not have the announced sizes.
     """
     try:
         return _parse(content)
-    except (struct.error, ValueError, IndexError, RecursionError) as error:
+    except (struct.error, ValueError, IndexError) as error:
         raise BadProgram(f"damaged program: {error}") from error
 
 
@@ -139,61 +178,63 @@ def _parse(content: bytes) -> Program:
     header = _Header(*_HEADER.unpack_from(content))
     if header.format != _FORMAT:
         raise BadProgram("not a program")
-    if (header.major, header.minor) < OLDEST_VERSION:
-        raise BadProgram(f"format {header.major}.{header.minor} is too old")
+    if header.minor < OLDEST_MINOR or header.major > NEWEST_MAJOR:
+        raise BadProgram(f"format {header.major}.{header.minor} is not supported")
+    if not (header.variables and header.initial_size and header.clumps and header.words):
+        raise BadProgram("a part is empty")
     at = _HEADER.size
+    whole = content[at : at + (len(content) - at) // _VARIABLE.size * _VARIABLE.size]
     variables = tuple(
-        Variable(Type(kind), bool(flags & _ZERO_FIRST), data)
-        for kind, flags, data in (
-            _VARIABLE.unpack_from(content, at + i * _VARIABLE.size) for i in range(header.variables)
-        )
+        Variable(kind, bool(flags & _ZERO_FIRST), data) for kind, flags, data in _VARIABLE.iter_unpack(whole)
     )
+    if any(variable.type > Type.FLOAT for variable in variables[: header.variables]):
+        raise BadProgram("a variable of an unknown type")
     at += header.variables * _VARIABLE.size
-    memory = _first_values(header, variables, content[at : at + header.defaults_size])
+    values = content[at : at + header.defaults_size]
     at = _even(at + header.defaults_size)
-    clumps, at = _clumps(content, at, header.clumps)
+    clumps, at = _clumps(content, at, header)
+    if all(clump.fire_count for clump in clumps):
+        raise BadProgram("no clump that starts the program")
+    if at + header.words * _WORD != len(content):
+        raise BadProgram("the file does not have the announced size")
+    if header.dynamic_offset + header.dynamic_size != header.defaults_size:
+        raise BadProgram("initial values that do not have the announced size")
     code = struct.unpack_from(f"<{header.words}H", content, at)
-    if any(clump.start >= header.words for clump in clumps):
-        raise BadProgram("a clump without code")
-    return Program(variables, memory, header.static_size, header.descriptors, clumps, code)
+    return Program(
+        variables,
+        header.variables,
+        values,
+        header.initial_size,
+        header.static_size,
+        header.dynamic_offset,
+        header.memory_head,
+        header.memory_tail,
+        header.descriptors,
+        clumps,
+        code,
+    )
 
 
-def _first_values(header: _Header, variables: tuple[Variable, ...], defaults: bytes) -> bytes:
-    """Initial memory: scalar values in the order of the table, then descriptors and arrays."""
-    memory = bytearray(header.initial_size)
-    at = index = 0
-    while index < len(variables):
+def following(variables: Sequence[Variable], index: int) -> int:
+    """Index of the entry after the variable `index` and its elements or members; an IndexError if there is none."""
+    left = 1
+    while left:
         variable = variables[index]
-        size = SIZES.get(variable.type, 0)
-        if size and not variable.first_zero:
-            memory[variable.data : variable.data + size] = defaults[at : at + size]
-            at += size
-        index = following(variables, index) if variable.type == Type.ARRAY else index + 1
-    dynamic = defaults[header.dynamic_offset : header.dynamic_offset + header.dynamic_size]
-    memory[header.static_size : header.static_size + len(dynamic)] = dynamic
-    if len(memory) != header.initial_size:
-        raise BadProgram("first values outside of memory")
-    return bytes(memory)
-
-
-def following(variables: tuple[Variable, ...], index: int) -> int:
-    """Index of the entry after the variable `index` and its elements or members."""
-    while variables[index].type == Type.ARRAY:
+        if variable.type == Type.CLUSTER:
+            left += variable.data
+        left -= variable.type != Type.ARRAY
         index += 1
-    members = variables[index].data if variables[index].type == Type.CLUSTER else 0
-    index += 1
-    for _ in range(members):
-        index = following(variables, index)
     return index
 
 
-def _clumps(content: bytes, at: int, count: int) -> tuple[tuple[Clump, ...], int]:
+def _clumps(content: bytes, at: int, header: _Header) -> tuple[tuple[Clump, ...], int]:
     """All clumps, and the even offset of the code after the lists of dependents."""
-    lists = at + count * _CLUMP.size
+    records = [_CLUMP.unpack_from(content, at + i * _CLUMP.size) for i in range(header.clumps)]
+    lists = at + header.clumps * _CLUMP.size
+    ends = [start for _, _, start in records[1:]] + [header.words]
     clumps = []
-    for i in range(count):
-        fire_count, dependents, start = _CLUMP.unpack_from(content, at + i * _CLUMP.size)
-        clumps.append(Clump(fire_count, tuple(content[lists : lists + dependents]), start))
+    for (fire_count, dependents, start), end in zip(records, ends, strict=True):
+        clumps.append(Clump(fire_count, tuple(content[lists : lists + dependents]), start, end))
         lists += dependents
     return tuple(clumps), _even(lists)
 

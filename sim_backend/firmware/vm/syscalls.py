@@ -1,266 +1,254 @@
-"""System calls: requests of a program to other modules. To add one, write its function and enter it in the table.
+"""System calls: requests of a program to other modules. To add one, write its function and enter it in a table.
 
 A call's arguments are the members of a cluster; most calls return their status in the first. An unknown call ends the
 program with an error.
 
-Source: LEGO's executable file specification.
+Source: LEGO's executable file specification; docs/firmware.md section 8.4.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
-from firmware_protocol.direct import LS_LIMIT, MESSAGE_LIMIT
+from firmware_protocol.direct import LS_LIMIT
 from firmware_protocol.status import Status
-from sim_backend.firmware.mailboxes import MAILBOXES
+from sim_backend.firmware.cint import divide, s8
 from sim_backend.firmware.names import NAME_LIMIT
 from sim_backend.firmware.sound import MAX_VOLUME
-from sim_backend.firmware.vm.arrays import elements, text
-from sim_backend.firmware.vm.machine import Instruction, Machine, ProgramError, number
-from sim_backend.firmware.vm.memory import OutOfMemory, Value
+from sim_backend.firmware.vm.calls import Call, Function
+from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError
+from sim_backend.firmware.vm.draw_calls import TABLE as DRAWING
+from sim_backend.firmware.vm.file_calls import TABLE as FILES
+from sim_backend.firmware.vm.machine import Instruction, Machine, Step, Translate
+from sim_backend.firmware.vm.memory import OutOfMemory
+from sim_backend.firmware.vm.message_calls import TABLE as MESSAGES
 
-_OK = int(Status.OK)
 _RANDOM_LIMIT = 0x7FFF
+_BUTTON_COUNT = 4
+_MINUTE_MS = 60_000
+_NO_PORT = 0xDF
+_NO_BUTTON = -17
 
-Arguments = list[int]
-"""Numbers of the variables in a call's cluster."""
 
-
-def call(machine: Machine, instruction: Instruction) -> None:
+def _call(machine: Machine, instruction: Instruction) -> Step:
     """Run the system call that an instruction names."""
     name, cluster = instruction.arguments
-    function = TABLE.get(name)
+    function = CALLS.get(name) if name < machine.dialect.system_calls else None
     if function is None:
-        raise ProgramError(f"system call {name} is not known")
-    function(machine, machine.memory.members(cluster))
+        raise ProgramError(ERR_INSTR, f"system call {name} is not known")
+    call = Call(machine, machine.data.members(cluster))
+    return machine.finished(lambda: function(call), instruction)
 
 
-def _number(machine: Machine, variable: int) -> int:
-    return number(machine.get(variable))
+def _play_file(call: Call) -> None:
+    """Play a sound file: status, name, loop, volume."""
+    sound = call.devices.sound
+    sound.volume = min(call.number(3), MAX_VOLUME)
+    sound.play_file(call.text(1).decode("latin-1")[:NAME_LIMIT], loop=bool(call.number(2)))
+    call.put(0, Status.OK)
 
 
-def _bytes(value: Value) -> bytes:
-    return bytes(number(element) & 0xFF for element in elements(value))
+def _play_tone(call: Call) -> None:
+    """Play a tone: status, frequency, duration, loop, volume."""
+    sound = call.devices.sound
+    sound.volume = min(call.number(4), MAX_VOLUME)
+    sound.play_tone(call.number(1) & 0xFFFF, call.number(2) & 0xFFFF, loop=bool(call.number(3)))
+    call.put(0, Status.OK)
 
 
-def _play_file(machine: Machine, arguments: Arguments) -> None:
-    status, name, loop, volume = arguments
-    devices, file = machine.devices, text(machine.get(name))[:NAME_LIMIT]
-    devices.sound.volume = min(_number(machine, volume), MAX_VOLUME)
-    devices.sound.play_file(file, loop=bool(_number(machine, loop)))
-    machine.put(status, _OK)
+def _sound_state(call: Call) -> None:
+    """Ask for the sound module's state: state, flags."""
+    call.put(0, call.devices.sound.state)
+    call.put(1, call.devices.sound.flags)
 
 
-def _play_tone(machine: Machine, arguments: Arguments) -> None:
-    """Play a tone once; the loop argument is ignored."""
-    status, frequency, duration, _, volume = arguments
-    sound = machine.devices.sound
-    sound.volume = min(_number(machine, volume), MAX_VOLUME)
-    sound.play_tone(_number(machine, frequency) & 0xFFFF, _number(machine, duration) & 0xFFFF)
-    machine.put(status, _OK)
-
-
-def _sound_state(machine: Machine, arguments: Arguments) -> None:
-    state, flags = arguments
-    machine.put(state, machine.devices.sound.state)
-    machine.put(flags, machine.devices.sound.flags)
-
-
-def _set_sound_state(machine: Machine, arguments: Arguments) -> None:
-    result, state, flags = arguments
-    sound = machine.devices.sound
-    sound.state, sound.flags = _number(machine, state) & 0xFF, _number(machine, flags) & 0xFF
+def _set_sound_state(call: Call) -> None:
+    """Set the sound module's state: result, state, flags."""
+    sound = call.devices.sound
+    sound.state, sound.flags = call.number(1) & 0xFF, call.number(2) & 0xFF
     sound.wake()
-    machine.put(result, sound.state)
+    call.put(0, sound.state)
 
 
-def _draw(machine: Machine, arguments: Arguments) -> None:
-    """Succeed without effect: drawing is not simulated."""
-    machine.put(arguments[0], _OK)
+def _read_button(call: Call) -> None:
+    """Ask for a button: status, number, pressed, times pressed, whether to reset that number."""
+    number = call.number(1)
+    if number >= _BUTTON_COUNT:
+        call.put(0, _NO_BUTTON)
+        return
+    button = call.devices.button.buttons[number]
+    call.put(2, int(button.pressed))
+    call.put(3, button.releases)
+    if call.number(4):
+        button.releases = 0
+    call.put(0, Status.OK)
 
 
-def _read_button(machine: Machine, arguments: Arguments) -> None:
-    status, index, pressed, count, reset = arguments
-    button = machine.devices.button.buttons[_number(machine, index) % len(machine.devices.button.buttons)]
-    machine.put(pressed, int(button.pressed))
-    machine.put(count, button.presses)
-    if _number(machine, reset):
-        button.presses = 0
-    machine.put(status, _OK)
-
-
-def _ls_write(machine: Machine, arguments: Arguments) -> None:
-    status, port, data, receive = arguments
-    message, size = _bytes(machine.get(data)), _number(machine, receive)
-    bus, index = machine.devices.low_speed, _number(machine, port)
-    if not 0 <= index < len(bus.channels):
-        machine.put(status, Status.OUT_OF_RANGE)
-    elif len(message) > LS_LIMIT or not 0 <= size <= LS_LIMIT:
-        machine.put(status, Status.ILLEGAL_SIZE)
+def _ls_write(call: Call) -> None:
+    """Start an I2C transaction: status, port, bytes to send, number of bytes to read."""
+    port, size, bus = call.number(1), call.number(3), call.devices.low_speed
+    message = call.content(2)
+    if port >= len(bus.channels):
+        call.put(0, _NO_PORT)
+    elif len(message) > LS_LIMIT or size > LS_LIMIT:
+        call.put(0, Status.ILLEGAL_SIZE)
     else:
-        machine.put(status, _OK if bus.write(index, message, size) else Status.CHANNEL_NOT_CONFIGURED)
+        call.put(0, Status.OK if bus.write(port, message, size) else Status.CHANNEL_NOT_CONFIGURED)
 
 
-def _ls_read(machine: Machine, arguments: Arguments) -> None:
-    status, port, data, length = arguments
-    bus, index = machine.devices.low_speed, _number(machine, port)
-    if not 0 <= index < len(bus.channels):
-        machine.put(status, Status.OUT_OF_RANGE)
+def _ls_read(call: Call) -> None:
+    """Fetch the bytes of an I2C transaction: status, port, bytes, most bytes to fetch."""
+    port, wanted, bus = call.number(1), call.number(3), call.devices.low_speed
+    if port >= len(bus.channels):
+        call.put_bytes(2, b"")
+        call.put(0, _NO_PORT)
         return
-    state, channel, wanted = bus.status(index), bus.channels[index], _number(machine, length)
-    received = channel.fetch() if wanted <= channel.ready else b""
-    machine.put(data, [*received[:wanted]])
-    machine.put(status, state)
+    status, channel = bus.status(port), bus.channels[port]
+    call.put_bytes(2, channel.fetch()[:wanted] if wanted <= channel.ready else b"")
+    call.put(0, status)
 
 
-def _ls_status(machine: Machine, arguments: Arguments) -> None:
-    status, port, ready = arguments
-    bus, index = machine.devices.low_speed, _number(machine, port)
-    if not 0 <= index < len(bus.channels):
-        machine.put(status, Status.OUT_OF_RANGE)
+def _ls_status(call: Call) -> None:
+    """Ask for an I2C port: status, port, bytes ready."""
+    port, bus = call.number(1), call.devices.low_speed
+    if port >= len(bus.channels):
+        call.put(2, 0)
+        call.put(0, _NO_PORT)
         return
-    machine.put(status, bus.status(index))
-    machine.put(ready, bus.channels[index].ready)
+    call.put(2, bus.channels[port].ready)
+    call.put(0, bus.status(port))
 
 
-def _random(machine: Machine, arguments: Arguments) -> None:
-    machine.put(arguments[0], machine.devices.random.randint(-_RANDOM_LIMIT - 1, _RANDOM_LIMIT))
+def _random(call: Call) -> None:
+    call.put(0, call.devices.random.randint(-_RANDOM_LIMIT, _RANDOM_LIMIT))
 
 
-def _start_tick(machine: Machine, arguments: Arguments) -> None:
-    machine.put(arguments[0], machine.devices.started_ms)
+def _start_tick(call: Call) -> None:
+    call.put(0, call.devices.started_ms)
 
 
-def _message_write(machine: Machine, arguments: Arguments) -> None:
-    status, box, message = arguments
-    index, data = _number(machine, box), _bytes(machine.get(message))
-    if not 0 <= index < MAILBOXES:
-        machine.put(status, Status.ILLEGAL_MAILBOX)
-    elif not 0 < len(data) <= MESSAGE_LIMIT:
-        machine.put(status, Status.OUT_OF_RANGE)
-    else:
-        try:
-            machine.devices.mailboxes.write(index, data)
-            machine.put(status, _OK)
-        except OutOfMemory:
-            machine.put(status, Status.OUT_OF_MEMORY)
+def _keep_alive(call: Call) -> None:
+    """Restart the sleep timer: time until power-off in ms."""
+    call.devices.ui.stay_awake()
+    call.put(0, call.devices.ui.sleep_ms)
 
 
-def _message_read(machine: Machine, arguments: Arguments) -> None:
-    status, box, message, remove = arguments
-    index = _number(machine, box)
-    if not 0 <= index < MAILBOXES:
-        machine.put(status, Status.ILLEGAL_MAILBOX)
-        return
-    data = machine.devices.mailboxes.read(index, remove=bool(_number(machine, remove)))
-    machine.put(message, [0] if data is None else [*data])
-    machine.put(status, Status.MAILBOX_EMPTY if data is None else _OK)
-
-
-def _keep_alive(machine: Machine, arguments: Arguments) -> None:
-    machine.devices.ui.stay_awake()
-    machine.put(arguments[0], machine.devices.ui.sleep_ms)
-
-
-def _io_map_read(machine: Machine, arguments: Arguments) -> None:
-    status, module, offset, count, data = arguments
-    live = machine.devices.maps.get(text(machine.get(module)))
-    at, size = _number(machine, offset), _number(machine, count)
+def _io_map_read(call: Call) -> None:
+    """Read an IO map: status, module, offset, count, bytes."""
+    live, at, size = call.devices.module(call.text(1)), call.number(2), call.number(3)
     if live is None:
-        machine.put(status, Status.MODULE_NOT_FOUND)
-    elif not 0 <= at <= at + size <= live.size:
-        machine.put(status, Status.OUT_OF_BOUNDARY)
+        call.put(0, Status.MODULE_NOT_FOUND)
+    elif at + size > live.size:
+        call.put(0, Status.OUT_OF_BOUNDARY)
     else:
-        machine.put(data, [*live.read(at, size)])
-        machine.put(status, _OK)
+        call.put_bytes(4, live.read(at, size))
+        call.put(0, Status.OK)
 
 
-def _io_map_write(machine: Machine, arguments: Arguments) -> None:
-    status, module, offset, data = arguments
-    live, at, new = machine.devices.maps.get(text(machine.get(module))), _number(machine, offset), machine.get(data)
+def _io_map_write(call: Call) -> None:
+    """Write an IO map: status, module, offset, bytes."""
+    live, at, new = call.devices.module(call.text(1)), call.number(2), call.content(3)
     if live is None:
-        machine.put(status, Status.MODULE_NOT_FOUND)
-    elif not 0 <= at <= at + len(elements(new)) <= live.size:
-        machine.put(status, Status.OUT_OF_BOUNDARY)
+        call.put(0, Status.MODULE_NOT_FOUND)
+    elif at + len(new) > live.size:
+        call.put(0, Status.OUT_OF_BOUNDARY)
     else:
-        live.write(at, _bytes(new))
-        machine.put(status, _OK)
+        live.write(at, new)
+        call.put(0, Status.OK)
 
 
-def _open_read(machine: Machine, arguments: Arguments) -> None:
-    status, handle, name, length = arguments
-    opened = machine.devices.loader.open_read(text(machine.get(name)))
-    _opened(machine, (status, handle, length), opened)
+def _color_sensor(call: Call) -> None:
+    """Read a colour sensor: status, port, value, raw, normalized and scaled values, whether invalid."""
+    call.put(0, Status.CHANNEL_NOT_CONFIGURED)
+    raise ProgramError(ERR_INSTR, "no colour sensor")
 
 
-def _open_write(machine: Machine, arguments: Arguments) -> None:
-    """Create a data file of the given length."""
-    status, handle, name, length = arguments
-    size = _number(machine, length)
-    opened = machine.devices.loader.create(text(machine.get(name)), size, appendable=True)
-    _opened(machine, (status, handle, length), opened._replace(size=size))
+def _radio_switch(call: Call) -> None:
+    """Switch the radio: result, on."""
+    call.put(0, Status.OK if call.number(1) else 1)
 
 
-def _open_append(machine: Machine, arguments: Arguments) -> None:
-    status, handle, name, length = arguments
-    opened = machine.devices.loader.append(text(machine.get(name)))
-    _opened(machine, (status, handle, length), opened)
+def _high_speed_write(call: Call) -> None:
+    """Send bytes on the high speed port: status, bytes, count."""
+    call.put(0, Status.ILLEGAL_SIZE)
 
 
-def _opened(machine: Machine, targets: tuple[int, int, int], opened: tuple[int, int, int]) -> None:
-    for target, value in zip(targets, opened, strict=True):
-        machine.put(target, value)
+def _read_semaphore(call: Call) -> None:
+    """Read a semaphore: value, which one."""
+    call.put(0, call.machine.semaphores[bool(call.number(1))])
 
 
-def _file_read(machine: Machine, arguments: Arguments) -> None:
-    status, handle, data, length = arguments
-    found, content = machine.devices.loader.read(_number(machine, handle), _number(machine, length))
-    machine.put(data, [*content])
-    machine.put(length, len(content))
-    machine.put(status, found)
+def _write_semaphore(call: Call) -> None:
+    """Set or clear bits of a semaphore: new value, which one, bits, whether to clear them."""
+    which, bits = bool(call.number(1)), call.number(2)
+    old = call.machine.semaphores[which]
+    call.machine.semaphores[which] = new = (old & ~bits if call.number(3) else old | bits) & 0xFF
+    call.put(0, new)
 
 
-def _file_write(machine: Machine, arguments: Arguments) -> None:
-    status, handle, data, length = arguments
-    content = _bytes(machine.get(data))[: _number(machine, length)]
-    found, written = machine.devices.loader.write(_number(machine, handle), content)
-    machine.put(length, written)
-    machine.put(status, found)
+def _calibrated(call: Call) -> None:
+    """Scale a raw value by a calibration: result, name, value."""
+    calibrations = call.devices.calibrations
+    low, high = calibrations.get(call.text(1).lower(), (0, 1023))
+    call.put(0, Status.OK if call.text(1).lower() in calibrations else Status.OUT_OF_RANGE)
+    call.put(2, divide((call.number(2) - low) * 100, high - low))
 
 
-def _file_close(machine: Machine, arguments: Arguments) -> None:
-    status, handle = arguments
-    machine.put(status, machine.devices.loader.close(_number(machine, handle)))
+def _calibrate(call: Call) -> None:
+    """Store a calibration: result, name, lowest and highest raw value."""
+    call.devices.calibrations[call.text(1).lower()] = (call.number(2), call.number(3))
+    call.put(0, Status.OK)
 
 
-def _file_delete(machine: Machine, arguments: Arguments) -> None:
-    status, name = arguments
-    machine.put(status, machine.devices.loader.delete(text(machine.get(name))))
+def _set_sleep_time(call: Call) -> None:
+    """Set the time until power-off: result (not written), ms."""
+    call.devices.ui.set_sleep_minutes(call.number(1) // _MINUTE_MS)
 
 
-TABLE: Mapping[int, Callable[[Machine, Arguments], None]] = {
-    0: _open_read,
-    1: _open_write,
-    2: _open_append,
-    3: _file_read,
-    4: _file_write,
-    5: _file_close,
-    8: _file_delete,
+def _log_times(call: Call) -> None:
+    """Ask for the data log's clock: time, the brick's time at that moment."""
+    call.put(0, call.devices.log_times()[0])
+    call.put(1, call.devices.log_times()[1])
+
+
+def _log(call: Call) -> None:
+    """Write a record of the data log: status, bytes."""
+    try:
+        call.put(0, Status.OK)
+        call.devices.mailboxes.log(call.content(1))
+    except OutOfMemory:
+        call.put(0, s8(Status.OUT_OF_MEMORY))
+
+
+CALLS: Mapping[int, Function] = {
+    **FILES,
     9: _play_file,
     10: _play_tone,
     11: _sound_state,
     12: _set_sound_state,
-    **dict.fromkeys(range(13, 20), _draw),
+    **DRAWING,
     20: _read_button,
     21: _ls_write,
     22: _ls_read,
     23: _ls_status,
     24: _random,
     25: _start_tick,
-    26: _message_write,
-    27: _message_read,
+    **MESSAGES,
     31: _keep_alive,
     32: _io_map_read,
     33: _io_map_write,
+    34: _color_sensor,
+    35: _radio_switch,
+    37: _high_speed_write,
+    40: _read_semaphore,
+    41: _write_semaphore,
+    42: _calibrated,
+    43: _calibrate,
+    44: _log,
+    45: _log_times,
+    46: _set_sleep_time,
 }
 """Number of each call to its function."""
+
+TABLE: Mapping[tuple[int, int], Translate] = {(0x28, 2): _call}
+"""Opcode and number of arguments to the function that translates it."""

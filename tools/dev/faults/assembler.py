@@ -8,12 +8,15 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 
-from sim_backend.firmware.vm.rxe import Type
+from sim_backend.firmware.vm.memory import SCALARS
+from sim_backend.firmware.vm.rxe import SIZES, Type
 
 Words = list[int]
 """Words of code of one instruction."""
 
-_INDEX_SIZE, _SCALAR_SIZE = 2, 4
+_SCALAR_SIZE = 4
+_SIZED = (0x18, 0x21, 0x31)
+"""Instructions with any number of arguments: build an array, join texts, set an output."""
 _LONG = 14
 """Instructions from this size on carry it in a word of their own."""
 
@@ -24,26 +27,31 @@ class Variables:
     Attributes:
         table: Type, flag of a zero first value, and data of each variable.
         static: First values of the scalars.
-        arrays: First content of the arrays.
+        arrays: Element size and first content of the arrays.
     """
 
     def __init__(self) -> None:
         self.table: list[tuple[int, int, int]] = []
         self.static = b""
-        self.arrays: list[bytes] = []
+        self.arrays: list[tuple[int, bytes]] = []
 
-    def number(self, value: int = 0, kind: Type = Type.SLONG) -> int:
-        """Add a number of 32 bits; returns its index."""
+    def number(self, value: float = 0, kind: Type = Type.SLONG) -> int:
+        """Add a number, in four bytes of its own; returns its index."""
         self.table.append((kind, 0, len(self.static)))
-        self.static += struct.pack("<i", value)
+        whole = struct.pack("<f", value) if kind == Type.FLOAT else struct.pack("<I", int(value) & 0xFFFF_FFFF)
+        self.static += whole[: SIZES[kind]].ljust(_SCALAR_SIZE, b"\0")
         return len(self.table) - 1
+
+    def array(self, values: Sequence[float], kind: Type) -> int:
+        """Add an array of numbers; returns its index."""
+        self.table += [(Type.ARRAY, 0, len(self.static)), (kind, 1, 0)]
+        self.arrays.append((SIZES[kind], b"".join(SCALARS[kind].pack(value) for value in values)))
+        self.static += struct.pack("<HH", len(self.arrays), 0)
+        return len(self.table) - 2
 
     def text(self, content: bytes = b"\0") -> int:
         """Add a text, with its closing zero; returns its index."""
-        self.table += [(Type.ARRAY, 0, len(self.static)), (Type.UBYTE, 1, 0)]
-        self.arrays.append(content)
-        self.static += struct.pack("<HH", len(self.arrays), 0)
-        return len(self.table) - 2
+        return self.array(content, Type.UBYTE)
 
     def call(self, *members: int | bytes) -> tuple[int, list[int]]:
         """Add the cluster of a system call, of numbers and texts; returns its index and those of its members."""
@@ -55,7 +63,7 @@ class Variables:
 def instruction(opcode: int, *arguments: int, flags: int = 0) -> Words:
     """Return the words of an instruction."""
     size = 2 + 2 * len(arguments)
-    if size < _LONG:
+    if size < _LONG and opcode not in _SIZED:
         return [size << 12 | flags << 8 | opcode, *(argument & 0xFFFF for argument in arguments)]
     return [0xE000 | flags << 8 | opcode, size + 2, *(argument & 0xFFFF for argument in arguments)]
 
@@ -76,9 +84,11 @@ def assemble(
         fire: Fire count of each clump.
         dependents: Dependents of each clump.
     """
+    if not variables.table:
+        variables.number()
     static = variables.static.ljust(-(-len(variables.static) // 4) * 4, b"\0")
     values = b"".join(
-        static[data : data + (_INDEX_SIZE if kind == Type.ARRAY else _SCALAR_SIZE)]
+        static[data : data + SIZES[Type(kind)]]
         for kind, zero, data in variables.table
         if not zero and kind != Type.CLUSTER
     )
@@ -93,7 +103,7 @@ def assemble(
         code += [word for line in clump for word in line]
     header = struct.pack("<14sBB", b"MindstormsNXT", 0, version) + struct.pack(
         "<11H", len(variables.table), len(static) + len(dynamic), len(static), len(defaults), len(values), len(dynamic),
-        0, 0, len(static), len(clumps), len(code),
+        0, len(variables.arrays), len(static), len(clumps), len(code),
     )  # fmt: skip
     body = header + b"".join(struct.pack("<BBH", *entry) for entry in variables.table) + defaults
     body += bytes(len(body) % 2) + records + lists
@@ -104,9 +114,10 @@ def _dynamic(variables: Variables, start: int) -> bytes:
     """Return the array descriptors and the arrays, which follow the static values."""
     count = len(variables.arrays) + 1
     offset, heap = start + 10 * count, b""
-    descriptors = struct.pack("<5H", start, 10, count, 0xFFFF, 0xFFFF)
-    for content in variables.arrays:
-        descriptors += struct.pack("<5H", offset + len(heap), 1, len(content), 0xFFFF, 0xFFFF)
+    descriptors = struct.pack("<5H", start, 10, count, 0xFFFF, 1 if variables.arrays else 0xFFFF)
+    for number, (element, content) in enumerate(variables.arrays, 1):
+        link = number + 1 if number < len(variables.arrays) else 0xFFFF
+        descriptors += struct.pack("<5H", offset + len(heap), element, len(content) // element, number - 1, link)
         heap += content
     return descriptors + heap
 

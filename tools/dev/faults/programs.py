@@ -14,7 +14,7 @@ from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.versions import FIRMWARES
 from sim_backend.firmware.vm.memory import POOL_SIZE
 from sim_backend.firmware.vm.rxe import Type
-from sim_backend.firmware.vm.syscalls import TABLE
+from sim_backend.firmware.vm.syscalls import CALLS
 
 from .assembler import Variables, Words, assemble, instruction
 from .campaign import Campaign, Tally, Violation
@@ -34,19 +34,21 @@ MEMORY_LIMIT_KB = 64 * 1024
 
 NAME = "a.rxe"
 _CALL = 0x28
+_ENDS = (instruction(0x2A, 0, 0), instruction(0x25, 0), instruction(0x25, -6))
 _FORMS = {
-    **dict.fromkeys((0x00, 0x01, 0x03, 0x04, 0x05, 0x06, 0x07, 0x08, 0x0B, 0x0C, 0x0D, 0x0E, 0x11, 0x14, 0x1A), "nnn"),
-    **dict.fromkeys((0x02, 0x09, 0x0A, 0x12, 0x1B, 0x36, 0x37), "nn"),
+    **dict.fromkeys((0x00, 0x01, 0x03, 0x04, 0x05, 0x06, 0x07, 0x08, 0x11, 0x1A), "nnn"),
+    **dict.fromkeys((0x02, 0x09, 0x12, 0x1B, 0x36, 0x37), "nn"),
     **dict.fromkeys((0x23, 0x24, 0x1B), "tt"),
     **dict.fromkeys((0x30, 0x32, 0x33), "nni"),
     **dict.fromkeys((0x19, 0x22), "ttxx"),
-    0x13: "nnnn", 0x15: "ntx", 0x16: "ttxn", 0x17: "nt", 0x18: "ttttt", 0x1A: "tnn", 0x1C: "ni", 0x1F: "tn",
+    0x15: "ntx", 0x16: "ttxn", 0x17: "nt", 0x18: "ttttt", 0x1A: "tnn", 0x1C: "ni", 0x1D: "tn", 0x1E: "nntn",
+    0x1F: "tn",
     0x20: "nntxx", 0x21: "ttt", 0x25: "j", 0x26: "jnn", 0x27: "jn", 0x29: "x", 0x2A: "ii", 0x2B: "i", 0x2C: "m",
     0x2D: "m", 0x2E: "in", 0x2F: "n", 0x31: "ninin", 0x34: "xn", 0x35: "n",
 }  # fmt: skip
 """Arguments of the instructions: number, text, mutex, optional number, index or field, jump."""
 
-_CALLS = sorted(TABLE)
+_CALLS = sorted(CALLS)
 _MEMBERS: dict[int, tuple[int | bytes, ...]] = {
     0: (0, 0, b"c.txt\0", 0),
     1: (0, 0, b"c.txt\0", 64),
@@ -148,7 +150,8 @@ def random_program(rng: Random) -> bytes:
     texts = [variables.text(content) for content in (b"\0", b"12\0", bytes(rng.randrange(1, 200)))]
     calls = {call: variables.call(*_MEMBERS.get(call, (0,) * 5))[0] for call in rng.sample(_CALLS, 6)}
     clumps = [
-        [_instruction(rng, numbers, texts, calls) for _ in range(rng.randint(3, 20))] for _ in range(rng.randint(1, 3))
+        [*(_instruction(rng, numbers, texts, calls) for _ in range(rng.randint(3, 20))), rng.choice(_ENDS)]
+        for _ in range(rng.randint(1, 3))
     ]
     fire = [0, *(rng.choice((0, 1)) for _ in clumps[1:])]
     dependents = [[rng.randrange(len(clumps))] for _ in clumps]

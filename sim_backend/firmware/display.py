@@ -1,0 +1,122 @@
+"""The display module: its IO map with the frame buffer, and what programs draw into it.
+
+A line of the frame buffer is eight pixels high, one byte per column, its lowest bit on top. Coordinates of programs
+have their origin at the bottom left. The firmware's own menus are not simulated, so the buffer is blank unless a
+program, or a write to the map, draws.
+
+Source: docs/firmware.md section 8.5.
+"""
+
+from __future__ import annotations
+
+from firmware_protocol.iomap import DISPLAY, DISPLAY_HEIGHT, DISPLAY_WIDTH
+from sim_backend.firmware.font import CELL_WIDTH, glyph
+
+LINES = 8
+_LINE = DISPLAY_HEIGHT // LINES
+_FLAGS, _ON = 117, 0x83
+_START = DISPLAY.field("Normal", 0).offset
+_SIZE = LINES * DISPLAY_WIDTH
+
+
+class DisplayModule:
+    """The display.
+
+    Attributes:
+        memory: The module's IO map.
+    """
+
+    def __init__(self) -> None:
+        self.memory = bytearray(DISPLAY.size)
+        self.memory[_FLAGS] = _ON
+        self._drawn = False
+
+    @property
+    def pixels(self) -> bytes:
+        """The frame buffer, 8 lines of 100 bytes."""
+        return bytes(self.memory[_START : _START + _SIZE])
+
+    def clear(self) -> None:
+        """Make all pixels white."""
+        self.memory[_START : _START + _SIZE] = bytes(_SIZE)
+
+    def begin(self, *, clear: bool) -> None:
+        """Prepare for drawing: the first time the firmware's own screen makes room for the program's."""
+        if clear or not self._drawn:
+            self.clear()
+        self._drawn = True
+
+    def release(self) -> None:
+        """Give the screen back to the firmware's user interface."""
+        if self._drawn:
+            self.clear()
+        self._drawn = False
+
+    def point(self, x: int, y: int) -> None:
+        """Draw a pixel; nothing outside of the screen."""
+        if 0 <= x < DISPLAY_WIDTH and 0 <= y < DISPLAY_HEIGHT:
+            row = DISPLAY_HEIGHT - 1 - y
+            self.memory[_START + row // _LINE * DISPLAY_WIDTH + x] |= 1 << row % _LINE
+
+    def set(self, x: int, y: int, pixel: int) -> None:
+        """Make a pixel black or white."""
+        self.point(x, y)
+        if not pixel and 0 <= x < DISPLAY_WIDTH and 0 <= y < DISPLAY_HEIGHT:
+            row = DISPLAY_HEIGHT - 1 - y
+            self.memory[_START + row // _LINE * DISPLAY_WIDTH + x] &= ~(1 << row % _LINE)
+
+    def line(self, x: int, y: int, end_x: int, end_y: int) -> None:
+        """Draw a line by Bresenham's algorithm, which decides ties by the direction of drawing."""
+        across, up = abs(end_x - x), abs(end_y - y)
+        step_x, step_y = 1 if x < end_x else -1, 1 if y < end_y else -1
+        steep = across <= up
+        longer, shorter = (up, across) if steep else (across, up)
+        error = 2 * shorter - longer
+        self.point(x, y)
+        for _ in range(longer):
+            if error >= 0:
+                x, y = (x + step_x, y) if steep else (x, y + step_y)
+                error -= 2 * longer
+            x, y = (x, y + step_y) if steep else (x + step_x, y)
+            error += 2 * shorter
+            self.point(x, y)
+
+    def rectangle(self, x: int, y: int, width: int, height: int) -> None:
+        """Draw the outline from (x, y) to (x + width, y + height)."""
+        right, top = x + width, y + height
+        self.line(x, y, right, y)
+        self.line(x, top, right, top)
+        self.line(x, y, x, top)
+        self.line(right, y, right, top)
+
+    def circle(self, x: int, y: int, radius: int) -> None:
+        """Draw a circle by the midpoint algorithm."""
+        across, up, error = 0, radius, 1 - radius
+        self._octants(x, y, across, up)
+        while across < up:
+            if error >= 0:
+                up -= 1
+                error -= 2 * up
+            across += 1
+            error += 2 * across + 1
+            self._octants(x, y, across, up)
+
+    def _octants(self, x: int, y: int, across: int, up: int) -> None:
+        for a, b in ((across, up), (up, across)):
+            for left in (x - a, x + a):
+                self.point(left, y - b)
+                self.point(left, y + b)
+
+    def text(self, x: int, y: int, characters: bytes) -> None:
+        """Draw text into the line of eight pixels that contains `y`; characters replace what was there."""
+        if not 0 <= y < DISPLAY_HEIGHT or x < 0:
+            return
+        start = _START + (DISPLAY_HEIGHT - 1 - y) // _LINE * DISPLAY_WIDTH
+        for character in characters:
+            columns = glyph(character)
+            if columns is None:
+                continue
+            if x + CELL_WIDTH > DISPLAY_WIDTH - 1:
+                return
+            self.memory[start + x : start + x + CELL_WIDTH] = columns
+            x += CELL_WIDTH

@@ -1,0 +1,73 @@
+"""A system call's arguments: the members of a cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from sim_backend.firmware.cint import s16
+from sim_backend.firmware.vm.data import Place
+from sim_backend.firmware.vm.memory import Number
+
+if TYPE_CHECKING:
+    from sim_backend.firmware.vm.machine import Machine
+
+
+class Call:
+    """The arguments of one call, by their position.
+
+    Attributes:
+        machine: The program.
+        devices: The brick's modules.
+        members: Entries of the arguments in the variable table.
+    """
+
+    def __init__(self, machine: Machine, members: Sequence[int]) -> None:
+        self.machine, self.devices, self.members = machine, machine.devices, members
+        self._data = machine.data
+
+    def value(self, position: int) -> Number:
+        """A number as it is stored."""
+        return self._data.get(self.members[position])
+
+    def number(self, position: int) -> int:
+        """A number as an unsigned one of 32 bits."""
+        return int(self.value(position)) & 0xFFFF_FFFF
+
+    def numbers(self, position: int) -> list[int]:
+        """The numbers of an array or cluster."""
+        parts = self._data.parts(Place(self.members[position]))
+        return [int(self._data.get(part.entry, part.offset)) for part in parts]
+
+    def pair(self, position: int) -> tuple[int, int]:
+        """Two signed numbers, such as a point; those that a damaged program lacks are 0."""
+        first, second = (*self.numbers(position)[:2], 0, 0)[:2]
+        return s16(first), s16(second)
+
+    def content(self, position: int) -> bytes:
+        """The stored bytes of an array."""
+        return self._data.bytes_of(self.members[position])
+
+    def text(self, position: int) -> bytes:
+        """The bytes of a text before its closing zero."""
+        return self._data.text(self.members[position])
+
+    def put(self, position: int, value: int) -> None:
+        """Return a number."""
+        self._data.put(self.members[position], value)
+
+    def put_bytes(self, position: int, content: bytes) -> None:
+        """Return an array of bytes."""
+        self._data.set_bytes(self.members[position], content)
+
+    def put_texts(self, position: int, texts: Sequence[bytes]) -> None:
+        """Return an array of texts."""
+        place = Place(self.members[position])
+        self._data.resize(place, len(texts))
+        for i, content in enumerate(texts):
+            inner = self._data.parts(place)[i]
+            self._data.memory.set_bytes(self._data.index(inner), content + b"\0")
+
+
+Function = Callable[[Call], None]
+"""Carries out a call."""

@@ -1,0 +1,264 @@
+"""A program's variables by their numbers in the variable table, and the fields of ports, which have numbers too.
+
+An array is walked by the number of its element's entry and the offset of an element, a cluster by its members' entries.
+
+Source: LEGO's executable file specification; conversions are in docs/firmware.md section 8.2.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from functools import cached_property, partial
+from typing import NamedTuple, Protocol
+
+from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, SCALARS, Array, Memory, Number
+from sim_backend.firmware.vm.rxe import SIZES, Type, following, size_of
+
+NONE = 0xFFFF
+"""An omitted argument."""
+
+FIRST_FIELD = 0xC000
+"""First argument that is a field of a port, not a variable."""
+
+_NO_TYPE = 0xFF
+INTEGERS = (Type.UBYTE, Type.SBYTE, Type.UWORD, Type.SWORD, Type.ULONG, Type.SLONG)
+AGGREGATES = (Type.ARRAY, Type.CLUSTER)
+
+_MIN_S32, _END_S32 = -(1 << 31), 1 << 31
+
+
+class Place(NamedTuple):
+    """A variable or a part of one: entry of the table, and offset to add to that of the entry."""
+
+    entry: int
+    offset: int = 0
+
+
+class Fields(Protocol):
+    """The fields of ports."""
+
+    def field_type(self, argument: int) -> Type:
+        """Type of a field."""
+
+    def get_field(self, argument: int) -> int:
+        """Value of a field."""
+
+    def put_field(self, argument: int, value: int) -> None:
+        """Set a field."""
+
+
+class ProgramError(Exception):
+    """The program cannot continue.
+
+    Attributes:
+        code: Error code, a negative number of eight bits.
+    """
+
+    def __init__(self, code: int, text: str) -> None:
+        super().__init__(text)
+        self.code = code
+
+
+ERR_ARG, ERR_INSTR = -1, -2
+"""Error codes: an illegal argument, an illegal instruction."""
+
+
+class Data:
+    """The variables of a running program.
+
+    Attributes:
+        memory: The pool that holds them.
+        variables: The variable table.
+        fields: The fields of ports.
+    """
+
+    def __init__(self, memory: Memory, fields: Fields) -> None:
+        self.memory, self.fields = memory, fields
+        self.variables = memory.program.variables
+
+    def kind(self, argument: int) -> int:
+        """Type of a variable or field; not one of `Type` beyond the table."""
+        if argument >= FIRST_FIELD:
+            return self.fields.field_type(argument)
+        return self.variables[argument].type if argument < len(self.variables) else _NO_TYPE
+
+    def is_aggregate(self, argument: int) -> bool:
+        """Whether a variable is an array or a cluster."""
+        return self.kind(argument) in AGGREGATES
+
+    def address(self, place: Place) -> int:
+        """Offset of a scalar, or of the number of an array's descriptor."""
+        return self.variables[place.entry].data + place.offset
+
+    def get(self, argument: int, offset: int = 0) -> Number:
+        """Value of a scalar: an int, or a float of single precision; 0 for anything else."""
+        kind = self.kind(argument)
+        if argument >= FIRST_FIELD:
+            return self.fields.get_field(argument)
+        if kind not in SCALARS:
+            return 0
+        return self.memory.load(Type(kind), self.variables[argument].data + offset)
+
+    def put(self, argument: int, value: float, offset: int = 0) -> None:
+        """Set a scalar, nothing else; numbers are converted to its type."""
+        kind = self.kind(argument)
+        if kind != Type.FLOAT and isinstance(value, float):
+            value = whole(value)
+        if argument >= FIRST_FIELD:
+            self.fields.put_field(argument, int(value))
+        elif kind in SCALARS:
+            self.memory.store(Type(kind), self.variables[argument].data + offset, value)
+
+    def getter(self, argument: int) -> Callable[[], Number]:
+        """A fast function for the value of a scalar that is not inside of an array."""
+        kind = Type(self.kind(argument)) if self.kind(argument) in SCALARS else Type.VOID
+        if argument >= FIRST_FIELD or kind == Type.VOID:
+            return lambda: self.get(argument)
+        unpack, pool = SCALARS[kind].unpack_from, self.memory.pool
+        at = self.memory.base + self.variables[argument].data
+        if sys.byteorder == "little" and at % SIZES[kind] == 0 and at + SIZES[kind] <= len(pool):
+            view, cell = self.memory.view(kind), at // SIZES[kind]
+            return lambda: view[cell]
+        return lambda: unpack(pool, at)[0]
+
+    def get_or(self, argument: int, default: int) -> Number:
+        """Value of a scalar, or `default` if the argument is omitted."""
+        return default if argument == NONE else self.get(argument)
+
+    def index(self, place: Place) -> int:
+        """Number of the descriptor of an array.
+
+        Raises:
+            ProgramError: It is a field.
+        """
+        if place.entry >= len(self.variables):
+            raise ProgramError(ERR_ARG, f"there is no variable {place.entry}")
+        return self.memory.index(self.address(place))
+
+    def index_of(self, argument: int) -> int:
+        """Number of the descriptor of an array variable."""
+        return self.index(Place(argument))
+
+    def array(self, place: Place) -> Array:
+        """Descriptor of an array."""
+        return self.memory.array(self.index(place))
+
+    def parts(self, place: Place) -> list[Place]:
+        """Elements of an array or members of a cluster."""
+        if self.kind(place.entry) == Type.CLUSTER:
+            return [Place(member, place.offset) for member in self.members(place.entry)]
+        array = self.array(place)
+        self.memory.spend(array.length)
+        return [Place(place.entry + 1, array.offset + i * array.element) for i in range(array.length)]
+
+    def count(self, place: Place) -> int:
+        """Number of elements of an array or members of a cluster."""
+        if self.kind(place.entry) == Type.CLUSTER:
+            return self.variables[place.entry].data
+        return self.array(place).length
+
+    def member(self, cluster: int, number: int) -> int:
+        """Entry of a member of a cluster; numbers beyond the last one name what follows in the table."""
+        index = cluster + 1
+        for _ in range(number):
+            index = following(self.variables, index)
+        return index
+
+    def members(self, cluster: int) -> list[int]:
+        """Entries of the members of a cluster."""
+        found, index = [], cluster + 1
+        for _ in range(self.variables[cluster].data):
+            found.append(index)
+            index = following(self.variables, index)
+        return found
+
+    @cached_property
+    def _element_sizes(self) -> dict[int, int]:
+        return {}
+
+    def element_size(self, entry: int) -> int:
+        """Size of an element of the type at `entry`."""
+        if entry not in self._element_sizes:
+            self._element_sizes[entry] = self._measure(entry)
+        return self._element_sizes[entry]
+
+    def _measure(self, entry: int) -> int:
+        """The end of the last part, padded as the widest part needs."""
+        end, width = self._extent(entry)
+        return -(-end // width) * width
+
+    def _extent(self, entry: int) -> tuple[int, int]:
+        kind = self.variables[entry].type
+        if kind != Type.CLUSTER:
+            size = size_of(kind)
+            return self.variables[entry].data + size, max(size, 1)
+        extents = [self._extent(member) for member in self.members(entry)] or [(0, 1)]
+        return max(end for end, _ in extents), max(width for _, width in extents)
+
+    def resize(self, place: Place, count: int) -> None:
+        """Set the length of an array variable; arrays inside its elements are freed or allocated.
+
+        Raises:
+            OutOfMemory: There is no room.
+        """
+        index, element = self.index(place), place.entry + 1
+        array = self.memory.array(index)
+        if count == array.length:
+            return
+        nested = self._has_arrays(element)
+        for i in range(count, array.length) if nested else ():
+            self._each_array(Place(element, array.offset + i * array.element), self._free)
+        self.memory.resize(index, count)
+        for i in range(array.length, count) if nested else ():
+            self._each_array(Place(element), partial(self._allocate, index, i))
+
+    def _has_arrays(self, entry: int) -> bool:
+        kind = self.kind(entry)
+        return kind == Type.ARRAY or (kind == Type.CLUSTER and any(map(self._has_arrays, self.members(entry))))
+
+    def _each_array(self, place: Place, act: Callable[[Place], None]) -> None:
+        """Call `act` with each array that an element contains."""
+        kind = self.kind(place.entry)
+        if kind == Type.ARRAY:
+            act(place)
+        elif kind == Type.CLUSTER:
+            for member in self.members(place.entry):
+                self._each_array(Place(member, place.offset), act)
+
+    def _free(self, place: Place) -> None:
+        index = self.index(place)
+        array = self.memory.array(index)
+        if array.offset != NOT_AN_OFFSET and self._has_arrays(place.entry + 1):
+            for i in range(array.length):
+                self._each_array(Place(place.entry + 1, array.offset + i * array.element), self._free)
+        self.memory.free_array(index)
+
+    def _allocate(self, outer: int, i: int, inner: Place) -> None:
+        new = self.memory.new_array(self.element_size(inner.entry + 1))
+        array = self.memory.array(outer)  # a new descriptor may have moved it
+        self.memory.store(Type.UWORD, self.address(inner) + array.offset + i * array.element, new)
+
+    def bytes_of(self, argument: int) -> bytes:
+        """The stored bytes of an array variable."""
+        return self.memory.bytes_of(self.index(Place(argument)))
+
+    def set_bytes(self, argument: int, content: bytes) -> None:
+        """Set an array variable of bytes."""
+        self.memory.set_bytes(self.index(Place(argument)), content)
+
+    def text(self, argument: int) -> bytes:
+        """The bytes of a text before its closing zero."""
+        return self.bytes_of(argument).split(b"\0")[0]
+
+
+def truncated(value: float) -> int:
+    """A float as an integer of 32 bits, towards zero; the smallest one if it does not fit."""
+    return int(value) if _MIN_S32 - 1 < value < _END_S32 else _MIN_S32
+
+
+def whole(value: float) -> int:
+    """The 32 bits that a float is stored as in an integer: those of an unsigned number from 2^31 on."""
+    if value >= _END_S32:
+        return int(value) if value < 2 * _END_S32 else 0
+    return truncated(value)

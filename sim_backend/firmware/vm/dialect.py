@@ -1,0 +1,36 @@
+"""How the interpreters of the firmware versions differ. Source: docs/firmware.md section 8."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Timing(NamedTuple):
+    """How much runs in a pass of one millisecond.
+
+    Attributes:
+        instructions: Instructions per pass, however they are distributed.
+        turns: Turns per pass; one that asks for the time counts for two. Where instructions are counted, it only ends
+            a pass in which clumps call each other and nothing else.
+    """
+
+    instructions: int
+    turns: int
+
+
+class Dialect(NamedTuple):
+    """How the interpreters of the firmware versions differ.
+
+    Attributes:
+        timing: See `Timing`.
+        copies_arrays: Whether an operation of one array copies it unchanged if the target has the same type.
+        system_calls: Number of system calls.
+        clear_options: Bits of a drawing call's options that clear the screen.
+        missing: Opcodes that it does not have.
+    """
+
+    timing: Timing
+    copies_arrays: bool
+    system_calls: int
+    clear_options: int
+    missing: frozenset[int]

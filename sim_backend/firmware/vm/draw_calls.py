@@ -1,0 +1,69 @@
+"""System calls that draw. Source: docs/firmware.md section 8.5."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from firmware_protocol.status import Status
+from sim_backend.firmware.vm.calls import Call, Function
+from sim_backend.firmware.vm.pictures import draw_picture
+
+
+def _drawing(draw: Callable[[Call], int | None]) -> Function:
+    """A call whose last argument are the options."""
+
+    def run(call: Call) -> None:
+        options = call.number(len(call.members) - 1)
+        call.devices.display.begin(clear=call.machine.clears(options))
+        call.put(0, draw(call) or Status.OK)
+
+    return run
+
+
+def _text(call: Call) -> None:
+    """Draw a text: status, point, text, options."""
+    call.devices.display.text(*call.pair(1), call.text(2))
+
+
+def _point(call: Call) -> None:
+    """Draw a pixel: status, point, options."""
+    call.devices.display.point(*call.pair(1))
+
+
+def _line(call: Call) -> None:
+    """Draw a line: status, start, end, options."""
+    call.devices.display.line(*call.pair(1), *call.pair(2))
+
+
+def _circle(call: Call) -> None:
+    """Draw a circle: status, centre, radius, options."""
+    call.devices.display.circle(*call.pair(1), call.number(2) & 0xFF)
+
+
+def _rectangle(call: Call) -> None:
+    """Draw a rectangle: status, corner, size, options."""
+    call.devices.display.rectangle(*call.pair(1), *call.pair(2))
+
+
+def _picture(call: Call) -> int:
+    """Draw a picture file: status, point, file name, parameters, options."""
+    return draw_picture(call.devices.display, call.devices.loader, call.text(2), call.pair(1), call.numbers(3))
+
+
+def _screen_mode(call: Call) -> None:
+    """Give the screen back: status, mode 0."""
+    if call.number(1) == 0:
+        call.devices.display.release()
+    call.put(0, Status.OK)
+
+
+TABLE: Mapping[int, Function] = {
+    13: _drawing(_text),
+    14: _drawing(_point),
+    15: _drawing(_line),
+    16: _drawing(_circle),
+    17: _drawing(_rectangle),
+    18: _drawing(_picture),
+    19: _screen_mode,
+}
+"""Number of each call to its function."""

@@ -1,0 +1,68 @@
+"""System calls for mailboxes and Bluetooth messages. Source: docs/firmware.md section 8.4."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from firmware_protocol.direct import MESSAGE_LIMIT
+from firmware_protocol.status import Status
+from sim_backend.firmware.mailboxes import MAILBOXES
+from sim_backend.firmware.vm.calls import Call, Function
+from sim_backend.firmware.vm.memory import OutOfMemory
+
+CONNECTIONS = 4
+_NO_CONNECTION = 0xF0
+
+
+def _write(call: Call) -> None:
+    """Append a message to a mailbox: status, box, text."""
+    box, message = call.number(1), call.content(2)
+    if box >= MAILBOXES:
+        call.put(0, Status.ILLEGAL_MAILBOX)
+    elif len(message) > MESSAGE_LIMIT:
+        call.put(0, Status.ILLEGAL_SIZE)
+    else:
+        try:
+            call.devices.mailboxes.write(box, message)
+            call.put(0, Status.OK)
+        except OutOfMemory:
+            call.put(0, Status.OUT_OF_MEMORY)
+
+
+def _read(call: Call) -> None:
+    """Fetch the oldest message: status, box, text, whether to remove it.
+
+    Without a message, the firmware clears the first byte of the variables instead of the text.
+    """
+    box = call.number(1)
+    if box >= MAILBOXES:
+        message, status = None, Status.ILLEGAL_MAILBOX
+    else:
+        message = call.devices.mailboxes.read(box, remove=bool(call.number(3)))
+        status = Status.MAILBOX_EMPTY if message is None else Status.OK
+    if message is None:
+        call.machine.memory.write(0, b"\0")
+    else:
+        call.put_bytes(2, message)
+    call.put(0, status)
+
+
+def _connection(call: Call) -> None:
+    """Ask for a Bluetooth connection: status, connection; while something is being sent, the state of that."""
+    known = Status.CHANNEL_NOT_CONFIGURED if call.number(1) < CONNECTIONS else _NO_CONNECTION
+    call.put(0, Status.PENDING if call.machine.sending else known)
+
+
+def _send(call: Call) -> None:
+    """Send bytes over a Bluetooth connection: status, connection, bytes."""
+    call.machine.sending = True
+    call.put(0, Status.PENDING)
+
+
+TABLE: Mapping[int, Function] = {
+    26: _write,
+    27: _read,
+    28: _connection,
+    29: _send,
+}
+"""Number of each call to its function."""

@@ -1,0 +1,97 @@
+"""Operations of numbers. Source: docs/firmware.md section 8.2."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+from sim_backend.firmware.cint import divide
+from sim_backend.firmware.vm.aggregates import Binary, Unary, comparable
+from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError, truncated
+from sim_backend.firmware.vm.memory import Number, single
+from sim_backend.firmware.vm.rxe import Type
+
+ADD, SUB, NEG, MUL, DIV, MOD, AND, OR, XOR, NOT = range(10)
+SQRT, ABS = 0x36, 0x37
+
+
+def _remainder(left: int, right: int) -> int:
+    return left - right * divide(left, right) if right else left
+
+
+_INTEGER: Mapping[int, Callable[[int, int], int]] = {
+    ADD: int.__add__,
+    SUB: int.__sub__,
+    MUL: int.__mul__,
+    DIV: divide,
+    MOD: _remainder,
+    AND: int.__and__,
+    OR: int.__or__,
+    XOR: int.__xor__,
+}
+_SIGN_MATTERS = (DIV, MOD)
+
+
+def _float_divide(left: float, right: float) -> float:
+    return left / right if right else 0.0
+
+
+def _float_multiply(left: float, right: float) -> float:
+    return left * right
+
+
+_FLOAT: Mapping[int, Callable[[float, float], float]] = {
+    ADD: float.__add__,
+    SUB: float.__sub__,
+    MUL: float.__mul__,
+    DIV: _float_divide,
+    MOD: lambda left, right: _remainder(truncated(left), truncated(right)) if right else left,
+    AND: lambda left, right: truncated(left) & truncated(right),
+    OR: lambda left, right: truncated(left) | truncated(right),
+    XOR: lambda left, right: truncated(left) ^ truncated(right),
+}
+
+
+def binary(opcode: int) -> Binary:
+    """The operation of two numbers of an opcode."""
+    of_integers, of_floats = _INTEGER[opcode], _FLOAT[opcode]
+
+    def run(target: int, left: Number, left_kind: int, right: Number, right_kind: int) -> Number:
+        if Type.FLOAT in (target, left_kind, right_kind):
+            return single(of_floats(single(left), single(right)))
+        if opcode in _SIGN_MATTERS:
+            left, right = comparable(left, left_kind, right, right_kind)
+        return of_integers(int(left), int(right))
+
+    return run
+
+
+def unary(opcode: int) -> Unary:
+    """The operation of one number of an opcode."""
+
+    def run(target: int, value: Number, kind: int) -> Number:
+        if Type.FLOAT in (target, kind):
+            if opcode == NOT and target == Type.FLOAT:
+                raise ProgramError(ERR_INSTR, "an operation that floats do not have")
+            return single(_FLOAT_UNARY[opcode](single(value)))
+        return _INTEGER_UNARY[opcode](int(value))
+
+    return run
+
+
+def _signed(value: int) -> int:
+    return (value + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000
+
+
+_INTEGER_UNARY: Mapping[int, Callable[[int], int]] = {
+    NEG: int.__neg__,
+    NOT: lambda value: int(not value),
+    SQRT: lambda _: 0,
+    ABS: lambda value: abs(_signed(value)),
+}
+_FLOAT_UNARY: Mapping[int, Callable[[float], float]] = {
+    NEG: float.__neg__,
+    SQRT: lambda value: math.sqrt(value) if value >= 0 else math.nan,
+    ABS: abs,
+    NOT: lambda value: float(not value),
+}

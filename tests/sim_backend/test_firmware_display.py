@@ -1,0 +1,111 @@
+"""Drawing of programs into the frame buffer, each picture as LEGO's firmware drew it. See docs/firmware.md 8.5."""
+
+import pytest
+
+from firmware_protocol import direct
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
+from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.display import DisplayModule
+
+CALL, FOREVER = 0x28, [0x4025, 0]
+SCREEN_MODE = 19
+LETTERS = """
+#...#.......#...#.
+#...#.......#...#.
+#...#..###...#.#..
+#####.....#...#...
+#...#..####..#.#..
+#...#.#...#.#...#.
+#...#..####.#...#.
+..................
+"""
+RADIUS_4 = {(0, 4), (1, 4), (2, 3), (3, 2), (3, 3), (4, 0), (4, 1)}
+
+
+def pixels(display):
+    """Coordinates of the black pixels, from the bottom left."""
+    return {
+        (i % 100, 63 - i // 100 * 8 - bit)
+        for i, byte in enumerate(display.pixels)
+        for bit in range(8)
+        if byte >> bit & 1
+    }
+
+
+def picture(display, columns, rows):
+    black = pixels(display)
+    return "\n".join("".join(".#"[(x, y) in black] for x in columns) for y in rows)
+
+
+def drawn(method, *arguments):
+    display = DisplayModule()
+    getattr(display, method)(*arguments)
+    return pixels(display)
+
+
+def test_a_text_is_drawn_with_the_fonts_glyphs_into_its_line():
+    display = DisplayModule()
+    display.text(0, 5, b"H\x01aX")
+    assert picture(display, range(18), range(7, -1, -1)) == LETTERS.strip()
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "last"), [(93, 0, 97), (94, 0, None), (-1, 0, None), (0, -1, None), (0, 64, None), (0, 63, 4)]
+)
+def test_a_text_outside_of_the_screen_is_not_drawn(x, y, last):
+    assert max((x for x, _ in drawn("text", x, y, b"H")), default=None) == last
+
+
+def test_a_long_text_ends_at_the_edge():
+    assert max(drawn("text", 0, 0, b"H" * 20))[0] == 94
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ((0, 0, 4, 2), {(0, 0), (1, 1), (2, 1), (3, 2), (4, 2)}),
+        ((4, 2, 0, 0), {(4, 2), (3, 1), (2, 1), (1, 0), (0, 0)}),
+        ((98, 62, 102, 66), {(98, 62), (99, 63)}),
+    ],
+)
+def test_lines_depend_on_their_direction_and_are_clipped(line, expected):
+    assert drawn("line", *line) == expected
+
+
+def test_a_circle_is_the_midpoint_algorithms():
+    circle = {(x - 50, y - 30) for x, y in drawn("circle", 50, 30, 4)}
+    assert {(x, y) for x, y in circle if x >= 0 and y >= 0} == RADIUS_4
+    assert circle == {(-x, y) for x, y in circle} == {(x, -y) for x, y in circle}
+    assert drawn("circle", 5, 5, 0) == {(5, 5)}
+
+
+@pytest.mark.parametrize(("size", "count"), [((0, 0), 1), ((1, 1), 4), ((5, 0), 6), ((-5, 3), 16), ((200, 10), 189)])
+def test_a_rectangle_is_an_outline(size, count):
+    assert len(drawn("rectangle", 10, 20, *size)) == count
+
+
+def test_a_program_that_draws_takes_and_gives_back_the_screen():
+    variables = Variables()
+    cluster, _ = variables.call(0, 1)
+    content = assemble(variables, [instruction(CALL, SCREEN_MODE, cluster), FOREVER])
+    brick = SimBrick()
+    handle = brick.loader.create("a.rxe", len(content)).handle
+    brick.loader.write(handle, content)
+    brick.loader.close(handle)
+    brick.receive(direct.StartProgram("a.rxe").encode())
+    brick.tick(20)
+    brick.display.begin(clear=False)
+    brick.display.point(5, 6)
+    assert pixels(brick.display) == {(5, 6)}
+    brick.receive(direct.StopProgram().encode())
+    brick.tick(3)
+    assert pixels(brick.display) == set()
+
+
+def test_the_first_drawing_clears_the_screen_and_later_ones_by_option():
+    display = DisplayModule()
+    display.point(1, 1)
+    for clear, expected in ((False, {(2, 2)}), (False, {(2, 2), (3, 3)}), (True, {(4, 4)})):
+        display.begin(clear=clear)
+        display.point(*max(expected))
+        assert pixels(display) == expected
