@@ -157,13 +157,13 @@ class CommandModule:
         self._handle, content = self._loader.open_program(self.program_name)
         try:
             program = parse(content)
-            memory = Memory(program, self._layout)
+            memory = Memory(program, self._layout, self._pool)
         except (BadProgram, OutOfMemory):
             self._end(ProgramStatus.ERROR)
             if self._handle is None:
                 self._phase = _Phase.IDLE
             return
-        self._memory, self._pool = memory, memory.pool
+        self._memory = memory
         self.mailboxes = Mailboxes(memory)
         self._machine = Machine(program, memory, self._equip(self.mailboxes), OPCODES, self._dialect)
         self._phase, self.status = _Phase.RUNNING, int(ProgramStatus.RUNNING)

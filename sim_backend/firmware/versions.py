@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from sim_backend.firmware.vm.dialect import Dialect, Timing
 from sim_backend.firmware.vm.memory import Layout
+from sim_backend.firmware.vm.rxe import Type
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ VERSIONS = {
         sectors=491,
         directory_size=63,
         settings=bytes.fromhex("cb"),
-        pool=Layout(clump=20, growth=5, doubly_linked=False),
+        pool=Layout(clump=20, growth=5, doubly_linked=False, newest_type=Type.MUTEX),
         dialect=Dialect(
             Timing(instructions=1 << 30, turns=49),
             copies_arrays=False,

@@ -277,12 +277,11 @@ def test_motors_run_on_when_a_program_ends_by_itself(ending):
     assert (run.brick.output.controls[0].actual_speed, run.status) == (0, ProgramStatus.IDLE)
 
 
-def test_a_message_from_an_empty_box_clears_the_first_variable_instead_of_the_text():
+def test_a_message_from_an_empty_box_is_an_empty_text():
     variables = Variables()
-    first = variables.number(0x01020304)
-    cluster, (status, _, text, _) = variables.call(9, 1, b"old\0", 1)
+    cluster, (status, *_, text) = variables.call(9, 1, 1, b"old\0")
     run = Run(variables, [instruction(CALL, 27, cluster), END])
-    assert (run[first], run[status], run[text]) == (0x01020300, 0x40, b"old\0")
+    assert (run[status], run[text]) == (0x40, b"\0")
 
 
 def test_files_have_the_loaders_status_in_the_upper_byte():

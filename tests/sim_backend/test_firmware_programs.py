@@ -120,7 +120,7 @@ def test_numbers_keep_to_their_types():
 def test_texts_are_joined_and_read_from_mailboxes():
     variables = Variables()
     answer, (_, _, content) = variables.call(0, 11, b"\0")
-    question, (read_status, _, heard, _) = variables.call(0, 1, b"\0", 1)
+    question, (read_status, _, _, heard) = variables.call(0, 1, 1, b"\0")
     empty, greeting = variables.number(0), variables.text(b"hello \0")
     lines = [
         instruction(SYSCALL, MESSAGE_READ, question),

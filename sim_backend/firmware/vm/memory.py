@@ -55,11 +55,13 @@ class Layout(NamedTuple):
         growth: Number of descriptors added at once.
         doubly_linked: Whether the descriptors are linked in both directions, and half as many free ones are added when
             a program is loaded.
+        newest_type: The highest number of a type that it knows.
     """
 
     clump: int
     growth: int
     doubly_linked: bool
+    newest_type: Type = Type.FLOAT
 
 
 def fresh_pool() -> bytearray:
@@ -88,14 +90,14 @@ class Memory:
         work_left: Accesses to arrays after which the program is given up; see `begin_pass`.
     """
 
-    def __init__(self, program: Program, layout: Layout) -> None:
-        """Load the program's initial values into an empty pool.
+    def __init__(self, program: Program, layout: Layout, pool: bytearray | None = None) -> None:
+        """Load the program's initial values into an empty pool, which keeps what was loaded of a damaged one.
 
         Raises:
             BadProgram: It does not fit.
             OutOfMemory: Its descriptors exceed the pool.
         """
-        self.pool = fresh_pool()
+        self.pool = fresh_pool() if pool is None else pool
         self.base = aligned(len(program.clumps) * layout.clump)
         self.begin_pass()
         self.program, self._growth, self.doubly_linked = program, layout.growth, layout.doubly_linked
@@ -104,7 +106,7 @@ class Memory:
         self._end = program.initial_size
         if self.base + self._end > POOL_SIZE:
             raise BadProgram("larger than the memory pool")
-        for offset, data in program.initial_values():
+        for offset, data in program.initial_values(layout.newest_type):
             self.write(offset, data)
         if self.doubly_linked:
             previous = _NONE

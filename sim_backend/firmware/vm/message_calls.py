@@ -30,20 +30,14 @@ def _write(call: Call) -> None:
 
 
 def _read(call: Call) -> None:
-    """Fetch the oldest message: status, box, text, whether to remove it.
-
-    Without a message, the firmware clears the first byte of the variables instead of the text.
-    """
+    """Fetch the oldest message: status, box, whether to remove it, text."""
     box = call.number(1)
     if box >= MAILBOXES:
         message, status = None, Status.ILLEGAL_MAILBOX
     else:
-        message = call.devices.mailboxes.read(box, remove=bool(call.number(3)))
+        message = call.devices.mailboxes.read(box, remove=bool(call.number(2)))
         status = Status.MAILBOX_EMPTY if message is None else Status.OK
-    if message is None:
-        call.machine.memory.write(0, b"\0")
-    else:
-        call.put_bytes(2, message)
+    call.put_bytes(3, b"\0" if message is None else message)
     call.put(0, status)
 
 

@@ -141,16 +141,19 @@ class Program:
     clumps: tuple[Clump, ...]
     code: tuple[int, ...]
 
-    def initial_values(self) -> Iterator[tuple[int, bytes]]:
+    def initial_values(self, newest_type: Type) -> Iterator[tuple[int, bytes]]:
         """Offset in memory and bytes of each initial value, in the firmware's order.
 
+        Args:
+            newest_type: The highest number of a type that the firmware knows; values of others have no size.
+
         Raises:
-            BadProgram: The size of the scalars disagrees with the header.
+            BadProgram: The size of the scalars disagrees with the header, or a type is not known.
         """
         at = index = 0
         while index < self.count:
             variable = self.variables[index]
-            size = size_of(variable.type)
+            size = size_of(variable.type) if variable.type <= newest_type else 0
             if variable.first_zero:
                 yield variable.data, bytes(size)
             else:
@@ -159,6 +162,8 @@ class Program:
             index = following(self.variables, index) if variable.type == Type.ARRAY else index + 1
         if at != self.dynamic_offset:
             raise BadProgram("scalars whose size is not that of the header")
+        if any(variable.type > newest_type for variable in self.variables[: self.count]):
+            raise BadProgram("a variable of an unknown type")
         yield self.static_size, self.values[at:]
 
 
@@ -187,8 +192,6 @@ def _parse(content: bytes) -> Program:
     variables = tuple(
         Variable(kind, bool(flags & _ZERO_FIRST), data) for kind, flags, data in _VARIABLE.iter_unpack(whole)
     )
-    if any(variable.type > Type.FLOAT for variable in variables[: header.variables]):
-        raise BadProgram("a variable of an unknown type")
     at += header.variables * _VARIABLE.size
     values = content[at : at + header.defaults_size]
     at = _even(at + header.defaults_size)

@@ -127,7 +127,7 @@ def sample_program() -> bytes:
     variables = Variables()
     count, one, port, power, run = (variables.number(value) for value in (0, 1, 0, 50, 0x20))
     send, (_, _, text) = variables.call(0, 10, b"\0")
-    fetch, _ = variables.call(0, 1, b"\0", 1)
+    fetch, _ = variables.call(0, 1, 1, b"\0")
     lines = [
         instruction(0x00, count, count, one),
         instruction(0x1F, text, count),

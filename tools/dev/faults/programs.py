@@ -66,7 +66,7 @@ _MEMBERS: dict[int, tuple[int | bytes, ...]] = {
     24: (0,),
     25: (0,),
     26: (0, 10, b"message\0"),
-    27: (0, 1, b"\0", 1),
+    27: (0, 1, 1, b"\0"),
     31: (0,),
     32: (0, b"Output.mod\0", 0, 32, b"\0"),
     33: (0, b"Command.mod\0", 52, b"\xff\xff\xff\xff"),
