@@ -25,16 +25,16 @@ _PLAIN: Mapping[int, Callable[[Any, Any], int]] = {
 """Operations whose low bits do not depend on the signs."""
 
 
-def _cell(data: Data, argument: int) -> tuple[Type, int] | None:
+def _cell(data: Data, argument: int) -> tuple[int, int] | None:
     """Type of an integer variable and its number among those of its size in the pool, if it has one."""
     if argument >= FIRST_FIELD or sys.byteorder != "little":
         return None
     kind = data.kind(argument)
     if kind not in INTEGERS:
         return None
-    size = SIZES[Type(kind)]
+    size = SIZES[kind]
     cell, rest = divmod(data.memory.base + data.variables[argument].data, size)
-    return None if rest or (cell + 1) * size > len(data.memory.pool) else (Type(kind), cell)
+    return None if rest or (cell + 1) * size > len(data.memory.pool) else (kind, cell)
 
 
 def _binary(machine: Machine, instruction: Instruction) -> Step:
@@ -51,9 +51,9 @@ def _binary(machine: Machine, instruction: Instruction) -> Step:
 def _plain(
     machine: Machine,
     instruction: Instruction,
-    target: tuple[Type, int],
-    left: tuple[Type, int],
-    right: tuple[Type, int],
+    target: tuple[int, int],
+    left: tuple[int, int],
+    right: tuple[int, int],
 ) -> Step:
     """A calculation with integer variables."""
     memory, function, following = machine.memory, _PLAIN[instruction.opcode], instruction.following

@@ -98,7 +98,7 @@ class Data:
             return self.fields.get_field(argument)
         if kind not in SCALARS:
             return 0
-        return self.memory.load(Type(kind), self.variables[argument].data + offset)
+        return self.memory.load(kind, self.variables[argument].data + offset)
 
     def put(self, argument: int, value: float, offset: int = 0) -> None:
         """Set a scalar, nothing else; numbers are converted to its type."""
@@ -108,12 +108,12 @@ class Data:
         if argument >= FIRST_FIELD:
             self.fields.put_field(argument, int(value))
         elif kind in SCALARS:
-            self.memory.store(Type(kind), self.variables[argument].data + offset, value)
+            self.memory.store(kind, self.variables[argument].data + offset, value)
 
     def getter(self, argument: int) -> Callable[[], Number]:
         """A fast function for the value of a scalar that is not inside of an array."""
-        kind = Type(self.kind(argument)) if self.kind(argument) in SCALARS else Type.VOID
-        if argument >= FIRST_FIELD or kind == Type.VOID:
+        kind = self.kind(argument)
+        if argument >= FIRST_FIELD or kind not in SCALARS:
             return lambda: self.get(argument)
         unpack, pool = SCALARS[kind].unpack_from, self.memory.pool
         at = self.memory.base + self.variables[argument].data

@@ -10,7 +10,7 @@ Source: docs/firmware.md section 8.1.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from sim_backend.firmware.vm.rxe import SIZES, BadProgram, Program, Type
@@ -27,7 +27,7 @@ _FILL = bytes.fromhex("efbeadde")
 _ALIGNMENT = 4
 _DESCRIPTOR = struct.Struct("<HHHHH")
 _INDEX = struct.Struct("<H")
-SCALARS = {
+SCALARS: Mapping[int, struct.Struct] = {
     Type.UBYTE: struct.Struct("<B"),
     Type.SBYTE: struct.Struct("<b"),
     Type.UWORD: struct.Struct("<H"),
@@ -151,7 +151,7 @@ class Memory:
         """Allow as much work as a damaged program, whose arrays contain themselves, may cause in one pass."""
         self.work_left = _WORK
 
-    def load(self, kind: Type, offset: int) -> Number:
+    def load(self, kind: int, offset: int) -> Number:
         """The scalar at `offset`.
 
         Raises:
@@ -160,7 +160,7 @@ class Memory:
         value: Number = SCALARS[kind].unpack_from(self.pool, self.base + offset)[0]
         return value
 
-    def store(self, kind: Type, offset: int, value: float) -> None:
+    def store(self, kind: int, offset: int, value: float) -> None:
         """Store a scalar at `offset`; integers keep the bits that fit.
 
         Raises:
@@ -175,7 +175,7 @@ class Memory:
                 value -= 1 << bits
         SCALARS[kind].pack_into(self.pool, self.base + offset, value)
 
-    def view(self, kind: Type) -> memoryview:
+    def view(self, kind: int) -> memoryview:
         """The pool as numbers of a type other than FLOAT, in the byte order of this computer."""
         view: memoryview = memoryview(self.pool).cast(SCALARS[kind].format[-1])  # type: ignore[call-overload]
         return view

@@ -8,7 +8,7 @@ docs/firmware.md section 8.1.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
@@ -41,7 +41,7 @@ class Type(IntEnum):
     FLOAT = 10
 
 
-SIZES = {
+SIZES: Mapping[int, int] = {
     Type.UBYTE: 1,
     Type.SBYTE: 1,
     Type.UWORD: 2,
@@ -57,7 +57,7 @@ SIZES = {
 
 def size_of(kind: int) -> int:
     """Size of a type in bytes; 0 for clusters and for what is no type."""
-    return SIZES[Type(kind)] if kind in SIZES else 0
+    return SIZES.get(kind, 0)
 
 
 class BadProgram(Exception):

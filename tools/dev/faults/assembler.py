@@ -88,9 +88,7 @@ def assemble(
         variables.number()
     static = variables.static.ljust(-(-len(variables.static) // 4) * 4, b"\0")
     values = b"".join(
-        static[data : data + SIZES[Type(kind)]]
-        for kind, zero, data in variables.table
-        if not zero and kind != Type.CLUSTER
+        static[data : data + SIZES[kind]] for kind, zero, data in variables.table if not zero and kind != Type.CLUSTER
     )
     dynamic = _dynamic(variables, len(static))
     defaults = values + dynamic

@@ -1,0 +1,20 @@
+"""The simulated brick against recorded programs: instructions of all kinds, clumps, and programs compiled from NXC."""
+
+from pathlib import Path
+
+import pytest
+
+from nxtdrive.tools.conformance.recording import load
+from nxtdrive.tools.conformance.replay import replay
+from sim_backend.firmware.versions import FIRMWARES
+
+RECORDING = Path(__file__).parents[2] / "golden" / "programs.jsonl"
+
+SCENARIOS = {firmware: load(RECORDING, firmware) for firmware in FIRMWARES}
+CASES = [(firmware, name) for firmware in FIRMWARES for name in SCENARIOS[firmware]]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("firmware", "name"), CASES)
+def test_programs_do_what_they_did_on_the_firmware(firmware, name):
+    assert replay(name, SCENARIOS[firmware][name].steps, firmware).differences == []
