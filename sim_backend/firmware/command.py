@@ -16,7 +16,7 @@ from sim_backend.firmware.names import NAME_SIZE, unpack_name
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.machine import Machine
-from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, Layout, Memory, OutOfMemory, fresh_pool
+from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, POOL_SIZE, Layout, Memory, OutOfMemory, fresh_pool
 from sim_backend.firmware.vm.opcodes import OPCODES
 from sim_backend.firmware.vm.rxe import BadProgram, parse
 
@@ -92,11 +92,11 @@ class CommandModule:
     @property
     def pool(self) -> bytes:
         """The memory pool; it keeps its content after a program."""
-        return bytes(self._pool)
+        return bytes(self._pool[:POOL_SIZE])
 
     @pool.setter
     def pool(self, content: bytes) -> None:
-        self._pool[:] = content
+        self._pool[:POOL_SIZE] = content
 
     @property
     def variables_offset(self) -> int:

@@ -12,7 +12,7 @@ from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.vm.aggregates import compare
 from sim_backend.firmware.vm.data import Data, Place
-from sim_backend.firmware.vm.memory import POOL_SIZE, Layout, Memory, OutOfMemory
+from sim_backend.firmware.vm.memory import Layout, Memory, OutOfMemory
 from sim_backend.firmware.vm.rxe import Program, Type, Variable
 
 LEVELS = 4
@@ -52,19 +52,20 @@ def test_arrays_that_contain_themselves_are_not_read_to_the_end(length, element)
 
 def test_the_pool_keeps_its_size_when_a_message_does_not_fit_its_elements():
     memory = nested(1, 2).memory
-    array = memory.new_array(100)
+    size, array = len(memory.pool), memory.new_array(100)
     memory.set_bytes(array, b"less than one element\0")
-    assert len(memory.pool) == POOL_SIZE
+    assert len(memory.pool) == size
 
 
 def test_messages_keep_to_the_pool_when_the_program_has_damaged_its_descriptors():
     memory = nested(1, 2).memory
     boxes = Mailboxes(memory)
     boxes.write(0, b"hello\0")
-    memory.pool[memory.base + memory.descriptors :] = b"\xff" * (POOL_SIZE - memory.base - memory.descriptors)
+    size, start = len(memory.pool), memory.base + memory.descriptors
+    memory.pool[start:] = b"\xff" * (size - start)
     with pytest.raises(OutOfMemory):
         boxes.read(0, remove=True)
-    assert len(memory.pool) == POOL_SIZE
+    assert len(memory.pool) == size
 
 
 def test_an_array_does_not_grow_beyond_the_pool():

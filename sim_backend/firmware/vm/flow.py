@@ -49,9 +49,10 @@ def _branch_test(machine: Machine, instruction: Instruction) -> Step:
 
 def _stop(machine: Machine, instruction: Instruction) -> Step:
     confirm, following = instruction.arguments[0], instruction.following
+    exists = confirm < len(machine.data.variables)
 
     def run() -> int:
-        if confirm == NONE or machine.data.get(confirm):
+        if not exists or machine.data.get(confirm):
             machine.stop()
             return END_TURN
         return following

@@ -25,6 +25,8 @@ _WORK, _BYTES_PER_ACCESS = 200_000, 64
 """Accesses to arrays in one pass; copied bytes that count as one."""
 _FILL = bytes.fromhex("efbeadde")
 _ALIGNMENT = 4
+_BEHIND = 0x12000
+"""Bytes of memory behind the pool: offsets have 16 bits."""
 _DESCRIPTOR = struct.Struct("<HHHHH")
 _INDEX = struct.Struct("<H")
 SCALARS: Mapping[int, struct.Struct] = {
@@ -65,8 +67,8 @@ class Layout(NamedTuple):
 
 
 def fresh_pool() -> bytearray:
-    """A pool as the firmware prepares it for each program."""
-    return bytearray(_FILL * (POOL_SIZE // len(_FILL)))
+    """A pool as the firmware prepares it for each program, and the memory behind it, which damaged programs reach."""
+    return bytearray(_FILL * (POOL_SIZE // len(_FILL)) + bytes(_BEHIND))
 
 
 class Array(NamedTuple):
@@ -83,7 +85,7 @@ class Memory:
     """The pool with one program in it.
 
     Attributes:
-        pool: The whole pool.
+        pool: The pool, and memory behind it.
         base: Offset of the program's variables.
         descriptors: Offset of the descriptors from `base`.
         doubly_linked: See `Layout`.
@@ -187,8 +189,8 @@ class Memory:
             OutOfMemory: They are outside of the pool.
         """
         start = self.base + offset
-        if size and start + size > POOL_SIZE:
-            raise OutOfMemory("outside of the pool")
+        if size and start + size > len(self.pool):
+            raise OutOfMemory("outside of the memory")
         self.spend(size // _BYTES_PER_ACCESS)
         return bytes(self.pool[start : start + size])
 
@@ -200,8 +202,8 @@ class Memory:
         """
         start = self.base + offset
         if data:
-            if start + len(data) > POOL_SIZE:
-                raise OutOfMemory("outside of the pool")
+            if start + len(data) > len(self.pool):
+                raise OutOfMemory("outside of the memory")
             self.pool[start : start + len(data)] = data
 
     def index(self, offset: int) -> int:
@@ -233,7 +235,7 @@ class Memory:
 
     def _descriptor(self, index: int) -> int:
         at = self.base + self.descriptors + _DESCRIPTOR.size * index
-        if at + _DESCRIPTOR.size > POOL_SIZE:
+        if at + _DESCRIPTOR.size > len(self.pool):
             raise OutOfMemory(f"there is no array {index}")
         return at
 

@@ -145,14 +145,15 @@ class Program:
         """Offset in memory and bytes of each initial value, in the firmware's order.
 
         Args:
-            newest_type: The highest number of a type that the firmware knows; values of others have no size.
+            newest_type: The highest number of a type that the firmware knows.
 
         Raises:
             BadProgram: The size of the scalars disagrees with the header, or a type is not known.
         """
-        at = index = 0
+        at, index, known = 0, 0, True
         while index < self.count:
             variable = self.variables[index]
+            known = known and variable.type <= newest_type
             size = size_of(variable.type) if variable.type <= newest_type else 0
             if variable.first_zero:
                 yield variable.data, bytes(size)
@@ -160,10 +161,8 @@ class Program:
                 yield variable.data, self.values[at : at + size].ljust(size, b"\0")
                 at += size
             index = following(self.variables, index) if variable.type == Type.ARRAY else index + 1
-        if at != self.dynamic_offset:
-            raise BadProgram("scalars whose size is not that of the header")
-        if any(variable.type > newest_type for variable in self.variables[: self.count]):
-            raise BadProgram("a variable of an unknown type")
+        if at != self.dynamic_offset or not known:
+            raise BadProgram("scalars of an unknown type, or whose size is not that of the header")
         yield self.static_size, self.values[at:]
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 from sim_backend.firmware.cint import divide
 from sim_backend.firmware.vm.aggregates import Binary, Unary, comparable
-from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError, truncated
+from sim_backend.firmware.vm.data import truncated
 from sim_backend.firmware.vm.memory import Number, single
 from sim_backend.firmware.vm.rxe import Type
 
@@ -71,8 +71,6 @@ def unary(opcode: int) -> Unary:
 
     def run(target: int, value: Number, kind: int) -> Number:
         if Type.FLOAT in (target, kind):
-            if opcode == NOT and target == Type.FLOAT:
-                raise ProgramError(ERR_INSTR, "an operation that floats do not have")
             return single(_FLOAT_UNARY[opcode](single(value)))
         return _INTEGER_UNARY[opcode](int(value))
 
