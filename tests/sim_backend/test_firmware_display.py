@@ -6,9 +6,11 @@ from firmware_protocol import direct
 from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.display import DisplayModule
+from sim_backend.firmware.versions import FIRMWARES
+from sim_backend.firmware.vm.rxe import Type
 
 CALL, FOREVER = 0x28, [0x4025, 0]
-SCREEN_MODE = 19
+POINT, SCREEN_MODE = 14, 19
 LETTERS = """
 #...#.......#...#.
 #...#.......#...#.
@@ -109,3 +111,25 @@ def test_the_first_drawing_clears_the_screen_and_later_ones_by_option():
         display.begin(clear=clear)
         display.point(*max(expected))
         assert pixels(display) == expected
+
+
+@pytest.mark.parametrize(("options", "cleared"), [(0, False), (1, True), (2, True), (4, False), (0x8000, False)])
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_two_bits_of_the_options_clear_the_screen(firmware, options, cleared):
+    variables = Variables()
+    lines = []
+    for x, option in ((5, 0), (7, options)):
+        variables.table.append((Type.CLUSTER, 0, 3))
+        call = len(variables.table) - 1
+        variables.number(0)
+        variables.call(x, 6)
+        variables.number(option)
+        lines.append(instruction(CALL, POINT, call))
+    content = assemble(variables, [*lines, FOREVER])
+    brick = SimBrick(firmware=firmware)
+    handle = brick.loader.create("a.rxe", len(content)).handle
+    brick.loader.write(handle, content)
+    brick.loader.close(handle)
+    brick.receive(direct.StartProgram("a.rxe").encode())
+    brick.tick(30)
+    assert pixels(brick.display) == ({(7, 6)} if cleared else {(5, 6), (7, 6)})

@@ -25,12 +25,10 @@ class Dialect(NamedTuple):
         timing: See `Timing`.
         copies_arrays: Whether an operation of one array copies it unchanged if the target has the same type.
         system_calls: Number of system calls.
-        clear_options: Bits of a drawing call's options that clear the screen.
         missing: Opcodes that it does not have.
     """
 
     timing: Timing
     copies_arrays: bool
     system_calls: int
-    clear_options: int
     missing: frozenset[int]

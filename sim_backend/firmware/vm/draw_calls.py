@@ -8,13 +8,16 @@ from firmware_protocol.status import Status
 from sim_backend.firmware.vm.calls import Call, Function
 from sim_backend.firmware.vm.pictures import draw_picture
 
+_CLEAR = 0x3
+"""Bits of the options that clear the screen before drawing."""
+
 
 def _drawing(draw: Callable[[Call], int | None]) -> Function:
     """A call whose last argument are the options."""
 
     def run(call: Call) -> None:
         options = call.number(len(call.members) - 1)
-        call.devices.display.begin(clear=call.machine.clears(options))
+        call.devices.display.begin(clear=bool(options & _CLEAR))
         call.put(0, draw(call) or Status.OK)
 
     return run

@@ -124,10 +124,6 @@ class Machine:
         if self.queue:
             self.task = self.queue[0]
 
-    def clears(self, options: int) -> bool:
-        """Whether the options of a drawing call clear the screen."""
-        return bool(options & self.dialect.clear_options)
-
     def run(self, now_ms: int) -> Outcome | None:
         """Run one pass; returns the outcome, or None while the program runs."""
         if self._all_spin:
