@@ -13,15 +13,18 @@ MAILBOXES = 20
 """Ten to the program and ten from it."""
 
 DEPTH = 5
+LOG, LOG_DEPTH = MAILBOXES, 30
+"""Number of the data log's queue, which keeps more."""
+
 _BYTE = 1
 
 
 class Mailboxes:
-    """Twenty queues; a sixth message drops the oldest."""
+    """Twenty queues and that of the data log; a message too many drops the oldest."""
 
     def __init__(self, memory: Memory) -> None:
         self._memory = memory
-        self._queues: list[deque[int]] = [deque() for _ in range(MAILBOXES)]
+        self._queues: list[deque[int]] = [deque() for _ in range(MAILBOXES + 1)]
 
     def write(self, box: int, message: bytes) -> None:
         """Append a message to a queue.
@@ -30,7 +33,7 @@ class Mailboxes:
             OutOfMemory: The pool is full.
         """
         queue = self._queues[box]
-        if len(queue) == DEPTH:
+        if len(queue) == (LOG_DEPTH if box == LOG else DEPTH):
             self._memory.free_array(queue.popleft())
         array = self._memory.new_array(_BYTE)
         try:
@@ -39,13 +42,6 @@ class Mailboxes:
             self._memory.free_array(array)
             raise
         queue.append(array)
-
-    def log(self, record: bytes) -> None:
-        """Append a record to the data log.
-
-        Raises:
-            OutOfMemory: The pool is full.
-        """
 
     def read(self, box: int, *, remove: bool) -> bytes | None:
         """The oldest message of a queue, or None.

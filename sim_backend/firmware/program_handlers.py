@@ -14,7 +14,7 @@ from sim_backend.firmware.handler_result import (
     reply_with,
 )
 from sim_backend.firmware.loader import Loader
-from sim_backend.firmware.mailboxes import MAILBOXES
+from sim_backend.firmware.mailboxes import LOG, MAILBOXES
 from sim_backend.firmware.ui import UiModule
 from sim_backend.firmware.vm.memory import OutOfMemory
 
@@ -91,10 +91,18 @@ class ProgramHandlers:
         return (Status.MAILBOX_EMPTY, b"") if message is None else (Status.OK, message)
 
     @handles(direct.DatalogRead)
-    def datalog_read(self, _: direct.DatalogRead) -> HandlerResult:
-        """No record: no simulated instruction writes one."""
-        status = Status.MAILBOX_EMPTY if self._command.active else Status.NO_ACTIVE_PROGRAM
-        return reply_with(direct.DatalogRecord(0, b""), status)
+    def datalog_read(self, command: direct.DatalogRead) -> HandlerResult:
+        """Fetch the oldest record that the program wrote."""
+        mailboxes = self._command.mailboxes
+        if mailboxes is None:
+            status = Status.MAILBOX_EMPTY if self._command.active else Status.NO_ACTIVE_PROGRAM
+            return reply_with(direct.DatalogRecord(0, b""), status)
+        try:
+            record = mailboxes.read(LOG, remove=command.remove)
+        except OutOfMemory:
+            return reply_with(direct.DatalogRecord(0, b""), Status.OUT_OF_MEMORY)
+        status = Status.MAILBOX_EMPTY if record is None else Status.OK
+        return reply_with(direct.DatalogRecord(len(record or b""), record or b""), status)
 
     @handles(direct.DatalogSetTimes)
     def datalog_set_times(self, command: direct.DatalogSetTimes) -> HandlerResult:

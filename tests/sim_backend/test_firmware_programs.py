@@ -19,7 +19,7 @@ ADD, SUB, MUL, DIV, MOV, SET, INDEX, REPLACE, SIZE = 0x00, 0x01, 0x03, 0x04, 0x1
 JMP, BRCMP, SYSCALL, STOP, FINISH, ACQUIRE, RELEASE, CALL, RETURN = 0x25, 0x26, 0x28, 0x29, 0x2A, 0x2C, 0x2D, 0x2E, 0x2F
 SETIN, SETOUT, GETIN, WAIT, TICK, TEXT, JOIN = 0x30, 0x31, 0x32, 0x34, 0x35, 0x1F, 0x21
 LT, EQ = 0, 4
-MESSAGE_WRITE, MESSAGE_READ, PLAY_TONE = 26, 27, 10
+MESSAGE_WRITE, MESSAGE_READ, PLAY_TONE, DATALOG_WRITE = 26, 27, 10, 44
 FOREVER = [0x4025, 0]
 READY_MS = 8
 
@@ -421,3 +421,22 @@ def test_datalog_is_empty_while_a_program_runs():
     brick = started(LOOP)
     status, record = ask(brick, direct.DatalogRead(True))
     assert (status, record.size) == (Status.MAILBOX_EMPTY, 0)
+
+
+def test_a_program_writes_the_data_log_which_keeps_thirty_records():
+    variables = Variables()
+    cluster, (_, text) = variables.call(0, b"x\0")
+    count, one, most, first = (variables.number(value) for value in (0, 1, 32, 0))
+    lines = [
+        instruction(REPLACE, text, text, first, count),
+        instruction(SYSCALL, DATALOG_WRITE, cluster),
+        instruction(ADD, count, count, one),
+        instruction(BRCMP, -12, count, most, flags=LT),
+        FOREVER,
+    ]
+    brick = started(assemble(variables, lines))
+    brick.tick(10)
+    assert ask(brick, direct.DatalogRead(False))[1].data[:2] == b"\2\0"
+    records = [ask(brick, direct.DatalogRead(True))[1].data[0] for _ in range(30)]
+    assert records == list(range(2, 32))
+    assert ask(brick, direct.DatalogRead(True))[0] == Status.MAILBOX_EMPTY

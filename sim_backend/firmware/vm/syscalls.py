@@ -12,7 +12,8 @@ from collections.abc import Mapping
 
 from firmware_protocol.direct import LS_LIMIT
 from firmware_protocol.status import Status
-from sim_backend.firmware.cint import divide, s8
+from sim_backend.firmware.cint import divide
+from sim_backend.firmware.mailboxes import LOG
 from sim_backend.firmware.names import NAME_LIMIT
 from sim_backend.firmware.sound import MAX_VOLUME
 from sim_backend.firmware.vm.calls import Call, Function
@@ -24,7 +25,7 @@ from sim_backend.firmware.vm.memory import OutOfMemory
 from sim_backend.firmware.vm.message_calls import TABLE as MESSAGES
 
 _RANDOM_LIMIT = 0x7FFF
-_BUTTON_COUNT = 4
+_BUTTON_COUNT, RECORD_LIMIT = 4, 60
 _MINUTE_MS = 60_000
 _NO_PORT = 0xDF
 _NO_BUTTON = -17
@@ -213,11 +214,15 @@ def _log_times(call: Call) -> None:
 
 def _log(call: Call) -> None:
     """Write a record of the data log: status, bytes."""
+    record = call.content(1)
+    if len(record) > RECORD_LIMIT:
+        call.put(0, Status.ILLEGAL_SIZE)
+        return
     try:
+        call.devices.mailboxes.write(LOG, record)
         call.put(0, Status.OK)
-        call.devices.mailboxes.log(call.content(1))
     except OutOfMemory:
-        call.put(0, s8(Status.OUT_OF_MEMORY))
+        call.put(0, Status.OUT_OF_MEMORY)
 
 
 CALLS: Mapping[int, Function] = {
