@@ -110,13 +110,15 @@ class Memory:
             raise BadProgram("larger than the memory pool")
         for offset, data in program.initial_values(layout.newest_type):
             self.write(offset, data)
+        if self.array(0).offset != self.descriptors:
+            raise BadProgram("array descriptors that do not describe themselves")
         if self.doubly_linked:
             previous = _NONE
             for index in self._list():
                 self._set_back(index, previous)
                 previous = index
             self._grow_descriptors(self.array(0).length // 2)
-        self._verify(program.descriptors if not self.doubly_linked else self.descriptors)
+        self._verify()
 
     def _list(self) -> Iterator[int]:
         """Numbers of the arrays in the order of the list; a damaged list ends after as many as there can be."""
@@ -127,10 +129,7 @@ class Memory:
             yield index
             index = self.array(index).link
 
-    def _verify(self, descriptors: int) -> None:
-        own = self.array(0)
-        if own.offset != descriptors:
-            raise BadProgram("array descriptors that do not describe themselves")
+    def _verify(self) -> None:
         last = count = 0
         tail = _NONE
         for index in self._list():
@@ -140,7 +139,7 @@ class Memory:
                     raise BadProgram("arrays that are not in the order of the list")
                 last = offset
             tail, count = index, count + 1
-        if count == 0 or tail != self._tail or count + self._free_count() != own.length:
+        if count == 0 or tail != self._tail or count + self._free_count() != self.array(0).length:
             raise BadProgram("a list that does not contain each array once")
 
     def _free_count(self) -> int:
@@ -299,8 +298,8 @@ class Memory:
 
     def bytes_of(self, index: int) -> bytes:
         """The stored bytes of an array."""
-        array = self.array(index)
-        return self.read(array.offset, array.element * array.length)
+        offset, element, length, *_ = self.array(index)
+        return self.read(offset, element * length)
 
     def set_bytes(self, index: int, data: bytes) -> None:
         """Store the bytes of an array and set its length.
@@ -324,8 +323,9 @@ class Memory:
         self._append(0)
         for index in range(first, first + more):
             back = index - 1 if index > first and self.doubly_linked else _NONE
-            link = index + 1 if index < first + more - 1 else self._free
-            self.describe(index, Array(NOT_AN_OFFSET, 0, 0, back, link))
+            self.describe(
+                index, Array(NOT_AN_OFFSET, 0, 0, back, index + 1 if index < first + more - 1 else self._free)
+            )
         if more:
             self._free = first
 
