@@ -326,8 +326,7 @@ class Memory:
             self.describe(
                 index, Array(NOT_AN_OFFSET, 0, 0, back, index + 1 if index < first + more - 1 else self._free)
             )
-        if more:
-            self._free = first
+        self._free = first if more else self._free
 
     def _allocate(self, size: int) -> int:
         end = aligned(self._end)
@@ -358,10 +357,9 @@ class Memory:
         self._end = end
 
     def _append(self, index: int) -> None:
-        if self._tail == _NONE:
-            self._head = index
-        else:
+        if self._tail != _NONE:
             self.describe(self._tail, self.array(self._tail)._replace(link=index))
+        self._head = index if self._tail == _NONE else self._head
         self.describe(index, self.array(index)._replace(link=_NONE))
         self._set_back(index, self._tail)
         self._tail = index
