@@ -6,15 +6,18 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
+from PIL import Image as Drawing
+from PIL import ImageDraw
 
 from behaviors.ports import Sighting
+from nxtdrive.drawing.fonts import parts, width_px
 from nxtdrive.vision.detection import Detection, Image
 
 CONFIRMED = (60, 220, 60)
 UNCONFIRMED = (0, 190, 255)
 TEXT = (255, 255, 255)
 SHADE = (0, 0, 0)
-LINE_PX = 16
+TEXT_PX, RIM_PX = 13, 1
 
 
 def annotate(image: Image, sighting: Sighting | None, detections: Sequence[Detection] = (), state: str = "") -> Image:
@@ -41,9 +44,9 @@ def annotate(image: Image, sighting: Sighting | None, detections: Sequence[Detec
 
 
 def caption(sighting: Sighting) -> str:
-    """Format a sighting, e.g. ``lena R 12 deg 1.43 m``; ASCII only, because OpenCV's fonts have no other characters."""
+    """Format a sighting, e.g. ``lena R 12° 1.43 m``."""
     side = "R" if sighting.bearing_deg >= 0 else "L"
-    return f"{sighting.target} {side} {abs(sighting.bearing_deg):.0f} deg {sighting.distance_mm / 1000:.2f} m"
+    return f"{sighting.target} {side} {abs(sighting.bearing_deg):.0f}° {sighting.distance_mm / 1000:.2f} m"
 
 
 def _outline(image: Image, detection: Detection, color: tuple[int, int, int]) -> None:
@@ -53,8 +56,14 @@ def _outline(image: Image, detection: Detection, color: tuple[int, int, int]) ->
 
 
 def _write(image: Image, text: str, x: int, y: int) -> None:
-    """Write white text with a black outline, kept inside the image."""
-    y = min(max(y, LINE_PX), image.shape[0] - 2)
-    x = max(x, 2)
-    for color, thickness in ((SHADE, 3), (TEXT, 1)):
-        cv2.putText(image, text, (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.45, color, thickness, cv2.LINE_AA)
+    """Write white text with a black outline from (x, y), the left end of its base line; kept inside the image."""
+    height, width = image.shape[:2]
+    left = max(min(float(x), width - width_px(text, TEXT_PX) - 2), 2.0)
+    base = min(max(y, TEXT_PX + RIM_PX), height - 2)
+    top, bottom = max(base - TEXT_PX - RIM_PX, 0), min(base + TEXT_PX // 2, height)
+    band = Drawing.fromarray(np.ascontiguousarray(image[top:bottom]))
+    draw = ImageDraw.Draw(band)
+    for part, font in parts(text, TEXT_PX):
+        draw.text((left, base - top), part, TEXT, font, anchor="ls", stroke_width=RIM_PX, stroke_fill=SHADE)
+        left += font.getlength(part)
+    image[top:bottom] = np.asarray(band)

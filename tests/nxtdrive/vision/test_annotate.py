@@ -1,4 +1,7 @@
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from behaviors.ports import Sighting
 from nxtdrive.vision.annotate import CONFIRMED, UNCONFIRMED, annotate, caption
@@ -12,7 +15,7 @@ def has(image, color):
 
 
 def test_a_sighting_in_one_line():
-    assert caption(SIGHTING) == "lena L 12 deg 1.43 m"
+    assert caption(SIGHTING) == "lena L 12° 1.43 m"
 
 
 def test_the_frame_itself_stays_as_it_is():
@@ -40,3 +43,18 @@ def test_what_reaches_beyond_the_frame_is_drawn_as_far_as_it_goes():
     sighting = Sighting("lena", 0.0, 200.0, 0.9, 3.0, (-40, -30, 550, 440))
     drawn = annotate(np.zeros((240, 320, 3), np.uint8), sighting, [Detection(sighting.box, 0.9, quad)], "x" * 200)
     assert drawn.shape == (240, 320, 3)
+
+
+@pytest.mark.parametrize(("name", "wrong"), [("Bär", "B??r"), ("Bär", "Bar"), ("Αθήνα", "??????????")])
+def test_names_keep_the_letters_of_their_alphabet(name, wrong):
+    def drawn(target):
+        return annotate(np.zeros((240, 320, 3), np.uint8), replace(SIGHTING, target=target))
+
+    assert not np.array_equal(drawn(name), drawn(wrong))
+
+
+def test_a_caption_at_the_right_edge_moves_to_the_left_until_it_is_whole():
+    at_edge, inside = (
+        annotate(np.zeros((240, 320, 3), np.uint8), replace(SIGHTING, box=(left, 80, 10, 90))) for left in (300, 40)
+    )
+    assert (at_edge[60:76] == 255).any(axis=2).sum() == (inside[60:76] == 255).any(axis=2).sum() > 0
