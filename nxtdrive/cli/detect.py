@@ -31,7 +31,7 @@ EXAMPLES = """\
   nxtdrive detect try photo.jpg --target lena
   nxtdrive detect try sim --color orange --frames 5
   nxtdrive detect try 0 --marker 7 --height-mm 150 --frames 50
-  nxtdrive detect try film.mp4 --haar haarcascade_eye --out seen.mp4
+  nxtdrive detect try film.mp4 --haar haarcascade_eye --out seen.webm
   nxtdrive detect try http://127.0.0.1:8081/camera.mjpg --color red"""
 
 CAMERA_FRAMES = 100
@@ -103,7 +103,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=number("angle", float, 1, 179),
         help="the camera's horizontal view (default: 60)",
     )
-    try_.add_argument("--out", metavar="FILE", type=Path, help="*.png or *.mp4 (default: detected.png or detected.mp4)")
+    try_.add_argument("--out", metavar="FILE", type=Path, help="*.png or *.webm (default: detected.png, detected.webm)")
     try_.add_argument(
         "--frames",
         metavar="N",
@@ -119,7 +119,7 @@ def _try(args: argparse.Namespace) -> int:
     name, detector, mission_hfov_deg = _target(args)
     hfov_deg = args.hfov_deg or mission_hfov_deg or DEFAULT_HFOV_DEG
     still = _is_image(args.source)
-    film = _Film(args.out or Path("detected.png" if still else "detected.mp4"))
+    film = _Film(args.out or Path("detected.png" if still else "detected.webm"))
     looks: list[Look] = []
     try:
         for frame in _frames(args.source, 1 if still else args.frames):
@@ -241,10 +241,10 @@ class _Film:
     def __init__(self, path: Path) -> None:
         from nxtdrive.recording.video import VideoRecorder
 
-        if path.suffix not in (".png", ".mp4"):
-            raise ConfigError(f"{path} is neither *.png nor *.mp4.", remedy="Give --out one of the two endings.")
+        if path.suffix not in (".png", ".webm"):
+            raise ConfigError(f"{path} is neither *.png nor *.webm.", remedy="Give --out one of the two endings.")
         self.path = path
-        self._recorder = VideoRecorder(path, VIDEO_FPS) if path.suffix == ".mp4" else None
+        self._recorder = VideoRecorder(path, VIDEO_FPS) if path.suffix == ".webm" else None
         self._count = 0
         self._size: tuple[int, int] | None = None
         self._last: Image | None = None

@@ -1,4 +1,4 @@
-"""Writes videos with a constant frame rate, and ``camera.webm`` from the camera's pictures of a run."""
+"""Writes WebM videos (VP8) with a constant frame rate, and ``camera.webm`` from the camera's pictures of a run."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ Image = npt.NDArray[np.uint8]
 
 VIDEO_FPS = 5
 """Frames per second of mission time: every second or third frame of a webcam, enough for a slow robot."""
-CODECS = {".mp4": "mp4v", ".mkv": "VP80"}
 _SEGMENT = b"\x18\x53\x80\x67"
 """Begins what a Matroska file has besides its head; eight bytes of its size follow, 56 bits of which count."""
 _MATROSKA, _WEBM = b"\x42\x82\x88matroska", b"\x42\x82\x84webm\xec\x82\x00\x00"
@@ -29,15 +28,16 @@ _HEAD_BYTES = 64
 
 
 class VideoRecorder:
-    """A video with a constant frame rate in mission time.
+    """A WebM video (VP8) with a constant frame rate in mission time; the file appears when it is complete.
 
     Args:
-        path: The file to write, ``*.mp4`` (MPEG-4) or ``*.mkv`` (VP8).
+        path: The file to write.
         fps: Frames per second of mission time.
     """
 
     def __init__(self, path: Path, fps: int = VIDEO_FPS) -> None:
         self._path = path
+        self._part = path.with_name(f"{path.name}.mkv")
         self._fps = fps
         self._writer: cv2.VideoWriter | None = None
         self._slot = 0
@@ -69,24 +69,26 @@ class VideoRecorder:
             OSError: It is damaged, as on a full disk, and removed; OpenCV does not say so earlier.
         """
         if self._writer is not None:
-            self._write(1)
-            self._writer.release()
-            self._writer = None
-            if not _is_whole(self._path):
-                self._path.unlink(missing_ok=True)  # which makes room for the rest of a run's folder
-                raise OSError(errno.EIO, "the video is incomplete, as on a full disk", str(self._path))
+            try:
+                self._write(1)
+                self._writer.release()
+                if not _is_whole(self._part):
+                    raise OSError(errno.EIO, "the video is incomplete, as on a full disk", str(self._path))
+                _make_webm(self._part)
+                os.replace(self._part, self._path)
+            finally:
+                self.abandon()  # which makes room for the rest of a run's folder
 
     def abandon(self) -> None:
-        """Remove the file, unless it is finished."""
+        """Remove what was written of the file, unless it is finished."""
         if self._writer is not None:
             self._writer.release()
             self._writer = None
-            self._path.unlink(missing_ok=True)
+            self._part.unlink(missing_ok=True)
 
     def _open(self, image: Image) -> None:
         height, width = image.shape[:2]
-        code = cv2.VideoWriter.fourcc(*CODECS[self._path.suffix])
-        self._writer = cv2.VideoWriter(str(self._path), code, self._fps, (width, height))
+        self._writer = cv2.VideoWriter(str(self._part), cv2.VideoWriter.fourcc(*"VP80"), self._fps, (width, height))
         if not self._writer.isOpened():
             raise ConfigError(f"{self._path}: the video cannot be written.", remedy="Name a file in another folder.")
 
@@ -99,8 +101,6 @@ class VideoRecorder:
 
 def _is_whole(path: Path) -> bool:
     """Whether a video is complete; on a full disk its beginning and its end may be written and its middle lost."""
-    if path.suffix == ".mp4":
-        return cv2.VideoCapture(str(path)).isOpened()
     with open(path, "rb") as file:
         head = file.read(_HEAD_BYTES)
         end = head.find(_SEGMENT) + len(_SEGMENT) + 8
@@ -123,7 +123,7 @@ Follow = Callable[[Sequence[Picture]], Iterable[Picture]]
 
 
 def write_webm(camera: CameraPictures, records: Sequence[Record], path: Path, follow: Follow = iter) -> None:
-    """Write the pictures as a WebM video (VP8) with boxes, state and time; it appears when it is complete.
+    """Write the pictures as a video with boxes, state and time; it appears when it is complete.
 
     The video's time is the mission's: a picture is shown until the next one was taken.
 
@@ -137,21 +137,18 @@ def write_webm(camera: CameraPictures, records: Sequence[Record], path: Path, fo
         ConfigError: The file cannot be written, or there is no picture.
         OSError: There is no room for it.
     """
-    part = path.with_name(f"{path.name}.mkv")
-    video = VideoRecorder(part)
+    video, shown = VideoRecorder(path), False
     try:
         for picture, caption in _captioned(follow(camera.pictures), records):
             image = camera.drawn(picture, caption)
             if image is not None:
                 video.add(image, picture.t)
-        video.close()
-        if not part.exists():
+                shown = True
+        if not shown:
             raise ConfigError(f"{camera.folder} holds no picture that can be read.", remedy="Name another run.")
-        _make_webm(part)
-        os.replace(part, path)
+        video.close()
     finally:
         video.abandon()
-        part.unlink(missing_ok=True)
 
 
 def _captioned(pictures: Iterable[Picture], records: Sequence[Record]) -> Iterator[tuple[Picture, str]]:

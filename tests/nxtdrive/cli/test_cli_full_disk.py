@@ -38,7 +38,7 @@ WRITERS = {
     "mission": ["mission", "new", "out.toml"],
     "trace": ["info", "--trace", "out.nxttrace"],
     "picture": ["detect", "try", "picture.png", "--color", "red", "--out", "out.png"],
-    "video": ["detect", "try", "picture.png", "--color", "red", "--out", "out.mp4"],
+    "video": ["detect", "try", "picture.png", "--color", "red", "--out", "out.webm"],
     "sweep": ["sweep", "--classes", "open", "--seeds", "100", "--profiles", "oracle", "--out", "out.jsonl"],
 }
 
