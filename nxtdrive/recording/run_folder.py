@@ -9,6 +9,8 @@ from __future__ import annotations
 import json
 import os
 import re
+import sys
+import unicodedata
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -26,7 +28,7 @@ CAMERA = "camera/"
 RESERVE, RESERVED = "summary.reserved", 4096
 """File and bytes that keep room for the summary until the run ends."""
 LONGEST_STEM = 80
-"""Characters of a folder's name before its number."""
+"""Bytes, in UTF-8, of a folder's name before its number."""
 
 
 class RunFolder:
@@ -105,10 +107,14 @@ def summary(report: Report | None, error: str, details: dict[str, object]) -> di
 def new_run_folder(parent: Path, mission_name: str) -> RunFolder:
     """Make the next numbered folder for a mission, ``lena-then-rilakkuma-001`` and so on.
 
+    Args:
+        parent: Where; made if it is missing.
+        mission_name: The folder gets its letters and digits, in lower case.
+
     Raises:
         ConfigError: The folder cannot be made.
     """
-    stem = re.sub(r"[^a-z0-9]+", "-", mission_name.lower())[:LONGEST_STEM].strip("-") or "mission"
+    stem = _stem(mission_name)
     try:
         parent.mkdir(parents=True, exist_ok=True)
         number = _highest(os.listdir(parent), stem)
@@ -122,6 +128,15 @@ def new_run_folder(parent: Path, mission_name: str) -> RunFolder:
         raise ConfigError(
             f"{parent}: cannot keep the run there ({error.strerror}).", remedy="Choose another folder with --out."
         ) from None
+
+
+def _stem(mission_name: str) -> str:
+    """Return the letters and digits of a name, of any script that the file system can have; hyphens for the rest."""
+    encoding = sys.getfilesystemencoding()
+    name = unicodedata.normalize("NFC", mission_name).lower().encode(encoding, "replace").decode(encoding)
+    kept = "".join(each if unicodedata.category(each)[0] in "LMN" else " " for each in name)
+    cut = "-".join(kept.split()).encode()[:LONGEST_STEM].decode(errors="ignore")
+    return cut.strip("-") or "mission"
 
 
 def _highest(names: Sequence[str], stem: str) -> int:

@@ -53,6 +53,36 @@ RECORDS = [
 ]
 
 
+def _made(parent, mission):
+    folder = new_run_folder(parent, mission)
+    folder.close()
+    return folder.path.name
+
+
+@pytest.mark.parametrize(
+    ("mission", "folder"),
+    [
+        ("Bär", "bär-001"),
+        ("Αθήνα & Σπάρτη", "αθήνα-σπάρτη-001"),
+        ("猫/../犬", "猫-犬-001"),
+        ("हिन्दी", "हिन्दी-001"),
+        ("Ba\u0308r", "bär-001"),
+        ("a\u202e\x1b[31m\ud800b", "a-31m-b-001"),
+        ("猫" * 100, "猫" * 26 + "-001"),
+        ("...", "mission-001"),
+        ("x" * 300, "x" * 80 + "-001"),
+    ],
+    ids=range(9),
+)
+def test_a_folder_is_named_by_the_letters_and_digits_of_the_mission(tmp_path, mission, folder):
+    assert _made(tmp_path, mission) == folder
+
+
+def test_a_file_system_without_a_letter_gets_a_name_without_it(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "getfilesystemencoding", lambda: "ascii")
+    assert _made(tmp_path, "Bär und Löwe 2") == "b-r-und-l-we-2-001"
+
+
 def test_run_folders_are_numbered_and_never_overwritten(tmp_path):
     first = new_run_folder(tmp_path, "Lena, then Rilakkuma!")
     second = new_run_folder(tmp_path, "Lena, then Rilakkuma!")
