@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from functools import cache
 from typing import Any
 
 from pydantic import TypeAdapter
@@ -121,4 +122,10 @@ def evidence_from(target: str, known: Mapping[str, Any]) -> Evidence:
         ValueError: It is not the evidence of a choice.
     """
     values = {_FORMER_NAMES.get(name, name): value for name, value in known.items()}
-    return TypeAdapter(Evidence).validate_python({**values, "target": target})
+    return _adapter().validate_python({**values, "target": target})
+
+
+@cache
+def _adapter() -> TypeAdapter[Evidence]:
+    """Return the reader of evidence; it takes 12 ms to make, which only readers of journals shall wait for."""
+    return TypeAdapter(Evidence)

@@ -9,18 +9,29 @@ from nxtdrive.cli.output import make_console
 
 T = TypeVar("T")
 
+SHOWN_AFTER_S = 2.0
+"""What takes less time needs no bar."""
 
-def with_progress(what: str) -> Callable[[Sequence[T]], Iterator[T]]:
-    """Return a function that passes items on and meanwhile shows a bar, where standard error is a terminal.
+
+def with_progress(what: str, clock: Callable[[], float] | None = None) -> Callable[[Sequence[T]], Iterator[T]]:
+    """Return a function that passes items on and shows a bar after a while, where standard error is a terminal.
 
     Args:
         what: What is being made, such as the name of a file.
+        clock: Returns seconds; the console's if None.
     """
 
     def follow(items: Sequence[T]) -> Iterator[T]:
-        from rich.progress import track
+        from rich.progress import Progress
 
         console = make_console(stderr=True)
-        yield from track(items, f"making {what}", console=console, transient=True, disable=not console.is_terminal)
+        bar = Progress(console=console, transient=True, disable=not console.is_terminal, get_time=clock)
+        try:
+            for item in bar.track(items, description=f"making {what}"):
+                if (bar.tasks[0].elapsed or 0.0) >= SHOWN_AFTER_S:
+                    bar.start()
+                yield item
+        finally:
+            bar.stop()
 
     return follow

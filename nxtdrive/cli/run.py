@@ -84,7 +84,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "address names a pace. Needs the extra nxtdrive[web]",
     )
     add_port_argument(parser, "TCP port of --web")
-    parser.add_argument("--no-video", action="store_true", help="keep no pictures of the camera and make no video")
+    parser.add_argument(
+        "--no-video",
+        action="store_true",
+        help="keep no pictures of the camera and make no video of them, which takes a few seconds after a run",
+    )
     add_json_argument(parser)
 
 

@@ -79,10 +79,15 @@ class CameraFolder:
             self._write_line(Header(version=1, width=width, height=height, fps=self._fps), "wb")
         self._count += 1
         name = f"{self._count:06d}.jpg"
-        _, jpeg = cv2.imencode(".jpg", pending.image, (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
-        write_file(self._path / name, jpeg.tobytes())
+        write_file(self._path / name, jpeg(pending.image))
         self._write_line(Picture(t=round(pending.time_s, 3), file=name, looks=tuple(pending.looks)), "ab")
 
     def _write_line(self, line: BaseModel, mode: Literal["wb", "ab"]) -> None:
         with open(self._path / INDEX, mode) as index:
             index.write(line.model_dump_json(exclude_defaults=True).encode() + b"\n")
+
+
+def jpeg(image: Image) -> bytes:
+    """Return a picture of the camera, BGR, as a JPEG file."""
+    _, encoded = cv2.imencode(".jpg", image, (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
+    return encoded.tobytes()

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from nxtdrive.recording.camera_folder import jpeg
 from nxtdrive.recording.video import VIDEO_FPS
 
 from .hub import FRAME, Hub
@@ -16,7 +17,6 @@ from .hub import FRAME, Hub
 if TYPE_CHECKING:
     from nxtdrive.vision.camera import Frame
 
-JPEG_QUALITY = 80
 CLASS_FPS, SMALL_FPS = 10, 2
 """Pictures a second of a simulated robot of a class, without a mission: where its own page is open, and
 where only the class's page is."""
@@ -56,8 +56,7 @@ class PictureFeed:
         """Take a frame; for a webcam in its own thread."""
         self.latest = frame.image
         if self._hub.watched:
-            _, jpeg = cv2.imencode(".jpg", frame.image, (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
-            self._hub.show_image(FRAME, frame.index, frame.time_s, jpeg.tobytes())
+            self._hub.show_image(FRAME, frame.index, frame.time_s, jpeg(frame.image))
         observer = self._observer
         if observer is not None and frame.index % (self.fps // VIDEO_FPS) == 0:
             observer(frame)
