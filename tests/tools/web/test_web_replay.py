@@ -277,3 +277,54 @@ def test_a_browser_plays_the_video(browser, run):
     _, width, duration_s = browser.execute_script(state)
     assert width == 320
     assert duration_s == pytest.approx(8.2, abs=0.2), "until the last picture"
+
+
+WRITTEN = """
+const write = CanvasRenderingContext2D.prototype.fillText;
+window.written = [];
+CanvasRenderingContext2D.prototype.fillText = function (text, ...place) { written.push(text); write.call(this, text, ...place); };
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.xdist_group("browser")
+@pytest.mark.skipif(not (CHROMIUM and CHROMEDRIVER), reason="no browser: apt install chromium chromium-driver")
+@pytest.mark.parametrize("page", ["file"], indirect=True)
+@pytest.mark.parametrize(
+    ("places_mm", "labels"),
+    [((0, 30, 10), {"1–3"}), ((0, 30, 2000, 10), {"1, 2, 4", "3"}), ((0, 2000), {"1", "2"})],
+    ids=["one place", "and back", "apart"],
+)
+def test_decisions_at_one_place_share_a_label(browser, run, page, places_mm, labels):
+    records = [RECORDS[0]]
+    for time_s, x_mm in enumerate(places_mm, 1):
+        records += [_look(time_s, x_mm), _choice(time_s, "wait")]
+    (run / "journal.jsonl").write_text("".join(f"{record.to_json()}\n" for record in records), encoding="utf-8")
+    _exported(run)
+    browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": WRITTEN})
+    browser.get(page)
+    _until_grey(browser, 40)
+    browser.execute_script("written.length = 0")
+    _seek(browser, 4)
+    numbers = "return written.filter((text) => /^[0-9–, ]+$/.test(text))"
+    WebDriverWait(browser, WAIT_S).until(lambda shown: set(shown.execute_script(numbers)) >= labels)
+
+
+@pytest.mark.slow
+@pytest.mark.xdist_group("browser")
+@pytest.mark.skipif(not (CHROMIUM and CHROMEDRIVER), reason="no browser: apt install chromium chromium-driver")
+@pytest.mark.parametrize("page", ["file"], indirect=True)
+def test_a_line_that_wraps_goes_on_beside_its_time(browser, page):
+    browser.get(page)
+    _until_grey(browser, 40)
+    _seek(browser, 10)
+    edges = browser.execute_script("""
+        const line = [...document.querySelectorAll('#lines li')].find((each) => each.textContent.trim().match(/^[0-9]/));
+        line.firstChild.appendData(" and so on".repeat(40));
+        const range = document.createRange();
+        range.selectNodeContents(line);
+        const lines = Object.groupBy(range.getClientRects(), ({ top }) => top);
+        return Object.values(lines).map(([first]) => first.left);
+    """)
+    assert len(edges) > 2
+    assert max(edges[1:]) == min(edges[1:]) > edges[0] + 50

@@ -126,7 +126,7 @@ export class FloorMap {
       disc(context, at, 45, "#1b9a4a");
       label(context, name, at, 14 * pixel, "#0d5c2a");
     }
-    this.marks.forEach(({ at }, index) => label(context, String(index + 1), at, 13 * pixel, "#8a1015"));
+    for (const [at, numbers] of gathered(this.marks, 18 * pixel)) label(context, numbers, at, 13 * pixel, "#8a1015");
     context.save();
     context.translate(y, -x);
     context.rotate((heading * Math.PI) / 180);
@@ -183,6 +183,26 @@ function label(context, text, [x, y], size, colour) {
   context.font = `bold ${size}px system-ui, sans-serif`;
   context.fillStyle = colour;
   context.fillText(text, y + size * 0.6, -x - size * 0.4);
+}
+
+// marks nearer than a distance to the first of them share a label: "1, 3–5"
+function gathered(marks, near) {
+  const places = [];
+  marks.forEach(({ at: [x, y] }, index) => {
+    const place = places.find(({ at }) => Math.hypot(at[0] - x, at[1] - y) < near);
+    if (place) place.numbers.push(index + 1);
+    else places.push({ at: [x, y], numbers: [index + 1] });
+  });
+  return places.map(({ at, numbers }) => [at, ranges(numbers)]);
+}
+
+function ranges(numbers) {
+  const found = [];
+  for (const number of numbers) {
+    if (found.at(-1)?.[1] === number - 1) found.at(-1)[1] = number;
+    else found.push([number, number]);
+  }
+  return found.map(([first, last]) => (last > first + 1 ? `${first}–${last}` : first === last ? first : `${first}, ${last}`)).join(", ");
 }
 
 // evidence 0 is grey 128 and unknown; above it something stands there, below it the floor is free

@@ -17,7 +17,7 @@ export class Lines {
   add(text) {
     const list = this.list;
     const atEnd = list.scrollHeight - list.scrollTop - list.clientHeight < 40;
-    list.append(element("li", text));
+    list.append(element("li", text, text.startsWith(" ") ? "timed" : ""));
     if (atEnd) list.scrollTop = list.scrollHeight;
   }
 }
