@@ -187,4 +187,5 @@ def listen(port: int, host: str = LOOPBACK) -> socket.socket:
     try:
         return socket.create_server((host, port))
     except OSError as error:
-        raise ConfigError(f"cannot listen on port {port}: {error}.", remedy="Choose another --port.") from None
+        reason = os.strerror(error.errno or 0)  # `strerror` of the error itself also has Python's own words
+        raise ConfigError(f"cannot listen on port {port}: {reason}.", remedy="Choose another --port.") from None

@@ -149,10 +149,10 @@ class Hub:
             time.sleep(FLUSH_S)
 
     def begin_run(self) -> None:
-        """Forget the events of the last run."""
+        """Forget the events of the last run, and the state of the robot before this one."""
         with self._lock:
             self._events.clear()
-            for key in (GRID, BELIEF):
+            for key in (GRID, BELIEF, "state"):
                 self._latest.pop(key, None)
 
     def _put(self, key: object, message: str | bytes) -> None:

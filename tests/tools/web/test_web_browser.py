@@ -191,9 +191,22 @@ def test_pause_and_resume_a_mission(browser, url):
     _until(browser, "lines", "paused")
     assert [each.text for each in browser.find_elements(By.CSS_SELECTOR, "#pause.paused")] == ["Resume"]
     assert "suspended" in [each.text for each in browser.find_elements(By.CSS_SELECTOR, ".state.active")]
+    browser.refresh()
+    _until(browser, "doing", "suspended: lena")
     browser.find_element(By.ID, "pause").click()
     _until(browser, "lines", "going on")
     assert "suspended" not in [each.text for each in browser.find_elements(By.CSS_SELECTOR, ".state.active")]
+
+
+def test_why_something_is_refused_can_be_read(browser, url):
+    browser.get(url)
+    _until(browser, "doing", "stopped")
+    browser.find_element(By.ID, "stop").click()
+    _until(browser, "stop", "release")
+    browser.find_element(By.ID, "start").click()
+    _until(browser, "notice", "Release the stop first.")
+    browser.execute_async_script("setTimeout(arguments[0], 500)")  # some states of the robot later
+    assert browser.find_element(By.ID, "notice").is_displayed()
 
 
 def test_photograph_a_target_and_save_the_mission(browser, url, tmp_path):

@@ -47,17 +47,18 @@ def test_a_client_that_comes_later_is_told_the_run_so_far():
     async def late() -> list[str | bytes]:
         hub = Hub()
         hub.tell("line", {"text": "of the last run"})
+        hub.show("state", {"doing": "stopped", "pose": [0, 0, 0]})
         hub.begin_run()
         hub.tell("line", {"text": "searching"})
-        hub.show("state", {"range_mm": 5})
+        hub.show("paused", {"paused": True})
         one = Client(asyncio.get_running_loop(), "page 1")
         hub.join(one)
         return await one.next()
 
     assert [json.loads(message) for message in asyncio.run(late())] == [
         {"type": "line", "text": "searching"},
-        {"type": "state", "range_mm": 5},
-    ]
+        {"type": "paused", "paused": True},
+    ], "not where the robot stood before the run"
 
 
 def test_a_client_that_never_reads_is_given_up_and_memory_stays_bounded():

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import uvicorn
-from selenium import webdriver
 from selenium.webdriver import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -30,8 +29,6 @@ from nxtdrive.recording.run_folder import RunFolder
 from nxtdrive.tools.web.app import STATIC
 from nxtdrive.tools.web.runs import Runs
 
-CHROMIUM, CHROMEDRIVER = shutil.which("chromium"), shutil.which("chromedriver")
-OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
 WAIT_S = 40
 HOSTILE = "</script><script>document.title = 'broken out'</script><!--<script>"
 BOX = (100, 60, 80, 80)
@@ -155,18 +152,9 @@ def test_a_file_that_cannot_be_written_is_a_sentence(run, capsys):
         assert "cannot be written" in capsys.readouterr().err
 
 
-@pytest.fixture
-def browser() -> Iterator[WebDriver]:
-    options = webdriver.ChromeOptions()
-    options.binary_location = str(CHROMIUM)
-    for option in OPTIONS:
-        options.add_argument(option)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(CHROMEDRIVER))
-    yield driver
-    log = [(entry["level"], entry["message"]) for entry in driver.get_log("browser")]
-    driver.quit()
-    assert not [said for level, said in log if level == "SEVERE" or "a part of the page cannot show" in said]
+def in_browser(test):
+    """Mark a test that needs a browser."""
+    return pytest.mark.slow(pytest.mark.xdist_group("browser")(test))
 
 
 @pytest.fixture(params=["server", "file"])
@@ -220,9 +208,7 @@ def _lit(browser: WebDriver) -> list[str]:
     return [each.text for each in browser.find_elements(By.CSS_SELECTOR, ".state.active:not(.compound)")]
 
 
-@pytest.mark.slow
-@pytest.mark.xdist_group("browser")
-@pytest.mark.skipif(not (CHROMIUM and CHROMEDRIVER), reason="no browser: apt install chromium chromium-driver")
+@in_browser
 def test_the_time_bar_moves_picture_map_chart_lines_and_decision_together(browser, page):
     browser.get(page)
     _until_grey(browser, 40)
@@ -244,9 +230,7 @@ def test_the_time_bar_moves_picture_map_chart_lines_and_decision_together(browse
     _until_grey(browser, 40)
 
 
-@pytest.mark.slow
-@pytest.mark.xdist_group("browser")
-@pytest.mark.skipif(not (CHROMIUM and CHROMEDRIVER), reason="no browser: apt install chromium chromium-driver")
+@in_browser
 def test_the_keys_play_and_move(browser, page):
     browser.get(page)
     _until_grey(browser, 40)
@@ -263,9 +247,7 @@ def test_the_keys_play_and_move(browser, page):
     _until_grey(browser, 40)
 
 
-@pytest.mark.slow
-@pytest.mark.xdist_group("browser")
-@pytest.mark.skipif(not (CHROMIUM and CHROMEDRIVER), reason="no browser: apt install chromium chromium-driver")
+@in_browser
 def test_a_browser_plays_the_video(browser, run):
     assert main(["export", str(run), "--webm"]) == DONE
     (run / "video.html").write_text('<video id="video" src="camera.webm" preload="auto">', encoding="utf-8")
@@ -282,13 +264,14 @@ def test_a_browser_plays_the_video(browser, run):
 WRITTEN = """
 const write = CanvasRenderingContext2D.prototype.fillText;
 window.written = [];
-CanvasRenderingContext2D.prototype.fillText = function (text, ...place) { written.push(text); write.call(this, text, ...place); };
+CanvasRenderingContext2D.prototype.fillText = function (text, ...place) {
+  written.push(text);
+  write.call(this, text, ...place);
+};
 """
 
 
-@pytest.mark.slow
-@pytest.mark.xdist_group("browser")
-@pytest.mark.skipif(not (CHROMIUM and CHROMEDRIVER), reason="no browser: apt install chromium chromium-driver")
+@in_browser
 @pytest.mark.parametrize("page", ["file"], indirect=True)
 @pytest.mark.parametrize(
     ("places_mm", "labels"),
@@ -310,16 +293,14 @@ def test_decisions_at_one_place_share_a_label(browser, run, page, places_mm, lab
     WebDriverWait(browser, WAIT_S).until(lambda shown: set(shown.execute_script(numbers)) >= labels)
 
 
-@pytest.mark.slow
-@pytest.mark.xdist_group("browser")
-@pytest.mark.skipif(not (CHROMIUM and CHROMEDRIVER), reason="no browser: apt install chromium chromium-driver")
+@in_browser
 @pytest.mark.parametrize("page", ["file"], indirect=True)
 def test_a_line_that_wraps_goes_on_beside_its_time(browser, page):
     browser.get(page)
     _until_grey(browser, 40)
     _seek(browser, 10)
     edges = browser.execute_script("""
-        const line = [...document.querySelectorAll('#lines li')].find((each) => each.textContent.trim().match(/^[0-9]/));
+        const line = document.querySelector('#lines li.timed');
         line.firstChild.appendData(" and so on".repeat(40));
         const range = document.createRange();
         range.selectNodeContents(line);

@@ -11,7 +11,7 @@ import "./nav.js";
 const NOTICE_MS = 6000;
 const find = (id) => document.getElementById(id);
 const connection = new Connection();
-let me = "", stopped = false, hidesNotice = 0, drives = true;
+let me = "", stopped = false, hidesNotice = 0, drives = true, lostLink = "";
 
 showCamera(connection, find("camera"));
 new FloorMap(connection, find("map"), { grid: find("layer-grid"), belief: find("layer-belief"), truth: find("layer-truth") });
@@ -25,7 +25,7 @@ connection.on("hello", ({ you, address, ...hello }) => {
   me = you;
   drives = hello.drives;
   document.body.classList.toggle("watching", !drives);
-  notice("");
+  notice(lostLink = "");
   document.title = `nxtdrive ${address}`;
 });
 connection.on("closed", () => {
@@ -41,7 +41,9 @@ connection.on("ended", ({ ending, duration_s }) => {
 });
 connection.on("problem", ({ text }) => notice(text, NOTICE_MS));
 connection.on("refused", ({ text }) => notice(text, NOTICE_MS));
-connection.on("link", ({ lost }) => notice(lost));
+connection.on("link", ({ lost }) => {
+  if (lost !== lostLink) notice(lostLink = lost); // it comes with each state, and must not hide other notices
+});
 connection.on("state", (state) => {
   find("doing").textContent = state.doing;
   find("range").textContent = metres(state.range_mm);
