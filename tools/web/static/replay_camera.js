@@ -42,7 +42,10 @@ export class RecordedCamera {
   paint(image, { looks }) {
     const { context } = this, { canvas } = context;
     if (!image) {
-      context.clearRect(0, 0, canvas.width, canvas.height); // the file is gone
+      context.clearRect(0, 0, canvas.width, canvas.height);
+      context.font = "16px system-ui, sans-serif";
+      context.fillStyle = "#ffffff";
+      context.fillText("This picture cannot be read.", 12, 28);
       return;
     }
     if (canvas.width !== image.width || canvas.height !== image.height) [canvas.width, canvas.height] = [image.width, image.height];
