@@ -118,7 +118,7 @@ class NotesBlock:
         self._blocks = [_Block(note, _lines(note, width - BADGE_PX - 12)) for note in notes]
 
     def height(self, columns: int) -> float:
-        """Return the height of so many columns."""
+        """Return the height when set in this many columns."""
         return self._head_px + max(sum(block.height for block in part) for part in self._split(columns))
 
     def draw(self, sheet: Sheet, columns: Sequence[float], top: float) -> None:

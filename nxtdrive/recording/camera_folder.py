@@ -32,7 +32,7 @@ class CameraFolder:
 
     Args:
         path: The folder to make, at the first picture.
-        fps: At most so many pictures per second of mission time.
+        fps: Most pictures kept for each second of mission time.
     """
 
     def __init__(self, path: Path, fps: int = VIDEO_FPS) -> None:

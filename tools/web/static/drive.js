@@ -1,4 +1,4 @@
-// Pad, keys and gamepad. Everything that may mean "nobody holds it any more" sends a stop of the motion at once;
+// Pad, keys and gamepad. Everything that may mean that the controls were released sends a stop of the motion at once;
 // the server stops the robot by itself when it hears nothing for half a second.
 
 const EVERY_MS = 50;
