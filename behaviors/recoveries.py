@@ -82,8 +82,11 @@ class Choice:
 def place_words(place: Point) -> str:
     """Say where a place is, in the frame of the start."""
     x_m, y_m = round(place[0] / 1000, 1), round(place[1] / 1000, 1)
-    along = f"{abs(x_m):.1f} m {'behind' if x_m < 0 else 'ahead'}"
-    return f"{along}, {abs(y_m):.1f} m {'left' if y_m < 0 else 'right'} of the start"
+    along, across = "behind" if x_m < 0 else "ahead", "left" if y_m < 0 else "right"
+    distances = ", ".join(f"{abs(length):.1f} m {way}" for length, way in ((x_m, along), (y_m, across)) if length)
+    if not distances:
+        return "the start"
+    return f"{distances}{' of' if y_m else ''} the start"
 
 
 def _describe_move(choice: Choice) -> str:

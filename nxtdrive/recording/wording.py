@@ -68,7 +68,8 @@ def spaced(name: str) -> str:
 def evidence_lines(evidence: Evidence) -> Iterator[str]:
     """Yield what was known, one sentence per line, with its numbers."""
     seen = "was recognised" if evidence.seen_since_search else "was not recognised"
-    yield f"{evidence.target} {seen} since the last search began; searched for again: {_times(evidence.researches)}"
+    again = f"searched for again {_times(evidence.researches)}" if evidence.researches else "not searched for again yet"
+    yield f"{evidence.target} {seen} since the last search began; {again}"
     if evidence.spent_s:
         yield f"{evidence.spent_s:.0f} s since the last sighting, or since its turn began"
     if evidence.round > 1 or evidence.targets_left > 1:
@@ -105,4 +106,4 @@ def _detour_words(evidence: Evidence) -> str:
 
 
 def _times(count: int) -> str:
-    return {0: "never", 1: "once", 2: "twice"}.get(count, f"{count} times")
+    return {1: "once", 2: "twice"}.get(count, f"{count} times")

@@ -6,7 +6,7 @@ from behaviors.chart import MISSION_STATES
 from behaviors.diagram import arrows
 from behaviors.events import Reason
 from behaviors.evidence import Evidence, evidence_from
-from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, RECOVERIES, WAIT, ThesisPolicy, recovery_in
+from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, RECOVERIES, WAIT, Choice, ThesisPolicy, recovery_in
 
 
 def _evidence(*, seen_since_search: bool, researches: int) -> Evidence:
@@ -40,3 +40,16 @@ def test_every_recovery_has_one_transition_in_the_chart(recovery):
     (arrow,) = [arrow for arrow in arrows() if arrow.source == "select" and recovery_in(arrow.target) is recovery]
     assert arrow.guard == "chosen"
     assert arrow.target in MISSION_STATES
+
+
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        ((1200.0, -340.0), "1.2 m ahead, 0.3 m left of the start"),
+        ((-30.0, 1500.0), "1.5 m right of the start"),
+        ((-800.0, 0.0), "0.8 m behind the start"),
+        ((20.0, -49.0), "the start"),
+    ],
+)
+def test_a_place_is_named_by_the_distances_that_count(place, words):
+    assert Choice(MOVE_TO, "", route=(place,)).words() == f"look from {words}"
