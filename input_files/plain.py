@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import gzip
+import io
 import os
 import stat
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -49,14 +52,31 @@ def read_bytes(path: Path, limit: int) -> bytes:
 def read_text(path: Path, limit: int) -> str:
     """Read a regular file in UTF-8, with or without a byte order mark; line ends become line feeds.
 
+    Args:
+        path: The file; one whose name ends in ``.gz`` is decompressed.
+        limit: Most bytes it may have, also when it is decompressed.
+
     Raises:
         InputFileError: It cannot be read, is too large, or is not UTF-8.
     """
+    content = read_bytes(path, limit)
+    if path.suffix == ".gz":
+        content = _decompressed(path, content, limit)
     try:
-        text = read_bytes(path, limit).decode("utf-8-sig")
+        text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputFileError(f"{path} is not a text file in UTF-8 ({error}). Save it as UTF-8.") from None
     return text.replace("\r\n", "\n")
+
+
+def _decompressed(path: Path, content: bytes, limit: int) -> bytes:
+    try:
+        plain = gzip.GzipFile(fileobj=io.BytesIO(content)).read(limit + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputFileError(f"{path} cannot be decompressed ({error}). Compress it with gzip again.") from None
+    if len(plain) > limit:
+        raise InputFileError(f"{path} is too large: more than {limit / MEGABYTE:g} MB. Name another file.")
+    return plain
 
 
 def leaves(value: Any) -> Iterator[Any]:  # noqa: ANN401 - any plain value

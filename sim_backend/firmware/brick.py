@@ -31,6 +31,7 @@ from sim_backend.firmware.program_handlers import ProgramHandlers
 from sim_backend.firmware.property_handlers import PropertyHandlers
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.sound import SoundModule
+from sim_backend.firmware.status_bar import StatusBar
 from sim_backend.firmware.ui import UiModule
 from sim_backend.firmware.versions import FIRMWARES, VERSIONS, Version
 from sim_backend.firmware.vm.devices import Devices
@@ -138,7 +139,7 @@ class SimBrick:
             io_maps.comm_map(self.radio, self.high_speed),
             io_maps.input_map(self.input, color=version.color_sensor),
             io_maps.button_map(self.button),
-            io_maps.display_map(self.display),
+            io_maps.display_map(self.display, StatusBar(self._clock, self.ui, self.radio)),
             io_maps.loader_map(self.loader),
             io_maps.low_speed_map(self.low_speed),
             io_maps.output_map(self.output),

@@ -15,6 +15,7 @@ from sim_backend.firmware.low_speed import LowSpeedModule
 from sim_backend.firmware.output import OutputModule
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.sound import SoundModule
+from sim_backend.firmware.status_bar import StatusBar
 from sim_backend.firmware.ui import UiModule
 
 _USB_STATE, _CONNECTED = 1894, b"\x01"
@@ -193,9 +194,11 @@ def command_map(module: CommandModule, *, sync_times: bool) -> LiveMap:
     return live
 
 
-def display_map(module: DisplayModule) -> LiveMap:
+def display_map(module: DisplayModule, status_bar: StatusBar) -> LiveMap:
     """Display with its frame buffer."""
-    return LiveMap(iomap.DISPLAY, memory=module.memory)
+    live = LiveMap(iomap.DISPLAY, memory=module.memory)
+    live.show(status_bar, StatusIcons="icons", UpdateMask="update_mask")
+    return live
 
 
 def loader_map(loader: Loader) -> LiveMap:

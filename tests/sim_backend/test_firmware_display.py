@@ -3,6 +3,7 @@
 import pytest
 
 from firmware_protocol import direct
+from nxtdrive.tools.conformance.bench import Bench
 from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.display import DisplayModule
@@ -133,3 +134,39 @@ def test_two_bits_of_the_options_clear_the_screen(firmware, options, cleared):
     brick.receive(direct.StartProgram("a.rxe").encode())
     brick.tick(30)
     assert pixels(brick.display) == ({(7, 6)} if cleared else {(5, 6), (7, 6)})
+
+
+_STATUS_ICONS = "019401000a006c000400"
+
+
+def test_the_status_bar_numbers_its_icons():
+    bench = Bench(SimBrick())
+    assert bench.telegram(_STATUS_ICONS)[18:] == "1a210c11"
+    bench.control("!tick 500")
+    assert bench.telegram(_STATUS_ICONS)[18:] == "1a210311"
+
+
+@pytest.mark.parametrize(
+    ("raw", "icon"),
+    [(380, "0d"), (450, "0e"), (480, "0f"), (520, "10"), (560, "11"), (0x8000 | 520, "14"), (0x8000 | 600, "17")],
+)
+def test_the_status_bar_shows_the_bars_of_the_battery(raw, icon):
+    bench = Bench(SimBrick())
+    bench.control(f"!battery {raw}")
+    bench.control("!tick 3000")
+    assert bench.telegram(_STATUS_ICONS)[24:] == icon
+
+
+def test_a_running_sign_that_is_off_stands_still():
+    bench = Bench(SimBrick())
+    bench.telegram("019501000c001d00010000")
+    for _ in range(3):
+        bench.control("!tick 400")
+        assert bench.telegram(_STATUS_ICONS)[22:24] == "01"
+
+
+def test_the_status_bar_is_drawn_with_every_sample_of_the_battery():
+    bench = Bench(SimBrick())
+    masks = [bench.telegram("019401000a0008000400")[18:] for _ in range(400)]
+    assert [i for i, mask in enumerate(masks) if mask != "00000000"] == [12, 179, 346]
+    assert set(masks) == {"00000000", "00800000"}

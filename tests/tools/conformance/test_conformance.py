@@ -1,19 +1,40 @@
 """The simulated brick against recorded conversations with LEGO's firmware."""
 
+import tomllib
+from functools import cache
+from itertools import islice
 from pathlib import Path
 
 import pytest
 
 from nxtdrive.tools.conformance.recording import load
 from nxtdrive.tools.conformance.replay import replay
-from sim_backend.firmware.versions import FIRMWARES
+from nxtdrive.tools.conformance.summary import category_of as category
 
 GOLDEN = Path(__file__).parents[2] / "golden"
-RECORDING, RANDOM = GOLDEN / "firmware.jsonl", GOLDEN / "firmware_files.jsonl"
-"""One written by hand, and one of random conversations about files, programs, modules, names and framing."""
+WRITTEN, RANDOM = GOLDEN / "firmware.jsonl", GOLDEN / "firmware_random.jsonl.gz"
+"""Conversations about one subject each, and conversations drawn at random."""
 
-SCENARIOS = {firmware: load(RECORDING, firmware) | load(RANDOM, firmware) for firmware in FIRMWARES}
+FIRMWARES = ("1.05", "1.29")
+SCENARIOS = {firmware: load(WRITTEN, firmware) for firmware in FIRMWARES}
 CASES = [(firmware, name) for firmware in FIRMWARES for name in SCENARIOS[firmware]]
+CATEGORIES = ("btframe", "fs", "i2c", "malformed", "mod", "motor", "names", "prog", "sensor", "sound")
+KNOWN = tomllib.loads((GOLDEN / "known_differences.toml").read_text(encoding="utf-8"))
+SAMPLE = 3
+
+
+@cache
+def random_scenarios(firmware):
+    return load(RANDOM, firmware)
+
+
+def random_names(firmware, wanted):
+    return (name for name in random_scenarios(firmware) if category(name) == wanted)
+
+
+def different(firmware, names):
+    scenarios = random_scenarios(firmware)
+    return {name for name in names if replay(name, scenarios[name].steps, firmware).differences}
 
 
 @pytest.mark.slow
@@ -22,8 +43,27 @@ def test_it_answers_and_moves_as_the_firmware_did(firmware, name):
     assert replay(name, SCENARIOS[firmware][name].steps, firmware).differences == []
 
 
+@pytest.mark.parametrize("wanted", CATEGORIES)
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_a_sample_of_random_conversations_goes_as_with_the_firmware(firmware, wanted):
+    known = KNOWN[firmware]
+    names = list(islice((name for name in random_names(firmware, wanted) if name not in known), SAMPLE))
+    assert len(names) == SAMPLE
+    assert different(firmware, names) == set()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wanted", CATEGORIES)
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_random_conversations_go_as_with_the_firmware_but_for_the_known_ones(firmware, wanted):
+    names = set(random_names(firmware, wanted))
+    assert different(firmware, names) == names & KNOWN[firmware].keys()
+
+
 def test_no_scenario_is_left_out():
-    assert len(CASES) == (160 + 85) * len(FIRMWARES)
+    assert len(CASES) == 160 * len(FIRMWARES)
+    assert all(len(random_scenarios(firmware)) == 600 for firmware in FIRMWARES)
+    assert sum(len(list(random_names("1.29", wanted))) for wanted in CATEGORIES) == 600
 
 
 def test_a_difference_is_named_by_its_field():

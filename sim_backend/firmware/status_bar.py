@@ -1,0 +1,46 @@
+"""The icons of the status bar as the display's map numbers them; the bitmaps are LEGO's and are not drawn.
+
+Source: docs/firmware.md section 8.5.
+"""
+
+from __future__ import annotations
+
+from sim_backend.firmware.battery import SAMPLE_MS
+from sim_backend.firmware.module import Clock
+from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.ui import UiModule
+
+_BLUETOOTH, _USB, _BATTERY, _RECHARGEABLE = 0x19, 0x1F, 0x0D, 0x13
+"""First icon of each kind."""
+
+_STEPS = 12
+"""Icons of the running sign, from 1."""
+
+_DRAWN = 0x8000
+"""Bit of UpdateMask that stands for the status bar."""
+
+
+class StatusBar:
+    """Radio, USB, running sign and battery; the firmware draws it with every sample of the battery.
+
+    Args:
+        clock: The brick's time.
+        ui: Its battery and states.
+        radio: Its state.
+    """
+
+    def __init__(self, clock: Clock, ui: UiModule, radio: Radio) -> None:
+        self._clock, self._ui, self._radio = clock, ui, radio
+
+    @property
+    def icons(self) -> bytes:
+        """The four icons from the left."""
+        ui, battery = self._ui, self._ui.battery
+        running = self._clock.now_ms // SAMPLE_MS % _STEPS if ui.run_state else 0
+        charge = (_RECHARGEABLE if battery.rechargeable else _BATTERY) + battery.bars
+        return bytes((_BLUETOOTH + self._radio.state & 0xFF, _USB + ui.usb_state & 0xFF, 1 + running, charge))
+
+    @property
+    def update_mask(self) -> int:
+        """The parts of the screen that are about to be drawn."""
+        return 0 if self._clock.now_ms % SAMPLE_MS else _DRAWN
