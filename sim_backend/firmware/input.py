@@ -34,6 +34,9 @@ _EXIT_RAW = 50
 _LAMPS = (*range(SensorType.COLOR_FULL, SensorType.COLOR_NONE), COLOR_EXIT)
 """Types after which a colour sensor must be switched off."""
 
+_SILENT = frozenset({SensorType.NONE, SensorType.LOW_SPEED, SensorType.LOW_SPEED_9V})
+"""Types whose value is not read."""
+
 _LAMP_OFF = 7
 _PIN_SETTINGS: dict[int, int] = {
     SensorType.NONE: 0, SensorType.SWITCH: 0, SensorType.TEMPERATURE: 0,
@@ -196,6 +199,7 @@ class InputModule:
             version: The firmware version.
         """
         self._version = version
+        self._silent: frozenset[int] = frozenset() if version.evaluates_every_type else _SILENT
         reading = FULL_SCALE if version.evaluates_every_type else 0
         self.ports: Sequence[InputPort] = [InputPort(reading) for _ in range(4)]
         self.due_ms = NEVER
@@ -229,6 +233,8 @@ class InputModule:
         passes, self._last_ms = now_ms - self._last_ms, now_ms
         self.due_ms = NEVER
         for port in self.ports:
+            if port.type == port.known_type and port.type in self._silent and not (port.settling or port.invalid):
+                continue  # nothing to read and nothing to settle: most ports in most passes
             self._update(port, passes)
             due = NEVER
             if port.invalid & INVALID:
