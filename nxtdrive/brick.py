@@ -178,7 +178,7 @@ class Brick:
         """Sound files and tones."""
         from nxtdrive.onboard.speaker import Speaker
 
-        return Speaker(self.link)
+        return Speaker(self.link, self.files)
 
     @cached_property
     def files(self) -> Files:

@@ -78,7 +78,7 @@ class Files:
 
     def ls(self, pattern: str = "*") -> list[FileEntry]:
         """List files whose names match a pattern as in a shell, ignoring case, sorted by name."""
-        with self._alone():
+        with self.alone():
             listing = in_step(self._link, lambda: self._listing(EVERYTHING))
         found = [FileEntry(each.name, each.size) for each in listing]
         matching = [entry for entry in found if fnmatchcase(entry.name.lower(), pattern.lower())]
@@ -86,7 +86,7 @@ class Files:
 
     def exists(self, name: str) -> bool:
         """Whether there is a file of this name, ignoring case."""
-        with self._alone():
+        with self.alone():
             return in_step(self._link, lambda: self._find(_checked(name))) is not None
 
     def read(self, name: str, progress: Progress | None = None) -> bytes:
@@ -99,7 +99,7 @@ class Files:
             RemoteProtocolError: What the brick sent is not the whole file.
         """
         _checked(name)
-        with self._alone():
+        with self.alone():
             return in_step(self._link, lambda: self._read(name, progress))
 
     def write(self, name: str, data: bytes, progress: Progress | None = None, *, replace: bool = False) -> None:
@@ -123,7 +123,7 @@ class Files:
                 f"{name} would be empty, and the brick loses a handle over each empty file it opens.",
                 remedy="Write at least one byte.",
             )
-        with self._alone():
+        with self.alone():
             if replace:
                 with suppress_not_found():
                     self._link.request(Delete(name))
@@ -141,7 +141,7 @@ class Files:
             LocalProtocolError: The name is not valid; a wildcard would delete the first match.
             BrickError: There is no such file, or it is in use.
         """
-        with self._alone():
+        with self.alone():
             self._link.request(Delete(_checked(name)))
 
     @property
@@ -226,10 +226,14 @@ class Files:
         self._link.request(Close(handle))
 
     @contextmanager
-    def _alone(self) -> Iterator[None]:
-        """Keep other file operations off for a block."""
+    def alone(self) -> Iterator[None]:
+        """Keep file operations off for a block; a sound or a start would close their handle (fact 21).
+
+        Raises:
+            LocalProtocolError: This thread is in the middle of a file operation.
+        """
         if self._owner == threading.get_ident():
-            raise LocalProtocolError("a file operation cannot begin while another one reports its progress.")
+            raise LocalProtocolError("this cannot begin while a file operation reports its progress.")
         with self._lock:
             self._owner = threading.get_ident()
             try:

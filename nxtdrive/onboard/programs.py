@@ -73,7 +73,8 @@ class Programs:
             raise BrickBusy(f"{other} is running.", remedy="Stop it first.")
         self._stop_motors()
         self._wait_until_free()
-        self._link.request(StartProgram(name))
+        with self._files.alone():
+            self._link.request(StartProgram(name))
         self._link.forget_modes()
         self._confirm_start(name)
 

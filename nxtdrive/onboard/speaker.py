@@ -1,10 +1,11 @@
-"""The brick's loudspeaker."""
+"""The brick's loudspeaker. Facts are those of docs/firmware.md section 1."""
 
 from __future__ import annotations
 
 from firmware_protocol.direct import GetProperty, PlaySoundFile, PlayTone, SetProperty, StopSoundPlayback
 from firmware_protocol.enums import Property
 from nxtdrive.link.protocol import RequestLink
+from nxtdrive.onboard.files import Files
 from nxtdrive.ports import in_range
 
 TONE_HZ = (220, 14080)
@@ -14,28 +15,33 @@ LOUDEST = 4
 
 
 class Speaker:
-    """Tones, sound files and their volume.
+    """Tones, sound files and their volume. Sounds wait for file operations, whose handle they would close (fact 21).
 
     Args:
         link: The link to the brick.
+        files: The files on the brick.
     """
 
-    def __init__(self, link: RequestLink) -> None:
+    def __init__(self, link: RequestLink, files: Files) -> None:
         self._link = link
+        self._files = files
 
     def tone(self, frequency_hz: int, duration_ms: int) -> None:
         """Play a tone, 220..14080 Hz, 10..65535 ms; returns while it sounds."""
         in_range("frequency_hz", frequency_hz, *TONE_HZ)
         in_range("duration_ms", duration_ms, 10, 0xFFFF)
-        self._link.request(PlayTone(frequency_hz, duration_ms))
+        with self._files.alone():
+            self._link.request(PlayTone(frequency_hz, duration_ms))
 
     def play(self, name: str, *, loop: bool = False) -> None:
         """Play a sound file on the brick, such as ``Hello.rso``; returns while it sounds."""
-        self._link.request(PlaySoundFile(loop, name))
+        with self._files.alone():
+            self._link.request(PlaySoundFile(loop, name))
 
     def stop(self) -> None:
         """Stop the sound."""
-        self._link.request(StopSoundPlayback())
+        with self._files.alone():
+            self._link.request(StopSoundPlayback())
 
     @property
     def volume(self) -> int:

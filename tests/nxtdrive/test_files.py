@@ -1,9 +1,12 @@
 """The file system; requests that trigger firmware bugs never reach the brick."""
 
+import threading
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from firmware_protocol.direct import PlaySoundFile, PlayTone, StartProgram, StopSoundPlayback
 from firmware_protocol.errors import BrickError, LinkLost, LocalProtocolError, RemoteProtocolError
 from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT, FrameReader, frame
 from firmware_protocol.status import Status
@@ -219,9 +222,43 @@ def test_nothing_is_deleted_while_a_download_is_open(watched):
     def interfere(done, total):
         brick.files.delete("old.bin")
 
-    with pytest.raises(LocalProtocolError, match="while another"):
+    with pytest.raises(LocalProtocolError, match="file operation"):
         brick.files.write("new.bin", bytes(200), interfere)
     assert transport.requests(Delete) == []
+
+
+@pytest.mark.parametrize(
+    ("interfere", "command"),
+    [
+        (lambda brick: brick.speaker.tone(440, 100), PlayTone),
+        (lambda brick: brick.speaker.play("beep.rso"), PlaySoundFile),
+        (lambda brick: brick.speaker.stop(), StopSoundPlayback),
+        (lambda brick: brick.programs.start("demo.rxe"), StartProgram),
+    ],
+    ids=["tone", "sound file", "stop", "program"],
+)
+def test_nothing_that_closes_handle_0_is_sent_while_a_file_is_open(watched, interfere, command):
+    """The first sound, a stop of it, and a started program or sound file close handle 0, whatever it belongs to."""
+    brick, transport = watched
+    brick.files.write("old.bin", bytes(200))
+    with pytest.raises(LocalProtocolError, match="file operation"):
+        brick.files.read("old.bin", lambda _done, _total: interfere(brick))
+    assert transport.requests(command) == []
+
+
+def test_a_tone_waits_for_a_file_that_another_thread_reads(watched):
+    brick, transport = watched
+    brick.files.write("old.bin", bytes(range(200)))
+    sounds = threading.Thread(target=lambda: brick.speaker.tone(440, 100))
+
+    def interfere(done, _total):
+        if not sounds.ident:
+            sounds.start()
+        assert transport.requests(PlayTone) == []
+
+    assert brick.files.read("old.bin", interfere) == bytes(range(200))
+    sounds.join()
+    assert len(transport.requests(PlayTone)) == 1
 
 
 def test_nothing_is_ever_appended(watched):
