@@ -5,7 +5,7 @@ from __future__ import annotations
 from random import Random
 from typing import Any, Protocol
 
-from firmware_protocol.direct import GetBatteryLevel
+from firmware_protocol.direct import GetBatteryLevel, LSRead
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.framing import LENGTH_LIMIT, LENGTH_SIZE, USB_TELEGRAM_LIMIT, FrameReader, frame, usb_packets
 from firmware_protocol.system import Read
@@ -143,14 +143,16 @@ def _judge(rig: _Rig, request: bytes, reply: bytes) -> str:
             return f"violated: a reply of {len(reply)} bytes announces {announced}"
     kind = request[0] & ~NO_REPLY
     command = COMMANDS.get((Kind(kind), reply[1])) if kind in tuple(Kind) and len(reply) > 1 else None
-    if reply[:1] != bytes([Kind.REPLY]) or len(reply) > limit:
+    if reply[:1] != bytes([Kind.REPLY]):
         return f"violated: the reply is {reply.hex()}"
     if command is None or not (command.firmware_1_05 or rig.firmware != "1.05"):
-        return "unknown opcode"
-    if len(reply) < REPLY_HEADER:
+        return "unknown opcode"  # such a reply is longer than the request, also beyond the limit
+    if not REPLY_HEADER <= len(reply) <= limit:
         return f"violated: the reply is {reply.hex()}"
     if reply[2] not in command.success:
-        return "refused" if len(reply) == REPLY_HEADER else _decoded(command, reply, "refused")
+        # a refused LSRead is shorter by its bytes that wait; the driver reads no fields of a refusal
+        bare = len(reply) == REPLY_HEADER or command is LSRead
+        return "refused" if bare else _decoded(command, reply, "refused")
     return _decoded(command, reply, "carried out")
 
 
