@@ -49,7 +49,7 @@ class SimWorld:
     Args:
         world: The name of a bundled world, or the path of a world file.
         seed: Of everything random.
-        firmware: "1.29" or "1.05".
+        firmware: "1.29", "1.05" or "1.32".
         latency_ms: Round trip of the links; USB has 2, Bluetooth 30 to 65.
 
     Raises:

@@ -45,7 +45,7 @@ class Simulation:
     Args:
         world: A world, the path of a world file, or the name of a bundled world.
         seed: Seed of all random draws.
-        firmware: Firmware of the brick, "1.29" or "1.05".
+        firmware: Firmware of the brick, "1.29", "1.05" or "1.32".
         camera_size: Width and height of the webcam's frames in pixels.
 
     Raises:

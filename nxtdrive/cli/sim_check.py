@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from nxtdrive.tools.conformance.replay import Report
     from nxtdrive.tools.conformance.summary import Category, Cause
 
-FIRMWARES = ("1.29", "1.05")
+FIRMWARES = ("1.29", "1.05", "1.32")
 """Firmware versions the simulated brick can behave as."""
 
 LISTED = 50

@@ -227,6 +227,8 @@ def _pace(text: str) -> bool:
 
 
 def _firmware(text: str) -> str:
-    if text not in ("1.29", "1.05"):
-        raise ValueError("it is 1.29 or 1.05")
+    from sim_backend.firmware.versions import FIRMWARES
+
+    if text not in FIRMWARES:
+        raise ValueError(f"it must be {' or '.join(FIRMWARES)}")
     return text

@@ -50,7 +50,7 @@ class SimBrick:
     scheduler skips to the next pass in which a module has work.
 
     Args:
-        firmware: "1.29", or "1.05", which lacks some commands and sensors.
+        firmware: "1.29"; "1.05", which lacks some commands and sensors; or "1.32", the community's.
         name: The brick's name, at most 15 characters.
         address: Six bytes: Bluetooth address and USB serial number.
         flash: The `loader.flash` of another brick, to simulate a power cycle; empty by default.
@@ -135,9 +135,9 @@ class SimBrick:
 
     def _make_maps(self, version: Version) -> list[LiveMap]:
         """The IO maps, in the firmware's order of modules."""
-        return [
+        maps = [
             io_maps.comm_map(self.radio, self.high_speed),
-            io_maps.input_map(self.input, color=version.color_sensor),
+            io_maps.input_map(self.input),
             io_maps.button_map(self.button),
             io_maps.display_map(self.display, StatusBar(self._clock, self.ui, self.radio)),
             io_maps.loader_map(self.loader),
@@ -145,9 +145,13 @@ class SimBrick:
             io_maps.output_map(self.output),
             io_maps.sound_map(self.sound),
             io_maps.io_control_map(self.io_control),
-            io_maps.command_map(self.command, sync_times=version.extended_commands),
+            io_maps.command_map(self.command),
             io_maps.ui_map(self.ui, self.radio),
         ]
+        for live in maps:
+            name = live.layout.name
+            live.boot(version.map_sizes.get(name, live.size), version.map_presets.get(name, {}))
+        return maps
 
     def _equip(self, mailboxes: Mailboxes) -> Devices:
         """The modules that a program started now can use."""

@@ -6,7 +6,7 @@ A variable shows the bits of its value that fit its type, as in the firmware, wh
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -35,7 +35,6 @@ class LiveMap:
         self,
         layout: IOMap,
         *,
-        size: int | None = None,
         on_write: Callable[[], None] | None = None,
         memory: bytearray | None = None,
     ) -> None:
@@ -43,15 +42,21 @@ class LiveMap:
 
         Args:
             layout: See `LiveMap`.
-            size: Size in bytes if it differs from the declaration.
             on_write: Called after each write.
             memory: The module's own bytes, if it has them; new ones by default.
         """
         self.layout = layout
-        self.size = layout.size if size is None else size
+        self.size = layout.size
         self._on_write = on_write
         self._views: list[_View] = []
         self._bytes = bytearray(self.size) if memory is None else memory
+
+    def boot(self, size: int, presets: Mapping[int, bytes]) -> None:
+        """Make the map as long as in this version of the firmware, and set bytes as its boot does, by offset."""
+        self._bytes.extend(bytes(max(0, size - self.size)))
+        self.size = size
+        for offset, data in presets.items():
+            self.write(offset, data)
 
     def preset(self, offset: int, data: bytes) -> None:
         """Set bytes as the firmware's boot does."""
@@ -69,8 +74,7 @@ class LiveMap:
 
     def _add(self, name: str, index: int, get: Callable[[], Any], put: Callable[[Any], None] | None) -> None:
         spot = self.layout.field(name, index)
-        if spot.offset + spot.size <= self.size:
-            self._views.append(_View(spot.offset, struct.Struct("<" + spot.wire.code), get, put))
+        self._views.append(_View(spot.offset, struct.Struct("<" + spot.wire.code), get, put))
 
     def read(self, offset: int, size: int) -> bytes:
         """Read `size` bytes at `offset`; the caller has checked the range."""

@@ -60,9 +60,9 @@ def output_map(module: OutputModule) -> LiveMap:
     return live
 
 
-def input_map(module: InputModule, *, color: bool) -> LiveMap:
+def input_map(module: InputModule) -> LiveMap:
     """Sensors; types and modes written here act like commanded ones."""
-    live = LiveMap(iomap.INPUT, size=None if color else iomap.INPUT.size_1_05, on_write=module.wake)
+    live = LiveMap(iomap.INPUT, on_write=module.wake)
     for i, port in enumerate(module.ports):
         live.bind(
             port,
@@ -175,9 +175,9 @@ def comm_map(radio: Radio, high_speed: HighSpeed) -> LiveMap:
     return live
 
 
-def command_map(module: CommandModule, *, sync_times: bool) -> LiveMap:
+def command_map(module: CommandModule) -> LiveMap:
     """State of the program interpreter and the memory pool; programs can be started and stopped here."""
-    live = LiveMap(iomap.COMMAND, size=None if sync_times else iomap.COMMAND.size_1_05, on_write=module.wake)
+    live = LiveMap(iomap.COMMAND, on_write=module.wake)
     live.show(module, Tick="tick", OffsetDS="variables_offset", OffsetDVA="descriptors_offset")
     live.bind(
         module,

@@ -5,8 +5,10 @@ Each field names a behaviour; modules read the field and never compare version n
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
+from firmware_protocol import iomap
 from sim_backend.firmware.vm.dialect import Dialect, Timing
 from sim_backend.firmware.vm.memory import Layout
 from sim_backend.firmware.vm.rxe import Type
@@ -36,6 +38,8 @@ class Version:
         settings: Content of the settings file.
         pool: Layout of the memory pool of programs.
         dialect: What its interpreter of programs can do.
+        map_sizes: Sizes of the IO maps that differ from their declaration, by module.
+        map_presets: Bytes of IO maps that are set at power-on, by module and offset.
     """
 
     major: int
@@ -55,58 +59,77 @@ class Version:
     settings: bytes
     pool: Layout
     dialect: Dialect
+    map_sizes: Mapping[str, int]
+    map_presets: Mapping[str, Mapping[int, bytes]]
 
 
-VERSIONS = {
-    "1.29": Version(
-        major=1,
-        minor=29,
-        extended_commands=True,
-        color_sensor=True,
-        evaluates_every_type=False,
-        settles_by_pins=False,
-        write_end_steps=0,
-        waits_for_clock=True,
-        stops_all_synchronised=True,
-        strict_data_names=True,
-        writing_prevents_deletion=True,
-        deletion_spares_found=True,
-        sectors=477,
-        directory_size=127,
-        settings=bytes.fromhex("780104030000"),
-        pool=Layout(clump=28, growth=25, doubly_linked=True),
-        dialect=Dialect(
-            Timing(instructions=54, turns=2_000),
-            copies_arrays=True,
-            system_calls=48,
-            missing=frozenset(),
-        ),
+_V1_29 = Version(
+    major=1,
+    minor=29,
+    extended_commands=True,
+    color_sensor=True,
+    evaluates_every_type=False,
+    settles_by_pins=False,
+    write_end_steps=0,
+    waits_for_clock=True,
+    stops_all_synchronised=True,
+    strict_data_names=True,
+    writing_prevents_deletion=True,
+    deletion_spares_found=True,
+    sectors=477,
+    directory_size=127,
+    settings=bytes.fromhex("780104030000"),
+    pool=Layout(clump=28, growth=25, doubly_linked=True),
+    dialect=Dialect(
+        Timing(instructions=54, turns=2_000),
+        copies_arrays=True,
+        system_calls=48,
+        missing=frozenset(),
     ),
-    "1.05": Version(
-        major=1,
-        minor=5,
-        extended_commands=False,
-        color_sensor=False,
-        evaluates_every_type=True,
-        settles_by_pins=True,
-        write_end_steps=9,
-        waits_for_clock=False,
-        stops_all_synchronised=True,
-        strict_data_names=False,
-        writing_prevents_deletion=False,
-        deletion_spares_found=False,
-        sectors=491,
-        directory_size=63,
-        settings=bytes.fromhex("cb"),
-        pool=Layout(clump=20, growth=5, doubly_linked=False, newest_type=Type.MUTEX),
-        dialect=Dialect(
-            Timing(instructions=1 << 30, turns=49),
-            copies_arrays=False,
-            system_calls=34,
-            missing=frozenset({0x34, 0x36, 0x37}),
-        ),
+    map_sizes={},
+    map_presets={},
+)
+
+_V1_05 = Version(
+    major=1,
+    minor=5,
+    extended_commands=False,
+    color_sensor=False,
+    evaluates_every_type=True,
+    settles_by_pins=True,
+    write_end_steps=9,
+    waits_for_clock=False,
+    stops_all_synchronised=True,
+    strict_data_names=False,
+    writing_prevents_deletion=False,
+    deletion_spares_found=False,
+    sectors=491,
+    directory_size=63,
+    settings=bytes.fromhex("cb"),
+    pool=Layout(clump=20, growth=5, doubly_linked=False, newest_type=Type.MUTEX),
+    dialect=Dialect(
+        Timing(instructions=1 << 30, turns=49),
+        copies_arrays=False,
+        system_calls=34,
+        missing=frozenset({0x34, 0x36, 0x37}),
     ),
-}
+    map_sizes={"Command.mod": iomap.COMMAND.size_1_05, "Input.mod": iomap.INPUT.size_1_05},
+    map_presets={},
+)
+
+_V1_32 = replace(
+    _V1_29,
+    minor=32,
+    sectors=410,
+    map_sizes={"Comm.mod": 1900, "Input.mod": 420, "Low Speed.mod": 172, "Ui.mod": 44},
+    map_presets={
+        "Comm.mod": {1896: bytes.fromhex("c0080002")},
+        "Output.mod": {30: b"\x50\x14", 62: b"\x50\x14", 94: b"\x50\x14", 96: b"\x64"},
+        "Ui.mod": {40: b"\x01"},
+    },
+)
+
+VERSIONS = {"1.29": _V1_29, "1.05": _V1_05, "1.32": _V1_32}
 """The firmware versions that can be simulated, the default first."""
 
 FIRMWARES = tuple(VERSIONS)

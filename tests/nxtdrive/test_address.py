@@ -76,7 +76,7 @@ def test_options_follow_the_question_mark():
         ("sim://?latency_ms=nan", "from 0"),
         ("sim://?latency_ms=soon", "from 0"),
         ("sim://?pace=slow", "realtime"),
-        ("sim://?firmware=1.31", "1.29 or 1.05"),
+        ("sim://?firmware=1.31", "1.29 or 1.05 or 1.32"),
         ("sim://?seed=1&seed=2", "more than once"),
         ("usb://?seed=1", "unknown option"),
     ],

@@ -48,7 +48,7 @@ def put(brick, io_map, name, value, index=0):
     assert status_of(brick, io_map.field(name, index).write(value)) == Status.OK
 
 
-@pytest.mark.parametrize(("firmware", "files"), [("1.29", 126), ("1.05", 62)])
+@pytest.mark.parametrize(("firmware", "files"), [("1.29", 126), ("1.05", 62), ("1.32", 126)])
 def test_the_directory_is_full(firmware, files):
     brick = SimBrick(firmware=firmware)
     for number in range(files):
@@ -221,7 +221,7 @@ def test_types_take_their_time_to_become_valid(firmware):
     assert 20 <= delay <= 22
     assert valid_after(SensorType.LIGHT_ACTIVE, SensorMode.PERCENT) == 1
     assert valid_after(SensorType.LOW_SPEED) == delay
-    if firmware == "1.29":
+    if firmware != "1.05":
         assert valid_after(SensorType.SOUND_DB) == delay + 280
         assert valid_after(SensorType.SWITCH) == delay
     else:

@@ -17,7 +17,7 @@ from .finding import Finding, ok, problem, warning
 if TYPE_CHECKING:
     from behaviors.mission import Mission
 
-KNOWN_FIRMWARE = ("1.05", "1.29")
+KNOWN_FIRMWARE = ("1.05", "1.29", "1.32")
 """Both were compared with LEGO's own code. Source: docs/firmware.md."""
 FLAT_MV, LOW_MV = 6100, 7100
 """Voltages at which the brick itself warns: alkaline cells, rechargeable pack. Source: docs/firmware.md section 8."""

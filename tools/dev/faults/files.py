@@ -32,6 +32,7 @@ from nxtdrive.cli.mission_template import template
 from nxtdrive.mission.setup import PICTURES
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.bundled import WORLDS
+from sim_backend.firmware.versions import FIRMWARES
 from sim_backend.simulation import Simulation
 
 from ...conformance.recording import load as load_recording
@@ -137,7 +138,7 @@ def _cascade(path: Path, _random: Random) -> str:
 
 
 def _recording(path: Path, random: Random) -> str:
-    firmware = random.choice(("1.29", "1.05"))
+    firmware = random.choice(FIRMWARES)
     for name, scenario in load_recording(path, firmware).items():
         for difference in replay(name, scenario.steps, firmware).differences:
             if difference.exception:
