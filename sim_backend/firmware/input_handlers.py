@@ -70,12 +70,13 @@ class InputHandlers:
     @handles(direct.LSWrite)
     def ls_write(self, command: direct.LSWrite) -> HandlerResult:
         """Start a transaction."""
-        if not self._exists(command.port):
+        port = self._low_speed.write_port(command.port)
+        if not self._exists(port):
             return OUT_OF_RANGE
         if command.tx_length > direct.LS_LIMIT or command.rx_length > direct.LS_LIMIT:
             return HandlerResult(Status.ILLEGAL_SIZE)
         data = command.data[: command.tx_length]
-        started = self._low_speed.write(command.port, data, command.rx_length)
+        started = self._low_speed.write(port, data, command.rx_length)
         return DONE if started else HandlerResult(Status.CHANNEL_NOT_CONFIGURED)
 
     @handles(direct.LSRead)

@@ -81,6 +81,7 @@ class Channel:
 
     def __init__(self, version: Version) -> None:
         self.bus = I2CBus(version)
+        self._resends, self._counts_full_ring = version.resends_messages, version.counts_full_ring
         self.state, self.mode, self.error = int(ChannelState.IDLE), int(ChannelMode.NONE), int(ChannelError.NONE)
         self.tx = self.rx = self.sending = bytes(RING)
         self.tx_size = self.tx_out = self.tx_spare = self.rx_size = self.rx_in = self.rx_out = self.received = (
@@ -90,8 +91,10 @@ class Channel:
 
     @property
     def ready(self) -> int:
-        """Number of received bytes waiting; 16 look like none."""
-        return (self.rx_in - self.rx_out) % RING
+        """Number of received bytes waiting; see `Version.counts_full_ring` for 16."""
+        waiting = (self.rx_in - self.rx_out) % RING
+        full = not waiting and self.rx_size == RING and self.state == ChannelState.IDLE
+        return RING if full and self._counts_full_ring else waiting
 
     def start(self, data: bytes, rx_size: int) -> None:
         """Accept a message."""
@@ -111,6 +114,12 @@ class Channel:
         first, count = self.rx_out, self.ready
         self.rx_out = self.rx_in
         return bytes(self.rx[(first + i) % RING] for i in range(count))
+
+    def load(self) -> None:
+        """Point at the bytes of the next try."""
+        self.sent = self.tx_size
+        if self._resends:
+            self.tx_out = 0
 
     def begin(self, message: bytes, now_ms: int) -> None:
         """Send a message."""
@@ -179,7 +188,7 @@ class LowSpeedModule:
         self.channels = [Channel(version) for _ in inputs]
         self.due_ms = NEVER
         self.active = self.speed = 0
-        self._clock, self._inputs = clock, inputs
+        self._clock, self._inputs, self._wraps = clock, inputs, version.wraps_write_port
 
     def wake(self) -> None:
         """Run in the next pass: the map was written."""
@@ -210,7 +219,7 @@ class LowSpeedModule:
             case ChannelState.LOAD if channel.bus.stuck:
                 channel.fail(ChannelError.NOT_READY, now_ms)
             case ChannelState.LOAD:
-                channel.sent = channel.tx_size
+                channel.load()
                 source = after_map_buffer if channel.tx_size else after_send_buffer
                 channel.begin(source(self.channels, self.active, index), now_ms)
             case ChannelState.COMMUNICATING:
@@ -227,6 +236,10 @@ class LowSpeedModule:
                 return Status.BUS_ERROR
             case _:
                 return Status.PENDING
+
+    def write_port(self, port: int) -> int:
+        """The port, 0..3, that LSWrite with this number means; see `Version.wraps_write_port`."""
+        return port % len(self.channels) if self._wraps else port
 
     def write(self, port: int, data: bytes, rx_size: int) -> bool:
         """Start a transaction; False if the port is busy or not configured, which is not checked after an error."""

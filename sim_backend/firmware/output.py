@@ -102,8 +102,14 @@ class OutputModule:
         self.pwm_frequency = 0
         self.due_ms = NEVER
         self._regulators = Regulators()
+        self._groups = version.port_groups
         self._clock = clock
         self._last_ms = clock.now_ms
+
+    def chosen(self, port: int) -> list[Output]:
+        """The outputs that a number means: one port, or a group of this version of the firmware."""
+        ports = [port] if port < len(self.outputs) else self._groups.get(port, ())
+        return [self.outputs[index] for index in ports]
 
     def wake(self) -> None:
         """Run in the next pass: a command was given or a plant moved."""

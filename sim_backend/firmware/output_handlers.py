@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from firmware_protocol import direct
-from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
+from firmware_protocol.enums import OutputMode, RegulationMode, RunState
 from firmware_protocol.iomap import OutputFlag
 from firmware_protocol.status import Status
 from sim_backend.firmware.handler_result import (
@@ -26,19 +26,14 @@ class OutputHandlers:
     @handles(direct.SetOutputState)
     def set_output_state(self, command: direct.SetOutputState) -> HandlerResult:
         """Store the command for the next pass; only the port is checked."""
-        if command.port == OutputPort.ALL:
-            chosen = self._output.outputs
-        elif command.port < len(self._output.outputs):
-            chosen = [self._output.outputs[command.port]]
-        else:
-            return OUT_OF_RANGE
+        chosen = self._output.chosen(command.port)
         for output in chosen:
             output.power, output.mode = command.power, int(command.mode)
             output.regulation, output.turn = int(command.regulation), command.turn_ratio
             output.run_state, output.tacho_limit = int(command.run_state), command.tacho_limit
             output.flags |= COMMAND
         self._output.wake()
-        return DONE
+        return DONE if chosen else OUT_OF_RANGE
 
     @handles(direct.GetOutputState)
     def get_output_state(self, command: direct.GetOutputState) -> HandlerResult:

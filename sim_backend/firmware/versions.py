@@ -5,7 +5,7 @@ Each field names a behaviour; modules read the field and never compare version n
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from firmware_protocol import iomap
@@ -28,8 +28,12 @@ class Version:
         write_end_steps: For how many interrupts of the I2C timer after a write the firmware takes it for the end, if a
             read follows; otherwise it sees the end after the turn to reading.
         waits_for_clock: Whether an I2C transfer waits while a device holds the clock line low.
-        stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor, or
-            only the partner.
+        resends_messages: Whether an I2C message without acknowledge is sent again; otherwise the bytes after it are.
+        counts_full_ring: Whether an idle port counts the 16 bytes of a full receive ring; otherwise it counts none.
+        wraps_write_port: Whether LSWrite takes ports modulo 4; otherwise it refuses those above 3.
+        stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor,
+            or only the partner.
+        port_groups: The motors that SetOutputState sets by a number that is not one port's.
         strict_data_names: Whether data files may not have names of programs.
         writing_prevents_deletion: Whether a file cannot be deleted while it is being written.
         deletion_spares_found: Whether a listing that has just found a deleted file skips the next one.
@@ -50,7 +54,11 @@ class Version:
     settles_by_pins: bool
     write_end_steps: int
     waits_for_clock: bool
+    resends_messages: bool
+    counts_full_ring: bool
+    wraps_write_port: bool
     stops_all_synchronised: bool
+    port_groups: Mapping[int, Sequence[int]]
     strict_data_names: bool
     writing_prevents_deletion: bool
     deletion_spares_found: bool
@@ -72,7 +80,11 @@ _V1_29 = Version(
     settles_by_pins=False,
     write_end_steps=0,
     waits_for_clock=True,
+    resends_messages=False,
+    counts_full_ring=False,
+    wraps_write_port=False,
     stops_all_synchronised=True,
+    port_groups={0xFF: (0, 1, 2)},
     strict_data_names=True,
     writing_prevents_deletion=True,
     deletion_spares_found=True,
@@ -99,7 +111,11 @@ _V1_05 = Version(
     settles_by_pins=True,
     write_end_steps=9,
     waits_for_clock=False,
+    resends_messages=False,
+    counts_full_ring=False,
+    wraps_write_port=False,
     stops_all_synchronised=True,
+    port_groups={0xFF: (0, 1, 2)},
     strict_data_names=False,
     writing_prevents_deletion=False,
     deletion_spares_found=False,
@@ -120,6 +136,11 @@ _V1_05 = Version(
 _V1_32 = replace(
     _V1_29,
     minor=32,
+    port_groups={0xFF: (0, 1, 2), 3: (0, 1), 4: (0, 2), 5: (1, 2), 6: (0, 1, 2)},
+    stops_all_synchronised=False,
+    resends_messages=True,
+    counts_full_ring=True,
+    wraps_write_port=True,
     sectors=410,
     map_sizes={"Comm.mod": 1900, "Input.mod": 420, "Low Speed.mod": 172, "Ui.mod": 44},
     map_presets={

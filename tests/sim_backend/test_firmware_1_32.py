@@ -1,5 +1,7 @@
 """What the community's firmware 1.32 answers differently: docs/firmware.md section 11."""
 
+import re
+
 import pytest
 
 from nxtdrive.tools.conformance.bench import Bench
@@ -40,3 +42,38 @@ def test_its_motors_have_speed_limits_and_a_common_period():
 
 def test_a_written_byte_beyond_the_map_of_1_29_is_kept():
     assert answers("1.32", "019501000c002800010007", "019401000c0028000100")[1] == "02940001000c00010007"
+
+
+LOW_SPEED_9V = ("0005000b00", "!tick 50")
+
+
+@pytest.mark.parametrize(("firmware", "tries"), [("1.29", ["00", "00", "00"]), ("1.32", ["02", "02", "02"])])
+def test_a_message_without_acknowledge_is_sent_again(firmware, tries):
+    log = answers(firmware, *LOW_SPEED_9V, "000f00020002ff", "!tick 30", "!i2c 0 log")[-1]
+    assert log.startswith("S [02]n P " + "".join(f"S [{address}]n P " for address in tries))
+
+
+@pytest.mark.parametrize(("firmware", "ready"), [("1.29", 0), ("1.32", 16)])
+def test_sixteen_bytes_can_be_read_over_i2c_and_stay(firmware, ready):
+    read = ["000e00", "001000", "001000"]
+    replies = answers(firmware, *LOW_SPEED_9V, "!i2c 0 attach 02", "000f0001100200", "000e00", "!tick 80", *read)
+    waiting = f"021000{ready:02x}"
+    assert replies[4] == "020e2000"
+    assert replies[-3] == f"020e00{ready:02x}"
+    assert [reply[:8] for reply in replies[-2:]] == [waiting] * 2
+
+
+@pytest.mark.parametrize(("port", "status"), [(4, "00"), (5, "e0"), (8, "00"), (255, "e0")])
+def test_ls_write_takes_ports_modulo_four(port, status):
+    assert answers("1.32", *LOW_SPEED_9V, f"000f{port:02x}020002ff")[-1] == "020f" + status
+    assert answers("1.29", *LOW_SPEED_9V, f"000f{port:02x}020002ff")[-1] == "020fc0"
+
+
+@pytest.mark.parametrize(("port", "moved"), [(3, "AB"), (4, "AC"), (5, "BC"), (6, "ABC"), (7, ""), (255, "ABC")])
+def test_set_output_state_has_numbers_for_groups_of_motors(port, moved):
+    power = "".join(f"{50 if motor in moved else 0}/0/.* " for motor in "ABC").rstrip()
+    request = f"0004{port:02x}320100002000000000"
+    reply, _, motors = answers("1.32", request, "!tick 100", "!motors")
+    assert reply == ("020400" if moved else "0204c0")
+    assert re.fullmatch(power, motors)
+    assert answers("1.29", request) == ["020400" if port == 255 else "0204c0"]

