@@ -18,7 +18,7 @@ from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.machine import Machine
 from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, POOL_SIZE, Layout, Memory, OutOfMemory, fresh_pool
 from sim_backend.firmware.vm.opcodes import OPCODES
-from sim_backend.firmware.vm.rxe import BadProgram, parse
+from sim_backend.firmware.vm.rxe import BadProgram, Fault, parse
 
 
 class _Phase(Enum):
@@ -158,8 +158,8 @@ class CommandModule:
         try:
             program = parse(content)
             memory = Memory(program, self._layout, self._pool)
-        except (BadProgram, OutOfMemory):
-            self._end(ProgramStatus.ERROR)
+        except (BadProgram, OutOfMemory) as error:
+            self._refuse(error.fault if isinstance(error, BadProgram) else Fault.OUT_OF_MEMORY)
             if self._handle is None:
                 self._phase = _Phase.IDLE
             return
@@ -170,6 +170,11 @@ class CommandModule:
         self._reset_devices()
         self.due_ms = now_ms + 1
 
+    def _refuse(self, fault: Fault) -> None:
+        if self._handle is None:
+            fault = Fault.NO_FILE
+        self._end(fault if self._dialect.tells_faults else ProgramStatus.ERROR)
+
     def _execute(self, now_ms: int) -> None:
         if self._machine is None:
             return
@@ -179,7 +184,7 @@ class CommandModule:
         else:
             self._end(ProgramStatus(outcome))
 
-    def _end(self, status: ProgramStatus) -> None:
+    def _end(self, status: ProgramStatus | Fault) -> None:
         self.status, self._phase = int(status), _Phase.ENDED
         self._on_end()
         self.wake()

@@ -30,6 +30,7 @@ _SETTLING_SOUND = 300
 _SETTLING_COLOR = 400
 _SOUND = (SensorType.SOUND_DB, SensorType.SOUND_DBA)
 _COLOR = range(SensorType.COLOR_FULL, SensorType.COLOR_NONE + 1)
+_DIGITAL = range(SensorType.LOW_SPEED, SensorType.COLOR_FULL)
 _EXIT_RAW = 50
 _LAMPS = (*range(SensorType.COLOR_FULL, SensorType.COLOR_NONE), COLOR_EXIT)
 """Types after which a colour sensor must be switched off."""
@@ -242,6 +243,8 @@ class InputModule:
             elif port.type in NORMALIZE or port.type == SensorType.CUSTOM or self._version.evaluates_every_type:
                 port.read()
                 due = now_ms + 1 if port.counts else NEVER
+            elif port.type in _DIGITAL and self._version.reads_digital_raw:
+                port.raw = port.voltage
             elif port.color.device is not None and port.type in _COLOR:
                 port.read_color(port.color.device)
             if self._version.color_sensor and COLOR_EXIT in (port.type, port.known_type):
@@ -258,12 +261,18 @@ class InputModule:
                 return
             if self._version.color_sensor and port.type in _COLOR:
                 port.color.state = CALIBRATING
+                if self._version.absent_color is not None:
+                    port.scaled = self._version.absent_color
             port.configure(self._settling(port), self._pins(port.type))
         elif lacks_color_sensor and port.type == COLOR_EXIT and port.voltage > _EXIT_RAW:
             port.type = SensorType.NONE  # which starts the exit anew: without a sensor it never ends
         elif lacks_color_sensor and port.type in _COLOR:
-            port.color.state, port.settling = OFF, NEVER
-            port.invalid |= INVALID
+            port.color.state = OFF
+            if self._version.absent_color is None:
+                port.settling = NEVER
+                port.invalid |= INVALID
+            else:
+                port.settle(passes)
         else:
             port.settle(passes)
 
@@ -271,7 +280,8 @@ class InputModule:
         """Number of passes after a change of type in which the values are invalid, or None if nothing must settle."""
         new, old = port.type, port.known_type
         if self._version.color_sensor and new in _COLOR:
-            return 1 if port.color.device is None else _SETTLING_COLOR
+            absent = port.color.device is None and self._version.absent_color is None
+            return 1 if absent else _SETTLING_COLOR
         if self._version.settles_by_pins and self._pins(new) == self._pins(old):
             return None
         return _SETTLING_SOUND if new in _SOUND else _SETTLING

@@ -24,6 +24,9 @@ class Version:
         extended_commands: Whether it has the commands 0x19 to 0x21 and 0x8D, and the sync times in the Command map.
         color_sensor: Whether it has the colour sensor and its variables in the Input map.
         evaluates_every_type: Whether inputs of every type are read, not only analog ones.
+        absent_color: Value of a type of the colour sensor without a sensor, valid after the sensor's time to settle;
+            None if the value is kept and never valid.
+        reads_digital_raw: Whether the converter's value is also shown for types of digital sensors.
         settles_by_pins: Whether a new type needs time to settle only if it sets the pins of the input differently.
         write_end_steps: For how many interrupts of the I2C timer after a write the firmware takes it for the end, if a
             read follows; otherwise it sees the end after the turn to reading.
@@ -51,6 +54,8 @@ class Version:
     extended_commands: bool
     color_sensor: bool
     evaluates_every_type: bool
+    absent_color: int | None
+    reads_digital_raw: bool
     settles_by_pins: bool
     write_end_steps: int
     waits_for_clock: bool
@@ -77,6 +82,8 @@ _V1_29 = Version(
     extended_commands=True,
     color_sensor=True,
     evaluates_every_type=False,
+    absent_color=None,
+    reads_digital_raw=False,
     settles_by_pins=False,
     write_end_steps=0,
     waits_for_clock=True,
@@ -108,6 +115,8 @@ _V1_05 = Version(
     extended_commands=False,
     color_sensor=False,
     evaluates_every_type=True,
+    absent_color=None,
+    reads_digital_raw=False,
     settles_by_pins=True,
     write_end_steps=9,
     waits_for_clock=False,
@@ -136,12 +145,15 @@ _V1_05 = Version(
 _V1_32 = replace(
     _V1_29,
     minor=32,
+    absent_color=1,
+    reads_digital_raw=True,
     port_groups={0xFF: (0, 1, 2), 3: (0, 1), 4: (0, 2), 5: (1, 2), 6: (0, 1, 2)},
     stops_all_synchronised=False,
     resends_messages=True,
     counts_full_ring=True,
     wraps_write_port=True,
     sectors=410,
+    dialect=_V1_29.dialect._replace(tells_faults=True),
     map_sizes={"Comm.mod": 1900, "Input.mod": 420, "Low Speed.mod": 172, "Ui.mod": 44},
     map_presets={
         "Comm.mod": {1896: bytes.fromhex("c0080002")},

@@ -77,3 +77,46 @@ def test_set_output_state_has_numbers_for_groups_of_motors(port, moved):
     assert reply == ("020400" if moved else "0204c0")
     assert re.fullmatch(power, motors)
     assert answers("1.29", request) == ["020400" if port == 255 else "0204c0"]
+
+
+COLOR, DIGITAL, VALUES = "0005000d20", "0005000c20", "000700"
+
+
+@pytest.mark.parametrize(("firmware", "scaled", "valid"), [("1.29", "0000", "00"), ("1.32", "0100", "01")])
+def test_an_absent_colour_sensor_is_black_and_valid_after_400_passes(firmware, scaled, valid):
+    first, _, waiting, settled = answers(firmware, COLOR, VALUES, "!tick 398", VALUES, VALUES)[1:]
+    assert first == waiting == f"0207000000000d2000000000{scaled}0000"
+    assert settled == f"02070000{valid}000d2000000000{scaled}0000"
+
+
+@pytest.mark.parametrize(("firmware", "raw"), [("1.29", "0000"), ("1.32", "f401")])
+def test_the_raw_value_of_a_digital_sensor_is_read(firmware, raw):
+    values = answers(firmware, "!sensor 0 500", DIGITAL, "!tick 30", VALUES)[-1]
+    assert values == f"0207000001000c20{raw}000000000000"
+
+
+def program(content: bytes) -> list[str]:
+    """Telegrams that store a program, start it and read ProgStatus."""
+    name = b"p.rxe".ljust(20, b"\0").hex()
+    size = len(content).to_bytes(4, "little").hex()
+    stored = [f"0189{name}{size}", f"018300{content.hex()}", "018400"]
+    return [*stored, "!tick 1", f"0000{name}", "!tick 9", "0194010001001c000100"]
+
+
+HEADER = b"MindstormsNXT\0"
+
+
+@pytest.mark.parametrize(
+    ("content", "fault"),
+    [
+        (b"garbage", "fc"),
+        (HEADER + b"\0\0", "fc"),
+        (HEADER + b"\0\x05", "f9"),
+        (HEADER + b"\0\x05" + bytes(18) + b"\xff\0\0\0", "f9"),
+        (HEADER + b"\0\x05" + bytes(18) + b"\x01\0\0\0", "f8"),
+        (HEADER + b"\0\x05" + bytes(18) + b"\x01\0\x01\0", "f7"),
+    ],
+)
+def test_the_status_tells_why_a_program_cannot_be_started(content, fault):
+    assert answers("1.32", *program(content))[-1] == f"029400010001000100{fault}"
+    assert answers("1.29", *program(content))[-1] == "02940001000100010003"

@@ -26,9 +26,11 @@ class Dialect(NamedTuple):
         copies_arrays: Whether an operation of one array copies it unchanged if the target has the same type.
         system_calls: Number of system calls.
         missing: Opcodes that it does not have.
+        tells_faults: Whether ProgStatus tells why a program cannot be started, not only that.
     """
 
     timing: Timing
     copies_arrays: bool
     system_calls: int
     missing: frozenset[int]
+    tells_faults: bool = False

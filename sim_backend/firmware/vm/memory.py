@@ -13,7 +13,7 @@ import struct
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from sim_backend.firmware.vm.rxe import SIZES, BadProgram, Program, Type
+from sim_backend.firmware.vm.rxe import SIZES, BadProgram, Fault, Program, Type
 
 POOL_SIZE = 32_768
 NOT_AN_OFFSET = 0xFFFF
@@ -107,11 +107,11 @@ class Memory:
         self._head, self._tail, self._free = program.memory_head, program.memory_tail, _NONE
         self._end = program.initial_size
         if self.base + self._end > POOL_SIZE:
-            raise BadProgram("larger than the memory pool")
+            raise BadProgram(Fault.POOL_SIZE, "larger than the memory pool")
         for offset, data in program.initial_values(layout.newest_type):
             self.write(offset, data)
         if self.array(0).offset != self.descriptors:
-            raise BadProgram("array descriptors that do not describe themselves")
+            raise BadProgram(Fault.FIRST_VALUES, "array descriptors that do not describe themselves")
         if self.doubly_linked:
             previous = _NONE
             for index in self._list():
@@ -136,11 +136,11 @@ class Memory:
             offset = self.array(index).offset
             if offset != NOT_AN_OFFSET:
                 if offset < last:
-                    raise BadProgram("arrays that are not in the order of the list")
+                    raise BadProgram(Fault.ARRAY_LIST, "arrays that are not in the order of the list")
                 last = offset
             tail, count = index, count + 1
         if count == 0 or tail != self._tail or count + self._free_count() != self.array(0).length:
-            raise BadProgram("a list that does not contain each array once")
+            raise BadProgram(Fault.ARRAY_LIST, "a list that does not contain each array once")
 
     def _free_count(self) -> int:
         count, index = 0, self._free

@@ -22,6 +22,8 @@ _VARIABLE = struct.Struct("<BBH")
 _CLUMP = struct.Struct("<BBH")
 _WORD = 2
 _ZERO_FIRST = 1
+_NO_CLUMP = 0xFF
+"""Number that stands for no clump; a program has fewer."""
 """Flag of a variable whose initial value is zero and not in the file."""
 
 
@@ -60,8 +62,33 @@ def size_of(kind: int) -> int:
     return SIZES.get(kind, 0)
 
 
+class Fault(IntEnum):
+    """Why a program cannot be started: the byte that firmware 1.32 shows as ProgStatus."""
+
+    TYPE = 0xFE
+    ARRAY_LIST = 0xFD
+    FORMAT = 0xFC
+    OUT_OF_MEMORY = 0xFB
+    CLUMP_COUNT = 0xF9
+    NO_CODE = 0xF8
+    SIZES = 0xF7
+    POOL_SIZE = 0xF6
+    NO_FILE = 0xF5
+    FIRST_VALUES = 0xF4
+    NO_START = 0xF3
+    SCALARS_SIZE = 0xF2
+
+
 class BadProgram(Exception):
-    """The file is not a program that this firmware can run."""
+    """The file is not a program that this firmware can run.
+
+    Attributes:
+        fault: See `Fault`.
+    """
+
+    def __init__(self, fault: Fault, reason: str) -> None:
+        super().__init__(reason)
+        self.fault = fault
 
 
 class Variable(NamedTuple):
@@ -161,8 +188,10 @@ class Program:
                 yield variable.data, self.values[at : at + size].ljust(size, b"\0")
                 at += size
             index = following(self.variables, index) if variable.type == Type.ARRAY else index + 1
-        if at != self.dynamic_offset or not known:
-            raise BadProgram("scalars of an unknown type, or whose size is not that of the header")
+        if not known:
+            raise BadProgram(Fault.TYPE, "variables of an unknown type")
+        if at != self.dynamic_offset:
+            raise BadProgram(Fault.SCALARS_SIZE, "scalars whose size is not that of the header")
         yield self.static_size, self.values[at:]
 
 
@@ -175,17 +204,21 @@ def parse(content: bytes) -> Program:
     try:
         return _parse(content)
     except (struct.error, ValueError, IndexError) as error:
-        raise BadProgram(f"damaged program: {error}") from error
+        raise BadProgram(Fault.SIZES, f"damaged program: {error}") from error
 
 
 def _parse(content: bytes) -> Program:
-    header = _Header(*_HEADER.unpack_from(content))
+    header = _Header(*_HEADER.unpack_from(content.ljust(_HEADER.size, b"\0")))
     if header.format != _FORMAT:
-        raise BadProgram("not a program")
+        raise BadProgram(Fault.FORMAT, "not a program")
     if header.minor < OLDEST_MINOR or header.major > NEWEST_MAJOR:
-        raise BadProgram(f"format {header.major}.{header.minor} is not supported")
-    if not (header.variables and header.initial_size and header.clumps and header.words):
-        raise BadProgram("a part is empty")
+        raise BadProgram(Fault.FORMAT, f"format {header.major}.{header.minor} is not supported")
+    if not 0 < header.clumps < _NO_CLUMP:
+        raise BadProgram(Fault.CLUMP_COUNT, "no clumps, or too many")
+    if not header.words:
+        raise BadProgram(Fault.NO_CODE, "no code")
+    if not (header.variables and header.initial_size):
+        raise BadProgram(Fault.FIRST_VALUES if header.variables else Fault.SIZES, "no variables")
     at = _HEADER.size
     whole = content[at : at + (len(content) - at) // _VARIABLE.size * _VARIABLE.size]
     variables = tuple(
@@ -196,11 +229,11 @@ def _parse(content: bytes) -> Program:
     at = _even(at + header.defaults_size)
     clumps, at = _clumps(content, at, header)
     if all(clump.fire_count for clump in clumps):
-        raise BadProgram("no clump that starts the program")
+        raise BadProgram(Fault.NO_START, "no clump that starts the program")
     if at + header.words * _WORD != len(content):
-        raise BadProgram("the file does not have the announced size")
+        raise BadProgram(Fault.SIZES, "the file does not have the announced size")
     if header.dynamic_offset + header.dynamic_size != header.defaults_size:
-        raise BadProgram("initial values that do not have the announced size")
+        raise BadProgram(Fault.SCALARS_SIZE, "initial values that do not have the announced size")
     code = struct.unpack_from(f"<{header.words}H", content, at)
     return Program(
         variables,
