@@ -137,6 +137,7 @@ OUTPUT = IOMap(
         RegMode=(26, U8),
         Overloaded=(27, U8),
         SyncTurnParameter=(28, S8),
+        Options=(29, U8),
     )
     | single(PwmFreq=(96, U8)),
 )

@@ -55,6 +55,7 @@ def output_map(module: OutputModule) -> LiveMap:
             RunState="run_state",
             RegMode="regulation",
             SyncTurnParameter="turn",
+            Options="options",
         )
     live.bind(module, PwmFreq="pwm_frequency")
     return live

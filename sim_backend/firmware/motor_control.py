@@ -35,6 +35,7 @@ class MotorControl:
 
     Attributes:
         index: 0..2 for A..C.
+        windup_by_gain: See `Version`.
         set_speed: Final speed of the motion, percent.
         target_speed: Speed for this pass, percent.
         actual_speed: PWM of the motor, percent.
@@ -58,6 +59,7 @@ class MotorControl:
     def __init__(self, index: int, version: Version) -> None:
         self.index = index
         self.stops_all_synchronised = version.stops_all_synchronised and index > 0
+        self.windup_by_gain = version.windup_by_gain
         self.others: Sequence[MotorControl] = ()
         self.gains = (96, 32, 32)
         self.set_speed = self.target_speed = self.actual_speed = self.turn = 0

@@ -60,6 +60,7 @@ class Output:
         run_state: As commanded until the next pass, then live.
         regulation: As commanded.
         turn: As commanded, percent.
+        options: Byte 29 of the map.
         tacho_limit: As commanded, degrees.
     """
 
@@ -68,6 +69,7 @@ class Output:
         self.plant: MotorPlant | None = None
         self.p_gain, self.i_gain, self.d_gain = control.gains
         self.mode = self.power = self.run_state = self.regulation = self.turn = self.tacho_limit = self.flags = 0
+        self.options = 0
 
     @property
     def at_rest(self) -> bool:
@@ -86,6 +88,7 @@ class OutputModule:
         due_ms: See `Module`.
         outputs: Ports A, B, C.
         pwm_frequency: Byte 96 of the map, kHz.
+        shows_options: See `Version`.
     """
 
     def __init__(self, clock: Clock, version: Version) -> None:
@@ -103,6 +106,7 @@ class OutputModule:
         self.due_ms = NEVER
         self._regulators = Regulators()
         self._groups = version.port_groups
+        self.shows_options = version.shows_options
         self._clock = clock
         self._last_ms = clock.now_ms
 

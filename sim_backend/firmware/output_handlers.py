@@ -16,6 +16,9 @@ from sim_backend.firmware.handler_result import (
 )
 from sim_backend.firmware.output import COMMAND, OutputModule
 
+_OPTIONS = 0xF0
+"""Bits of the mode that are options."""
+
 
 class OutputHandlers:
     """The motor commands."""
@@ -32,6 +35,8 @@ class OutputHandlers:
             output.regulation, output.turn = int(command.regulation), command.turn_ratio
             output.run_state, output.tacho_limit = int(command.run_state), command.tacho_limit
             output.flags |= COMMAND
+            if self._output.shows_options:
+                output.options = int(command.mode) & _OPTIONS
         self._output.wake()
         return DONE if chosen else OUT_OF_RANGE
 

@@ -6,7 +6,7 @@ from sim_backend.firmware.cint import clamp, divide, s16
 from sim_backend.firmware.motor_control import SPEED, SYNC, MotorControl
 
 WINDUP = 32_000
-"""Limit of the position error times P."""
+"""Limit of the position error, or of its product with P: see `Version.windup_by_gain`."""
 
 
 class Regulators:
@@ -73,8 +73,8 @@ def _regulate_speed(motor: MotorControl) -> None:
     p_gain, i_gain, d_gain = motor.gains
     old = motor.old_error
     error = s16(old - motor.delta) + motor.target_speed
-    if p_gain:
-        error = clamp(error, WINDUP // p_gain)
+    if p_gain or not motor.windup_by_gain:
+        error = clamp(error, WINDUP // p_gain if motor.windup_by_gain else WINDUP)
     p = clamp(error * (p_gain // 32), 100)
     d = (error - old) * (d_gain // 32)
     motor.old_error = error

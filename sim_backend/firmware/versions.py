@@ -36,6 +36,8 @@ class Version:
         wraps_write_port: Whether LSWrite takes ports modulo 4; otherwise it refuses those above 3.
         stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor,
             or only the partner.
+        windup_by_gain: Whether the limit of the position error in speed regulation is divided by the P gain.
+        shows_options: Whether the Output map shows the upper four bits of the mode in SetOutputState as options.
         port_groups: The motors that SetOutputState sets by a number that is not one port's.
         strict_data_names: Whether data files may not have names of programs.
         writing_prevents_deletion: Whether a file cannot be deleted while it is being written.
@@ -63,6 +65,8 @@ class Version:
     counts_full_ring: bool
     wraps_write_port: bool
     stops_all_synchronised: bool
+    windup_by_gain: bool
+    shows_options: bool
     port_groups: Mapping[int, Sequence[int]]
     strict_data_names: bool
     writing_prevents_deletion: bool
@@ -91,6 +95,8 @@ _V1_29 = Version(
     counts_full_ring=False,
     wraps_write_port=False,
     stops_all_synchronised=True,
+    windup_by_gain=True,
+    shows_options=False,
     port_groups={0xFF: (0, 1, 2)},
     strict_data_names=True,
     writing_prevents_deletion=True,
@@ -124,6 +130,8 @@ _V1_05 = Version(
     counts_full_ring=False,
     wraps_write_port=False,
     stops_all_synchronised=True,
+    windup_by_gain=True,
+    shows_options=False,
     port_groups={0xFF: (0, 1, 2)},
     strict_data_names=False,
     writing_prevents_deletion=False,
@@ -147,6 +155,8 @@ _V1_32 = replace(
     minor=32,
     absent_color=1,
     reads_digital_raw=True,
+    windup_by_gain=False,
+    shows_options=True,
     port_groups={0xFF: (0, 1, 2), 3: (0, 1), 4: (0, 2), 5: (1, 2), 6: (0, 1, 2)},
     stops_all_synchronised=False,
     resends_messages=True,

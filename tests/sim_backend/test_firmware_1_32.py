@@ -120,3 +120,15 @@ HEADER = b"MindstormsNXT\0"
 def test_the_status_tells_why_a_program_cannot_be_started(content, fault):
     assert answers("1.32", *program(content))[-1] == f"029400010001000100{fault}"
     assert answers("1.29", *program(content))[-1] == "02940001000100010003"
+
+
+@pytest.mark.parametrize(("firmware", "power"), [("1.29", "60/0"), ("1.32", "88/0")])
+def test_a_motor_catches_up_on_all_that_a_stall_cost_it(firmware, power):
+    stalled, free = "!motor 0 590 60 12 150 5 1", "!motor 0 590 60 12 150 5 0"
+    motors = answers(firmware, stalled, "0004003205010020000000000000", "!tick 2500", free, "!tick 2400", "!motors")[-1]
+    assert motors.startswith(power)
+
+
+@pytest.mark.parametrize(("firmware", "options"), [("1.29", "00"), ("1.32", "e0")])
+def test_the_upper_bits_of_the_mode_are_options(firmware, options):
+    assert answers(firmware, "00040132e10000200000000000", "019401000200" + "3d000100")[-1][-2:] == options
