@@ -267,13 +267,19 @@ class InputModule:
         elif lacks_color_sensor and port.type == COLOR_EXIT and port.voltage > _EXIT_RAW:
             port.type = SensorType.NONE  # which starts the exit anew: without a sensor it never ends
         elif lacks_color_sensor and port.type in _COLOR:
-            port.color.state = OFF
-            if self._version.absent_color is None:
-                port.settling = NEVER
-                port.invalid |= INVALID
-            else:
-                port.settle(passes)
+            self._miss_color_sensor(port, passes)
         else:
+            port.settle(passes)
+
+    def _miss_color_sensor(self, port: InputPort, passes: int) -> None:
+        """Handle a type of the colour sensor on a port without one."""
+        if self._version.absent_color is None:
+            port.color.state, port.settling = OFF, NEVER
+            port.invalid |= INVALID
+        elif port.color.state == CALIBRATING and port.voltage <= _EXIT_RAW:
+            port.settling = _SETTLING_COLOR
+        else:
+            port.color.state = OFF
             port.settle(passes)
 
     def _settling(self, port: InputPort) -> int | None:

@@ -132,3 +132,9 @@ def test_a_motor_catches_up_on_all_that_a_stall_cost_it(firmware, power):
 @pytest.mark.parametrize(("firmware", "options"), [("1.29", "00"), ("1.32", "e0")])
 def test_the_upper_bits_of_the_mode_are_options(firmware, options):
     assert answers(firmware, "00040132e10000200000000000", "019401000200" + "3d000100")[-1][-2:] == options
+
+
+def test_a_low_voltage_keeps_an_absent_colour_sensor_invalid():
+    rises = ["!sensor 0 51", "!tick 401", VALUES]
+    values = answers("1.32", "!sensor 0 50", COLOR, "!tick 900", VALUES, *rises)
+    assert [values[3][6:10], values[-1][6:10]] == ["0000", "0001"]
