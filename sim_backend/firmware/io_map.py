@@ -56,7 +56,7 @@ class LiveMap:
         self._bytes.extend(bytes(max(0, size - self.size)))
         self.size = size
         for offset, data in presets.items():
-            self.write(offset, data)
+            self._store(offset, data)
 
     def preset(self, offset: int, data: bytes) -> None:
         """Set bytes as the firmware's boot does."""
@@ -83,14 +83,17 @@ class LiveMap:
 
     def write(self, offset: int, data: bytes) -> None:
         """Write bytes; the caller has checked the range."""
+        self._store(offset, data)
+        if self._on_write is not None and data:
+            self._on_write()
+
+    def _store(self, offset: int, data: bytes) -> None:
         end = offset + len(data)
         self._refresh(offset, end)
         self._bytes[offset:end] = data
         for view in self._touched(offset, end):
             if view.put is not None:
                 view.put(view.layout.unpack_from(self._bytes, view.offset)[0])
-        if self._on_write is not None and data:
-            self._on_write()
 
     def _refresh(self, start: int, end: int) -> None:
         for view in self._touched(start, end):

@@ -31,7 +31,7 @@ def test_it_knows_the_firmwares_of_the_simulated_brick():
     assert FIRMWARES == brick.FIRMWARES
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("firmware", ["1.29", "1.05"])
 def test_one_scenario_of_the_golden_recording(firmware, capsys):
     assert check(str(GOLDEN), "--scenario", "program_lifecycle", "--firmware", firmware) == DONE
     lines = capsys.readouterr().out.splitlines()
