@@ -115,24 +115,15 @@ _V1_29 = Version(
     map_presets={},
 )
 
-_V1_05 = Version(
-    major=1,
+_V1_05 = replace(
+    _V1_29,
     minor=5,
     extended_commands=False,
     color_sensor=False,
     evaluates_every_type=True,
-    absent_color=None,
-    reads_digital_raw=False,
     settles_by_pins=True,
     write_end_steps=9,
     waits_for_clock=False,
-    resends_messages=False,
-    counts_full_ring=False,
-    wraps_write_port=False,
-    stops_all_synchronised=True,
-    windup_by_gain=True,
-    shows_options=False,
-    port_groups={0xFF: (0, 1, 2)},
     strict_data_names=False,
     writing_prevents_deletion=False,
     deletion_spares_found=False,
@@ -147,7 +138,6 @@ _V1_05 = Version(
         missing=frozenset({0x34, 0x36, 0x37}),
     ),
     map_sizes={"Command.mod": iomap.COMMAND.size_1_05, "Input.mod": iomap.INPUT.size_1_05},
-    map_presets={},
 )
 
 _V1_32 = replace(
