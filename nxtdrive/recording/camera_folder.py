@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from nxtdrive.recording.camera_index import INDEX, Header, Look, Picture
 from nxtdrive.recording.output_file import write_file
-from nxtdrive.recording.video import VIDEO_FPS
+from nxtdrive.recording.video import VIDEO_FPS, slot_of
 from nxtdrive.vision.detection import Image
 
 JPEG_QUALITY = 80
@@ -52,7 +52,7 @@ class CameraFolder:
         Raises:
             OSError: A file cannot be written.
         """
-        slot = int(time_s * self._fps + 1e-6)
+        slot = slot_of(time_s, self._fps)
         pending = self._pending
         if pending is not None and slot > pending.slot:
             self._write(pending)

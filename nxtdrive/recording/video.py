@@ -27,6 +27,11 @@ _MATROSKA, _WEBM = b"\x42\x82\x88matroska", b"\x42\x82\x84webm\xec\x82\x00\x00"
 _HEAD_BYTES = 64
 
 
+def slot_of(time_s: float, fps: float) -> int:
+    """Return the number of the frame at a constant rate that shows a time, up to a rounding error before it begins."""
+    return int(time_s * fps + 1e-6)
+
+
 class VideoRecorder:
     """A WebM video (VP8) with a constant frame rate in mission time; the file appears when it is complete.
 
@@ -53,7 +58,7 @@ class VideoRecorder:
         Raises:
             ConfigError: The file cannot be written.
         """
-        slot = int(time_s * self._fps + 1e-6)
+        slot = slot_of(time_s, self._fps)
         if self._shown is None:
             self._open(image)
             self._shown = image

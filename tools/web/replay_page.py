@@ -12,6 +12,7 @@ from pathlib import Path
 from input_files.plain import MEGABYTE, InputFileError, read_bytes
 from nxtdrive.recording.camera_index import CameraPictures, Picture
 from nxtdrive.recording.run_reader import PastRun
+from nxtdrive.recording.video import slot_of
 
 from .replay_data import replay_data
 
@@ -62,7 +63,7 @@ def thinned(camera: CameraPictures, fps: float) -> CameraPictures:
         return camera
     slots: dict[int, Picture] = {}
     for picture in camera.pictures:
-        slots.setdefault(int(picture.t * fps + 1e-6), picture)
+        slots.setdefault(slot_of(picture.t, fps), picture)
     return replace(camera, pictures=tuple(slots.values()))
 
 
