@@ -12,11 +12,20 @@ from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AliasChoices, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import AliasChoices, Field, TypeAdapter, ValidationError
 
 from behaviors.mission_cross_checks import cross_checks
 from behaviors.mission_mistakes import mistakes
 from behaviors.plausibility import TOLERANCE_MM
+from behaviors.robot_description import (
+    CameraTable,
+    RobotFile,
+    RobotFileError,
+    RobotTable,
+    Table,
+    load_robot_file,
+    with_robot,
+)
 from input_files.mistakes import listed, shown
 from input_files.plain import InputFileError
 from input_files.toml_file import read_toml
@@ -24,19 +33,12 @@ from input_files.toml_file import read_toml
 BUILT_IN = Path(__file__).parent / "missions" / "lena_rilakkuma.toml"
 """The mission that runs by default."""
 
-OutputPort = Literal["A", "B", "C"]
-InputPort = Literal[0, 1, 2, 3, 4]
-
 
 class MissionError(ValueError):
     """A mission file with mistakes; the message lists all of them, one a line, each with its path and what to do."""
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
-
-
-class ThesisParameters(_Table):
+class ThesisParameters(Table):
     """Parameters of the thesis profile; where the thesis gives none, the reading of docs/thesis.md.
 
     Attributes:
@@ -70,7 +72,7 @@ class ThesisParameters(_Table):
     cruise_mm_s: float = Field(default=150.0, ge=20, le=400)
 
 
-class AdaptiveParameters(_Table):
+class AdaptiveParameters(Table):
     """Parameters of the adaptive profile; most were tuned on separate seeds, see docs/evaluation.md.
 
     Attributes:
@@ -110,7 +112,7 @@ class AdaptiveParameters(_Table):
     fixed_wait_s: float | None = Field(default=None, ge=0, le=600)
 
 
-class _Target(_Table):
+class _Target(Table):
     height_mm: float = Field(default=297.0, ge=10, le=3000, description="real height of what is detected")
 
 
@@ -163,41 +165,7 @@ class ColorTarget(_Target):
 Target = Annotated[PictureTarget | HaarTarget | MarkerTarget | ColorTarget, Field(discriminator="detector")]
 
 
-class RobotTable(_Table):
-    """How the robot is built.
-
-    Attributes:
-        left: Output port of the left wheel.
-        right: Output port of the right wheel.
-        ultrasonic: Input port of the ultrasonic sensor; 0 for none.
-        touch: Input port of the bumper; 0 for none.
-        compass: Input port of a compass that corrects the heading; 0 for none.
-        wheel_diameter_mm: Diameter of the wheels; 56 is the NXT set's.
-        axle_track_mm: Distance between the centres of the wheels.
-        stop_distance_mm: The safety stop's distance ahead.
-    """
-
-    left: OutputPort = "B"
-    right: OutputPort = "C"
-    ultrasonic: InputPort = 4
-    touch: InputPort = 1
-    compass: InputPort = 0
-    wheel_diameter_mm: float = Field(default=56.0, ge=10, le=300)
-    axle_track_mm: float = Field(default=112.0, ge=30, le=600)
-    stop_distance_mm: float = Field(default=200.0, ge=30, le=1000)
-
-
-class CameraTable(_Table):
-    """The camera on the robot.
-
-    Attributes:
-        hfov_deg: Horizontal field of view.
-    """
-
-    hfov_deg: float = Field(default=60.0, ge=20, le=140)
-
-
-class MissionTable(_Table):
+class MissionTable(Table):
     """What to do.
 
     Attributes:
@@ -208,6 +176,7 @@ class MissionTable(_Table):
         time_limit_s: When the mission ends, whatever has been reached.
         reconnect_timeout_s: A mission is suspended while brick or camera do not answer, and ends when that lasts
             longer. Files may still call it ``link_patience_s``.
+        robot_file: A robot file beside this one; keys of [robot] and [camera] below come before those of it.
     """
 
     name: str = "mission"
@@ -218,9 +187,10 @@ class MissionTable(_Table):
     reconnect_timeout_s: float = Field(
         default=30.0, ge=0, le=3600, validation_alias=AliasChoices("reconnect_timeout_s", "link_patience_s")
     )
+    robot_file: str | None = None
 
 
-class Mission(_Table):
+class Mission(Table):
     """A whole mission file."""
 
     mission: MissionTable
@@ -231,20 +201,29 @@ class Mission(_Table):
     camera: CameraTable = CameraTable()
 
 
-def load_mission(path: Path, picture_folders: Sequence[Path] = ()) -> Mission:
+def load_mission(
+    path: Path, picture_folders: Sequence[Path] = (), *, robot: Path | None = None, usual_robot: Path | None = None
+) -> Mission:
     """Read and check a mission file.
+
+    Values of the robot come from the mission's own tables first, then from a robot file, then from the defaults.
 
     Args:
         path: The TOML file.
         picture_folders: Where else pictures are looked for when they do not lie beside the file.
+        robot: The robot file; by default the one that the mission names.
+        usual_robot: The robot file if neither is given.
 
     Returns:
         The mission; its pictures are absolute paths of files that exist.
 
     Raises:
-        MissionError: The file cannot be read or has mistakes; the message lists all of them.
+        MissionError: A file cannot be read or has mistakes; the message lists all of them.
     """
     table = _read(path)
+    described = _robot_file(table, path, robot, usual_robot)
+    if described is not None:
+        table = with_robot(table, described)
     folders = [path.resolve().parent, *picture_folders]
     problems = [*cross_checks(table, RobotTable().model_dump()), *_resolve_pictures(table, folders)]
     try:
@@ -256,6 +235,22 @@ def load_mission(path: Path, picture_folders: Sequence[Path] = ()) -> Mission:
             return mission
         lines = listed(len(problems), problems)
     raise MissionError(f"{path}: " + "\n  ".join(lines))
+
+
+def _robot_file(table: dict[str, Any], path: Path, robot: Path | None, usual: Path | None) -> RobotFile | None:
+    settings = table.get("mission")
+    named = settings.get("robot_file") if isinstance(settings, dict) else None
+    beside = path.parent / named if isinstance(named, str) else None
+    chosen = robot or beside or usual
+    try:
+        return None if chosen is None else load_robot_file(chosen)
+    except RobotFileError as error:
+        raise MissionError(str(error)) from None
+
+
+def described_by(mission: Mission, described: RobotFile) -> Mission:
+    """Return a mission with the robot file's values for keys of [robot] and [camera] that the mission does not set."""
+    return Mission.model_validate(with_robot(mission.model_dump(exclude_unset=True), described))
 
 
 def valid_targets(path: Path, picture_folders: Sequence[Path] = ()) -> dict[str, Target]:

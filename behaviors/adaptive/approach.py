@@ -6,7 +6,6 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.perception import N as PERCEPTION
 from behaviors.adaptive.perception import Observation, Perception, unheard_blocker
 from behaviors.adaptive.target_verifier import TargetVerifier, Verdict
@@ -110,7 +109,7 @@ class ApproachSkill:
         known = perception.world.known.get(perception.target)
         if known is None:
             return _failed(Reason.TARGET_LOST, observation, finding=TargetFinding.MOVED)
-        bearing_deg, distance_mm = perception.world.polar_to(known.place)
+        bearing_deg, distance_mm = perception.world.sight_to(known.place)
         self._weigh(observation, bearing_deg, distance_mm)
         fact = self._arrived(observation) or self._hindered(observation, known, bearing_deg, distance_mm)
         if fact is not None:
@@ -229,7 +228,7 @@ class ApproachSkill:
         x_mm, y_mm = world.here
         end = x_mm + share * (known.place[0] - x_mm), y_mm + share * (known.place[1] - y_mm)
         blocked_mm = world.floor.blocked_after_mm(world.here, end, clearance_mm=N.clearance_mm)
-        return None if blocked_mm is None else max(0.0, blocked_mm - GRID.sonar_forward_mm)
+        return None if blocked_mm is None else max(0.0, blocked_mm - world.floor.sonar_forward_mm)
 
     def _blocked(self, observation: Observation, *, hides: bool) -> Failure:
         """Something is before the target: perhaps for a short time if it hides it, since that may be a person."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from behaviors.angles import wrapped_deg
 from behaviors.ports import Pose
+from behaviors.robot_description import RobotTable
 
 CELL_MM, CELLS = 80.0, 180
 """Size of a cell, and cells along each axis: the grid reaches 7.2 m from the start to each side."""
@@ -25,8 +26,6 @@ class GridNumbers:
     """The numbers of the sonar model and of the map; evidence is a score without a unit, like log odds.
 
     Attributes:
-        sonar_forward_mm: The sonar in front of the axle, on common builds.
-        beam_deg: Half the beam's angle. Source: docs/worlds.md, ultrasonic sensor.
         arc_deg: An echo's arc is marked this far to either side.
         near_mm: An echo from nearer than this places an obstacle.
         far_mm: An echo from farther than this places nothing; in between it is a hint.
@@ -52,11 +51,8 @@ class GridNumbers:
         fades_s: Evidence falls to 1/e in this time: things move, and odometry drifts.
         block_radius_mm: An obstacle of unknown size is marked this large until it is seen better.
         block: Evidence of such an obstacle: a few echoes clear it.
-        footprint_mm: The robot's radius.
     """
 
-    sonar_forward_mm: float = 100.0
-    beam_deg: float = 15.0
     arc_deg: float = 11.0
     near_mm: float = 700.0
     far_mm: float = 1800.0
@@ -82,10 +78,10 @@ class GridNumbers:
     fades_s: float = 90.0
     block_radius_mm: float = 250.0
     block: float = 2.2
-    footprint_mm: float = 130.0
 
 
 N = GridNumbers()
+USUAL_ROBOT = RobotTable()
 
 DIRECTIONS = 72
 """Lines of sight are followed in this many directions, 5 degrees apart."""
@@ -95,9 +91,19 @@ Mask = NDArray[np.bool_]
 
 
 class OccupancyGrid:
-    """A grid of evidence for obstacles, (CELLS, CELLS), indexed [x, y]; the start lies in the middle."""
+    """A grid of evidence for obstacles, (CELLS, CELLS), indexed [x, y]; the start lies in the middle.
 
-    def __init__(self) -> None:
+    Args:
+        robot: How the robot is built.
+
+    Attributes:
+        radius_mm: The robot's.
+        sonar_forward_mm: The sonar in front of the axle.
+    """
+
+    def __init__(self, robot: RobotTable = USUAL_ROBOT) -> None:
+        self.radius_mm, self.sonar_forward_mm = robot.radius_mm, robot.sonar_forward_mm
+        self._beam_deg = robot.sonar_cone_deg / 2
         self.evidence: Grid = np.zeros((CELLS, CELLS), np.float32)
         self._time_s = -math.inf
         self._last: tuple[Pose, float] | None = None
@@ -113,15 +119,15 @@ class OccupancyGrid:
         """Update with an echo; one that repeats the last from the same place does not mark its arc again."""
         repeated = self._last is not None and _same(self._last, (pose, range_mm))
         self._last = (pose, range_mm)
-        x_mm, y_mm = pose.ahead(N.sonar_forward_mm)
+        x_mm, y_mm = pose.ahead(self.sonar_forward_mm)
         reach_mm = min(range_mm, N.far_mm)
         window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, reach_mm + 2 * CELL_MM)
         cells = self.evidence[window]
-        free = (along < reach_mm - N.margin_mm) & (off_deg <= N.beam_deg)
+        free = (along < reach_mm - N.margin_mm) & (off_deg <= self._beam_deg)
         cells[free] = np.maximum(cells[free] - N.free_echo, N.freest)
         if range_mm >= N.far_mm or repeated:
             return
-        hit = (np.abs(along - range_mm) <= CELL_MM * N.arc_cells) & (off_deg <= N.arc_deg)
+        hit = (np.abs(along - range_mm) <= CELL_MM * N.arc_cells) & (off_deg <= min(N.arc_deg, self._beam_deg))
         gain, most = (N.hit_near, N.most) if range_mm <= N.near_mm else (N.hit_far, N.solid - 0.1)
         cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
 
@@ -130,10 +136,10 @@ class OccupancyGrid:
         if self._last is not None and _same(self._last, (pose, math.inf)):
             return
         self._last = (pose, math.inf)
-        x_mm, y_mm = pose.ahead(N.sonar_forward_mm)
+        x_mm, y_mm = pose.ahead(self.sonar_forward_mm)
         window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, N.silent_mm)
         cells = self.evidence[window]
-        free = (along < N.silent_mm) & (off_deg <= N.beam_deg)
+        free = (along < N.silent_mm) & (off_deg <= self._beam_deg)
         cells[free] = np.maximum(cells[free] - N.free_silent, np.minimum(cells[free], N.freest_silent))
 
     def seen_past(self, start: tuple[float, float], end: tuple[float, float]) -> None:
@@ -151,13 +157,13 @@ class OccupancyGrid:
 
     def stands_on(self, pose: Pose) -> None:
         """Clear the robot's footprint."""
-        window, along, _ = _polar(pose.x_mm, pose.y_mm, 0.0, N.footprint_mm)
+        window, along, _ = _polar(pose.x_mm, pose.y_mm, 0.0, self.radius_mm)
         cells = self.evidence[window]
-        cells[along <= N.footprint_mm] = N.freest
+        cells[along <= self.radius_mm] = N.freest
 
     def block(self, pose: Pose, range_mm: float) -> None:
         """Mark an obstacle of unknown size: what stopped the robot or touched it."""
-        x_mm, y_mm = pose.ahead(N.sonar_forward_mm + range_mm + N.block_radius_mm * 0.6)
+        x_mm, y_mm = pose.ahead(self.sonar_forward_mm + range_mm + N.block_radius_mm * 0.6)
         window, along, _ = _polar(x_mm, y_mm, 0.0, N.block_radius_mm)
         cells = self.evidence[window]
         inside = along <= N.block_radius_mm
@@ -198,8 +204,8 @@ class OccupancyGrid:
         if length <= 0:
             return None
         ux, uy = (end[0] - start[0]) / (length + standoff_mm), (end[1] - start[1]) / (length + standoff_mm)
-        along = np.arange(N.footprint_mm, max(length, N.footprint_mm + 1), CELL_MM * 0.75)
-        half_mm = N.footprint_mm - CELL_MM / 4 + clearance_mm
+        along = np.arange(self.radius_mm, max(length, self.radius_mm + 1), CELL_MM * 0.75)
+        half_mm = self.radius_mm - CELL_MM / 4 + clearance_mm
         across = np.linspace(-half_mm, half_mm, 7)
         i = _index(start[0] + along[:, None] * ux - across[None, :] * uy)
         j = _index(start[1] + along[:, None] * uy + across[None, :] * ux)

@@ -144,11 +144,11 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
     window = (_span(np.any(known, axis=1)), _span(np.any(known, axis=0)))
     part = evidence[window]
     solid = part > GRID.solid
-    blocked = _grown(solid, GRID.footprint_mm + N.clearance_mm)
+    blocked = _grown(solid, floor.radius_mm + N.clearance_mm)
     cost = np.ones(part.shape)
     cost[np.abs(part) <= N.touched] = N.unknown
     cost[_grown(solid, N.inflation_mm)] = N.tight
-    cost[_grown((part > GRID.hint) & ~solid, GRID.footprint_mm)] = N.doubtful
+    cost[_grown((part > GRID.hint) & ~solid, floor.radius_mm)] = N.doubtful
     cost[blocked] = np.inf
     si, sj = i - window[0].start, j - window[1].start
     # the robot can always leave the place where it stands

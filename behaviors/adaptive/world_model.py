@@ -134,7 +134,7 @@ class WorldModel:
     """Everything known in one mission.
 
     Args:
-        mission: Its targets, camera and cruising speed.
+        mission: Its targets, robot, camera and cruising speed.
 
     Attributes:
         floor: The map of the floor.
@@ -151,7 +151,8 @@ class WorldModel:
     """
 
     def __init__(self, mission: Mission) -> None:
-        self.floor = OccupancyGrid()
+        self.floor = OccupancyGrid(mission.robot)
+        self._camera = mission.camera
         self.trail = Trail()
         self.pose = Pose()
         self.known: dict[str, TargetEstimate] = {}
@@ -290,7 +291,7 @@ class WorldModel:
 
     def _believes(self, sighting: Sighting) -> bool:
         """Whether a sighting is not of a known look-alike."""
-        place = self.trail.at(sighting.time_s).ahead(sighting.distance_mm, sighting.bearing_deg)
+        place = self._camera.lens_at(self.trail.at(sighting.time_s)).ahead(sighting.distance_mm, sighting.bearing_deg)
         return not any(
             which == sighting.target
             and math.dist(place, there) <= N.mistake_mm
@@ -303,6 +304,11 @@ class WorldModel:
         dx, dy = point[0] - self.pose.x_mm, point[1] - self.pose.y_mm
         bearing_deg = wrapped_deg(math.degrees(math.atan2(dy, dx)) - self.pose.heading_deg)
         return bearing_deg, math.hypot(dx, dy)
+
+    def sight_to(self, point: Point) -> tuple[float, float]:
+        """Return a point's bearing from the robot, degrees, and its distance from the lens, as sightings have it."""
+        lens = self._camera.lens_at(self.pose)
+        return self.polar_to(point)[0], math.hypot(point[0] - lens.x_mm, point[1] - lens.y_mm)
 
     def chose(self, target: str, recovery: str, destination: Point | None = None) -> None:
         """Remember that a recovery was chosen here, and where it leads."""
@@ -345,7 +351,7 @@ class WorldModel:
 
     def _see(self, target: str, sighting: Sighting) -> None:
         self._unseen.pop(target, None)
-        pose = self.trail.at(sighting.time_s)
+        pose = self._camera.lens_at(self.trail.at(sighting.time_s))
         place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), (pose.x_mm, pose.y_mm)
         self.floor.seen_past(here, place)
         before = self.known.get(target)

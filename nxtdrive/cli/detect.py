@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_action, add_json_argument, number, writing
+from nxtdrive.cli.options import add_action, add_json_argument, add_robot_argument, number, writing
 from nxtdrive.cli.output import write_json, write_line
 
 if TYPE_CHECKING:
@@ -91,6 +91,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     target.add_argument("--marker", metavar="ID", type=identifier, help="an ArUco marker of the dictionary 4x4_50")
     target.add_argument("--color", metavar="C", help="red, orange, yellow, green, cyan, blue or magenta")
     try_.add_argument("--mission", metavar="FILE", type=Path, help="where --target is described")
+    add_robot_argument(try_)
     try_.add_argument(
         "--height-mm",
         metavar="MM",
@@ -147,7 +148,7 @@ def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None
     if args.target is not None:
         from nxtdrive.mission.setup import load
 
-        mission = load(args.mission)
+        mission = load(args.mission, args.robot)
         if args.target not in mission.target:
             raise ConfigError(
                 f"the mission describes no target {args.target!r}.", remedy=f"It has: {', '.join(mission.target)}."

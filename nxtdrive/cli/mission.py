@@ -14,7 +14,7 @@ from firmware_protocol.errors import ConfigError
 from firmware_protocol.printable import printable
 from input_files.mistakes import counted
 from nxtdrive.cli.main import DONE, USAGE
-from nxtdrive.cli.options import add_action, add_json_argument, new_file, number, writing
+from nxtdrive.cli.options import add_action, add_json_argument, add_robot_argument, new_file, number, writing
 from nxtdrive.cli.output import CONTINUED, complain, write_json, write_line, write_text
 
 if TYPE_CHECKING:
@@ -40,9 +40,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     check = add_action(actions, "check", "report every mistake in mission files at once", _check)
     check.add_argument("files", metavar="FILE", nargs="+", type=Path, help="mission files, *.toml")
+    add_robot_argument(check)
     add_json_argument(check)
     show = add_action(actions, "show", "a mission's numbers, the chart's transitions and its diagram", _show)
     show.add_argument("file", metavar="FILE", nargs="?", type=Path, help="without it, the built-in mission")
+    add_robot_argument(show)
     add_json_argument(show)
     new = add_action(actions, "new", "write a commented mission file, and a simulated room in which it succeeds", _new)
     new.add_argument(
@@ -65,7 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _check(args: argparse.Namespace) -> int:
     from nxtdrive.mission.checking import check_mission
 
-    found = {str(path): check_mission(path) for path in args.files}
+    found = {str(path): check_mission(path, args.robot) for path in args.files}
     if args.json:
         results = [{"file": file, "mistakes": each.mistakes, "warnings": each.warnings} for file, each in found.items()]
         write_json(results, indent=2)
@@ -89,7 +91,7 @@ def _show(args: argparse.Namespace) -> int:
     from behaviors.diagram import mermaid, recovery_table, transition_table
     from nxtdrive.mission.setup import load
 
-    mission = load(args.file)
+    mission = load(args.file, args.robot)
     if args.json:
         write_json(mission.model_dump(mode="json"), indent=2)
         return DONE

@@ -73,7 +73,8 @@ def template(target: TemplateTarget = RED_BOX, folder: Path = Path()) -> str:
         target: What it looks for.
         folder: Where the file will lie; the picture's path is relative to it if it can be.
     """
-    from behaviors.mission import AdaptiveParameters, CameraTable, RobotTable, ThesisParameters
+    from behaviors.mission import AdaptiveParameters, ThesisParameters
+    from behaviors.robot_description import CameraTable, RobotTable
 
     table = _BOX
     if target.picture is not None:

@@ -98,6 +98,17 @@ def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_
     parser.add_argument("--trace", metavar="FILE", help="record the traffic with the brick, see `nxtdrive trace`")
 
 
+def add_robot_argument(parser: argparse.ArgumentParser) -> None:
+    """Add ``--robot FILE``."""
+    parser.add_argument(
+        "--robot",
+        metavar="FILE",
+        type=Path,
+        help="robot file, as `nxtdrive calibrate` writes it; keys of the mission's own [robot] and [camera] come first "
+        "(default: the mission's robot_file, else $NXT_ROBOT)",
+    )
+
+
 def add_json_argument(parser: argparse.ArgumentParser) -> None:
     """Add ``--json``, output for programs."""
     parser.add_argument("--json", action="store_true", help="print JSON instead of text")

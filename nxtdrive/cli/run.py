@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, INCOMPLETE, LINK_LOST, NOT_ACHIEVED, REFUSED
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_profile_argument
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_profile_argument, add_robot_argument
 from nxtdrive.cli.output import complain, make_console, print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.cli.progress import with_progress
@@ -54,6 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("mission", metavar="MISSION.toml", nargs="?", type=Path, help="default: the built-in mission")
     add_brick_arguments(parser)
+    add_robot_argument(parser)
     parser.add_argument(
         "--camera",
         metavar="SOURCE",
@@ -156,7 +157,7 @@ def _mission(args: argparse.Namespace) -> Mission:
         require_extra()
     elif args.confirm_recovery and not (sys.stdin.isatty() and sys.stderr.isatty()):
         raise ConfigError("--confirm-recovery needs a terminal to ask you in.", remedy="Run it in one, or add --web.")
-    mission = load(args.mission)
+    mission = load(args.mission, args.robot)
     if args.profile is not None:
         table = mission.mission.model_copy(update={"profile": args.profile})
         mission = mission.model_copy(update={"mission": table})

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, number
+from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, number
 from nxtdrive.cli.output import complain, make_console, print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.signals import until_signal
@@ -39,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="whose targets, robot and numbers count (default: the built-in mission)",
     )
     add_brick_arguments(parser)
+    add_robot_argument(parser)
     parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
     parser.add_argument(
         "--port",
@@ -63,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.recording.status_line import StatusLine
     from nxtdrive.transports.address import Address
 
-    mission = setup.load(args.mission)
+    mission = setup.load(args.mission, args.robot)
     with ExitStack() as stack:
         stopped = stack.enter_context(until_signal())
         robot = stack.enter_context(open_robot(in_real_time(args.nxt), args.camera, reconnect=False))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, number
+from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, number
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.signals import until_signal
 
@@ -41,6 +41,7 @@ EXAMPLES = """\
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add_brick_arguments(parser)
+    add_robot_argument(parser)
     parser.add_argument(
         "--mission", metavar="FILE", type=Path, help="how the robot is built and what to look for (default: built-in)"
     )
@@ -74,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.tools.teleop.picture import FPS, Picture
     from nxtdrive.tools.teleop.pilot import Pilot
 
-    mission = load(args.mission)
+    mission = load(args.mission, args.robot)
     target = _target(args, mission)
     with ExitStack() as stack:
         gamepad = _gamepad(args.gamepad, stack)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import DEFAULT_ADDRESS, add_brick_arguments, number
+from nxtdrive.cli.options import DEFAULT_ADDRESS, add_brick_arguments, add_robot_argument, number
 from nxtdrive.cli.output import print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.host.environment import install_extra
@@ -43,6 +43,7 @@ ELSEWHERE = ("192.0.2.1", 9)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     add_brick_arguments(parser)
+    add_robot_argument(parser)
     parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
     parser.add_argument(
         "--classroom",
@@ -105,13 +106,13 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
 
     address = in_real_time(args.nxt)
     hub = Hub()
-    robot = Robot(address, args.camera, setup.load(args.mission), hub, args.out)
+    robot = Robot(address, args.camera, setup.load(args.mission, args.robot), hub, args.out)
     with (
         closing(listen(args.port, LOOPBACK if pin is None else EVERYWHERE)) as listener,
         closing(robot),
         suppress(KeyboardInterrupt),
     ):
-        server = Server(robot, hub, Missions(args.folder), Runs(args.out), str(address), pin)
+        server = Server(robot, hub, Missions(args.folder, args.robot), Runs(args.out), str(address), pin)
         serve(server, robot, listener, lambda: _announce(listener.getsockname()[1], pin))
     if robot.failure:
         raise robot.failure

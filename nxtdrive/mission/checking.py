@@ -10,7 +10,7 @@ from pathlib import Path
 from behaviors.mission import MarkerTarget, Mission, MissionError, PictureTarget, load_mission, valid_targets
 from behaviors.mission_warnings import value_warnings
 from firmware_protocol.errors import CameraError
-from nxtdrive.mission.setup import PICTURES, make_detectors
+from nxtdrive.mission.setup import PICTURES, make_detectors, usual_robot
 from nxtdrive.vision.geometry import A4_HEIGHT_MM
 
 A4_SHAPE = 210 / 297
@@ -44,11 +44,11 @@ class Findings:
     warnings: list[str] = field(default_factory=list)
 
 
-def check_mission(path: Path) -> Findings:
+def check_mission(path: Path, robot: Path | None = None) -> Findings:
     """Check a mission file, and try the pictures and cascades it names; finds all mistakes in one pass."""
     found = Findings()
     try:
-        mission = load_mission(path, [PICTURES])
+        mission = load_mission(path, [PICTURES], robot=robot, usual_robot=usual_robot())
     except MissionError as error:
         head, *rest = str(error).split("\n  ")
         found.mistakes = rest or [head.removeprefix(f"{path}: ")]

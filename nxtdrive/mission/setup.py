@@ -6,6 +6,7 @@ detectors as the eyes, the link's clock as the clock.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping
 from importlib import resources
 from pathlib import Path
@@ -33,14 +34,28 @@ PICTURES = Path(str(resources.files("sim_backend"))) / "pictures"
 """The built-in pictures; a mission may name them without having copies."""
 
 
-def load(path: Path | None) -> Mission:
+ROBOT_VARIABLE = "NXT_ROBOT"
+"""The environment variable that names a robot file for missions that name none."""
+
+
+def usual_robot() -> Path | None:
+    """Return the robot file of the environment, if it names one."""
+    named = os.environ.get(ROBOT_VARIABLE)
+    return Path(named) if named else None
+
+
+def load(path: Path | None, robot: Path | None = None) -> Mission:
     """Read a mission file; without a path, the built-in one.
 
+    Args:
+        path: The mission file.
+        robot: The robot file; by default the one that the mission names, or else ``$NXT_ROBOT``.
+
     Raises:
-        ConfigError: The file has mistakes; the message lists all of them.
+        ConfigError: A file has mistakes; the message lists all of them.
     """
     try:
-        return load_mission(path or BUILT_IN, [PICTURES])
+        return load_mission(path or BUILT_IN, [PICTURES], robot=robot, usual_robot=usual_robot())
     except MissionError as error:
         raise ConfigError(str(error)) from None
 
@@ -53,6 +68,9 @@ def build_rover(brick: Brick, mission: Mission) -> Rover:
         right=robot.right,
         wheel_diameter_mm=robot.wheel_diameter_mm,
         axle_track_mm=robot.axle_track_mm,
+        reversed=(robot.left_reversed, robot.right_reversed),
+        wheel_mismatch_percent=robot.wheel_mismatch_percent,
+        turn_slip_percent=robot.turn_slip_percent,
         ultrasonic=robot.ultrasonic or None,
         touch=robot.touch or None,
         compass=robot.compass or None,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from behaviors.ports import Pose
 from nxtdrive.motion.outputs import Sample
+from nxtdrive.motion.wheel_geometry import WheelGeometry
 
 JUMP_DEG, JUMP_DEG_S = 180.0, 1200.0
 """A jump beyond these, faster than any motor, means that the counter was reset."""
@@ -58,14 +59,13 @@ class Odometry:
         still_since_s: Time of the first reading with the present counts.
     """
 
-    def __init__(self, mm_per_deg: float, track_mm: float) -> None:
+    def __init__(self, wheels: WheelGeometry) -> None:
         self.pose = Pose()
         self.trip = NOWHERE
         self.way_mm = 0.0
         self.last: Sample | None = None
         self.still_since_s = math.inf
-        self._mm_per_deg = mm_per_deg
-        self._track_mm = track_mm
+        self._wheels = wheels
         self._lock = threading.Lock()
 
     def note(self, reading: Sample) -> bool:
@@ -108,8 +108,8 @@ class Odometry:
             longest_deg = JUMP_DEG + JUMP_DEG_S * (reading.time_s - before.time_s)
         if max(map(abs, steps)) > longest_deg:
             return
-        left, right = (step * self._mm_per_deg for step in steps)
-        way_mm, turned_deg = (left + right) / 2, math.degrees((left - right) / self._track_mm)
+        left, right = (step * mm for step, mm in zip(steps, self._wheels.mm_per_count, strict=True))
+        way_mm, turned_deg = (left + right) / 2, math.degrees((left - right) / self._wheels.track_mm)
         pose, trip = self.pose, self.trip
         self.way_mm += way_mm
         x_mm, y_mm = pose.ahead(way_mm, turned_deg / 2)

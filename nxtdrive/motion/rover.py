@@ -22,6 +22,7 @@ from nxtdrive.motion.odometry import Odometry
 from nxtdrive.motion.outputs import Sample, sample
 from nxtdrive.motion.position_move import Pace, PositionMove, Wheel, unguarded
 from nxtdrive.motion.stall import WATCH_S, StallDetector
+from nxtdrive.motion.wheel_geometry import WheelGeometry
 from nxtdrive.ports import MotorPort, SensorPort, in_range, of_type, output_port
 from nxtdrive.sensors import Compass, Sensor, Touch, Ultrasonic
 
@@ -65,7 +66,9 @@ class Rover:
             `nxtdrive.motion.compass_correction`.
         safety: When the safety stop ends driving forward.
         settings: How fast it moves.
-        reversed: Whether positive power drives the robot backwards.
+        reversed: Whether positive power drives the robot backwards; for wheels that differ, (left, right).
+        wheel_mismatch_percent: How much larger the right wheel is than the left one, -20..20; the diameter is the mean.
+        turn_slip_percent: Share of each turn that the wheels lose by slipping, -20..50.
 
     Raises:
         LocalProtocolError: A port is used twice, or a size, speed or type is wrong.
@@ -84,7 +87,9 @@ class Rover:
         compass: SensorPort | Compass | None = None,
         safety: SafetyLimits = SAFETY,
         settings: DriveSettings = SETTINGS,
-        reversed: bool = False,
+        reversed: bool | tuple[bool, bool] = False,
+        wheel_mismatch_percent: float = 0.0,
+        turn_slip_percent: float = 0.0,
     ) -> None:
         self._ports = (output_port(left), output_port(right))
         sonar, bumper = _sensor(link, Ultrasonic, ultrasonic), _sensor(link, Touch, touch)
@@ -93,16 +98,20 @@ class Rover:
         check_sizes(wheel_diameter_mm, axle_track_mm, of_type("settings", settings, DriveSettings))
         self.settings = settings
         self._link = link
-        self._forward = -1 if reversed else 1
-        self._mm_per_deg = math.pi * wheel_diameter_mm / 360.0
-        self._track_mm = axle_track_mm
+        self._wheels = WheelGeometry.of(
+            wheel_diameter_mm,
+            axle_track_mm,
+            reversed=reversed if isinstance(reversed, tuple) else (reversed, reversed),
+            mismatch_percent=wheel_mismatch_percent,
+            turn_slip_percent=turn_slip_percent,
+        )
         self._monitor = ObstacleMonitor(sonar, bumper, of_type("safety", safety, SafetyLimits), link)
         self._leases = [Lease(link, port, settings.lease_s, trips=TRIPS) for port in self._ports]
         self._stalls = [StallDetector() for _ in self._ports]
         self._motion: Motion[MotionResult] | None = None
         self._driving = False
         self._asking = link.lock()
-        self._odometry = Odometry(self._forward * self._mm_per_deg, axle_track_mm)
+        self._odometry = Odometry(self._wheels)
         self._correction: CompassCorrection | None = None
         if needle is not None:
             self._correction = CompassCorrection(needle, self._odometry, self._read_wheels, link)
@@ -187,12 +196,11 @@ class Rover:
         if speed_mm_s > 0 and (objection := self._monitor.watch(self._odometry.pose)) is not None:
             self.stop()
             return objection
-        forward, sideways = self._wheel_deg(speed_mm_s), self._turn_deg(turn_deg_s)
-        speeds = (forward + sideways, forward - sideways)
+        speeds = self._wheels.wheels_deg(speed_mm_s, turn_deg_s)
         excess = max(1.0, *(abs(speed) / FASTEST_DEG_S for speed in speeds))
         self._driving = True
-        for lease, stall, speed in zip(self._leases, self._stalls, speeds, strict=True):
-            turning = lease.drive(self._forward * speed / excess)
+        for lease, stall, sign, speed in zip(self._leases, self._stalls, self._wheels.signs, speeds, strict=True):
+            turning = lease.drive(sign * speed / excess)
             if not turning or abs(speed) / excess < SEEN_DEG_S:
                 stall.begin(self._link.now())
         if any(stall.stalled for stall in self._stalls):
@@ -271,10 +279,9 @@ class Rover:
         self, way_mm: float, angle_deg: float, speed_mm_s: float | None, wait: bool
     ) -> MotionResult | Motion[MotionResult]:
         """Drive `way_mm` along an arc that turns by `angle_deg`."""
-        limits, fastest_mm_s = self.settings, FASTEST_DEG_S * self._mm_per_deg
+        limits, fastest_mm_s = self.settings, FASTEST_DEG_S * min(self._wheels.mm_per_deg)
         speed_mm_s = limits.speed_mm_s if speed_mm_s is None else in_range("speed_mm_s", speed_mm_s, 1, fastest_mm_s)
-        sideways_deg = self._turn_deg(angle_deg)
-        ways_deg = [self._wheel_deg(way_mm) + sideways_deg, self._wheel_deg(way_mm) - sideways_deg]
+        ways_deg = self._wheels.wheels_deg(way_mm, angle_deg)
         longest_deg = max(map(abs, ways_deg))
         # of the limits along the path and of the turn, the stricter one counts
         parts = [(abs(way_mm), speed_mm_s, limits.acceleration_mm_s2)]
@@ -284,8 +291,8 @@ class Rover:
         speed_deg_s = min(FASTEST_DEG_S, longest_deg / speed_s)
         pace = Pace(speed_deg_s or SLOWEST_DEG_S, longest_deg / change_s2 or SLOWEST_DEG_S)
         wheels = [
-            Wheel(port, self._forward * (each_deg / longest_deg if longest_deg else 1.0))
-            for port, each_deg in zip(self._ports, ways_deg, strict=True)
+            Wheel(port, sign * (each_deg / longest_deg if longest_deg else 1.0))
+            for port, sign, each_deg in zip(self._ports, self._wheels.signs, ways_deg, strict=True)
             if abs(each_deg) >= STANDING_SHARE * longest_deg
         ]
         self._link.motions.claim(self._ports)
@@ -308,13 +315,6 @@ class Rover:
         self._align()
         turned_deg = self._odometry.pose.heading_deg - begin.heading_deg
         return MotionResult(stop, self._odometry.way_mm - begin_mm, turned_deg)
-
-    def _wheel_deg(self, distance_mm: float) -> float:
-        return distance_mm / self._mm_per_deg
-
-    def _turn_deg(self, angle_deg: float) -> float:
-        """Degrees by which the wheels turn, in opposite directions, to turn the robot."""
-        return self._wheel_deg(math.radians(angle_deg) * self._track_mm / 2)
 
     def _read_wheels(self) -> None:
         self._note(sample(self._link, *self._ports))

@@ -58,7 +58,7 @@ def map_page(
     room_at_end: Sequence[Line] = (),
 ) -> Page:
     """Compose the map of a run; arguments as in `draw_map`."""
-    scene = gather(records)
+    scene = gather(records, mission)
     shown = numbering(scene.events)
     area = _area(scene, [*room, *room_at_end])
     half_view_deg = mission.camera.hfov_deg / 2 if mission else 30.0

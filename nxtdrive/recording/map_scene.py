@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.occupancy_grid import OccupancyGrid, centre_mm
 from behaviors.journal import Kind, Record
+from behaviors.mission import Mission
 from behaviors.ports import Point, Pose
+from behaviors.robot_description import CameraTable, RobotTable
 from nxtdrive.recording.map_events import EventReader, MapEvent
 
 Line = tuple[float, float, float, float]
@@ -72,9 +73,10 @@ class MapScene:
         return [(float(x), float(y)) for x, y in zip(centre_mm(rows + 1), centre_mm(columns + 1), strict=True)]
 
 
-def gather(records: Sequence[Record]) -> MapScene:
-    """Extract from a journal what the map shows."""
-    scene, reader, here, stood = MapScene(), EventReader(), START, Pose(math.inf)
+def gather(records: Sequence[Record], mission: Mission | None = None) -> MapScene:
+    """Extract from a journal what the map shows; the mission tells how the robot is built."""
+    robot, camera = (mission.robot, mission.camera) if mission else (RobotTable(), CameraTable())
+    scene, reader, here, stood = MapScene(floor=OccupancyGrid(robot)), EventReader(), START, Pose(math.inf)
     for record in records:
         pose = _pose(record.data.get("pose"))
         if pose is not None:
@@ -84,24 +86,24 @@ def gather(records: Sequence[Record]) -> MapScene:
                 stood = here
                 scene.floor.stands_on(here)
             if record.kind is Kind.LOOK:
-                _add_look(scene, record, here)
+                _add_look(scene, record, here, camera)
         event = reader.read(record, here)
         if event:
             scene.events.append(event)
     return scene
 
 
-def _add_look(scene: MapScene, record: Record, here: Pose) -> None:
+def _add_look(scene: MapScene, record: Record, here: Pose, camera: CameraTable) -> None:
     range_mm, sighting = _number(record.data.get("range_mm")), record.data.get("sighting")
     if range_mm is None:
         scene.floor.no_echo(here)
     else:
-        scene.echoes.append(here.ahead(GRID.sonar_forward_mm + range_mm))
+        scene.echoes.append(here.ahead(scene.floor.sonar_forward_mm + range_mm))
         scene.floor.echo(here, range_mm)
     if isinstance(sighting, dict):
         distance_mm, bearing_deg = _number(sighting.get("distance_mm")), _number(sighting.get("bearing_deg"))
         if distance_mm is not None and bearing_deg is not None:
-            place = here.ahead(distance_mm, bearing_deg)
+            place = camera.lens_at(here).ahead(distance_mm, bearing_deg)
             scene.sightings.setdefault(record.target, []).append(place)
 
 

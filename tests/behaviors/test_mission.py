@@ -11,18 +11,17 @@ from pydantic import ValidationError
 from behaviors.mission import (
     BUILT_IN,
     AdaptiveParameters,
-    CameraTable,
     ColorTarget,
     Mission,
     MissionError,
     MissionTable,
     PictureTarget,
-    RobotTable,
     ThesisParameters,
     load_mission,
 )
 from behaviors.mission_mistakes import mistakes
 from behaviors.mission_warnings import value_warnings
+from behaviors.robot_description import CameraTable, RobotTable
 
 GOOD = """
 [mission]

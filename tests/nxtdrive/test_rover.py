@@ -266,6 +266,34 @@ def test_reversed_motors_drive_the_other_way(lab):
     assert room.simulation.truth.pose.x_mm == pytest.approx(800, abs=STRAIGHT_TOLERANCE_MM)
 
 
+def test_one_reversed_motor_is_corrected(lab):
+    room = lab()
+    rover = Rover(room.brick.link, reversed=(True, False), safety=UNGUARDED)
+    assert rover.straight(100).distance_mm == pytest.approx(100, abs=STRAIGHT_TOLERANCE_MM)
+    settle(room)
+    # the simulated motors are not reversed, so it turns to the left on the spot instead
+    wheel_turn_deg = math.degrees(100 / 56)
+    assert room.simulation.truth.pose.heading_deg == pytest.approx(-wheel_turn_deg, abs=TURN_TOLERANCE_DEG)
+
+
+@pytest.mark.parametrize("mismatch_percent", [-3.0, 2.0])
+def test_the_smaller_wheel_turns_farther(lab, mismatch_percent):
+    room = lab()
+    rover = Rover(room.brick.link, wheel_mismatch_percent=mismatch_percent, safety=UNGUARDED)
+    rover.straight(500)
+    settle(room)
+    assert rover.pose().heading_deg == pytest.approx(0, abs=TURN_TOLERANCE_DEG)
+    veer_deg = math.degrees(500 * mismatch_percent / 100 / 112)
+    assert room.simulation.truth.pose.heading_deg == pytest.approx(veer_deg, abs=TURN_TOLERANCE_DEG)
+
+
+def test_a_turn_allows_for_slip(lab):
+    room = lab()
+    Rover(room.brick.link, turn_slip_percent=10.0).turn(90)
+    settle(room)
+    assert room.simulation.truth.pose.heading_deg == pytest.approx(100, abs=TURN_TOLERANCE_DEG)
+
+
 def test_speeds_are_settings(lab):
     times = {}
     for speed_mm_s in (100, 300):
@@ -282,6 +310,8 @@ def test_speeds_are_settings(lab):
         ({"ultrasonic": 1, "touch": 1}, "port 1"),
         ({"wheel_diameter_mm": 0}, "wheel_diameter_mm"),
         ({"axle_track_mm": -112}, "axle_track_mm"),
+        ({"wheel_mismatch_percent": 30}, "wheel_mismatch_percent"),
+        ({"turn_slip_percent": math.nan}, "turn_slip_percent"),
         ({"settings": DriveSettings(speed_mm_s=900)}, "speed_mm_s"),
         ({"settings": DriveSettings(acceleration_mm_s2=0)}, "acceleration_mm_s2"),
         ({"settings": DriveSettings(turn_deg_s=-5)}, "turn_deg_s"),

@@ -28,10 +28,12 @@ class Missions:
 
     Args:
         folder: Its ``*.toml`` files are offered.
+        robot: The robot file; by default the one that a mission names.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, robot: Path | None = None) -> None:
         self.folder = folder
+        self._robot = robot
         self._saving = threading.Lock()
 
     def names(self) -> list[str]:
@@ -51,7 +53,7 @@ class Missions:
         if name and name not in self.names():
             raise ValueError(f"There is no mission {name!r} here.")
         try:
-            mission = setup.load(self.file(name))
+            mission = setup.load(self.file(name), self._robot)
         except ConfigError as error:
             raise ValueError(str(error)) from None
         if profile is None:

@@ -74,7 +74,7 @@ def test_what_is_remembered_to_be_in_the_way_is_where_it_is_remembered(bench):
     world.floor.evidence[cell(400.0, 0.0)] = GRID.most
     fact = ApproachSkill(bench.profile._perception, trusts_map=True).call()
     assert fact.reason is Reason.BLOCKED_LONG
-    assert fact.measured["range_mm"] == pytest.approx(400.0 - GRID.sonar_forward_mm, abs=CELL_MM)
+    assert fact.measured["range_mm"] == pytest.approx(400.0 - world.floor.sonar_forward_mm, abs=CELL_MM)
 
 
 def test_an_oblique_view_that_flickers_does_not_make_the_target_gone(bench):

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, OccupancyGrid, cell, centre_mm
+from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, USUAL_ROBOT, OccupancyGrid, cell, centre_mm
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.ports import Point, Pose
@@ -72,7 +72,7 @@ def test_a_wall_is_gone_round():
     route = routes.route_to(goal)
     around_mm = 2 * math.hypot(900.0, 1000.0)
     assert routes.seconds_to(np.array([goal]))[0] >= around_mm * 0.9 / SPEED_MM_S
-    assert max(abs(y_mm) for _, y_mm in route) >= 1000.0 + GRID.footprint_mm
+    assert max(abs(y_mm) for _, y_mm in route) >= 1000.0 + USUAL_ROBOT.radius_mm
     assert not _solid_on(floor, route)
     assert _route_mm(route) < 1.5 * around_mm
 

@@ -1,0 +1,178 @@
+"""How the robot is built: the tables [robot] and [camera] of a mission file, and the robot file that has the same ones.
+
+Directions: positive is right, clockwise seen from above, and clockwise for an observer who looks along the camera;
+a positive tilt looks up. Places are measured from the middle between the wheels.
+"""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from behaviors.mission_cross_checks import cross_checks
+from behaviors.mission_mistakes import mistakes
+from behaviors.ports import Pose
+from input_files.mistakes import listed
+from input_files.plain import InputFileError
+from input_files.toml_file import read_toml
+
+OutputPort = Literal["A", "B", "C"]
+InputPort = Literal[0, 1, 2, 3, 4]
+
+
+class RobotFileError(ValueError):
+    """A robot file with mistakes; the message lists all of them, one a line, each with its path and what to do."""
+
+
+class Table(BaseModel):
+    """A table of a mission or robot file."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+class RobotTable(Table):
+    """How the robot is built.
+
+    Attributes:
+        left: Output port of the left wheel.
+        right: Output port of the right wheel.
+        left_reversed: Whether positive power drives the left wheel backwards.
+        right_reversed: The same for the right wheel.
+        ultrasonic: Input port of the ultrasonic sensor; 0 for none.
+        touch: Input port of the bumper; 0 for none.
+        compass: Input port of a compass that corrects the heading; 0 for none.
+        wheel_diameter_mm: Diameter of the wheels; 56 is the NXT set's.
+        wheel_mismatch_percent: How much larger the right wheel is than the left one; the diameter is their mean.
+        axle_track_mm: Distance between the centres of the wheels.
+        turn_slip_percent: Share of each turn on the spot that the wheels lose by slipping.
+        radius_mm: Radius of the circle round the middle between the wheels that holds the whole robot.
+        sonar_forward_mm: The ultrasonic sensor in front of the axle.
+        sonar_cone_deg: Whole angle of its beam.
+        stop_distance_mm: The safety stop's distance ahead.
+    """
+
+    left: OutputPort = "B"
+    right: OutputPort = "C"
+    left_reversed: bool = False
+    right_reversed: bool = False
+    ultrasonic: InputPort = 4
+    touch: InputPort = 1
+    compass: InputPort = 0
+    wheel_diameter_mm: float = Field(default=56.0, ge=10, le=300)
+    wheel_mismatch_percent: float = Field(default=0.0, ge=-20, le=20)
+    axle_track_mm: float = Field(default=112.0, ge=30, le=600)
+    turn_slip_percent: float = Field(default=0.0, ge=-20, le=50)
+    radius_mm: float = Field(default=130.0, ge=50, le=500)
+    sonar_forward_mm: float = Field(default=100.0, ge=-300, le=500)
+    sonar_cone_deg: float = Field(default=30.0, ge=4, le=90)
+    stop_distance_mm: float = Field(default=200.0, ge=30, le=1000)
+
+
+class CameraTable(Table):
+    """The camera on the robot.
+
+    Attributes:
+        hfov_deg: Horizontal field of view.
+        forward_mm: The lens in front of the axle.
+        right_mm: The lens right of the middle between the wheels.
+        height_mm: The lens above the floor.
+        yaw_deg: The camera looks this far to the right.
+        tilt_deg: It looks this far up; negative is down.
+        roll_deg: It is turned clockwise by this about its line of sight.
+        latency_s: Time from the exposure of a frame to its arrival.
+    """
+
+    hfov_deg: float = Field(default=60.0, ge=20, le=140)
+    forward_mm: float = Field(default=0.0, ge=-500, le=500)
+    right_mm: float = Field(default=0.0, ge=-300, le=300)
+    height_mm: float = Field(default=200.0, ge=10, le=2000)
+    yaw_deg: float = Field(default=0.0, ge=-60, le=60)
+    tilt_deg: float = Field(default=0.0, ge=-45, le=45)
+    roll_deg: float = Field(default=0.0, ge=-45, le=45)
+    latency_s: float = Field(default=0.0, ge=0, le=2)
+
+    def lens_at(self, robot: Pose) -> Pose:
+        """Return the pose of the lens, with the robot's heading, for a pose of the robot."""
+        x_mm, y_mm = robot.ahead(self.forward_mm)
+        x_mm, y_mm = Pose(x_mm, y_mm, robot.heading_deg).ahead(self.right_mm, 90.0)
+        return Pose(x_mm, y_mm, robot.heading_deg)
+
+
+class MeasuredTable(Table):
+    """How some of the values were measured.
+
+    Attributes:
+        date: When.
+        method: How.
+        standard_uncertainty: Of each value, by its key and in its unit.
+        measured: Values that no other table has.
+    """
+
+    date: datetime.date
+    method: str = Field(max_length=200)
+    standard_uncertainty: dict[str, Annotated[float, Field(ge=0)]] = {}
+    measured: dict[str, float] = {}
+
+
+class CalibrationTable(Table):
+    """Where the values of a robot file come from; written by ``nxtdrive calibrate``.
+
+    Attributes:
+        format: Number of this format.
+        brick_id: Address of the brick, twelve hexadecimal digits; empty if unknown.
+        brick_name: Its name.
+        camera: How the values of [camera] were measured.
+        wheels: How the diameter of the wheels, their mismatch and their track were measured.
+        sonar: How the place of the ultrasonic sensor was measured.
+        motors: How the directions of the motors were found.
+    """
+
+    format: Literal[1] = 1
+    brick_id: str = Field(default="", max_length=12)
+    brick_name: str = Field(default="", max_length=15)
+    camera: MeasuredTable | None = None
+    wheels: MeasuredTable | None = None
+    sonar: MeasuredTable | None = None
+    motors: MeasuredTable | None = None
+
+
+class RobotFile(Table):
+    """A whole robot file."""
+
+    robot: RobotTable = RobotTable()
+    camera: CameraTable = CameraTable()
+    calibration: CalibrationTable = CalibrationTable()
+
+
+def load_robot_file(path: Path) -> RobotFile:
+    """Read and check a robot file.
+
+    Raises:
+        RobotFileError: The file cannot be read or has mistakes; the message lists all of them.
+    """
+    try:
+        tables = read_toml(path)
+    except InputFileError as error:
+        raise RobotFileError(str(error)) from None
+    problems = list(cross_checks(tables, RobotTable().model_dump()))
+    try:
+        described = RobotFile.model_validate(tables)
+    except ValidationError as error:
+        problems += mistakes(error, RobotFile)
+    if problems:
+        raise RobotFileError(f"{path}: " + "\n  ".join(listed(len(problems), problems)))
+    return described
+
+
+def with_robot(tables: Mapping[str, Any], described: RobotFile) -> dict[str, Any]:
+    """Return the tables of a mission file with the robot file's values for keys of [robot] and [camera] they lack."""
+    merged = dict(tables)
+    for name in ("robot", "camera"):
+        own = tables.get(name, {})
+        if isinstance(own, Mapping):
+            merged[name] = {**getattr(described, name).model_dump(exclude_unset=True), **own}
+    return merged

@@ -1,0 +1,67 @@
+"""What the counts of two driven wheels mean for the robot."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from nxtdrive.ports import in_range
+
+Pair = tuple[float, float]
+"""Of the left and of the right wheel."""
+
+
+@dataclass(frozen=True, slots=True)
+class WheelGeometry:
+    """Two driven wheels.
+
+    Attributes:
+        mm_per_deg: Way of each wheel per degree, forward positive.
+        signs: 1 for each wheel that positive power drives forward, -1 for one that it drives backwards.
+        track_mm: Distance between the wheels that fits how far the robot turns.
+    """
+
+    mm_per_deg: Pair
+    signs: Pair
+    track_mm: float
+
+    @classmethod
+    def of(
+        cls,
+        wheel_diameter_mm: float,
+        axle_track_mm: float,
+        *,
+        reversed: Pair,
+        mismatch_percent: float = 0.0,
+        turn_slip_percent: float = 0.0,
+    ) -> WheelGeometry:
+        """Return the geometry of a robot as it was measured.
+
+        Args:
+            wheel_diameter_mm: Mean of both wheels.
+            axle_track_mm: Distance between the points where they touch the floor.
+            reversed: Whether positive power drives each wheel backwards.
+            mismatch_percent: How much larger the right wheel is than the left one, -20..20.
+            turn_slip_percent: Share of each turn that is lost, -20..50.
+
+        Raises:
+            LocalProtocolError: One of the percentages is out of range.
+        """
+        in_range("wheel_mismatch_percent", mismatch_percent, -20, 20)
+        in_range("turn_slip_percent", turn_slip_percent, -20, 50)
+        mean = math.pi * wheel_diameter_mm / 360.0
+        share = mismatch_percent / 200.0
+        left, right = (-1.0 if each else 1.0 for each in reversed)
+        track_mm = axle_track_mm / (1 - turn_slip_percent / 100)
+        return cls((mean * (1 - share), mean * (1 + share)), (left, right), track_mm)
+
+    @property
+    def mm_per_count(self) -> Pair:
+        """Way of each wheel per degree counted."""
+        return self.signs[0] * self.mm_per_deg[0], self.signs[1] * self.mm_per_deg[1]
+
+    def wheels_deg(self, way_mm: float, turn_deg: float) -> Pair:
+        """Return by how many degrees each wheel turns for a way and a turn, positive right; also speeds."""
+        sideways_mm = math.radians(turn_deg) * self.track_mm / 2
+        left, right = self.mm_per_deg
+        return way_mm / left + sideways_mm / left, way_mm / right - sideways_mm / right
