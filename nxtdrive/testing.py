@@ -232,7 +232,7 @@ class SimWorld:
             camera = setup.open_mission_camera(setup.SIMULATED, brick)
             eyes: Eyes = setup.camera_eyes(camera, mission)
         else:
-            eyes = setup.geometric_eyes(brick)
+            eyes = setup.geometric_eyes(brick, mission)
         return Executive(mission, setup.build_body(brick, mission), eyes, MissionClock(brick)).run()
 
     def _place(self, name: str, x_mm: float, y_mm: float | None, facing_deg: float | None) -> None:

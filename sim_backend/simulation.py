@@ -27,7 +27,7 @@ from sim_backend.world.world import STEP_MS, World
 from sim_backend.world.world_file import WorldFile
 
 if TYPE_CHECKING:
-    from sim_backend.camera.geometric import Box
+    from sim_backend.camera.geometric import Quad
     from sim_backend.camera.textures import Image
 
 __all__ = ["DEFAULT_WORLD", "LinkFaults", "SimLink", "Simulation"]
@@ -174,8 +174,8 @@ class Simulation:
         """The webcam's latest frame; see `Webcam.frame`."""
         return self.webcam.frame()
 
-    def observe(self, name: str) -> tuple[float, float, Box] | None:
-        """Simulated detection of a picture in the latest frame, without rendering; see `Webcam.observe`."""
+    def observe(self, name: str) -> Quad | None:
+        """Corners of a picture in the latest frame by simulated detection, without rendering; see `Webcam.observe`."""
         return self.webcam.observe(name)
 
     def on_frame(

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from sim_backend.camera.geometric import Box, GeometricSensor
+    from sim_backend.camera.geometric import GeometricSensor, Quad
     from sim_backend.camera.scene import Panel, Viewpoint
     from sim_backend.camera.sim_camera import SimCamera
     from sim_backend.camera.textures import Image
@@ -43,9 +45,9 @@ class Webcam:
 
     Attributes:
         size: As given.
-        fps: Frames per second; frame n is taken at n / fps.
+        fps: Frames per second; frame n is delivered at n / fps, and exposed the camera's latency before.
         hfov_deg: Horizontal field of view.
-        next_frame_ms: When the next frame is due.
+        next_frame_ms: When the next frame is to be exposed.
         unplugged_ms: Spans (from, to) of simulation time without frames; may be set at any time.
     """
 
@@ -56,7 +58,8 @@ class Webcam:
         self.fps, self.hfov_deg = float(world.file.camera.fps), world.file.camera.hfov_deg
         self.unplugged_ms: tuple[tuple[int, int], ...] = ()
         self.next_frame_ms = 0.0
-        self._exposure: Exposure | None = None
+        self._latency_ms = world.file.camera.latency_s * 1000.0
+        self._exposures: deque[Exposure] = deque()
         self._drawn: tuple[int, Image] | None = None
 
     @property
@@ -71,8 +74,10 @@ class Webcam:
 
     def expose(self) -> None:
         """Take the frame that is due; it is rendered only when requested."""
-        self._exposure = self._expose()
-        self.next_frame_ms = (self._exposure.index + 1) * 1000.0 / self.fps
+        self._drop_old()
+        index = int((self._now_ms() + self._latency_ms) * self.fps / 1000.0)
+        self._expose(index)
+        self.next_frame_ms = (index + 1) * 1000.0 / self.fps - self._latency_ms
 
     def frame(self) -> Image | None:
         """The latest frame: (height, width, 3) uint8, blue, green, red, read-only; None while unplugged.
@@ -87,23 +92,24 @@ class Webcam:
             self._drawn = (exposure.index, self._draw(exposure))
         return self._drawn[1]
 
-    def observe(self, name: str) -> tuple[float, float, Box] | None:
+    def observe(self, name: str, *, farthest_mm: float = math.inf) -> Quad | None:
         """Simulate the picture detector on the latest frame, by geometry and chance.
 
         Each call is an independent draw.
 
         Args:
             name: Name of the picture; an unknown one is never detected.
+            farthest_mm: A picture that appears farther away is not detected.
 
         Returns:
-            Bearing in degrees (positive right), distance in millimetres and box (left, top, width, height in pixels);
-            None without a detection or while the webcam is unplugged.
+            Corners of the picture in pixels; None without a detection or while the webcam is unplugged.
         """
         picture = self._world.pictures.get(name)
         if picture is None or self.unplugged:
             return None
         seen = self._fresh()
-        return self._sensor.observe(seen.panels, seen.viewpoint, picture.texture, seen.turn_rate_deg_s)
+        rate_deg_s = seen.turn_rate_deg_s
+        return self._sensor.observe(seen.panels, seen.viewpoint, picture.texture, rate_deg_s, farthest_mm=farthest_mm)
 
     @property
     def pictures(self) -> frozenset[str]:
@@ -116,14 +122,21 @@ class Webcam:
         return any(start <= self._now_ms() < end for start, end in self.unplugged_ms)
 
     def _fresh(self) -> Exposure:
-        """The latest exposure; taken now if nothing has moved since it was due."""
-        if self._exposure is None or self._exposure.index != self.index:
-            self._exposure = self._expose()
-        return self._exposure
+        """The latest exposure delivered; taken now if nothing has moved since it was due."""
+        self._drop_old()
+        if not self._exposures or self._exposures[-1].index < self.index:
+            self._exposures.clear()
+            self._expose(self.index)
+        return self._exposures[0]
 
-    def _expose(self) -> Exposure:
+    def _drop_old(self) -> None:
+        """Drop the exposures before the latest one delivered."""
+        while len(self._exposures) > 1 and self._exposures[1].index <= self.index:
+            self._exposures.popleft()
+
+    def _expose(self, index: int) -> None:
         world = self._world
-        return Exposure(self.index, world.panels(), world.viewpoint(), world.robot.turn_rate_deg_s)
+        self._exposures.append(Exposure(index, world.panels(), world.viewpoint(), world.robot.turn_rate_deg_s))
 
     def _draw(self, exposure: Exposure) -> Image:
         image = self._camera.frame(exposure.panels, exposure.viewpoint, exposure.turn_rate_deg_s)

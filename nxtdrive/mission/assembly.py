@@ -67,7 +67,7 @@ class OpenRobot:
             ConfigError: A target's picture cannot be used.
         """
         if self.source == setup.GEOMETRIC and setup.finds_by_geometry(self.brick, mission.mission.targets):
-            return setup.geometric_eyes(self.brick)
+            return setup.geometric_eyes(self.brick, mission)
         return setup.camera_eyes(self.camera, mission)
 
 

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from nxtdrive.motion.rover import Rover
     from nxtdrive.vision.camera import Camera, Frame
     from nxtdrive.vision.detection import TargetDetector
-    from nxtdrive.vision.eyes import CameraEyes
+    from nxtdrive.vision.eyes import CameraEyes, GeometricSensor
+    from nxtdrive.vision.geometry import Pinhole
 
 SIMULATED, GEOMETRIC, FIRST_WEBCAM = "sim", "geometric", "0"
 """Cameras by name: the simulated robot's, the same without pictures, and the first webcam."""
@@ -169,27 +170,38 @@ def finds_by_geometry(brick: Brick, targets: Iterable[str]) -> bool:
     return frames is not None and frames.pictures.issuperset(targets)
 
 
-def geometric_eyes(brick: Brick) -> Eyes:
-    """Return eyes of a simulated robot that skip rendering and detecting; for sweeps.
+def geometric_eyes(brick: Brick, mission: Mission, sensor: GeometricSensor | None = None) -> Eyes:
+    """Return eyes of a simulated robot for the targets of a mission that skip rendering and detecting; for sweeps.
+
+    Args:
+        brick: A simulated one.
+        mission: Its camera and the heights of its targets, as it believes them.
+        sensor: Takes the place of the simulated camera's.
 
     Raises:
         CameraError: The brick is not simulated.
     """
     from nxtdrive.vision.eyes import GeometricEyes
 
-    frames = _simulated_webcam(brick)
+    frames = sensor or _simulated_webcam(brick)
     if frames is None:
         raise CameraError("Geometric eyes need a simulated robot.", remedy="Use --nxt sim://.")
-    return GeometricEyes(frames, MissionClock(brick))
+    heights_mm = {name: target.height_mm for name, target in mission.target.items()}
+    return GeometricEyes(frames, MissionClock(brick), heights_mm, _pinhole(frames.size[0], mission))
 
 
 def camera_eyes(camera: Camera, mission: Mission) -> CameraEyes:
     """Return eyes for the targets of a mission."""
     from nxtdrive.vision.eyes import CameraEyes
+
+    return CameraEyes(camera, build_detectors(mission), _pinhole(camera.size[0], mission))
+
+
+def _pinhole(width: int, mission: Mission) -> Pinhole:
+    """Return the mission's camera for frames `width` pixels wide."""
     from nxtdrive.vision.geometry import Pinhole
 
-    pinhole = Pinhole.from_hfov(camera.size[0], mission.camera.hfov_deg)
-    return CameraEyes(camera, build_detectors(mission), pinhole)
+    return Pinhole.from_hfov(width, mission.camera.hfov_deg)
 
 
 def _simulated_webcam(brick: Brick) -> Any:  # noqa: ANN401 - it serves both kinds of eyes

@@ -10,7 +10,7 @@ from behaviors.ports import Blind, Clock, Glimpse, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import Camera, EndOfFrames, Frame, frame_number, next_tick
 from nxtdrive.vision.confirm import Confirmation
-from nxtdrive.vision.detection import Box, Detection, TargetDetector
+from nxtdrive.vision.detection import Detection, Quad, TargetDetector, box_of
 from nxtdrive.vision.focus import detect_near
 from nxtdrive.vision.geometry import Pinhole
 
@@ -83,9 +83,7 @@ class CameraEyes:
         return self._look_for(targets, min(GLANCE_TIMEOUT_S, self._timeout_s))
 
     def _look_for(self, targets: Sequence[str], timeout_s: float) -> Glimpse:
-        for target in targets:
-            if target not in self._targets:
-                raise ConfigError(f"The eyes know no target {target!r}.", remedy=f"They know: {_list(self._targets)}.")
+        _check_known(targets, self._targets)
         try:
             frame = self._camera.read(timeout_s)
         except EndOfFrames as error:
@@ -116,17 +114,19 @@ class GeometricSensor(Protocol):
 
     Attributes:
         fps: Frames per second of the camera it replaces.
+        size: Width and height of its frames in pixels.
     """
 
     fps: float
+    size: tuple[int, int]
 
     @property
     def unplugged(self) -> bool:
         """Whether the camera delivers no frames now."""
         ...
 
-    def observe(self, name: str) -> tuple[float, float, Box] | None:
-        """Return bearing in degrees (positive right), distance in mm and box of the target in this frame, or None."""
+    def observe(self, name: str) -> Quad | None:
+        """Return the target's corners in this frame, or None."""
         ...
 
 
@@ -136,12 +136,24 @@ class GeometricEyes:
     Args:
         sensor: Computes what a detector would find.
         clock: A look waits on it for the next frame, as a camera would.
+        heights_mm: Real height of each target, by name.
+        pinhole: The camera's geometry as the mission believes it; by default that of a common webcam.
         confirmation: Makes the rule by which one target is confirmed.
     """
 
-    def __init__(self, sensor: GeometricSensor, clock: Clock, *, confirmation: MakeConfirmation = Confirmation) -> None:
+    def __init__(
+        self,
+        sensor: GeometricSensor,
+        clock: Clock,
+        heights_mm: Mapping[str, float],
+        pinhole: Pinhole | None = None,
+        *,
+        confirmation: MakeConfirmation = Confirmation,
+    ) -> None:
         self._sensor = sensor
         self._clock = clock
+        self._heights_mm = dict(heights_mm)
+        self._pinhole = pinhole or Pinhole.from_hfov(sensor.size[0])
         self._make = confirmation
         self._given = -1
         self._confirmations: dict[str, Confirmation] = {}
@@ -155,7 +167,9 @@ class GeometricEyes:
 
         Raises:
             NoPicture: the camera is unplugged.
+            ConfigError: there is no target of one of the names.
         """
+        _check_known(targets, self._heights_mm)
         self._await_frame()
         if self._sensor.unplugged:
             raise NoPicture("The simulated camera is unplugged.")
@@ -163,11 +177,11 @@ class GeometricEyes:
         return _glimpse(time_s, {target: self._look_at(target, time_s) for target in targets})
 
     def _look_at(self, target: str, time_s: float) -> Sighting | None:
-        observed = self._sensor.observe(target)
+        quad = self._sensor.observe(target)
         located = []
-        if observed is not None:
-            bearing_deg, distance_mm, box = observed
-            located.append(Sighting(target, bearing_deg, distance_mm, 1.0, time_s, box))
+        if quad is not None:
+            found = Detection(box_of(quad), 1.0, quad)
+            located.append(_sighting(target, found, *self._pinhole.locate(found, self._heights_mm[target]), time_s))
         return self._confirmations.setdefault(target, self._make()).update(time_s, located)
 
     def _await_frame(self) -> None:
@@ -188,5 +202,8 @@ def _sighting(target: str, found: Detection, bearing_deg: float, distance_mm: fl
     return Sighting(target, bearing_deg, distance_mm, confidence, time_s, found.box)
 
 
-def _list(names: Mapping[str, object]) -> str:
-    return ", ".join(sorted(names)) or "none"
+def _check_known(targets: Sequence[str], known: Mapping[str, object]) -> None:
+    for target in targets:
+        if target not in known:
+            names = ", ".join(sorted(known)) or "none"
+            raise ConfigError(f"The eyes know no target {target!r}.", remedy=f"They know: {names}.")

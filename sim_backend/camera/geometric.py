@@ -14,16 +14,19 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_backend.camera.renderer import NEAR_MM, Pinhole, in_camera_frame
-from sim_backend.camera.scene import Panel, Viewpoint
+from sim_backend.camera.projection import Pinhole
+from sim_backend.camera.scene import NEAR_MM, Panel, Viewpoint, in_camera_frame, in_level_frame
 
-Box = tuple[int, int, int, int]
+Point = tuple[float, float, float]
 Points = NDArray[np.float64]
+Quad = tuple[tuple[float, float], tuple[float, float], tuple[float, float], tuple[float, float]]
+"""Corners (column, row) in pixels, (0, 0) at the upper left edge of the frame: upper left, upper right, lower right and
+lower left of the picture as seen from its front."""
 
 WORK_WIDTH_PX = 320
 """Width of the detector's working copy; sizes in the law are pixels of that copy."""
@@ -95,25 +98,22 @@ class Sight:
     """A picture as it appears in a frame.
 
     Attributes:
-        bearing_deg: Bearing of its center, positive right.
+        panel: The picture.
+        bearing_deg: Bearing of its center from the camera's heading, positive right.
         distance_mm: Distance to its center along the floor.
-        edges_px: Left, upper, right and lower edge in pixels of the frame; upper and lower at its center.
+        height_px: Apparent height at its center in pixels of the frame.
         slant_deg: Angle between its normal and the line of sight, in plan view.
         hidden: Share that is covered or outside the frame, 0..1.
         smear: Motion blur as a share of the apparent height.
     """
 
+    panel: Panel
     bearing_deg: float
     distance_mm: float
-    edges_px: tuple[float, float, float, float]
+    height_px: float
     slant_deg: float
     hidden: float
     smear: float
-
-    @property
-    def height_px(self) -> float:
-        """Apparent height in pixels of the frame."""
-        return self.edges_px[3] - self.edges_px[1]
 
 
 class GeometricSensor:
@@ -141,8 +141,14 @@ class GeometricSensor:
         self._rng = random.Random(seed)
 
     def observe(
-        self, panels: Sequence[Panel], viewpoint: Viewpoint, name: str, turn_rate_deg_s: float = 0.0
-    ) -> tuple[float, float, Box] | None:
+        self,
+        panels: Sequence[Panel],
+        viewpoint: Viewpoint,
+        name: str,
+        turn_rate_deg_s: float = 0.0,
+        *,
+        farthest_mm: float = math.inf,
+    ) -> Quad | None:
         """The detection of the picture with texture `name` in one frame.
 
         Args:
@@ -150,14 +156,14 @@ class GeometricSensor:
             viewpoint: Pose of the lens.
             name: Texture of the picture.
             turn_rate_deg_s: Turn rate of the camera.
+            farthest_mm: A picture that appears farther away is not detected.
 
         Returns:
-            Bearing in degrees (positive right), distance in millimetres and box (left, top, width, height in pixels) of
-            the picture; None without a detection.
+            The corners of the picture with the detector's errors; None without a detection.
         """
         for sight in self.sights(panels, viewpoint, name, turn_rate_deg_s):
             if self._rng.random() < self.hit_rate(sight):
-                return self._report(sight)
+                return self._report(sight, viewpoint, farthest_mm)
         return None
 
     def sights(
@@ -176,55 +182,67 @@ class GeometricSensor:
         self, panel: Panel, panels: Sequence[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float
     ) -> Sight | None:
         """Appearance of the front of a picture; None from behind, too near or completely hidden."""
-        right, depth = in_camera_frame(*panel.center_mm, viewpoint)
-        (right0, depth0), (right1, depth1) = (in_camera_frame(*foot, viewpoint) for foot in panel.feet_mm)
-        if not panel.shows_front_to(viewpoint.x_mm, viewpoint.y_mm) or min(depth0, depth1) < NEAR_MM:
+        if not panel.shows_front_to(viewpoint.x_mm, viewpoint.y_mm):
+            return None
+        (right0, depth0), (right1, depth1) = (in_level_frame(*foot, viewpoint) for foot in panel.feet_mm)
+        corners = [in_camera_frame(*corner, viewpoint) for corner in _corners(panel)]
+        if min(depth0, depth1, *(corner[2] for corner in corners)) < NEAR_MM:
             return None
         points = _grid(panel)
         free = self._in_frame(points, viewpoint) & ~_covered(points, panel, panels, viewpoint)
         if not free.any():
             return None
+        right, depth = in_level_frame(*panel.center_mm, viewpoint)
         focal, distance = self.pinhole.focal_px, math.hypot(right, depth)
         # distance from the lens to the picture's plane over distance to its center: cosine of the slant
         cosine = (right1 * depth0 - right0 * depth1) / (panel.width_mm * distance)
-        axis_u, axis_v = self.pinhole.width / 2, self.pinhole.height / 2
-        upper, lower = (focal * (viewpoint.height_mm - edge) / depth for edge in (panel.top_mm, panel.bottom_mm))
+        ends = (in_camera_frame(*panel.center_mm, edge, viewpoint) for edge in (panel.top_mm, panel.bottom_mm))
+        upper, lower = ((focal * u / w, focal * v / w) for u, v, w in ends)
+        height_px = math.dist(upper, lower)
         turn = math.radians(min(80.0, abs(turn_rate_deg_s) * self._exposure_s))
         return Sight(
+            panel,
             bearing_deg=math.degrees(math.atan2(right, depth)),
             distance_mm=distance,
-            edges_px=(
-                axis_u + focal * right0 / depth0,
-                axis_v + upper,
-                axis_u + focal * right1 / depth1,
-                axis_v + lower,
-            ),
+            height_px=height_px,
             slant_deg=math.degrees(math.acos(min(1.0, cosine))),
             hidden=1.0 - float(np.mean(free)),
-            smear=focal * math.tan(turn) / (lower - upper),
+            smear=focal * math.tan(turn) / height_px,
         )
 
     def _in_frame(self, points: Points, viewpoint: Viewpoint) -> NDArray[np.bool_]:
-        """Mask of the points (n, 3) inside the frame; all must be in front of the lens."""
-        heading = math.radians(viewpoint.heading_deg)
-        dx, dy = points[:, 0] - viewpoint.x_mm, points[:, 1] - viewpoint.y_mm
-        right = dy * math.cos(heading) - dx * math.sin(heading)
-        depth = dx * math.cos(heading) + dy * math.sin(heading)
-        rise = points[:, 2] - viewpoint.height_mm
+        """Mask of the points (n, 3) inside the frame."""
+        right, down, depth = in_camera_frame(points[:, 0], points[:, 1], points[:, 2], viewpoint)
         half_width, half_height = self.pinhole.width / 2, self.pinhole.height / 2
         focal = self.pinhole.focal_px
-        return (np.abs(right) * focal < half_width * depth) & (np.abs(rise) * focal < half_height * depth)
+        within = (np.abs(right) * focal < half_width * depth) & (np.abs(down) * focal < half_height * depth)
+        return np.asarray(within, np.bool_)
 
-    def _report(self, sight: Sight) -> tuple[float, float, Box]:
-        """Add the detector's errors to a sight."""
+    def _report(self, sight: Sight, viewpoint: Viewpoint, farthest_mm: float) -> Quad | None:
+        """The picture's corners with the detector's errors: turned about the lens, and smaller or larger."""
         stretch = math.exp(self._rng.gauss(0.0, self._law.distance_sd))
-        bearing_deg = sight.bearing_deg + self._rng.gauss(0.0, self._law.bearing_sd_deg)
-        left, top, right, bottom = sight.edges_px
-        width, height = (right - left) / stretch, (bottom - top) / stretch
-        u = self.pinhole.width / 2 + self.pinhole.focal_px * math.tan(math.radians(bearing_deg))
-        v = (top + bottom) / 2
-        box = (round(u - width / 2), round(v - height / 2), round(width), round(height))
-        return bearing_deg, sight.distance_mm * stretch, box
+        turn_deg = self._rng.gauss(0.0, self._law.bearing_sd_deg)
+        if sight.distance_mm * stretch > farthest_mm:
+            return None
+        seen_from = replace(viewpoint, heading_deg=viewpoint.heading_deg - turn_deg)
+        first, second, third, fourth = (
+            self._pixel(in_camera_frame(*corner, seen_from)) for corner in _corners(sight.panel, 1.0 / stretch)
+        )
+        return first, second, third, fourth
+
+    def _pixel(self, point: Point) -> tuple[float, float]:
+        right, down, depth = point
+        focal = self.pinhole.focal_px / depth
+        return self.pinhole.width / 2 + focal * right, self.pinhole.height / 2 + focal * down
+
+
+def _corners(panel: Panel, scale: float = 1.0) -> tuple[Point, Point, Point, Point]:
+    """Corners of a panel scaled about its center: x, y, height; in the order of `Quad`."""
+    (x, y), height = panel.center_mm, (panel.top_mm + panel.bottom_mm) / 2
+    dx, dy = (panel.x1_mm - panel.x0_mm) / 2 * scale, (panel.y1_mm - panel.y0_mm) / 2 * scale
+    rise = (panel.top_mm - panel.bottom_mm) / 2 * scale
+    left, right = (x - dx, y - dy), (x + dx, y + dy)
+    return (*left, height + rise), (*right, height + rise), (*right, height - rise), (*left, height - rise)
 
 
 def _grid(panel: Panel) -> Points:

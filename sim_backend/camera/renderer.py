@@ -3,8 +3,6 @@
 For an upright rectangle the inverse depth is linear in the image column and constant along each column. One row vector
 per panel therefore decides occlusion exactly, and one perspective warp paints the visible part. It needs only OpenCV
 and numpy, and gives the same result on every computer. `docs/vision.md` section 2 compares it with 3D engines.
-
-Pixel (0, 0) is the *centre* of the upper left pixel; the optical axis meets the image at ((w - 1) / 2, (h - 1) / 2).
 """
 
 from __future__ import annotations
@@ -19,42 +17,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_backend.camera.scene import Panel, Viewpoint
+from sim_backend.camera.projection import ImagePlane, Matrix, Pinhole
+from sim_backend.camera.scene import NEAR_MM, Panel, Viewpoint, in_level_frame
 from sim_backend.camera.textures import Image, Texture, TextureLibrary
-
-NEAR_MM = 20.0
-"""Near plane; nothing nearer is drawn."""
 
 LIGHT_FROM_DEG = 245.0
 """Direction of the light (a window): panels that face it are the brightest."""
 
-Matrix = NDArray[np.float64]
 Row = NDArray[np.floating[Any]]
-
-
-@dataclass(frozen=True, slots=True)
-class Pinhole:
-    """A pinhole camera's image size and focal length.
-
-    Attributes:
-        width: Image width in pixels.
-        height: Image height in pixels.
-        hfov_deg: Horizontal field of view between the left and right edges of the image.
-    """
-
-    width: int
-    height: int
-    hfov_deg: float
-
-    @property
-    def focal_px(self) -> float:
-        """Focal length in pixels."""
-        return self.width / 2 / math.tan(math.radians(self.hfov_deg / 2))
-
-    @property
-    def center_px(self) -> tuple[float, float]:
-        """Image point of the optical axis: column, row."""
-        return (self.width - 1) / 2, (self.height - 1) / 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +81,7 @@ class Renderer:
     """Renders panels on a textured floor, seen by a level pinhole camera.
 
     Args:
-        camera: Image size and field of view.
+        camera: Image size and focal length. Tilt and roll of a viewpoint are left to the caller; see `level_plane`.
         textures: Source of the textures.
         floor: Texture of the floor.
         background: Blue, green, red of the area above all panels.
@@ -119,7 +89,7 @@ class Renderer:
 
     def __init__(
         self,
-        camera: Pinhole,
+        camera: Pinhole | ImagePlane,
         textures: TextureLibrary,
         floor: str = "floor",
         background: tuple[int, int, int] = (214, 220, 222),
@@ -146,7 +116,7 @@ class Renderer:
     def _facet(self, panel: Panel, viewpoint: Viewpoint) -> Facet | None:
         """The panel in the camera's frame; None if the camera cannot see it."""
         camera = self.camera
-        ends = [in_camera_frame(x, y, viewpoint) for x, y in panel.feet_mm]
+        ends = [in_level_frame(x, y, viewpoint) for x, y in panel.feet_mm]
         (right0, depth0), (right1, depth1) = ends
         # twice the area of the triangle lens - foot 0 - foot 1; positive if the front is visible
         area = right1 * depth0 - right0 * depth1
@@ -211,7 +181,9 @@ class Renderer:
         """Paint the floor in pixels without a panel."""
         camera, texture = self.camera, self._floor
         focal, (center_u, center_v) = camera.focal_px, camera.center_px
-        horizon = math.floor(center_v) + 1
+        horizon = max(0, math.floor(center_v) + 1)
+        if horizon >= camera.height:
+            return
         visible = nearest[horizon:] == 0.0
         left, above, width, height = cv2.boundingRect(visible.view(np.uint8))
         if width == 0:
@@ -247,13 +219,6 @@ def _paint(image: Image, shown: NDArray[np.bool_], origin: tuple[int, int], surf
     if surface.shade != 1.0:
         window = cv2.convertScaleAbs(window, alpha=surface.shade)
     cv2.copyTo(window, shown.view(np.uint8), image[top : top + height, left : left + width])
-
-
-def in_camera_frame(x_mm: float, y_mm: float, viewpoint: Viewpoint) -> tuple[float, float]:
-    """Coordinates to the right of the optical axis and along it, mm."""
-    heading = math.radians(viewpoint.heading_deg)
-    dx, dy = x_mm - viewpoint.x_mm, y_mm - viewpoint.y_mm
-    return dy * math.cos(heading) - dx * math.sin(heading), dx * math.cos(heading) + dy * math.sin(heading)
 
 
 def _clipped(ends: Sequence[tuple[float, float]]) -> Sequence[tuple[float, float]]:

@@ -14,25 +14,44 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 PICTURE_BACK = "cardboard"
+NEAR_MM = 20.0
+"""Near plane; nothing nearer is seen."""
+
+Length = TypeVar("Length", float, "NDArray[np.float64]")
+"""One length in millimetres, or an array of them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Viewpoint:
-    """Pose of the lens; the camera is level, without pitch or roll.
+    """Pose of the lens.
 
     Attributes:
         x_mm: Lens position on the map.
         y_mm: Lens position on the map.
-        heading_deg: Direction of the optical axis, clockwise; 0 along +x, 90 along +y.
+        heading_deg: Direction of the optical axis in plan view, clockwise; 0 along +x, 90 along +y.
         height_mm: Lens above the floor.
+        tilt_deg: Elevation of the optical axis, positive up.
+        roll_deg: Rotation about the optical axis, positive clockwise as seen from behind the camera.
     """
 
     x_mm: float
     y_mm: float
     heading_deg: float
     height_mm: float
+    tilt_deg: float = 0.0
+    roll_deg: float = 0.0
+
+    @property
+    def level(self) -> bool:
+        """Whether the camera is neither tilted nor rolled."""
+        return self.tilt_deg == 0.0 == self.roll_deg
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +97,29 @@ class Panel:
         """Whether the point (x_mm, y_mm) is on the front side."""
         along_x, along_y = self.x1_mm - self.x0_mm, self.y1_mm - self.y0_mm
         return along_x * (y_mm - self.y0_mm) - along_y * (x_mm - self.x0_mm) > 0.0
+
+
+def in_level_frame(x_mm: Length, y_mm: Length, viewpoint: Viewpoint) -> tuple[Length, Length]:
+    """Coordinates of points on the map to the right of the camera's heading and along it, mm."""
+    heading = math.radians(viewpoint.heading_deg)
+    cos, sin = math.cos(heading), math.sin(heading)
+    dx, dy = x_mm - viewpoint.x_mm, y_mm - viewpoint.y_mm
+    return dy * cos - dx * sin, dx * cos + dy * sin
+
+
+def in_camera_frame(
+    x_mm: Length, y_mm: Length, height_mm: Length, viewpoint: Viewpoint
+) -> tuple[Length, Length, Length]:
+    """Coordinates of points to the right of the optical axis, below it and along it, mm."""
+    right, depth = in_level_frame(x_mm, y_mm, viewpoint)
+    down = viewpoint.height_mm - height_mm
+    if viewpoint.level:
+        return right, down, depth
+    tilt, roll = math.radians(viewpoint.tilt_deg), math.radians(viewpoint.roll_deg)
+    cos, sin = math.cos(tilt), math.sin(tilt)
+    down, depth = down * cos + depth * sin, depth * cos - down * sin
+    cos, sin = math.cos(roll), math.sin(roll)
+    return right * cos + down * sin, down * cos - right * sin, depth
 
 
 def picture_panel(

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import cv2
+import numpy as np
+
 from sim_backend.camera.lens import Lens, LensEffects
-from sim_backend.camera.renderer import Pinhole, Renderer
+from sim_backend.camera.projection import Matrix, Pinhole, level_plane
+from sim_backend.camera.renderer import Renderer
 from sim_backend.camera.scene import Panel, Viewpoint
 from sim_backend.camera.textures import Image, TextureLibrary
 
@@ -36,7 +40,9 @@ class SimCamera:
         textures: TextureLibrary | None = None,
     ) -> None:
         self.pinhole = Pinhole(*size, hfov_deg)
-        self._renderer = Renderer(self.pinhole, textures or TextureLibrary(seed), floor)
+        self._textures, self._floor = textures or TextureLibrary(seed), floor
+        self._level = Renderer(self.pinhole, self._textures, floor)
+        self._turned: dict[tuple[float, float], tuple[Renderer, Matrix]] = {}
         self._lens = Lens(lens or LensEffects(), size, self.pinhole.focal_px, seed)
 
     def frame(self, panels: Iterable[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float = 0.0) -> Image:
@@ -50,4 +56,16 @@ class SimCamera:
         Raises:
             ConfigError: A panel names a texture that does not exist.
         """
-        return self._lens.expose(self._renderer.render(panels, viewpoint), turn_rate_deg_s)
+        return self._lens.expose(self._render(panels, viewpoint), turn_rate_deg_s)
+
+    def _render(self, panels: Iterable[Panel], viewpoint: Viewpoint) -> Image:
+        """The view without the lens's effects; that of a tilted or rolled camera is warped from a level one's."""
+        if viewpoint.level:
+            return self._level.render(panels, viewpoint)
+        turn = viewpoint.tilt_deg, viewpoint.roll_deg
+        if turn not in self._turned:
+            window, to_frame = level_plane(self.pinhole, *turn)
+            self._turned[turn] = Renderer(window, self._textures, self._floor), to_frame
+        renderer, to_frame = self._turned[turn]
+        size = self.pinhole.width, self.pinhole.height
+        return np.asarray(cv2.warpPerspective(renderer.render(panels, viewpoint), to_frame, size), np.uint8)

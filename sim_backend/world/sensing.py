@@ -8,7 +8,7 @@ from random import Random
 
 import pymunk
 
-from sim_backend.camera.scene import Viewpoint
+from sim_backend.camera.scene import Viewpoint, in_camera_frame
 from sim_backend.world.objects import PictureObject
 from sim_backend.world.robot import ROBOT_GROUP, RobotBody, wrapped_deg
 from sim_backend.world.sensor_tables import Echo
@@ -21,6 +21,8 @@ NEAREST_MM, FARTHEST_MM = 30.0, 2550.0
 """Range of the ultrasonic sensor; 255 cm means "no echo". Source: LEGO's hardware developer kit."""
 VIEW_RANGE_MM = 3000.0
 """Pictures beyond this distance do not count as visible. Source: docs/vision.md, A4 at 320 x 240."""
+FRAME_ASPECT = 3 / 4
+"""Height of a frame over its width."""
 VIEW_ANGLE_DEG = 55.0
 """Pictures at a larger angle from their normal do not count as visible."""
 
@@ -121,9 +123,19 @@ def is_seen(
 ) -> bool:
     """Whether a point is in a camera's view and nothing but `shapes`, the object it belongs to, is before it."""
     eye = (viewpoint.x_mm, viewpoint.y_mm)
-    if abs(wrapped_deg(_bearing_deg(eye, point) - viewpoint.heading_deg)) > hfov_deg / 2:
+    if not _in_frame(point, point_height_mm, viewpoint, hfov_deg):
         return False
     return not _hidden(space, eye, viewpoint.height_mm, point, point_height_mm, shapes, heights_mm)
+
+
+def _in_frame(point: Point, height_mm: float, viewpoint: Viewpoint, hfov_deg: float) -> bool:
+    """Whether a point is in a camera's field of view; the vertical one counts only for a tilted or rolled camera."""
+    if viewpoint.level:
+        bearing_deg = _bearing_deg((viewpoint.x_mm, viewpoint.y_mm), point) - viewpoint.heading_deg
+        return abs(wrapped_deg(bearing_deg)) <= hfov_deg / 2
+    right, down, depth = in_camera_frame(*point, height_mm, viewpoint)
+    reach = depth * math.tan(math.radians(hfov_deg / 2))
+    return abs(right) <= reach and abs(down) <= reach * FRAME_ASPECT
 
 
 def _hidden(

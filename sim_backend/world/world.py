@@ -123,8 +123,9 @@ class World:
     def viewpoint(self) -> Viewpoint:
         """Where the camera's lens is."""
         camera = self.file.camera
-        x, y = self.robot.point_mm((camera.forward_mm, 0.0))
-        return Viewpoint(x, y, self.robot.heading_deg, camera.height_mm)
+        x, y = self.robot.point_mm((camera.forward_mm, camera.right_mm))
+        heading_deg = self.robot.heading_deg + camera.yaw_deg
+        return Viewpoint(x, y, heading_deg, camera.height_mm, camera.tilt_deg, camera.roll_deg)
 
     def in_view(self, picture: str) -> bool:
         """Whether the robot's camera could see the picture now."""

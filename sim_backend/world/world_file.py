@@ -6,6 +6,7 @@ down, heading 0 along +x. The bundled worlds in `sim_backend/worlds/` show every
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -14,7 +15,13 @@ from pydantic import Field, model_validator
 from sim_backend.world.sensor_tables import Magnet, Mount, Patch, Sound, Surroundings, Ultrasonic
 from sim_backend.world.toml_types import PAINTS, Duration, Length, Name, Paint, Percent, Point, Seconds, Table
 
+Degrees = Annotated[float, Field(ge=-180, le=180)]
 SensorPort = Annotated[int, Field(ge=0, le=4)]
+
+FRAME_DIAGONAL = 1.25
+"""Diagonal of a 4:3 frame over its width."""
+STEEPEST_DEG = 84.0
+"""Largest elevation at the corner of a tilted camera's frame: the renderer knows no zenith."""
 
 
 class Floor(Table):
@@ -109,13 +116,30 @@ class Camera(Table):
         hfov_deg: Horizontal field of view.
         height_mm: Height of the lens above the floor.
         forward_mm: Distance of the lens in front of the axle.
+        right_mm: Distance of the lens to the right of the robot's middle.
+        yaw_deg: Direction of the lens from the robot's front, positive right.
+        tilt_deg: Elevation of the lens, positive up.
+        roll_deg: Rotation about the optical axis, positive clockwise as seen from behind the camera.
         fps: Frames per second.
+        latency_s: Delay from a frame's exposure to its delivery.
     """
 
     hfov_deg: Annotated[float, Field(ge=20, le=120)] = 60.0
     height_mm: Length = 200.0
     forward_mm: float = 60.0
+    right_mm: Annotated[float, Field(ge=-500, le=500)] = 0.0
+    yaw_deg: Degrees = 0.0
+    tilt_deg: Annotated[float, Field(ge=-30, le=30)] = 0.0
+    roll_deg: Degrees = 0.0
     fps: Annotated[int, Field(ge=1, le=60)] = 10
+    latency_s: Annotated[float, Field(ge=0, le=5)] = 0.0
+
+    @model_validator(mode="after")
+    def _sees_no_zenith(self) -> Self:
+        reach_deg = math.degrees(math.atan(FRAME_DIAGONAL * math.tan(math.radians(self.hfov_deg / 2))))
+        if self.tilt_deg and abs(self.tilt_deg) + reach_deg > STEEPEST_DEG:
+            raise ValueError(f"sees what is right above or below it; lower hfov_deg ({self.hfov_deg:g}) or tilt_deg")
+        return self
 
 
 class Wall(Table):

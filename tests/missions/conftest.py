@@ -90,7 +90,7 @@ def perform(
     with Brick(transport, reconnecting=reconnecting) as brick:
         brick.link.reconnect_timeout_s = 0.0
         if geometric:
-            eyes = setup.geometric_eyes(brick)
+            eyes = setup.geometric_eyes(brick, mission)
         else:
             eyes = setup.camera_eyes(setup.open_mission_camera("sim", brick), mission)
         body, clock = setup.build_body(brick, mission), MissionClock(brick)

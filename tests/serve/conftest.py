@@ -137,7 +137,7 @@ def serve(mission_for: Callable[..., Mission]) -> Iterator[Callable[..., Served]
             simulation = Simulation(world, seed=1)
             mission = mission_for(*(targets or ("lena", "rilakkuma")), **thesis)
             brick = stack.enter_context(Brick(SimTransport(simulation, faults=faults)))
-            eyes: Eyes = setup.geometric_eyes(brick)
+            eyes: Eyes = setup.geometric_eyes(brick, mission)
             if camera:
                 eyes = setup.camera_eyes(setup.open_mission_camera("sim", brick), mission)
             return stack.enter_context(serving(brick, simulation, mission, eyes))

@@ -8,7 +8,8 @@ import pytest
 
 from firmware_protocol.errors import ConfigError
 from sim_backend.camera.lens import PERFECT
-from sim_backend.camera.renderer import Pinhole, Renderer
+from sim_backend.camera.projection import Pinhole
+from sim_backend.camera.renderer import Renderer
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel, standing_panels
 from sim_backend.camera.sim_camera import SimCamera
 from sim_backend.camera.textures import TextureLibrary

@@ -5,7 +5,9 @@ from statistics import fmean, pstdev
 
 import pytest
 
+from nxtdrive.vision.detection import Detection, box_of
 from nxtdrive.vision.detectors import make_detector
+from nxtdrive.vision.geometry import Pinhole
 from sim_backend.bundled import PICTURES
 from sim_backend.camera.geometric import PICTURE_LAW, DetectorLaw, Falloff, GeometricSensor
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel, standing_panels
@@ -20,6 +22,11 @@ def lena(x=1200.0, y=0.0, facing_deg=180.0, **where):
     return picture_panel("lena", x, y, facing_deg, **({"bottom_mm": 60.0} | where))
 
 
+def located(quad, size=(320, 240)):
+    """Bearing and distance of a picture as the driver computes them."""
+    return Pinhole.from_hfov(size[0], 60.0).locate(Detection(box_of(quad), 1.0, quad), 297.0)
+
+
 def rate(panels, turn_rate_deg_s=0.0, viewpoint=ORIGIN, looks=200):
     sensor = GeometricSensor(seed=5)
     return fmean(sensor.observe(panels, viewpoint, "lena", turn_rate_deg_s) is not None for _ in range(looks))
@@ -27,13 +34,14 @@ def rate(panels, turn_rate_deg_s=0.0, viewpoint=ORIGIN, looks=200):
 
 @pytest.mark.parametrize("size", [(320, 240), (640, 480)])
 @pytest.mark.parametrize(("distance_mm", "bearing_deg"), [(500, 5), (1000, -20), (3000, 25)])
-def test_bearing_distance_and_box_are_those_of_the_pinhole(size, distance_mm, bearing_deg):
+def test_bearing_distance_and_corners_are_those_of_the_pinhole(size, distance_mm, bearing_deg):
     viewpoint = Viewpoint(-400.0, 900.0, 77.0, 200.0)
     direction = math.radians(77.0 + bearing_deg)
     panel = lena(-400.0 + distance_mm * math.cos(direction), 900.0 + distance_mm * math.sin(direction), 257.0)
-    bearing, distance, (left, top, width, height) = GeometricSensor(size, law=ALWAYS).observe(
-        [panel], viewpoint, "lena"
-    )
+    quad = GeometricSensor(size, law=ALWAYS).observe([panel], viewpoint, "lena")
+    bearing, distance = located(quad, size)
+    (left, top), (right, bottom) = quad[0], quad[2]
+    width, height = right - left, bottom - top
     assert bearing == pytest.approx(bearing_deg)
     assert distance == pytest.approx(distance_mm)
     focal = size[0] / 2 / math.tan(math.radians(30))
@@ -46,7 +54,7 @@ def test_bearing_distance_and_box_are_those_of_the_pinhole(size, distance_mm, be
 def test_errors_are_as_large_as_the_law_says():
     sensor = GeometricSensor(seed=2)
     seen = [sensor.observe([lena()], ORIGIN, "lena") for _ in range(400)]
-    bearings, distances = zip(*[(one[0], one[1]) for one in seen if one], strict=True)
+    bearings, distances = zip(*[located(one) for one in seen if one], strict=True)
     assert pstdev(bearings) == pytest.approx(PICTURE_LAW.bearing_sd_deg, rel=0.15)
     assert pstdev(distances) / 1200.0 == pytest.approx(PICTURE_LAW.distance_sd, rel=0.15)
     assert fmean(distances) == pytest.approx(1200.0, rel=0.01)
@@ -99,7 +107,7 @@ def test_a_hidden_picture_does_not_hide_another_of_the_same_name():
     sensor = GeometricSensor(law=ALWAYS)
     seen = sensor.observe([lena(900.0, -150.0), lena(2000.0, 700.0), wall], ORIGIN, "lena")
     assert seen is not None
-    assert seen[1] == pytest.approx(math.hypot(2000.0, 700.0))
+    assert located(seen)[1] == pytest.approx(math.hypot(2000.0, 700.0))
 
 
 @pytest.mark.parametrize(

@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 
@@ -154,9 +156,10 @@ def test_pictures_are_observed_without_drawing_a_frame():
     simulation = Simulation("open")
     seen = [found for _ in range(20) if (found := simulation.observe("lena"))]
     assert len(seen) > 15
-    for bearing_deg, distance_mm, _ in seen:
-        assert bearing_deg == pytest.approx(0, abs=1)
-        assert distance_mm == pytest.approx(2400 - 400 - 60, rel=0.15)
+    focal_px = 160 / math.tan(math.radians(30))
+    for (left, top), (right, _), _, (_, bottom) in seen:
+        assert (left + right) / 2 == pytest.approx(160, abs=2)
+        assert focal_px * 297 / (bottom - top) == pytest.approx(2400 - 400 - 60, rel=0.15)
     assert simulation.observe("nobody") is None
     drive(simulation, 40, -40)
     simulation.advance(900)

@@ -235,7 +235,7 @@ def perform_built_in_mission(camera: str) -> Report:
     with open_brick("sim://") as brick:
         eyes: Eyes
         if camera == GEOMETRIC:
-            eyes = geometric_eyes(brick)
+            eyes = geometric_eyes(brick, mission)
         else:
             eyes = camera_eyes(open_mission_camera(camera, brick), mission)
         return Executive(mission, build_body(brick, mission), eyes, MissionClock(brick)).run()

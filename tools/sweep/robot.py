@@ -15,8 +15,7 @@ from behaviors.ports import Body, Clock, Eyes
 from nxtdrive.brick import Brick
 from nxtdrive.mission import setup
 from nxtdrive.mission.body import MissionClock
-from nxtdrive.vision.eyes import GeometricEyes
-from sim_backend.camera.geometric import Box
+from sim_backend.camera.geometric import Quad
 from sim_backend.simulation import Simulation
 
 from .scenarios import CameraLoss, Scenario, Sight
@@ -26,9 +25,6 @@ GEOMETRIC, CAMERA = "geometric", "camera"
 
 LOOK_MS = 100
 """How often the triggers of the camera's losses are checked."""
-
-Seen = tuple[float, float, Box]
-"""Bearing in degrees, distance in millimetres, and bounding box in the frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +61,7 @@ def build_robot(
     body, clock = setup.build_body(brick, scenario.mission), MissionClock(brick)
     sees: Eyes
     if eyes == GEOMETRIC:
-        sees = GeometricEyes(SpoiltSensor(simulation, scenario.sight, scenario.seed), clock)
+        sees = setup.geometric_eyes(brick, scenario.mission, SpoiltSensor(simulation, scenario.sight, scenario.seed))
     else:
         sees = setup.camera_eyes(setup.open_mission_camera("sim", brick), scenario.mission)
     for loss in scenario.sight.losses:
@@ -83,7 +79,7 @@ class SpoiltSensor:
     """
 
     def __init__(self, simulation: Simulation, sight: Sight, seed: int) -> None:
-        self.fps = simulation.webcam.fps
+        self.fps, self.size = simulation.webcam.fps, simulation.webcam.size
         self._webcam = simulation.webcam
         self._sight = sight
         self._random = Random(f"{seed}/sight")
@@ -93,11 +89,11 @@ class SpoiltSensor:
         """Whether the camera delivers no frames now."""
         return self._webcam.unplugged
 
-    def observe(self, name: str) -> Seen | None:
+    def observe(self, name: str) -> Quad | None:
         """Return the target, or a look-alike mistaken for it, in the latest frame."""
         sight = self._sight
-        seen = self._webcam.observe(name)
-        if seen is not None and seen[1] <= sight.farthest_mm and self._random.random() < sight.hit_rate:
+        seen = self._webcam.observe(name, farthest_mm=sight.farthest_mm)
+        if seen is not None and self._random.random() < sight.hit_rate:
             return seen
         # one draw per frame: more look-alikes do not cause more mistakes
         if sight.lookalikes and self._random.random() < sight.mistake_rate:

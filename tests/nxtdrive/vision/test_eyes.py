@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 
@@ -112,6 +114,7 @@ class Sensor:
     """Sees a target for a span of time."""
 
     fps = 10.0
+    size = (320, 240)
     unplugged = False
 
     def __init__(self, clock, seen_from_s, seen_until_s):
@@ -119,19 +122,41 @@ class Sensor:
         self.span_s = seen_from_s, seen_until_s
 
     def observe(self, name):
-        return (12.0, 800.0, (200, 100, 40, 60)) if self.span_s[0] <= self.clock.now() <= self.span_s[1] else None
+        if not self.span_s[0] <= self.clock.now() <= self.span_s[1]:
+            return None
+        return ((200.0, 100.0), (240.0, 100.0), (240.0, 160.0), (200.0, 160.0))
 
 
 def test_geometric_eyes_confirm_as_camera_eyes_do(clock):
-    eyes: Eyes = GeometricEyes(Sensor(clock, 0.25, 0.55), clock)
+    eyes: Eyes = GeometricEyes(Sensor(clock, 0.25, 0.55), clock, {"cat": 200.0})
     sightings = [eyes.look("cat") for _ in range(7)]
     assert [sighting is not None for sighting in sightings] == [False] * 4 + [True] * 2 + [False]
     assert clock.now() == pytest.approx(0.6)
-    assert sightings[4] == Sighting("cat", 12.0, 800.0, 1.0, pytest.approx(0.4), (200, 100, 40, 60))
+    focal_px = 160 / math.tan(math.radians(30))
+    bearing_deg = math.degrees(math.atan2(60, focal_px))
+    distance_mm = math.hypot(60, focal_px) * 200 / 60
+    assert sightings[4] == Sighting(
+        "cat", pytest.approx(bearing_deg), pytest.approx(distance_mm), 1.0, pytest.approx(0.4), (200, 100, 40, 60)
+    )
+
+
+def test_geometric_eyes_measure_with_the_camera_that_the_mission_believes(clock):
+    def distance_mm(hfov_deg, height_mm):
+        eyes = GeometricEyes(Sensor(clock, 0.0, 99.0), clock, {"cat": height_mm}, Pinhole.from_hfov(320, hfov_deg))
+        eyes.look("cat")
+        return eyes.look("cat").distance_mm
+
+    assert distance_mm(60.0, 100.0) == pytest.approx(distance_mm(60.0, 200.0) / 2)
+    assert distance_mm(51.0, 200.0) > 1.15 * distance_mm(60.0, 200.0)
+
+
+def test_geometric_eyes_know_only_the_targets_of_the_mission(clock):
+    with pytest.raises(ConfigError, match=r"know no target 'dog'.*know: cat"):
+        GeometricEyes(Sensor(clock, 0.0, 9.0), clock, {"cat": 200.0}).look("dog")
 
 
 def test_an_unplugged_camera_is_blindness_and_not_an_empty_room(clock):
     sensor = Sensor(clock, 0.0, 10.0)
     sensor.unplugged = True
     with pytest.raises(Blind):
-        GeometricEyes(sensor, clock).glance(["lena"])
+        GeometricEyes(sensor, clock, {"lena": 297.0}).glance(["lena"])

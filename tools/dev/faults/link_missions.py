@@ -18,7 +18,6 @@ from nxtdrive.mission import setup
 from nxtdrive.mission.body import MissionClock
 from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import JOURNAL, MAP, MISSION, SUMMARY, RunFolder
-from nxtdrive.vision.eyes import GeometricEyes
 from sim_backend.simulation import Simulation
 
 from .wire import FOR_GOOD, KINDS, TRANSPORTS, Fault, Wire
@@ -102,7 +101,7 @@ def _pursue(brick: Brick, mission: Mission, folder: Path, *, camera: bool) -> Re
     if camera:
         eyes = setup.camera_eyes(setup.open_mission_camera("sim", brick), mission)
     else:
-        eyes = GeometricEyes(brick.link.transport.webcam, clock)  # type: ignore[attr-defined]
+        eyes = setup.geometric_eyes(brick, mission, brick.link.transport.webcam)  # type: ignore[attr-defined]
     recording = Recording(RunFolder(folder), clock, video=False)
     recording.folder.write_mission(mission)
     observers = Observers()

@@ -19,7 +19,6 @@ from nxtdrive.link.link import LONGEST_SILENCE_S
 from nxtdrive.link.reconnect import PROBE_S
 from nxtdrive.mission import setup
 from nxtdrive.mission.body import MissionClock
-from nxtdrive.vision.eyes import GeometricEyes
 from sim_backend.simulation import Simulation
 
 from .campaign import Campaign, Tally, Violation
@@ -132,7 +131,7 @@ def _pursue(brick: Brick, wire: Wire, number: int, _end_s: float) -> list[str]:
     """Pursue a mission, then go back to where it began; a link is lost amid every other one."""
     mission, clock = mission_of(PROFILES[number % 2]), MissionClock(brick)
     body = setup.build_body(brick, mission)
-    eyes = GeometricEyes(wire.simulation.webcam, clock)
+    eyes = setup.geometric_eyes(brick, mission, wire.simulation.webcam)
     if number % 4 > 1:
         wire.simulation.at(wire.simulation.now_ms + 6000, lambda: wire.pull("pulled for 2 s"))
     brick.link.reconnect_timeout_s = 0.0

@@ -1,0 +1,89 @@
+"""Cameras without lens distortion, and the part of a level one's view that a tilted and rolled one sees.
+
+Pixel (0, 0) is the *centre* of the upper left pixel; the optical axis meets the image at ((w - 1) / 2, (h - 1) / 2).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Pinhole:
+    """A pinhole camera's image size and focal length.
+
+    Attributes:
+        width: Image width in pixels.
+        height: Image height in pixels.
+        hfov_deg: Horizontal field of view between the left and right edges of the image.
+    """
+
+    width: int
+    height: int
+    hfov_deg: float
+
+    @property
+    def focal_px(self) -> float:
+        """Focal length in pixels."""
+        return self.width / 2 / math.tan(math.radians(self.hfov_deg / 2))
+
+    @property
+    def center_px(self) -> tuple[float, float]:
+        """Image point of the optical axis: column, row."""
+        return (self.width - 1) / 2, (self.height - 1) / 2
+
+
+@dataclass(frozen=True, slots=True)
+class ImagePlane:
+    """A window of the image plane of a level camera, whose optical axis need not pass through its middle.
+
+    Attributes:
+        width: Width in pixels.
+        height: Height in pixels.
+        focal_px: Focal length in pixels.
+        center_px: Image point of the optical axis: column, row; it may lie outside the window.
+    """
+
+    width: int
+    height: int
+    focal_px: float
+    center_px: tuple[float, float]
+
+
+def orientation(tilt_deg: float, roll_deg: float) -> Matrix:
+    """Rotation from the axes right, down and forward of a level camera to those of a camera tilted up, then rolled."""
+    tilt, roll = math.radians(tilt_deg), math.radians(roll_deg)
+    right, down = np.array([1.0, 0.0, 0.0]), np.array([0.0, math.cos(tilt), math.sin(tilt)])
+    forward = np.array([0.0, -math.sin(tilt), math.cos(tilt)])
+    cos, sin = math.cos(roll), math.sin(roll)
+    return np.array([cos * right + sin * down, cos * down - sin * right, forward])
+
+
+def level_plane(camera: Pinhole, tilt_deg: float, roll_deg: float) -> tuple[ImagePlane, Matrix]:
+    """The part of a level camera's image plane that a tilted and rolled camera at the same place sees.
+
+    Both images differ by a rotation about the lens alone, so one homography maps them exactly.
+
+    Returns:
+        The window, one pixel larger on each side, and the homography from its pixels to the camera's.
+
+    Raises:
+        ValueError: The camera sees the zenith or the nadir, which no level camera does.
+    """
+    turn, focal, (center_u, center_v) = orientation(tilt_deg, roll_deg), camera.focal_px, camera.center_px
+    to_rays = np.array([[1 / focal, 0.0, -center_u / focal], [0.0, 1 / focal, -center_v / focal], [0.0, 0.0, 1.0]])
+    corners = np.array([[u, v, 1.0] for u in (0, camera.width - 1) for v in (0, camera.height - 1)])
+    rays = corners @ to_rays.T @ turn
+    if rays[:, 2].min() < 0.1:
+        raise ValueError("the camera sees what is right above or below it; lower tilt_deg or hfov_deg")
+    ends = focal * rays[:, :2] / rays[:, 2:]
+    (left, top), (right, bottom) = np.floor(ends.min(axis=0)) - 1, np.ceil(ends.max(axis=0)) + 1
+    window = ImagePlane(int(right - left) + 1, int(bottom - top) + 1, focal, (-float(left), -float(top)))
+    from_window = np.array([[1 / focal, 0.0, left / focal], [0.0, 1 / focal, top / focal], [0.0, 0.0, 1.0]])
+    return window, np.asarray(np.linalg.inv(to_rays) @ turn @ from_window, np.float64)
