@@ -294,3 +294,72 @@ def test_files_have_the_loaders_status_in_the_upper_byte():
     run = Run(variables, [*lines, END])
     assert (run[lost], run[made], run[handle]) == (0x8700, 0, 1)
     assert (run[full], run[written], run[closed]) == (0x8400, 5, 0x9300)
+
+
+@pytest.mark.parametrize(("firmware", "polls", "expected"), [("1.29", 718, 567), ("1.05", 25158, 1890)])
+def test_a_loop_that_waits_takes_as_many_instructions_as_on_a_real_brick(firmware, polls, expected):
+    """Repeats that change nothing are skipped; what follows them and what else asks for the time shows by how much."""
+    variables = Variables()
+    count, one, go, duration, other = (variables.number(value) for value in (0, 1, 0, 25, 0))
+    poll = [instruction(ADD, other, one, one)] * 3 + [instruction(0x26, -12, go, one, flags=5)]
+    busy = [instruction(ADD, other, other, one)] * 300 if firmware == "1.05" else [instruction(WAIT, NONE, duration)]
+    count_up = [instruction(ADD, count, count, one), instruction(JUMP, -4)]
+    run = Run(
+        variables,
+        poll + count_up,
+        [*busy, instruction(ADD, go, go, one), instruction(FINISH, NONE, NONE)],
+        firmware=firmware,
+        ms=61,
+    )
+    assert run[count] == polls
+
+    variables = Variables()
+    count, one, state, port, time = (variables.number(value) for value in (0, 1, 0, 1, 0))
+    ask = [instruction(0x33, state, port, 4), instruction(0x35, time)]
+    run = Run(
+        variables,
+        [instruction(ADD, count, count, one), *ask, instruction(JUMP, -10)],
+        firmware=firmware,
+        ms=51,
+    )
+    assert run[count] == expected
+
+
+def test_a_loop_that_only_reads_is_skipped_as_a_whole_with_its_questions_for_the_time():
+    variables = Variables()
+    time, limit, count, one = (variables.number(value) for value in (0, 6046, 0, 1))
+    wait = [instruction(0x35, time), instruction(ADD, one, one, count), instruction(0x26, -6, time, limit, flags=LT)]
+    count_up = [instruction(ADD, count, count, one), instruction(JUMP, -4)]
+    started = Run(variables, wait + count_up, firmware="1.05", ms=61)
+    variables = Variables()
+    time, limit, count, one, odd = (variables.number(value) for value in (0, 6046, 0, 1, 0))
+    wait[1] = instruction(ADD, odd, odd, one)
+    restless = Run(variables, wait + count_up, firmware="1.05", ms=61)
+    assert started[count] == restless[count]
+
+
+@pytest.mark.parametrize(("firmware", "expected"), [("1.29", 1134), ("1.05", 20580)])
+def test_a_clump_alone_takes_as_many_instructions_as_on_a_real_brick(firmware, expected):
+    variables = Variables()
+    count, one = variables.number(0), variables.number(1)
+    run = Run(variables, [instruction(ADD, count, count, one), instruction(JUMP, -4)], firmware=firmware, ms=51)
+    assert run[count] == expected
+
+
+@pytest.mark.parametrize(("firmware", "expected"), [("1.29", (745, 530)), ("1.05", (9198, 7860))])
+def test_a_clump_alone_takes_turns_again_when_another_one_gets_its_mutex(firmware, expected):
+    variables = Variables()
+    first, one, second = (variables.number(value) for value in (0, 1, 0))
+    mutex = variables.number(-1, Type.MUTEX)
+    add, other = instruction(ADD, first, first, one), instruction(ADD, second, second, one)
+    acquire, release = instruction(ACQUIRE, mutex), instruction(RELEASE, mutex)
+    run = Run(
+        variables,
+        [acquire, *[add] * 7, release, *[add] * 11, instruction(JUMP, -76)],
+        [acquire, other, release, *[other] * 4, instruction(JUMP, -24)],
+        firmware=firmware,
+        ms=40,
+    )
+    counted = run[first]
+    run.brick.tick()
+    assert (counted, run[second]) == expected

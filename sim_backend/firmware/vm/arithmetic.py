@@ -2,87 +2,106 @@
 
 from __future__ import annotations
 
-import operator
-import sys
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Mapping
 
+from sim_backend.firmware.cint import divide
 from sim_backend.firmware.vm import aggregates, scalars
 from sim_backend.firmware.vm.aggregates import COMPARISONS, comparable
-from sim_backend.firmware.vm.data import FIRST_FIELD, INTEGERS, Data, Place
-from sim_backend.firmware.vm.machine import Instruction, Machine, Step, Translate
+from sim_backend.firmware.vm.data import Place
+from sim_backend.firmware.vm.instructions import Instruction, Translation
+from sim_backend.firmware.vm.machine import Machine, Translate
+from sim_backend.firmware.vm.memory import SIGNED
+from sim_backend.firmware.vm.operands import INTEGERS
 from sim_backend.firmware.vm.rxe import SIZES, Type
 
-_UNSIGNED = {1: Type.UBYTE, 2: Type.UWORD, 4: Type.ULONG}
-_PLAIN: Mapping[int, Callable[[Any, Any], int]] = {
-    scalars.ADD: operator.add,
-    scalars.SUB: operator.sub,
-    scalars.MUL: operator.mul,
-    scalars.AND: operator.and_,
-    scalars.OR: operator.or_,
-    scalars.XOR: operator.xor,
-}
+RELATIONS = ("<", ">", "<=", ">=", "==", "!=")
+"""The comparison of each number in an instruction's flags."""
+
+_SYMBOLS = {scalars.ADD: "+", scalars.SUB: "-", scalars.MUL: "*", scalars.AND: "&", scalars.OR: "|", scalars.XOR: "^"}
 """Operations whose low bits do not depend on the signs."""
 
-
-def _cell(data: Data, argument: int) -> tuple[int, int] | None:
-    """Type of an integer variable and its number among those of its size in the pool, if it has one."""
-    if argument >= FIRST_FIELD or sys.byteorder != "little":
-        return None
-    kind = data.kind(argument)
-    if kind not in INTEGERS:
-        return None
-    size = SIZES[kind]
-    cell, rest = divmod(data.memory.base + data.variables[argument].data, size)
-    return None if rest or (cell + 1) * size > len(data.memory.pool) else (kind, cell)
+_EXACT = (Type.FLOAT, Type.UBYTE, Type.SBYTE, Type.UWORD, Type.SWORD)
+"""Types whose values are numbers of single precision."""
 
 
-def _binary(machine: Machine, instruction: Instruction) -> Step:
-    data, opcode = machine.data, instruction.opcode
+def _kinds(machine: Machine, instruction: Instruction) -> list[int]:
+    return [machine.data.kind(argument) for argument in instruction.arguments]
+
+
+def _unsigned(machine: Machine, argument: int) -> str:
+    """A number as an unsigned one of 32 bits."""
+    value = machine.operands.value(argument)
+    return f"({value} & 0xFFFFFFFF)" if machine.data.kind(argument) in SIGNED else value
+
+
+def _comparable(machine: Machine, left: int, right: int) -> tuple[str, str]:
+    """Expressions of two scalars as they are compared and divided, see `aggregates.comparable`."""
+    kinds = machine.data.kind(left), machine.data.kind(right)
+    if (kinds[0] in SIGNED and kinds[1] in SIGNED) or Type.FLOAT in kinds:
+        return machine.operands.value(left), machine.operands.value(right)
+    return _unsigned(machine, left), _unsigned(machine, right)
+
+
+def comparison(machine: Machine, relation: int, left: int, right: int) -> str:
+    """Expression of whether a comparison of two scalars holds.
+
+    Raises:
+        IndexError: There is no such comparison.
+    """
+    first, second = _comparable(machine, left, right)
+    return f"{first} {RELATIONS[relation]} {second}"
+
+
+def _binary(machine: Machine, instruction: Instruction) -> Translation:
+    data, operands, opcode = machine.data, machine.operands, instruction.opcode
     target, left, right = (Place(argument) for argument in instruction.arguments)
-    if opcode in _PLAIN:
-        cells = [_cell(data, argument) for argument in instruction.arguments]
-        if cells[0] and cells[1] and cells[2]:
-            return _plain(machine, instruction, cells[0], cells[1], cells[2])
+    value = _calculation(machine, instruction) if operands.scalars(*instruction.arguments) else None
+    statement = operands.assignment(target.entry, value) if value else None
     operation = scalars.binary(opcode)
-    return machine.finished(lambda: aggregates.calculate(data, operation, target, left, right), instruction)
+    return statement or (lambda: aggregates.calculate(data, operation, target, left, right))
 
 
-def _plain(
-    machine: Machine,
-    instruction: Instruction,
-    target: tuple[int, int],
-    left: tuple[int, int],
-    right: tuple[int, int],
-) -> Step:
-    """A calculation with integer variables."""
-    memory, function, following = machine.memory, _PLAIN[instruction.opcode], instruction.following
-    size = SIZES[target[0]]
-    views = memory.view(_UNSIGNED[size]), memory.view(left[0]), memory.view(right[0])
-    to, of, a, b, c = *views[:2], target[1], left[1], right[1]
-    third, mask = views[2], (1 << 8 * size) - 1
+def _calculation(machine: Machine, instruction: Instruction) -> str | None:
+    """Expression of an operation of two scalars; None if it needs conversions."""
+    operands, opcode = machine.operands, instruction.opcode
+    _, left, right = instruction.arguments
+    kinds = _kinds(machine, instruction)
+    symbol = _SYMBOLS.get(opcode)
+    if Type.FLOAT not in kinds:
+        if symbol:
+            return f"{operands.value(left)} {symbol} {operands.value(right)}"
+        function = operands.function(*(("divide", divide) if opcode == scalars.DIV else ("rest", scalars.remainder)))
+        return f"{function}({', '.join(_comparable(machine, left, right))})"
+    if kinds[0] == Type.FLOAT and kinds[1] in _EXACT and kinds[2] in _EXACT:
+        if symbol in ("+", "-", "*"):
+            return f"{operands.value(left)} {symbol} {operands.value(right)}"
+        if opcode == scalars.DIV:
+            function = operands.function("quotient", scalars.float_divide)
+            return f"{function}({operands.value(left)}, {operands.value(right)})"
+    return None
 
-    def run() -> int:
-        to[a] = function(of[b], third[c]) & mask
-        return following
 
-    return run
-
-
-def _unary(machine: Machine, instruction: Instruction) -> Step:
-    data, operation = machine.data, scalars.unary(instruction.opcode)
+def _unary(machine: Machine, instruction: Instruction) -> Translation:
+    data, operands, operation = machine.data, machine.operands, scalars.unary(instruction.opcode)
     copies = aggregates.same_integers if machine.dialect.copies_arrays else aggregates.never
     target, source = (Place(argument) for argument in instruction.arguments)
-    return machine.finished(
-        lambda: aggregates.calculate_each(data, operation, target, source, copies_arrays=copies), instruction
-    )
+    symbol = {scalars.NEG: "-", scalars.NOT: "not "}.get(instruction.opcode)
+    if symbol and all(kind in INTEGERS for kind in _kinds(machine, instruction)):
+        statement = operands.assignment(target.entry, f"{symbol}{operands.value(source.entry)}")
+        if statement:
+            return statement
+    return lambda: aggregates.calculate_each(data, operation, target, source, copies_arrays=copies)
 
 
-def _compare(machine: Machine, instruction: Instruction) -> Step:
+def _compare(machine: Machine, instruction: Instruction) -> Translation:
     """Store whether a comparison holds; for arrays as a whole if the target is a number."""
-    data, relation = machine.data, instruction.flags
+    data, operands, relation = machine.data, machine.operands, instruction.flags
     target, left, right = (Place(argument) for argument in instruction.arguments)
     test = COMPARISONS[relation]
+    if operands.scalars(*instruction.arguments):
+        statement = operands.assignment(target.entry, comparison(machine, relation, left.entry, right.entry), 0, 1)
+        if statement:
+            return statement
 
     def each(_: int, a: float, a_kind: int, b: float, b_kind: int) -> int:
         return int(test(*comparable(a, a_kind, b, b_kind)))
@@ -93,46 +112,49 @@ def _compare(machine: Machine, instruction: Instruction) -> Step:
         else:
             data.put(target.entry, int(aggregates.compare(data, relation, left, right)))
 
-    return machine.finished(run, instruction)
+    return run
 
 
-def _test(machine: Machine, instruction: Instruction) -> Step:
-    data, test = machine.data, COMPARISONS[instruction.flags]
+def _test(machine: Machine, instruction: Instruction) -> Translation:
+    data, operands, test = machine.data, machine.operands, COMPARISONS[instruction.flags]
     copies = aggregates.same_integers if machine.dialect.copies_arrays else aggregates.never
     target, value = (Place(argument) for argument in instruction.arguments)
+    if operands.scalars(*instruction.arguments):
+        condition = f"{operands.value(value.entry)} {RELATIONS[instruction.flags]} 0"
+        statement = operands.assignment(target.entry, condition, 0, 1)
+        if statement:
+            return statement
 
     def each(_: int, a: float, __: int) -> int:
         return int(test(a, 0))
 
-    return machine.finished(
-        lambda: aggregates.calculate_each(data, each, target, value, copies_arrays=copies), instruction
-    )
+    return lambda: aggregates.calculate_each(data, each, target, value, copies_arrays=copies)
 
 
-def _move(machine: Machine, instruction: Instruction) -> Step:
-    data, following = machine.data, instruction.following
+def _move(machine: Machine, instruction: Instruction) -> Translation:
+    data, operands = machine.data, machine.operands
     target, source = (Place(argument) for argument in instruction.arguments)
-    cells = _cell(data, target.entry), _cell(data, source.entry)
-    if cells[0] and cells[1]:
-        (kind, a), (of, b) = cells[0], cells[1]
-        size = SIZES[kind]
-        to, origin, mask = data.memory.view(_UNSIGNED[size]), data.memory.view(of), (1 << 8 * size) - 1
-
-        def run() -> int:
-            to[a] = origin[b] & mask
-            return following
-
-        return run
-    return machine.finished(lambda: aggregates.move(data, target, source), instruction)
+    to, of = _kinds(machine, instruction)
+    if operands.scalars(*instruction.arguments) and (of != Type.FLOAT or to == Type.FLOAT):
+        statement = operands.assignment(target.entry, operands.value(source.entry), *_range(of))
+        if statement:
+            return statement
+    return lambda: aggregates.move(data, target, source)
 
 
-def _set(machine: Machine, instruction: Instruction) -> Step:
+def _range(kind: int) -> tuple[int, int] | tuple[()]:
+    """The smallest and largest number of an unsigned type."""
+    return (0, (1 << 8 * SIZES[kind]) - 1) if kind in (Type.UBYTE, Type.UWORD, Type.ULONG) else ()
+
+
+def _set(machine: Machine, instruction: Instruction) -> Translation:
     target, value = instruction.arguments
-    return machine.finished(lambda: machine.data.put(target, value), instruction)
+    statement = machine.operands.assignment(target, str(value), value, value)
+    return statement or (lambda: machine.data.put(target, value))
 
 
 TABLE: Mapping[tuple[int, int], Translate] = {
-    **{(opcode, 3): _binary for opcode in (*_PLAIN, scalars.DIV, scalars.MOD)},
+    **{(opcode, 3): _binary for opcode in (*_SYMBOLS, scalars.DIV, scalars.MOD)},
     **{(opcode, 2): _unary for opcode in (scalars.NEG, scalars.NOT, scalars.SQRT, scalars.ABS)},
     (0x11, 3): _compare,
     (0x12, 2): _test,

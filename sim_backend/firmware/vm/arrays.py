@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterator, Mapping
 
 from sim_backend.firmware.vm import aggregates
 from sim_backend.firmware.vm.data import ERR_ARG, NONE, Data, Place, ProgramError
-from sim_backend.firmware.vm.machine import MANY, Instruction, Machine, Step, Translate
+from sim_backend.firmware.vm.instructions import MANY, Instruction, Translation, sized_arguments
+from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.memory import Array, single
 from sim_backend.firmware.vm.rxe import Type, size_of
 
@@ -211,11 +212,11 @@ def _scalars(data: Data, place: Place, replace: Callable[[bytes], bytes]) -> Ite
 def _translator(function: Callable[[Data, tuple[int, ...]], None], *, sized: bool = False) -> Translate:
     """A function for instructions; those with any number of arguments are `sized`: their first word is the size."""
 
-    def translate(machine: Machine, instruction: Instruction) -> Step:
+    def translate(machine: Machine, instruction: Instruction) -> Translation:
         data, arguments = machine.data, instruction.arguments
         if sized:
-            arguments = machine.sized_arguments(instruction)
-        return machine.finished(lambda: function(data, arguments), instruction)
+            arguments = sized_arguments(machine.program.code, instruction)
+        return lambda: function(data, arguments)
 
     return translate
 

@@ -7,13 +7,12 @@ Source: LEGO's executable file specification; conversions are in docs/firmware.m
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from functools import cached_property, partial
 from typing import NamedTuple, Protocol
 
 from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, SCALARS, Array, Memory, Number
-from sim_backend.firmware.vm.rxe import SIZES, Type, following, size_of
+from sim_backend.firmware.vm.rxe import Type, following, size_of
 
 NONE = 0xFFFF
 """An omitted argument."""
@@ -22,7 +21,6 @@ FIRST_FIELD = 0xC000
 """First argument that is a field of a port, not a variable."""
 
 _NO_TYPE = 0xFF
-INTEGERS = (Type.UBYTE, Type.SBYTE, Type.UWORD, Type.SWORD, Type.ULONG, Type.SLONG)
 AGGREGATES = (Type.ARRAY, Type.CLUSTER)
 
 _MIN_S32, _END_S32 = -(1 << 31), 1 << 31
@@ -109,18 +107,6 @@ class Data:
             self.fields.put_field(argument, int(value))
         elif kind in SCALARS:
             self.memory.store(kind, self.variables[argument].data + offset, value)
-
-    def getter(self, argument: int) -> Callable[[], Number]:
-        """A fast function for the value of a scalar that is not inside of an array."""
-        kind = self.kind(argument)
-        if argument >= FIRST_FIELD or kind not in SCALARS:
-            return lambda: self.get(argument)
-        unpack, pool = SCALARS[kind].unpack_from, self.memory.pool
-        at = self.memory.base + self.variables[argument].data
-        if sys.byteorder == "little" and at % SIZES[kind] == 0 and at + SIZES[kind] <= len(pool):
-            view, cell = self.memory.view(kind), at // SIZES[kind]
-            return lambda: view[cell]
-        return lambda: unpack(pool, at)[0]
 
     def get_or(self, argument: int, default: int) -> Number:
         """Value of a scalar, or `default` if the argument is omitted."""

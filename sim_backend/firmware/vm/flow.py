@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from sim_backend.firmware.cint import s16
-from sim_backend.firmware.vm.aggregates import COMPARISONS, comparable, compare
+from sim_backend.firmware.vm.aggregates import compare
+from sim_backend.firmware.vm.arithmetic import RELATIONS, comparison
 from sim_backend.firmware.vm.data import NONE, Place
-from sim_backend.firmware.vm.machine import END_TURN, Instruction, Machine, Step, Translate
+from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Next, Translation
+from sim_backend.firmware.vm.machine import QUEUE_GREW, Machine, Translate
 from sim_backend.firmware.vm.rxe import Type
 
 _NOBODY = 0xFF
@@ -19,35 +21,25 @@ def _target(machine: Machine, instruction: Instruction) -> int:
     return target if 0 <= target < end else end
 
 
-def _jump(machine: Machine, instruction: Instruction) -> Step:
-    target = _target(machine, instruction)
-    return lambda: target
+def _jump(machine: Machine, instruction: Instruction) -> Next:
+    return Next(_target(machine, instruction))
 
 
-def _branch_if(machine: Machine, instruction: Instruction) -> Step:
+def _branch_if(machine: Machine, instruction: Instruction) -> Next:
     _, left, right = instruction.arguments
     target, following, relation = _target(machine, instruction), instruction.following, instruction.flags
+    if machine.operands.scalars(left, right):
+        return Next(f"{target} if {comparison(machine, relation, left, right)} else {following}")
     data, first, second = machine.data, Place(left), Place(right)
-    if data.is_aggregate(left) or data.is_aggregate(right):
-        return lambda: target if compare(data, relation, first, second) else following
-    kinds, test = (data.kind(left), data.kind(right)), COMPARISONS[relation]
-    get_left, get_right = data.getter(left), data.getter(right)
-
-    def run() -> int:
-        a, b = comparable(get_left(), kinds[0], get_right(), kinds[1])
-        return target if test(a, b) else following
-
-    return run
+    return Next(lambda: target if compare(data, relation, first, second) else following)
 
 
-def _branch_test(machine: Machine, instruction: Instruction) -> Step:
-    value = instruction.arguments[1]
-    target, following = _target(machine, instruction), instruction.following
-    get, test = machine.data.getter(value), COMPARISONS[instruction.flags]
-    return lambda: target if test(get(), 0) else following
+def _branch_test(machine: Machine, instruction: Instruction) -> Next:
+    test = f"{machine.operands.value(instruction.arguments[1])} {RELATIONS[instruction.flags]} 0"
+    return Next(f"{_target(machine, instruction)} if {test} else {instruction.following}")
 
 
-def _stop(machine: Machine, instruction: Instruction) -> Step:
+def _stop(machine: Machine, instruction: Instruction) -> Next:
     confirm, following = instruction.arguments[0], instruction.following
     exists = confirm < len(machine.data.variables)
 
@@ -57,10 +49,10 @@ def _stop(machine: Machine, instruction: Instruction) -> Step:
             return END_TURN
         return following
 
-    return run
+    return Next(run)
 
 
-def _finish(machine: Machine, instruction: Instruction) -> Step:
+def _finish(machine: Machine, instruction: Instruction) -> Next:
     """End the clump and fire the given range of its dependents."""
     first, last = instruction.arguments
 
@@ -74,10 +66,10 @@ def _finish(machine: Machine, instruction: Instruction) -> Step:
                 machine.fire(dependent)
         return END_TURN
 
-    return run
+    return Next(run)
 
 
-def _finish_into(machine: Machine, instruction: Instruction) -> Step:
+def _finish_into(machine: Machine, instruction: Instruction) -> Next:
     """End the clump and fire the given one."""
 
     def run() -> int:
@@ -87,10 +79,10 @@ def _finish_into(machine: Machine, instruction: Instruction) -> Step:
         machine.fire(instruction.arguments[0])
         return END_TURN
 
-    return run
+    return Next(run)
 
 
-def _acquire(machine: Machine, instruction: Instruction) -> Step:
+def _acquire(machine: Machine, instruction: Instruction) -> Next:
     """Acquire a mutex, or wait until it is free; its variable has the bytes owner, first and last waiting clump."""
     mutex, following, data = instruction.arguments[0], instruction.following, machine.data
 
@@ -103,20 +95,21 @@ def _acquire(machine: Machine, instruction: Instruction) -> Step:
         machine.wait_for(at, machine.task)
         return machine.suspend(following)
 
-    return run
+    return Next(run)
 
 
-def _release(machine: Machine, instruction: Instruction) -> Step:
+def _release(machine: Machine, instruction: Instruction) -> Next:
     mutex, following, data = instruction.arguments[0], instruction.following, machine.data
 
     def run() -> int:
+        waiting = len(machine.queue)
         machine.hand_over(data.address(Place(mutex)))
-        return following
+        return following if len(machine.queue) == waiting else QUEUE_GREW - following
 
-    return run
+    return Next(run)
 
 
-def _call(machine: Machine, instruction: Instruction) -> Step:
+def _call(machine: Machine, instruction: Instruction) -> Next:
     """Run another clump, and continue when it returns."""
     clump, caller = instruction.arguments
 
@@ -128,10 +121,10 @@ def _call(machine: Machine, instruction: Instruction) -> Step:
             machine.restart(task)
         return END_TURN
 
-    return run
+    return Next(run)
 
 
-def _return(machine: Machine, instruction: Instruction) -> Step:
+def _return(machine: Machine, instruction: Instruction) -> Next:
     def run() -> int:
         caller = machine.clump(int(machine.data.get(instruction.arguments[0])))
         machine.suspend(machine.program.clumps[machine.task.number].start)
@@ -139,10 +132,10 @@ def _return(machine: Machine, instruction: Instruction) -> Step:
             machine.queue.append(caller)
         return END_TURN
 
-    return run
+    return Next(run)
 
 
-def _wait(machine: Machine, instruction: Instruction) -> Step:
+def _wait(machine: Machine, instruction: Instruction) -> Next:
     *ended, duration = instruction.arguments
     data, following = machine.data, instruction.following
 
@@ -152,15 +145,13 @@ def _wait(machine: Machine, instruction: Instruction) -> Step:
             data.put(ended[0], machine.now_ms + duration_ms)
         return machine.sleep(duration_ms, following)
 
-    return run
+    return Next(run)
 
 
-def _tick(machine: Machine, instruction: Instruction) -> Step:
-    def run() -> None:
-        machine.asked_time += 1
-        machine.data.put(instruction.arguments[0], machine.now_ms)
-
-    return machine.finished(run, instruction)
+def _tick(machine: Machine, instruction: Instruction) -> Translation:
+    operands, target = machine.operands, instruction.arguments[0]
+    statement = operands.assignment(target, f"{operands.function('now', machine.ask_time)}()")
+    return statement or (lambda: machine.data.put(target, machine.ask_time()))
 
 
 TABLE: Mapping[tuple[int, int], Translate] = {

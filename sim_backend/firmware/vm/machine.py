@@ -1,42 +1,42 @@
 """The interpreter: clumps take turns of twenty instructions, as many as fit into a pass of one millisecond.
 
-Each instruction is translated once into a function without arguments that carries it out and returns the index of the
-next word of code, or a negative number that ends the turn.
+Instructions are compiled in blocks, see `blocks`. A clump that runs alone needs no turns; a loop of its that changes
+nothing any more is not carried out again in the same pass.
 
 Source: LEGO's executable file specification; order and length of turns in docs/firmware.md section 8.3.
 """
 
 from __future__ import annotations
 
-import struct
 from collections import deque
 from collections.abc import Callable, Mapping
 from enum import IntEnum
-from typing import NamedTuple
 
-from sim_backend.firmware.cint import s8
 from sim_backend.firmware.module import NEVER
+from sim_backend.firmware.vm.blocks import FAILURES, LONGEST, Block, Compiler
 from sim_backend.firmware.vm.data import ERR_INSTR, Data, ProgramError
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
-from sim_backend.firmware.vm.memory import Memory, OutOfMemory
+from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Translation
+from sim_backend.firmware.vm.memory import Memory
+from sim_backend.firmware.vm.operands import Operands
 from sim_backend.firmware.vm.rxe import Program
 
 TURN = 20
 """Most instructions of a turn."""
 
-END_TURN = -1
-"""Next word of an instruction that suspended its clump or stopped the program."""
+QUEUE_GREW = -2
+"""Largest next word of an instruction that appended a clump to the queue: -2 minus the word."""
 
-ERR_MEM = -5
 _NO_CLUMP = 0xFF
-_SHORT = 0x8
-_VARIABLE_SIZE = 0xE
-_WORD = 2
-_SHORT_OPCODES = (0x1B, 0x2C, 0x2D, 0x2E)
-"""Move, acquire, release and call have short forms of one word less."""
-_SHORT_FORMS = 4
 _JUMP_TO_ITSELF = (0x4025, 0)
+_PATIENCE = 64
+"""Most turns in which no repeats are looked for, after there were none."""
+
+
+_Seen = dict[tuple[int, bytes], tuple[int, int]]
+"""Next word of code and values of the variables, to the numbers of instructions left and of those that asked for the
+time."""
 
 
 class Outcome(IntEnum):
@@ -46,26 +46,8 @@ class Outcome(IntEnum):
     ERROR = 3
 
 
-class Instruction(NamedTuple):
-    """One instruction.
-
-    Attributes:
-        opcode: Number of the operation.
-        flags: Index of the comparison.
-        arguments: Words after the instruction word.
-        at: Index of its first word.
-        following: Index of the word after it.
-    """
-
-    opcode: int
-    flags: int
-    arguments: tuple[int, ...]
-    at: int
-    following: int
-
-
-Step = Callable[[], int]
-Translate = Callable[["Machine", Instruction], Step]
+Translate = Callable[["Machine", Instruction], Translation]
+"""Translates an instruction, see `Translation`."""
 
 
 class Task:
@@ -77,13 +59,17 @@ class Task:
         missing: Number of clumps that must end before it starts.
         wake_ms: Pass in which a sleeping one continues.
         link: Number of the clump behind it that waits for the same mutex.
+        blocks: Compiled code by its first word.
+        cut_blocks: Compiled code that is limited to a number of instructions, by first word and number.
     """
 
-    __slots__ = ("link", "missing", "number", "pc", "wake_ms")
+    __slots__ = ("blocks", "cut_blocks", "link", "missing", "number", "pc", "wake_ms")
 
     def __init__(self, number: int, start: int, missing: int) -> None:
         self.number, self.pc, self.missing = number, start, missing
         self.wake_ms, self.link = 0, _NO_CLUMP
+        self.blocks: dict[int, Block] = {}
+        self.cut_blocks: dict[tuple[int, int], Block] = {}
 
 
 class Machine:
@@ -92,6 +78,7 @@ class Machine:
     Attributes:
         program: The program.
         data: Its variables.
+        operands: Expressions of them.
         memory: The pool that holds them.
         devices: The brick's modules.
         task: The clump that runs now.
@@ -112,10 +99,13 @@ class Machine:
         self.program, self.memory, self.devices = program, memory, devices
         self.data = Data(memory, devices)
         self.dialect = dialect
+        self.operands = Operands(self.data)
         self._opcodes = {key: value for key, value in opcodes.items() if key[0] not in dialect.missing}
         self._timing = dialect.timing
+        self._compiler = Compiler(program.code, self._translate, self.operands.names)
+        self._spins = frozenset(at for at in range(len(program.code)) if program.code[at : at + 2] == _JUMP_TO_ITSELF)
+        self._patience = self._turns_to_wait = 0
         self.semaphores, self.sending = [0, 0], False
-        self._steps: list[Step | None] = [None] * (len(program.code) + 1)
         self.tasks = [Task(i, clump.start, clump.fire_count) for i, clump in enumerate(program.clumps)]
         self.queue = deque(task for task in self.tasks if not task.missing)
         self._sleeping: list[Task] = []
@@ -126,14 +116,14 @@ class Machine:
 
     def run(self, now_ms: int) -> Outcome | None:
         """Run one pass; returns the outcome, or None while the program runs."""
-        if self._all_spin:
+        if self._spins and self._all_spin:
             self.queue.rotate(-self._turns_per_pass * (now_ms - self.now_ms - 1))
         self.now_ms = now_ms
         self.memory.begin_pass()
         self._wake()
         try:
             self._run_turns()
-        except (ProgramError, OutOfMemory, struct.error, LookupError, ArithmeticError, ValueError, RecursionError):
+        except FAILURES:
             return Outcome.ERROR
         return Outcome.OK if self._stopped or not (self.queue or self._sleeping) else None
 
@@ -142,26 +132,73 @@ class Machine:
         while instructions > 0 and turns > 0 and queue and not self._stopped:
             self.task = queue[0]
             self.asked_time = 0
-            done, ended = self._turn(min(instructions, TURN))
+            alone = len(queue) == 1 and turns > 2 * instructions
+            done, ended = self._turn(instructions if alone else min(instructions, TURN))
             instructions -= done
-            turns -= 1 + self.asked_time
+            turns -= max(1, -(-done // TURN)) + self.asked_time
             if not ended:
                 queue.rotate(-1)
 
     def _turn(self, most: int) -> tuple[int, bool]:
-        """Run one turn of the current clump; returns the number of instructions, and whether the last one ended it."""
-        task, steps = self.task, self._steps
-        end = self.program.clumps[task.number].end
-        pc = task.pc
-        for done in range(most):
-            if pc >= end:
-                raise ProgramError(ERR_INSTR, "a clump ran past its end")
-            step = steps[pc] or self._translate(pc)
-            pc = step()
+        """Run a turn of the current clump, or several if it is alone.
+
+        Returns:
+            The number of instructions, and whether the last one suspended the clump or stopped the program.
+        """
+        task, left = self.task, most
+        pc, blocks = task.pc, task.blocks
+        seen = self._seen()
+        while left > 0:
+            if seen is not None:
+                left = self._without_repeats(seen, pc, left)
+            block = blocks.get(pc)
+            if block is None or block.size > left:
+                block = self._block(pc, left)
+            pc = block.run()
+            left -= block.size
+            if seen is not None and not block.quiet:
+                seen = None
             if pc < 0:
-                return done, True
+                if pc == END_TURN:
+                    return most - left - 1, True
+                pc = QUEUE_GREW - pc
+                excess = max(0, left - (left - most) % TURN)
+                left, most = left - excess, most - excess
         task.pc = pc
-        return most, False
+        return most - left, False
+
+    def _block(self, pc: int, most: int) -> Block:
+        task = self.task
+        end = self.program.clumps[task.number].end
+        block = task.blocks.get(pc)
+        if block is None:
+            block = task.blocks[pc] = self._compiler.block(pc, end, LONGEST)
+        if block.size > most:
+            block = task.cut_blocks.get((pc, most))
+            if block is None:
+                block = task.cut_blocks[pc, most] = self._compiler.block(pc, end, most)
+        return block
+
+    def _seen(self) -> _Seen | None:
+        """An empty record of states in this turn; None if looking for repeats has not been worth while lately."""
+        if self._turns_to_wait:
+            self._turns_to_wait -= 1
+            return None
+        self._turns_to_wait = self._patience
+        self._patience = min(2 * self._patience + 1, _PATIENCE)
+        return {}
+
+    def _without_repeats(self, seen: _Seen, pc: int, left: int) -> int:
+        """The number of instructions left after those repeats of a loop that change nothing."""
+        low, high = self.operands.written
+        now = left, self.asked_time
+        before = seen.setdefault((pc, bytes(self.memory.pool[low:high])), now)
+        if before == now:
+            return left
+        self._patience = self._turns_to_wait = 0
+        repeats, rest = divmod(left, before[0] - left)
+        self.asked_time += repeats * (self.asked_time - before[1])
+        return rest
 
     def _wake(self) -> None:
         if self._sleeping:
@@ -172,60 +209,29 @@ class Machine:
     @property
     def due_ms(self) -> int:
         """The next pass in which a clump continues."""
-        if self.queue and not self._all_spin:
+        if self.queue and not (self._spins and self._all_spin):
             return self.now_ms + 1
         return max(self.now_ms + 1, min((task.wake_ms for task in self._sleeping), default=NEVER))
 
     @property
     def _all_spin(self) -> bool:
         """Whether each clump that does not sleep is in an empty endless loop."""
-        code = self.program.code
-        return all(code[task.pc : task.pc + 2] == _JUMP_TO_ITSELF for task in self.queue)
+        return all(task.pc in self._spins for task in self.queue)
 
     @property
     def _turns_per_pass(self) -> int:
         return min(self._timing.turns, -(-self._timing.instructions // TURN))
 
-    def _translate(self, pc: int) -> Step:
-        instruction = self._decode(pc)
-        size = self.program.code[pc] >> 12
-        count = len(instruction.arguments) if self.program.code[pc] & _SHORT << 8 else min(size // _WORD - 1, MANY)
-        translate = self._opcodes.get((instruction.opcode, count))
+    def _translate(self, instruction: Instruction) -> Translation:
+        translate = self._opcodes.get((instruction.opcode, instruction.form))
         if translate is None:
-            raise ProgramError(ERR_INSTR, f"instruction 0x{self.program.code[pc]:04x} is not known")
-        step = translate(self, instruction)
-        self._steps[pc] = step
-        return step
+            raise ProgramError(ERR_INSTR, f"instruction 0x{self.program.code[instruction.at]:04x} is not known")
+        return translate(self, instruction)
 
-    def _decode(self, pc: int) -> Instruction:
-        code = self.program.code
-        word = code[pc]
-        size, flags, opcode = word >> 12, word >> 8 & 0x7, word & 0xFF
-        if size == _VARIABLE_SIZE:
-            size = code[pc + 1]
-        following = pc + size // _WORD
-        arguments = tuple(code[pc + 1 : following])
-        if word >> 8 & _SHORT:
-            if flags >= _SHORT_FORMS:
-                raise ProgramError(ERR_INSTR, "a short form that does not exist")
-            arguments = (opcode,) if size == _WORD else (s8(opcode) + arguments[0] & 0xFFFF, *arguments)
-            opcode, flags = _SHORT_OPCODES[flags], 0
-        return Instruction(opcode, flags, arguments, pc, following)
-
-    def sized_arguments(self, instruction: Instruction) -> tuple[int, ...]:
-        """Arguments of an instruction that has any number of them; its first word is its size in bytes."""
-        code, at = self.program.code, instruction.at
-        return code[at + 2 : at + code[at + 1] // _WORD]
-
-    def finished(self, step: Callable[[], None], instruction: Instruction) -> Step:
-        """A step that always continues with the following instruction."""
-        following = instruction.following
-
-        def run() -> int:
-            step()
-            return following
-
-        return run
+    def ask_time(self) -> int:
+        """The current pass, for a program; it counts against the turn."""
+        self.asked_time += 1
+        return self.now_ms
 
     def suspend(self, following: int) -> int:
         """Take the current clump out of the queue; it will continue at `following`."""
@@ -288,7 +294,3 @@ class Machine:
     def stop(self) -> None:
         """End the program."""
         self._stopped = True
-
-
-MANY = 4
-"""Number of arguments from which on the firmware does not distinguish."""

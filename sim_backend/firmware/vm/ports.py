@@ -2,46 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from sim_backend.firmware.vm.data import Place
-from sim_backend.firmware.vm.machine import MANY, Instruction, Machine, Step, Translate
+from sim_backend.firmware.vm.instructions import MANY, Instruction, Translation, sized_arguments
+from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.rxe import Type
 
 
-def _get_input(machine: Machine, instruction: Instruction) -> Step:
-    data, (target, port, field) = machine.data, instruction.arguments
-    devices = machine.devices
-    return machine.finished(lambda: data.put(target, devices.get_input(int(data.get(port)), field)), instruction)
+def _read(machine: Machine, instruction: Instruction, get: Callable[[int, int], int]) -> Translation:
+    data, operands, (target, port, field) = machine.data, machine.operands, instruction.arguments
+    name = operands.function(get.__name__, get)
+    statement = operands.assignment(target, f"{name}({operands.value(port)}, {field})")
+    return statement or (lambda: data.put(target, get(int(data.get(port)), field)))
 
 
-def _set_input(machine: Machine, instruction: Instruction) -> Step:
+def _get_input(machine: Machine, instruction: Instruction) -> Translation:
+    return _read(machine, instruction, machine.devices.get_input)
+
+
+def _get_output(machine: Machine, instruction: Instruction) -> Translation:
+    return _read(machine, instruction, machine.devices.get_output)
+
+
+def _set_input(machine: Machine, instruction: Instruction) -> Translation:
     data, (source, port, field) = machine.data, instruction.arguments
     devices = machine.devices
-    return machine.finished(lambda: devices.put_input(int(data.get(port)), field, int(data.get(source))), instruction)
+    return lambda: devices.put_input(int(data.get(port)), field, int(data.get(source)))
 
 
-def _get_output(machine: Machine, instruction: Instruction) -> Step:
-    data, (target, port, field) = machine.data, instruction.arguments
-    devices = machine.devices
-    return machine.finished(lambda: data.put(target, devices.get_output(int(data.get(port)), field)), instruction)
-
-
-def _set_output(machine: Machine, instruction: Instruction) -> Step:
+def _set_output(machine: Machine, instruction: Instruction) -> Translation:
     """Set several fields of one port, or of each port in an array."""
-    ports, *pairs = machine.sized_arguments(instruction)
-    data = machine.data
+    ports, *pairs = sized_arguments(machine.program.code, instruction)
+    data, put = machine.data, machine.devices.put_output
+    values = list(zip(pairs[::2], pairs[1::2], strict=False))
 
     def run() -> None:
-        chosen = [Place(ports)]
-        if data.kind(ports) == Type.ARRAY:
-            chosen = data.parts(Place(ports))
-        for place in chosen:
+        places = data.parts(Place(ports)) if data.kind(ports) == Type.ARRAY else [Place(ports)]
+        for place in places:
             port = int(data.get(place.entry, place.offset))
-            for field, source in zip(pairs[::2], pairs[1::2], strict=False):
-                machine.devices.put_output(port, field, int(data.get(source)))
+            for field, source in values:
+                put(port, field, int(data.get(source)))
 
-    return machine.finished(run, instruction)
+    return run
 
 
 TABLE: Mapping[tuple[int, int], Translate] = {

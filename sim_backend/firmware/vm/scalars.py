@@ -15,7 +15,8 @@ ADD, SUB, NEG, MUL, DIV, MOD, AND, OR, XOR, NOT = range(10)
 SQRT, ABS = 0x36, 0x37
 
 
-def _remainder(left: int, right: int) -> int:
+def remainder(left: int, right: int) -> int:
+    """Rest of a division that rounds towards zero; a division by zero leaves the dividend."""
     return left - right * divide(left, right) if right else left
 
 
@@ -24,7 +25,7 @@ _INTEGER: Mapping[int, Callable[[int, int], int]] = {
     SUB: int.__sub__,
     MUL: int.__mul__,
     DIV: divide,
-    MOD: _remainder,
+    MOD: remainder,
     AND: int.__and__,
     OR: int.__or__,
     XOR: int.__xor__,
@@ -32,7 +33,8 @@ _INTEGER: Mapping[int, Callable[[int, int], int]] = {
 _SIGN_MATTERS = (DIV, MOD)
 
 
-def _float_divide(left: float, right: float) -> float:
+def float_divide(left: float, right: float) -> float:
+    """Quotient; 0.0 if the divisor is 0."""
     return left / right if right else 0.0
 
 
@@ -44,8 +46,8 @@ _FLOAT: Mapping[int, Callable[[float, float], float]] = {
     ADD: float.__add__,
     SUB: float.__sub__,
     MUL: float.__mul__,
-    DIV: _float_divide,
-    MOD: lambda left, right: _remainder(truncated(left), truncated(right)) if right else left,
+    DIV: float_divide,
+    MOD: lambda left, right: remainder(truncated(left), truncated(right)) if right else left,
     AND: lambda left, right: truncated(left) & truncated(right),
     OR: lambda left, right: truncated(left) | truncated(right),
     XOR: lambda left, right: truncated(left) ^ truncated(right),

@@ -20,7 +20,8 @@ from sim_backend.firmware.vm.calls import Call, Function
 from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError
 from sim_backend.firmware.vm.draw_calls import TABLE as DRAWING
 from sim_backend.firmware.vm.file_calls import TABLE as FILES
-from sim_backend.firmware.vm.machine import Instruction, Machine, Step, Translate
+from sim_backend.firmware.vm.instructions import Instruction, Translation
+from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.memory import OutOfMemory
 from sim_backend.firmware.vm.message_calls import TABLE as MESSAGES
 
@@ -31,14 +32,14 @@ _NO_PORT = 0xDF
 _NO_BUTTON = -17
 
 
-def _call(machine: Machine, instruction: Instruction) -> Step:
+def _call(machine: Machine, instruction: Instruction) -> Translation:
     """Run the system call that an instruction names."""
     name, cluster = instruction.arguments
     function = CALLS.get(name) if name < machine.dialect.system_calls else None
     if function is None:
         raise ProgramError(ERR_INSTR, f"system call {name} is not known")
     call = Call(machine, machine.data.members(cluster))
-    return machine.finished(lambda: function(call), instruction)
+    return lambda: function(call)
 
 
 def _play_file(call: Call) -> None:

@@ -1,0 +1,90 @@
+"""Decode instructions. Source: LEGO's executable file specification."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from sim_backend.firmware.cint import s8
+from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError
+
+MANY = 4
+"""Number of arguments from which on the firmware does not distinguish."""
+
+_SHORT = 0x8
+_VARIABLE_SIZE = 0xE
+_WORD = 2
+_SHORT_OPCODES = (0x1B, 0x2C, 0x2D, 0x2E)
+"""Move, acquire, release and call have short forms of one word less."""
+
+
+class Instruction(NamedTuple):
+    """One instruction.
+
+    Attributes:
+        opcode: Number of the operation.
+        flags: Index of the comparison.
+        arguments: Words after the instruction word.
+        at: Index of its first word.
+        following: Index of the word after it.
+        form: Number of arguments by which the firmware chooses the handler; at most `MANY`.
+    """
+
+    opcode: int
+    flags: int
+    arguments: tuple[int, ...]
+    at: int
+    following: int
+    form: int
+
+
+Action = Callable[[], None]
+"""Carries out an instruction."""
+
+Step = Callable[[], int]
+"""Carries out an instruction; returns the index of the next word of code, or `END_TURN`."""
+
+END_TURN = -1
+"""Next word of an instruction that suspended its clump or stopped the program."""
+
+
+class Next(NamedTuple):
+    """What an instruction that chooses the next one is translated to.
+
+    Attributes:
+        word: Index of the next word, an expression of it, or a function that returns it.
+    """
+
+    word: int | str | Step
+
+
+Translation = str | Action | Next
+"""What an instruction is translated to: a statement, which must change nothing but its target variable; a function; or
+the choice of the next instruction."""
+
+
+def decode(code: Sequence[int], at: int) -> Instruction:
+    """The instruction at a word of code.
+
+    Raises:
+        ProgramError: There is no such short form.
+        IndexError: The code ends before its size.
+    """
+    word = code[at]
+    size, flags, opcode = word >> 12, word >> 8 & 0x7, word & 0xFF
+    form = min(size // _WORD - 1, MANY)
+    if size == _VARIABLE_SIZE:
+        size = code[at + 1]
+    following = at + size // _WORD
+    arguments = tuple(code[at + 1 : following])
+    if word >> 8 & _SHORT:
+        if flags >= len(_SHORT_OPCODES):
+            raise ProgramError(ERR_INSTR, "a short form that does not exist")
+        arguments = (opcode,) if size == _WORD else (s8(opcode) + arguments[0] & 0xFFFF, *arguments)
+        opcode, flags, form = _SHORT_OPCODES[flags], 0, len(arguments)
+    return Instruction(opcode, flags, arguments, at, following, form)
+
+
+def sized_arguments(code: Sequence[int], instruction: Instruction) -> tuple[int, ...]:
+    """Arguments of an instruction that has any number of them; its first word is its size in bytes."""
+    return tuple(code[instruction.at + 2 : instruction.at + code[instruction.at + 1] // _WORD])

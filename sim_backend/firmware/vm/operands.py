@@ -1,0 +1,80 @@
+"""Expressions of a program's variables, for the statements that its instructions are translated to."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from sim_backend.firmware.vm.data import FIRST_FIELD, Data
+from sim_backend.firmware.vm.memory import SCALARS
+from sim_backend.firmware.vm.rxe import SIZES, Type
+
+INTEGERS = (Type.UBYTE, Type.SBYTE, Type.UWORD, Type.SWORD, Type.ULONG, Type.SLONG)
+_CELLS = (*INTEGERS, Type.FLOAT)
+
+
+class Operands:
+    """Expressions of the variables of one program.
+
+    Attributes:
+        names: What the names in the expressions stand for.
+        written: First and last offset in the pool of what `assignment` may write, and the end of it.
+    """
+
+    def __init__(self, data: Data) -> None:
+        self._data = data
+        memory = memoryview(data.memory.pool)
+        self.names: dict[str, Any] = {code: memory.cast(code) for code in "BbHhIif"}  # type: ignore[call-overload]
+        self.names.update(get=data.get, put=data.put)
+        self.written = (len(data.memory.pool), 0)
+
+    def function(self, name: str, function: Callable[..., object]) -> str:
+        """Give a function a name; returns that."""
+        self.names[name] = function
+        return name
+
+    def scalars(self, *arguments: int) -> bool:
+        """Whether no variable is an array or a cluster."""
+        return not any(self._data.is_aggregate(argument) for argument in arguments)
+
+    def value(self, argument: int) -> str:
+        """The value of a scalar."""
+        cell = self._cell(argument)
+        return f"get({argument})" if cell is None else f"{SCALARS[cell[0]].format[-1]}[{cell[1]}]"
+
+    def assignment(self, target: int, value: str, low: int | None = None, high: int | None = None) -> str | None:
+        """A statement that sets a scalar.
+
+        Args:
+            target: Its variable.
+            value: Expression of the value; an integer, unless the variable is a float.
+            low: The smallest that the value can be, if that is known.
+            high: The largest that the value can be.
+
+        Returns:
+            None if the target is the field of a port, which would have further effects.
+        """
+        if target >= FIRST_FIELD:
+            return None
+        kind = self._data.kind(target)
+        if kind in SCALARS:
+            at = self._data.memory.base + self._data.variables[target].data
+            self.written = min(self.written[0], at), max(self.written[1], at + SIZES[kind])
+        cell = self._cell(target)
+        if cell is None:
+            return f"put({target}, {value})"
+        code, mask = SCALARS[kind].format[-1], (1 << 8 * SIZES[kind]) - 1
+        if kind == Type.FLOAT or (low is not None and high is not None and low >= 0 and high <= mask):
+            return f"{code if kind == Type.FLOAT else code.upper()}[{cell[1]}] = {value}"
+        return f"{code.upper()}[{cell[1]}] = ({value}) & {mask}"
+
+    def _cell(self, argument: int) -> tuple[int, int] | None:
+        """Type of a variable and its number among those of its size in the pool, if it has one."""
+        if argument >= FIRST_FIELD or sys.byteorder != "little":
+            return None
+        kind = self._data.kind(argument)
+        if kind not in _CELLS:
+            return None
+        cell, rest = divmod(self._data.memory.base + self._data.variables[argument].data, SIZES[kind])
+        return None if rest or (cell + 1) * SIZES[kind] > len(self._data.memory.pool) else (kind, cell)
