@@ -101,6 +101,11 @@ class CameraTable(Table):
         x_mm, y_mm = Pose(x_mm, y_mm, robot.heading_deg).ahead(self.right_mm, 90.0)
         return Pose(x_mm, y_mm, robot.heading_deg)
 
+    def view_at(self, robot: Pose) -> Pose:
+        """Return the pose of the lens, with the direction in which it looks."""
+        lens = self.lens_at(robot)
+        return Pose(lens.x_mm, lens.y_mm, lens.heading_deg + self.yaw_deg)
+
 
 class MeasuredTable(Table):
     """How some of the values were measured.

@@ -132,7 +132,7 @@ class ApproachSkill:
         """Whether the target's place is well within the camera's view and the detector's range."""
         world = self._perception.world
         return (
-            abs(bearing_deg) <= N.in_view_share * world.half_view_deg
+            abs(bearing_deg - world.camera.yaw_deg) <= N.in_view_share * world.half_view_deg
             and distance_mm <= N.in_view_share * world.detection_range_mm[self._perception.target]
         )
 

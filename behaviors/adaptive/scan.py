@@ -78,7 +78,7 @@ class ScanSkill:
         bearing_deg, distance_mm = perception.world.polar_to(known.place)
         if distance_mm > N.remembered_share * perception.world.detection_range_mm[perception.target]:
             return None
-        perception.context.body.turn(bearing_deg)
+        perception.context.body.turn(bearing_deg - perception.world.camera.yaw_deg)
         fact = self._rest() or self._sweep(N.known_deg) or self._sweep(-2 * N.known_deg)
         if fact is None:
             perception.world.reconsider(perception.target)
@@ -100,7 +100,8 @@ class ScanSkill:
         if end_deg <= begin_deg:
             begin_deg = end_deg = (begin_deg + end_deg) / 2
         # to the nearer end first
-        to_begin, to_end = (wrapped_deg(each - world.pose.heading_deg) for each in (begin_deg, end_deg))
+        looks_deg = world.pose.heading_deg + world.camera.yaw_deg
+        to_begin, to_end = (wrapped_deg(each - looks_deg) for each in (begin_deg, end_deg))
         width_deg = end_deg - begin_deg
         if abs(to_begin) <= abs(to_end):
             first_deg, sweep_deg = to_begin, width_deg

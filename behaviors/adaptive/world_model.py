@@ -138,6 +138,7 @@ class WorldModel:
 
     Attributes:
         floor: The map of the floor.
+        camera: How the camera is mounted.
         trail: Recent poses.
         pose: Where the robot is.
         known: The targets that were seen, by name, until there is a reason to forget them.
@@ -151,8 +152,7 @@ class WorldModel:
     """
 
     def __init__(self, mission: Mission) -> None:
-        self.floor = OccupancyGrid(mission.robot)
-        self._camera = mission.camera
+        self.floor, self.camera = OccupancyGrid(mission.robot), mission.camera
         self.trail = Trail()
         self.pose = Pose()
         self.known: dict[str, TargetEstimate] = {}
@@ -211,7 +211,7 @@ class WorldModel:
             if target in believed:
                 self._see(target, believed[target])
             else:
-                self._miss(target, self.trail.at(glance.time_s))
+                self._miss(target, self.camera.view_at(self.trail.at(glance.time_s)))
         return believed
 
     def learn(self, target: str, failure: Failure, now_s: float) -> None:
@@ -291,7 +291,7 @@ class WorldModel:
 
     def _believes(self, sighting: Sighting) -> bool:
         """Whether a sighting is not of a known look-alike."""
-        place = self._camera.lens_at(self.trail.at(sighting.time_s)).ahead(sighting.distance_mm, sighting.bearing_deg)
+        place = self.camera.lens_at(self.trail.at(sighting.time_s)).ahead(sighting.distance_mm, sighting.bearing_deg)
         return not any(
             which == sighting.target
             and math.dist(place, there) <= N.mistake_mm
@@ -307,7 +307,7 @@ class WorldModel:
 
     def sight_to(self, point: Point) -> tuple[float, float]:
         """Return a point's bearing from the robot, degrees, and its distance from the lens, as sightings have it."""
-        lens = self._camera.lens_at(self.pose)
+        lens = self.camera.lens_at(self.pose)
         return self.polar_to(point)[0], math.hypot(point[0] - lens.x_mm, point[1] - lens.y_mm)
 
     def chose(self, target: str, recovery: str, destination: Point | None = None) -> None:
@@ -351,7 +351,7 @@ class WorldModel:
 
     def _see(self, target: str, sighting: Sighting) -> None:
         self._unseen.pop(target, None)
-        pose = self._camera.lens_at(self.trail.at(sighting.time_s))
+        pose = self.camera.lens_at(self.trail.at(sighting.time_s))
         place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), (pose.x_mm, pose.y_mm)
         self.floor.seen_past(here, place)
         before = self.known.get(target)

@@ -21,6 +21,7 @@ from nxtdrive.transports.sim import SimTransport
 
 if TYPE_CHECKING:
     from behaviors.ports import Eyes
+    from behaviors.robot_description import CameraTable
     from nxtdrive.brick import Brick
     from nxtdrive.motion.rover import Rover
     from nxtdrive.vision.camera import Camera, Frame
@@ -187,21 +188,26 @@ def geometric_eyes(brick: Brick, mission: Mission, sensor: GeometricSensor | Non
     if frames is None:
         raise CameraError("Geometric eyes need a simulated robot.", remedy="Use --nxt sim://.")
     heights_mm = {name: target.height_mm for name, target in mission.target.items()}
-    return GeometricEyes(frames, MissionClock(brick), heights_mm, _pinhole(frames.size[0], mission))
+    return GeometricEyes(
+        frames, MissionClock(brick), heights_mm, pinhole(frames.size, mission.camera), mission.camera.latency_s
+    )
 
 
 def camera_eyes(camera: Camera, mission: Mission) -> CameraEyes:
     """Return eyes for the targets of a mission."""
     from nxtdrive.vision.eyes import CameraEyes
 
-    return CameraEyes(camera, build_detectors(mission), _pinhole(camera.size[0], mission))
+    return CameraEyes(
+        camera, build_detectors(mission), pinhole(camera.size, mission.camera), latency_s=mission.camera.latency_s
+    )
 
 
-def _pinhole(width: int, mission: Mission) -> Pinhole:
-    """Return the mission's camera for frames `width` pixels wide."""
-    from nxtdrive.vision.geometry import Pinhole
+def pinhole(size: tuple[int, int], camera: CameraTable) -> Pinhole:
+    """Return a robot's camera for frames of a size, width and height in pixels."""
+    from nxtdrive.vision.geometry import Mounting, Pinhole
 
-    return Pinhole.from_hfov(width, mission.camera.hfov_deg)
+    mounting = Mounting(camera.yaw_deg, camera.tilt_deg, camera.roll_deg)
+    return Pinhole.from_hfov(size[0], camera.hfov_deg, mounting).resized(*size)
 
 
 def _simulated_webcam(brick: Brick) -> Any:  # noqa: ANN401 - it serves both kinds of eyes

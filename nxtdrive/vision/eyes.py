@@ -46,6 +46,7 @@ class CameraEyes:
         targets: Detector and size of each target, by name.
         pinhole: The camera's geometry; by default that of a common webcam.
         timeout_s: Longest wait of a look for a frame.
+        latency_s: Time from the exposure of a frame to its arrival; sightings have the time of exposure.
         confirmation: Makes the confirmation rule of one target.
     """
 
@@ -56,12 +57,14 @@ class CameraEyes:
         pinhole: Pinhole | None = None,
         *,
         timeout_s: float = READ_TIMEOUT_S,
+        latency_s: float = 0.0,
         confirmation: MakeConfirmation = Confirmation,
     ) -> None:
         self._camera = camera
         self._targets = dict(targets)
         self._pinhole = pinhole or Pinhole.from_hfov(640)
         self._timeout_s = timeout_s
+        self._latency_s = latency_s
         self._confirmations = {name: confirmation() for name in targets}
         self._observers: list[OnLook] = []
 
@@ -91,20 +94,22 @@ class CameraEyes:
         except CameraError as error:
             raise NoPicture(str(error)) from error
         sightings = {target: self._look_at(frame, target) for target in targets}
-        return _glimpse(frame.time_s, sightings)
+        return _glimpse(frame.time_s - self._latency_s, sightings)
 
     def _look_at(self, frame: Frame, target: str) -> Sighting | None:
         found = self._detect(frame, target)
-        pinhole, height_mm = self._pinhole.resized(frame.image.shape[1]), self._targets[target].height_mm
-        located = [_sighting(target, one, *pinhole.locate(one, height_mm), frame.time_s) for one in found]
-        sighting = self._confirmations[target].update(frame.time_s, located)
+        height, width = frame.image.shape[:2]
+        pinhole, height_mm = self._pinhole.resized(width, height), self._targets[target].height_mm
+        exposed_s = frame.time_s - self._latency_s
+        located = [_sighting(target, one, *pinhole.locate(one, height_mm), exposed_s) for one in found]
+        sighting = self._confirmations[target].update(exposed_s, located)
         for observer in self._observers:
             observer(frame, target, sighting, found)
         return sighting
 
     def _detect(self, frame: Frame, target: str) -> Sequence[Detection]:
         detector = self._targets[target].detector
-        track = self._confirmations[target].track(frame.time_s)
+        track = self._confirmations[target].track(frame.time_s - self._latency_s)
         found = detect_near(detector, frame.image, track.box) if track else []
         return found or detector.detect(frame.image)
 
@@ -138,6 +143,7 @@ class GeometricEyes:
         clock: A look waits on it for the next frame, as a camera would.
         heights_mm: Real height of each target, by name.
         pinhole: The camera's geometry as the mission believes it; by default that of a common webcam.
+        latency_s: Time from the exposure of a frame to its arrival, as the mission believes it.
         confirmation: Makes the rule by which one target is confirmed.
     """
 
@@ -147,10 +153,12 @@ class GeometricEyes:
         clock: Clock,
         heights_mm: Mapping[str, float],
         pinhole: Pinhole | None = None,
+        latency_s: float = 0.0,
         *,
         confirmation: MakeConfirmation = Confirmation,
     ) -> None:
         self._sensor = sensor
+        self._latency_s = latency_s
         self._clock = clock
         self._heights_mm = dict(heights_mm)
         self._pinhole = pinhole or Pinhole.from_hfov(sensor.size[0])
@@ -173,7 +181,7 @@ class GeometricEyes:
         self._await_frame()
         if self._sensor.unplugged:
             raise NoPicture("The simulated camera is unplugged.")
-        time_s = self._given / self._sensor.fps
+        time_s = self._given / self._sensor.fps - self._latency_s
         return _glimpse(time_s, {target: self._look_at(target, time_s) for target in targets})
 
     def _look_at(self, target: str, time_s: float) -> Sighting | None:

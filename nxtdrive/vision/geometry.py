@@ -1,7 +1,9 @@
-"""From pixels to bearings and distances: the pinhole model of a level camera.
+"""From pixels to bearings and distances: the pinhole model.
 
-A pixel column u lies at the bearing ``atan((u - cx) / f)``, positive right. Something H millimetres high at the depth Z
-(along the optical axis) is ``f * H / Z`` pixels high, whatever its bearing; the distance to it is ``Z / cos(bearing)``.
+In a level camera a pixel column u lies at the bearing ``atan((u - cx) / f)``, positive right. Something H millimetres
+high at the depth Z (along the optical axis) is ``f * H / Z`` pixels high, whatever its bearing; the distance to it is
+``Z / cos(bearing)``. For a tilted or rolled camera, its corners are first turned to where a level camera would see
+them, which is exact.
 """
 
 from __future__ import annotations
@@ -10,13 +12,42 @@ import math
 from dataclasses import dataclass
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.vision.detection import Detection, Quad
+from nxtdrive.vision.detection import Box, Detection, Quad
 
 A4_HEIGHT_MM = 297.0
 """Long side of an A4 sheet. Source: ISO 216."""
 
 DEFAULT_HFOV_DEG = 60.0
 """Horizontal field of view of a common webcam; an error scales every distance: see docs/vision.md on calibration."""
+
+
+LEAST_AHEAD = 1e-3
+"""A ray that points up or down too steeply for a level camera counts as this far ahead, over its length."""
+MOST_ROLLED = 0.3
+"""Least cosine of twice the roll at which the size of a rolled target is computed from its box: 36 degrees."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mounting:
+    """How the camera is turned on the robot: it is rolled about its line of sight, tilted, then turned to the right.
+
+    Attributes:
+        yaw_deg: It looks this far to the right.
+        tilt_deg: It looks this far up.
+        roll_deg: It is turned clockwise by this, as seen from behind.
+    """
+
+    yaw_deg: float = 0.0
+    tilt_deg: float = 0.0
+    roll_deg: float = 0.0
+
+    @property
+    def level(self) -> bool:
+        """Whether it is neither tilted nor rolled."""
+        return self.tilt_deg == 0.0 == self.roll_deg
+
+
+STRAIGHT_AHEAD = Mounting()
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,10 +57,14 @@ class Pinhole:
     Attributes:
         width: Of the frames, in pixels.
         focal_px: Focal length in pixels of such a frame.
+        mounting: How it is turned on the robot.
+        aspect: Height of the frames over their width.
     """
 
     width: int
     focal_px: float
+    mounting: Mounting = STRAIGHT_AHEAD
+    aspect: float = 0.75
 
     def __post_init__(self) -> None:
         if self.width <= 0 or not math.isfinite(self.focal_px) or self.focal_px <= 0:
@@ -39,7 +74,7 @@ class Pinhole:
             )
 
     @classmethod
-    def from_hfov(cls, width: int, hfov_deg: float = DEFAULT_HFOV_DEG) -> Pinhole:
+    def from_hfov(cls, width: int, hfov_deg: float = DEFAULT_HFOV_DEG, mounting: Mounting = STRAIGHT_AHEAD) -> Pinhole:
         """Return the camera with a horizontal field of view of `hfov_deg`.
 
         Raises:
@@ -49,19 +84,22 @@ class Pinhole:
             raise ConfigError(
                 f"A horizontal view of {hfov_deg:g} degrees cannot be.", remedy="Webcams have 50 to 80 degrees."
             )
-        return cls(width, width / 2 / math.tan(math.radians(hfov_deg) / 2))
+        return cls(width, width / 2 / math.tan(math.radians(hfov_deg) / 2), mounting)
 
     @property
     def hfov_deg(self) -> float:
         """Horizontal field of view, degrees."""
         return 2 * math.degrees(math.atan(self.width / 2 / self.focal_px))
 
-    def resized(self, width: int) -> Pinhole:
-        """Return the same camera with frames `width` pixels wide."""
-        return self if width == self.width else Pinhole(width, self.focal_px * width / self.width)
+    def resized(self, width: int, height: int | None = None) -> Pinhole:
+        """Return the same camera with frames `width` pixels wide and `height` high; by default of the same shape."""
+        aspect = self.aspect if height is None else height / width
+        if width == self.width and aspect == self.aspect:
+            return self
+        return Pinhole(width, self.focal_px * width / self.width, self.mounting, aspect)
 
     def bearing_deg(self, u: float) -> float:
-        """Return the bearing of the pixel column `u`, positive right."""
+        """Return the bearing of the pixel column `u` off the optical axis of a level camera, positive right."""
         return math.degrees(math.atan((u - self.width / 2) / self.focal_px))
 
     def distance_mm(self, height_px: float, height_mm: float, bearing_deg: float = 0.0) -> float:
@@ -77,11 +115,29 @@ class Pinhole:
     def locate(self, detection: Detection, height_mm: float) -> tuple[float, float]:
         """Return (bearing_deg, distance_mm) of a detection, to the centre of the target.
 
-        The corners are used where the detector knows them: they hold for a target seen at an angle, too.
+        The bearing is from the robot's forward axis, the distance horizontal from the lens. The corners are used where
+        the detector knows them: they hold for a target seen at an angle, too.
         """
+        if not self.mounting.level:
+            detection = self._levelled(detection)
         u, height_px = _axis(detection)
         bearing_deg = self.bearing_deg(u)
-        return bearing_deg, self.distance_mm(height_px, height_mm, bearing_deg)
+        return bearing_deg + self.mounting.yaw_deg, self.distance_mm(height_px, height_mm, bearing_deg)
+
+    def _levelled(self, detection: Detection) -> Detection:
+        """Return the detection as the same camera would have it if it were neither tilted nor rolled."""
+        quad = detection.quad or _upright(detection.box, math.radians(self.mounting.roll_deg))
+        a, b, c, d = (self._level(*corner) for corner in quad)
+        return Detection(detection.box, detection.score, (a, b, c, d))
+
+    def _level(self, u: float, v: float) -> tuple[float, float]:
+        centre_u, centre_v = self.width / 2, self.width * self.aspect / 2
+        right, down, ahead = (u - centre_u) / self.focal_px, (v - centre_v) / self.focal_px, 1.0
+        roll, tilt = math.radians(self.mounting.roll_deg), math.radians(self.mounting.tilt_deg)
+        right, down = right * math.cos(roll) - down * math.sin(roll), right * math.sin(roll) + down * math.cos(roll)
+        down, ahead = down * math.cos(tilt) - ahead * math.sin(tilt), down * math.sin(tilt) + ahead * math.cos(tilt)
+        ahead = max(ahead, LEAST_AHEAD)
+        return centre_u + self.focal_px * right / ahead, centre_v + self.focal_px * down / ahead
 
 
 def focal_from(height_px: float, height_mm: float = A4_HEIGHT_MM, distance_mm: float = 1000.0) -> float:
@@ -108,6 +164,26 @@ def _axis(detection: Detection) -> tuple[float, float]:
     left, right = math.dist(top_left, bottom_left), math.dist(top_right, bottom_right)
     # Depth is linear along the picture, so 1/height is: the middle's height is the harmonic mean of the sides'.
     return crossing(detection.quad)[0], 2 * left * right / (left + right)
+
+
+def _upright(box: Box, roll: float) -> Quad:
+    """Return the corners of something upright that a camera rolled by `roll` sees in a box.
+
+    The box of a rectangle w wide and h high that is turned by the roll is ``w cos + h sin`` wide and ``w sin + h cos``
+    high, which is solved for both; near 45 degrees, where that has no solution, the box's shape is kept.
+    """
+    left, top, box_width, box_height = box
+    cos, sin = math.cos(roll), abs(math.sin(roll))
+    scale = 1 / (cos + sin)
+    width, height = box_width * scale, box_height * scale
+    if cos * cos - sin * sin > MOST_ROLLED:
+        divisor = cos * cos - sin * sin
+        width = max(width / 4, (cos * box_width - sin * box_height) / divisor)
+        height = max(height / 4, (cos * box_height - sin * box_width) / divisor)
+    u, v, sin = left + box_width / 2, top + box_height / 2, -math.sin(roll)
+    corners = ((-width, -height), (width, -height), (width, height), (-width, height))
+    a, b, c, d = ((u + (x * cos - y * sin) / 2, v + (x * sin + y * cos) / 2) for x, y in corners)
+    return a, b, c, d
 
 
 def crossing(quad: Quad) -> tuple[float, float]:

@@ -137,3 +137,9 @@ def test_the_place_of_a_target_is_measured_from_the_lens():
     bearing_deg, distance_mm = world.sight_to(world.known["a"].place)
     assert distance_mm == pytest.approx(1000.0)
     assert bearing_deg == pytest.approx(math.degrees(math.atan2(right, ahead)))
+
+
+def test_a_camera_that_looks_to_the_side_has_looked_there():
+    camera = CameraTable(forward_mm=50.0, yaw_deg=20.0)
+    view = camera.view_at(Pose(10.0, 20.0, 90.0))
+    assert (view.x_mm, view.y_mm, view.heading_deg) == pytest.approx((10.0, 70.0, 110.0))

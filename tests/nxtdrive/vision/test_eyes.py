@@ -91,6 +91,13 @@ def test_observers_see_every_look(look_at, scene):
     assert nothing == []
 
 
+def test_a_sighting_has_the_time_of_exposure(look_at, scene):
+    eyes = look_at([scene.render(1000)] * 3, latency_s=0.25)
+    glimpses = [eyes.glance(["astronaut"]) for _ in range(3)]
+    assert [each.time_s for each in glimpses] == pytest.approx([-0.25, -0.15, -0.05])
+    assert glimpses[-1].seen["astronaut"].time_s == glimpses[-1].time_s
+
+
 def test_an_unknown_target_is_refused(look_at, scene):
     with pytest.raises(ConfigError, match=r"no target 'dog'. They know: astronaut, cat"):
         look_at([scene.background]).look("dog")

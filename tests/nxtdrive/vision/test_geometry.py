@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detection import Detection, box_of, overlap
-from nxtdrive.vision.geometry import Pinhole, crossing, focal_from
+from nxtdrive.vision.geometry import Mounting, Pinhole, crossing, focal_from
 
 widths = st.integers(160, 1920)
 views = st.floats(20, 120)
@@ -51,6 +51,60 @@ def test_a_quad_leads_back_to_the_middle_of_a_slanted_sheet(width, distance_mm, 
     found_bearing_deg, found_distance_mm = pinhole.locate(Detection(box_of(quad), 1.0, quad), 297)
     assert found_bearing_deg == pytest.approx(bearing_deg, abs=1e-6)
     assert found_distance_mm == pytest.approx(distance_mm)
+
+
+def _seen(pinhole, bearing_deg, distance_mm, *, width_mm=210, height_mm=297, below_mm=0.0):
+    """Return the corners of an upright sheet that faces the lens, as a mounted camera sees them."""
+    mounting = pinhole.mounting
+    yaw, tilt, roll = (math.radians(a) for a in (mounting.yaw_deg, mounting.tilt_deg, mounting.roll_deg))
+    off = math.radians(bearing_deg) - yaw
+    corners = []
+    for side, down in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+        x = distance_mm * math.sin(off) + side * width_mm / 2 * math.cos(off)
+        z = distance_mm * math.cos(off) - side * width_mm / 2 * math.sin(off)
+        y = below_mm + down * height_mm / 2
+        y, z = y * math.cos(tilt) + z * math.sin(tilt), z * math.cos(tilt) - y * math.sin(tilt)
+        x, y = x * math.cos(roll) + y * math.sin(roll), y * math.cos(roll) - x * math.sin(roll)
+        scale = pinhole.focal_px / z
+        corners.append((pinhole.width / 2 + scale * x, pinhole.width * pinhole.aspect / 2 + scale * y))
+    return tuple(corners)
+
+
+angles = st.floats(-15, 15)
+
+
+@given(angles, st.floats(-20, 20), angles, bearings, st.floats(500, 3000), st.floats(-200, 200))
+def test_corners_seen_by_a_turned_camera_lead_back_to_the_sheet(yaw, tilt, roll, off_deg, distance_mm, below_mm):
+    pinhole = Pinhole.from_hfov(640, 60, Mounting(yaw, tilt, roll))
+    bearing_deg = yaw + off_deg / 2
+    quad = _seen(pinhole, bearing_deg, distance_mm, below_mm=below_mm)
+    found_deg, found_mm = pinhole.locate(Detection(box_of(quad), 1.0, quad), 297)
+    assert found_deg == pytest.approx(bearing_deg, abs=1e-6)
+    assert found_mm == pytest.approx(distance_mm, rel=1e-6)
+
+
+@given(angles, st.floats(-10, 10), angles, st.floats(800, 2500))
+def test_a_box_seen_by_a_turned_camera_leads_near_the_sheet(yaw, tilt, roll, distance_mm):
+    pinhole = Pinhole.from_hfov(640, 60, Mounting(yaw, tilt, roll))
+    box = box_of(_seen(pinhole, yaw, distance_mm))
+    found_deg, found_mm = pinhole.locate(Detection(box, 1.0), 297)
+    assert found_deg == pytest.approx(yaw, abs=1.0)
+    assert found_mm == pytest.approx(distance_mm, rel=0.06)
+
+
+@given(st.floats(-60, 60), st.floats(-45, 45), st.floats(-45, 45), st.integers(0, 639), st.integers(0, 479))
+def test_any_box_and_any_mounting_give_a_place(yaw, tilt, roll, left, top):
+    pinhole = Pinhole.from_hfov(640, 140, Mounting(yaw, tilt, roll))
+    bearing_deg, distance_mm = pinhole.locate(Detection((left, top, 20, 30), 1.0), 297)
+    assert math.isfinite(bearing_deg)
+    assert math.isfinite(distance_mm)
+    assert distance_mm > 0
+
+
+def test_a_camera_keeps_its_mounting_in_frames_of_another_size():
+    pinhole = Pinhole.from_hfov(640, 60, Mounting(1, 2, 3)).resized(1280, 720)
+    assert (pinhole.mounting, pinhole.hfov_deg) == (Mounting(1, 2, 3), pytest.approx(60))
+    assert pinhole.aspect == 720 / 1280
 
 
 @given(heights, distances, widths, views)
