@@ -1,8 +1,8 @@
 """The statechart of a mission.
 
-Three regions run side by side. *mission* is the thesis's client: search, arrive, select, then a recovery, and so on to
+Five regions run side by side. *mission* is the thesis's client: search, arrive, select, then a recovery, and so on to
 the next target. *equipment* and *safety* supervise it: an outage suspends the mission from any state, a trip ends it
-from any state, without an arrow from each.
+from any state, without an arrow from each. *camera* and *floor_map* say what the robot can rely on.
 
 The rules of this file: every transition stands here and carries guards, not code; events are facts
 (`behaviors.events`); skills (`behaviors.skills`) act in a state; policies (`behaviors.recoveries`) choose; nothing here
@@ -36,7 +36,7 @@ class MissionChart(StateChart[Any]):
     catch_errors_as_events = False
 
     class robot(State.Parallel):  # noqa: N801 - states are named as events are
-        """The three regions."""
+        """The five regions."""
 
         class mission(State.Compound):  # noqa: N801
             """The pursuit of the targets."""
@@ -48,6 +48,8 @@ class MissionChart(StateChart[Any]):
 
                 search = State(initial=True)
                 arrive = State()
+                verify = State()
+                retreat = State()
                 select = State()
 
                 class recover(State.Compound):  # noqa: N801
@@ -57,27 +59,37 @@ class MissionChart(StateChart[Any]):
                     move_to = State()
                     detour = State()
                     rescan = State()
+                    recover_here = HistoryState()
 
                 reached = State()
+                left = State()
                 gave_up = State()
                 resume_here = HistoryState(type="deep")
 
                 target_seen = search.to(arrive) | recover.to(arrive)
                 search_failed = search.to(select)
                 # not internal: 3.2.2 enters the initial states of all regions on an internal self-transition
-                continued = arrive.to(arrive)
-                arrived = arrive.to(reached)
-                arrive_failed = arrive.to(select)
+                continued = arrive.to(arrive) | verify.to(verify)
+                doubted = arrive.to(verify)
+                moved_off = verify.to(arrive)
+                arrived = arrive.to(reached) | verify.to(reached)
+                mistaken = arrive.to(select) | verify.to(select)
+                backing_off = arrive.to(retreat) | recover.move_to.to(retreat) | recover.detour.to(retreat)
+                retreated = retreat.to(recover.recover_here)
+                arrive_failed = arrive.to(select) | verify.to(select) | retreat.to(select)
 
                 select.to(recover.wait, cond="chosen")
                 select.to(recover.move_to, cond="chosen")
                 select.to(recover.detour, cond="chosen")
                 select.to(recover.rescan, cond="chosen")
-                select.to(gave_up, cond="chosen")
+                select.to(left, cond=["chosen", "another_round"])
+                select.to(gave_up, cond="chosen", unless="another_round")
+                replanned = recover.move_to.to(recover.move_to) | recover.detour.to(recover.detour)
                 recovery_done = recover.to(search)
                 recovery_failed = recover.to(select)
 
                 reached.to(search, cond="more_targets", on="next_target")
+                left.to(search, on="chosen_target")
                 gave_up.to(search, cond="more_targets", on="chosen_target")
 
             suspended = State()
@@ -109,8 +121,26 @@ class MissionChart(StateChart[Any]):
             held = State()
             tripped = State()
             obstacle = clear.to(held)
+            contact = clear.to(held) | held.to(held)
             obstacle_gone = held.to(clear)
             trip = clear.to(tripped, on="raise_abort") | held.to(tripped, on="raise_abort")
+
+        class camera(State.Compound):  # noqa: N801
+            """Whether pictures come."""
+
+            seeing = State(initial=True)
+            blind = State()
+            camera_lost = seeing.to(blind)
+            camera_back = blind.to(seeing)
+
+        class floor_map(State.Compound):  # noqa: N801
+            """Whether what the map shows in the way stops an approach."""
+
+            trusted = State(initial=True)
+            distrusted = State()
+            map_distrusted = trusted.to(distrusted)
+            map_trusted = distrusted.to(trusted)
+            map_cleared = trusted.to(trusted) | distrusted.to(distrusted)
 
     done = State(final=True)
     # a parallel state is done only when all its regions are; here a finished mission ends the chart
@@ -145,6 +175,11 @@ class MissionChart(StateChart[Any]):
         """Guard: whether more targets are left."""
         return self.queue.more_targets
 
+    @property
+    def another_round(self) -> bool:
+        """Guard: whether the present target has another turn, in a later round."""
+        return self.queue.another_round
+
     def chosen(self, target: State) -> bool:
         """Guard: the policy chose the recovery that leads to this state."""
         return self.choice is not None and self.choice.kind is recovery_in(target.id)
@@ -157,6 +192,10 @@ class MissionChart(StateChart[Any]):
     def on_enter_reached(self) -> None:
         """Record the success."""
         self.queue.decide(TargetOutcome.REACHED)
+
+    def on_enter_left(self) -> None:
+        """Record the failure; a later round may change it."""
+        self.queue.decide(TargetOutcome.GIVEN_UP)
 
     def on_enter_gave_up(self) -> None:
         """Record the failure."""

@@ -43,6 +43,6 @@ def _line(record: Record) -> str | None:
     if record.kind is Kind.REPLY and data["verb"] == "arrive":
         return _ANSWERS.get(data["value"])
     # when the last target is given up there is nothing to change to
-    if record.kind is Kind.TRANSITION and data["source"] == "gave_up" and data["to"] == "search":
+    if record.kind is Kind.TRANSITION and data["source"] in ("left", "gave_up") and data["to"] == "search":
         return "change target!"
     return None

@@ -65,6 +65,12 @@ def regions() -> list[Box]:
     return [_box(region) for region in robot.states]
 
 
+def initial_states() -> list[str]:
+    """Return the states in which a mission begins, one for each region."""
+    robot = next(state for state in MissionChart.states if state.id == "robot")
+    return [next(child.id for child in region.states if child.initial) for region in robot.states]
+
+
 def transition_table() -> str:
     """Return a Markdown table of all transitions."""
     lines = ["| region | in state | on | if | to |", "|---|---|---|---|---|"]
@@ -76,7 +82,7 @@ def recovery_table() -> str:
     """Return a Markdown table of all recoveries."""
     lines = ["| recovery | state | in words | fits the cause |", "|---|---|---|---|"]
     lines += [
-        f"| {each.name} | {each.state or each.name} | {each.label} | {each.fits} |" for each in RECOVERIES.values()
+        f"| {each.name} | {', '.join(each.states)} | {each.label} | {each.fits} |" for each in RECOVERIES.values()
     ]
     return "\n".join(lines)
 

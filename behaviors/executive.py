@@ -35,6 +35,7 @@ REPLIES = {
     Event.ARRIVED: Reply.ARRIVED,
     Event.SEARCH_FAILED: Reply.FAILED,
     Event.ARRIVE_FAILED: Reply.FAILED,
+    Event.MISTAKEN: Reply.FAILED,
 }
 """The reply of ``arrive`` to the thesis's client, by fact."""
 
@@ -134,6 +135,7 @@ class Executive:
         self._profile = (make_profile or PROFILES[mission.mission.profile])(self._context, mission, self._queue)
         self._chart = MissionChart(self._queue, self._decide, [self])
         self._service: Skill | None = None
+        self._serves = ""
         self._failure = Failure(Event.START, Reason.MISSION_STARTED)
         self._exist = False
         self._researches = 0
@@ -177,11 +179,9 @@ class Executive:
     def after_transition(self, event: str | None, source: Any, target: Any, fact: Fact | None = None) -> None:  # noqa: ANN401 - the chart library's states
         """Journal a transition; called by the chart."""
         entered = "search" if target.id == "active" else target.id
-        if entered in MISSION_STATES and event != Event.CONTINUED:
+        if entered in MISSION_STATES and source is not target:
             self._path.append(entered)
-            if entered != "suspended" and event != Event.RESUME:
-                self._service = None  # what was suspended goes on where it was
-        if entered in ("reached", "gave_up"):
+        if entered in ("reached", "left", "gave_up"):
             self._queue.current.time_s = self.now()
             self._researches = 0
         reason = {} if fact is None else {"reason": fact.reason, "evidence": fact.measured}
@@ -199,9 +199,11 @@ class Executive:
                         fact = self._serve()
                 except Outage as outage:
                     self._outages.outlast(outage)
-                    if self._chart.mission_state == "arrive":
+                    if self._chart.mission_state in ("arrive", "verify"):
                         self._service = None  # by the clocks of the old one the target would have been lost long ago
                 else:
+                    if fact.event is not Event.CONTINUED:
+                        self._service = None
                     self._report(fact)
         except KeyboardInterrupt:
             self._stop_motors()
@@ -233,7 +235,7 @@ class Executive:
         """Call the service of the current state once."""
         if self._service is None:
             self._service = self._new_service()
-        if self._chart.mission_state not in ("search", "arrive"):
+        if self._serves not in ("search", "arrive", "verify"):
             return self._service.call()
         self.note(Kind.CALL, verb="arrive", battery_mv=self._body.battery_mv())
         fact = self._service.call()
@@ -241,7 +243,7 @@ class Executive:
         return fact
 
     def _new_service(self) -> Skill:
-        state = self._chart.mission_state
+        state = self._serves = self._chart.mission_state
         if state == "search":
             self._exist = False
             self._queue.current.attempts += 1

@@ -14,7 +14,7 @@ from typing import Protocol, Self
 
 from input_files.json_text import parse_object
 
-JOURNAL_FORMAT = 2
+JOURNAL_FORMAT = 3
 """Format of the journals that this version writes; docs/journal.md lists the formats. Format 1 does not say so."""
 
 Value = str | int | float | bool | None | list["Value"] | dict[str, "Value"]

@@ -19,6 +19,7 @@ from behaviors.journal import Kind, Observer, Record, plain
 from behaviors.line_protocol import BadLine, ErrorReply, Request, Status, Verb, Why, failure_reply
 from behaviors.mission import Mission
 from behaviors.observers import Observers
+from behaviors.obstacle_watch import ObstacleWatch
 from behaviors.ports import Body, BodyLost, Clock, Eyes, Outage
 from behaviors.skills import MoveTo, SkillContext, ThesisArriveSkill, ThesisSearchSkill
 
@@ -152,6 +153,7 @@ class Session:
         self._state = "idle"
         self._approach = self._move = None
         self._sighted = self._held = False
+        self._context.watch = ObstacleWatch(self._body, self._report)
 
     # --- verbs ---
 

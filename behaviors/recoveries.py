@@ -30,7 +30,7 @@ class Recovery:
         dash: Its path on the map: lengths of strokes and gaps in turn, pixels; none for a solid line.
         fits: The cause of a failure for which it is the right choice, as `nxtdrive.tools.sweep.causes` names them;
             empty for none.
-        state: The chart's state that it leads to; its name when empty.
+        leads_to: The chart's states that it leads to, by guards; its name when empty.
     """
 
     name: str
@@ -40,7 +40,12 @@ class Recovery:
     marker: str
     dash: tuple[int, ...] = ()
     fits: str = ""
-    state: str = ""
+    leads_to: tuple[str, ...] = ()
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """The chart's states that it leads to."""
+        return self.leads_to or (self.name,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +142,7 @@ CHANGE_TARGET = Recovery(
     describe=lambda choice: "leave this target for now" + (f" and go for {choice.instead}" if choice.instead else ""),
     color=(40, 40, 200),
     marker="triangle_down",
-    state="gave_up",
+    leads_to=("left", "gave_up"),
 )
 
 RECOVERIES = {recovery.name: recovery for recovery in (WAIT, DETOUR, MOVE_TO, RESCAN, CHANGE_TARGET)}
@@ -146,7 +151,7 @@ RECOVERIES = {recovery.name: recovery for recovery in (WAIT, DETOUR, MOVE_TO, RE
 
 def recovery_in(state: str) -> Recovery | None:
     """Return the recovery that leads to a state of the chart, if one does."""
-    return next((each for each in RECOVERIES.values() if state == (each.state or each.name)), None)
+    return next((each for each in RECOVERIES.values() if state in each.states), None)
 
 
 def choice_from(data: Mapping[str, Any]) -> Choice:

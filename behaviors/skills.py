@@ -29,7 +29,8 @@ from behaviors.failures import Failure
 from behaviors.journal import Kind, Note
 from behaviors.mission import ThesisParameters
 from behaviors.motions import ResumableStraight, ResumableTurn
-from behaviors.ports import Body, Clock, Eyes, MotionResult, Pose, Sighting, StopReason
+from behaviors.obstacle_watch import ObstacleWatch, surroundings
+from behaviors.ports import Body, Clock, Eyes, MotionResult, Pose, Sighting
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +83,7 @@ class SkillContext:
         report: Tells the chart a fact that does not end the skill.
         deadline_s: When the mission's time is over, on its clock; each pause puts it off.
         pauses: Beginning on the clock and duration of each pause, in seconds.
+        watch: Told by every skill how its motions end.
     """
 
     body: Body
@@ -92,6 +94,11 @@ class SkillContext:
     report: Callable[[Fact], None]
     deadline_s: float = math.inf
     pauses: list[tuple[float, float]] = field(default_factory=list)
+    watch: ObstacleWatch = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Begin with nothing in the way."""
+        self.watch = ObstacleWatch(self.body, self.report)
 
     def check_time(self) -> None:
         """Check the time; skills call this before each bounded piece of work.
@@ -118,29 +125,6 @@ class Skill(Protocol):
     def call(self) -> Fact:
         """Do a bounded piece of work and report its result."""
         ...
-
-
-class ObstacleWatch:
-    """Reports to the chart when the safety stop holds the robot and when it lets go.
-
-    Args:
-        context: What to work with.
-    """
-
-    def __init__(self, context: SkillContext) -> None:
-        self._context = context
-        self._held = False
-
-    def update(self, stop: StopReason | None) -> None:
-        """Update with the reason why the last motion stopped; only obstacle and contact hold the robot."""
-        held = stop in (StopReason.OBSTACLE, StopReason.CONTACT)
-        if held and not self._held:
-            self._context.report(
-                Fact(Event.OBSTACLE, Reason.OBSTACLE_AHEAD, {"stop": stop, **surroundings(self._context)})
-            )
-        elif self._held and not held:
-            self._context.report(Fact(Event.OBSTACLE_GONE, Reason.WAY_CLEAR))
-        self._held = held
 
 
 class ThesisSearchSkill:
@@ -202,7 +186,6 @@ class ThesisArriveSkill:
         self._context = context
         self._target = target
         self._begun_s = self._seen_s = context.clock.now()
-        self._watch = ObstacleWatch(context)
 
     def call(self) -> Fact:
         """Drive for one slice.
@@ -216,7 +199,7 @@ class ThesisArriveSkill:
             fact = self._step()
             if fact:
                 self._context.body.stop()
-                self._watch.update(None)
+                self._context.watch.update(None)
                 return fact
         return Fact(Event.CONTINUED, Reason.DRIVING_ON)
 
@@ -233,18 +216,20 @@ class ThesisArriveSkill:
             self._steer(sighting)
         unseen_s = now_s - self._seen_s
         if unseen_s >= profile.lost_after_s:
-            return Failure(Event.ARRIVE_FAILED, Reason.TARGET_LOST, {"unseen_s": unseen_s, **surroundings(context)})
+            return self._failed(Reason.TARGET_LOST, unseen_s=unseen_s)
         if now_s - self._begun_s >= profile.approach_limit_s:
-            taken = {"approach_s": now_s - self._begun_s}
-            return Failure(Event.ARRIVE_FAILED, Reason.APPROACH_TIMEOUT, {**taken, **surroundings(context)})
+            return self._failed(Reason.APPROACH_TIMEOUT, approach_s=now_s - self._begun_s)
         if unseen_s > N.blind_drive_s:
             context.body.stop()
         return None
 
+    def _failed(self, reason: Reason, **measured: float) -> Failure:
+        return Failure(Event.ARRIVE_FAILED, reason, {**measured, **surroundings(self._context.body)})
+
     def _steer(self, sighting: Sighting) -> None:
         bearing_deg = sighting.bearing_deg
         speed_mm_s = self._context.profile.cruise_mm_s * max(0.0, 1.0 - abs(bearing_deg) / N.sharp_deg)
-        self._watch.update(self._context.body.drive(speed_mm_s, steering_deg_s(bearing_deg)))
+        self._context.watch.update(self._context.body.drive(speed_mm_s, steering_deg_s(bearing_deg)))
 
 
 class MoveTo:
@@ -258,7 +243,6 @@ class MoveTo:
 
     def __init__(self, context: SkillContext) -> None:
         self._context = context
-        self._watch = ObstacleWatch(context)
         self._count = 0
         self._turn: ResumableTurn | None = None
         self._advance: ResumableStraight | None = None
@@ -275,7 +259,7 @@ class MoveTo:
         body, profile = self._context.body, self._context.profile
         if self._count >= profile.advances:
             self._count, self._turn = 0, None
-            self._watch.update(None)
+            self._context.watch.update(None)
             return 1
         if self._turn is None:
             self._turn = ResumableTurn(body, direction_deg, body.pose())
@@ -287,7 +271,7 @@ class MoveTo:
         advanced = self._advance.call()
         self._advance = None
         self._count += 1
-        self._watch.update(advanced.stop)
+        self._context.watch.update(advanced.stop)
         self._note("advance", advanced, distance_mm=advanced.distance_mm)
         return 0
 
@@ -374,11 +358,6 @@ def note_look(context: SkillContext, pose: Pose, range_mm: float | None, sightin
 def pose_values(pose: Pose) -> list[float]:
     """Return a pose as plain values: x_mm, y_mm, heading_deg."""
     return [round(pose.x_mm, 1), round(pose.y_mm, 1), round(pose.heading_deg, 1)]
-
-
-def surroundings(context: SkillContext) -> dict[str, float | bool | None]:
-    """Return what the sensors ahead measure, as plain values."""
-    return {"range_mm": context.body.range_mm(), "touching": context.body.touching()}
 
 
 def sighting_values(sighting: Sighting) -> dict[str, float | list[int]]:

@@ -63,6 +63,11 @@ class TargetQueue:
         return bool(self._waiting())
 
     @property
+    def another_round(self) -> bool:
+        """Whether the present target has another turn if it is left now."""
+        return self.current.turns < self.rounds
+
+    @property
     def achieved(self) -> bool:
         """Whether every target has been reached."""
         return all(progress.outcome is TargetOutcome.REACHED for progress in self.targets)
@@ -75,7 +80,7 @@ class TargetQueue:
     @property
     def earlier(self) -> list[str]:
         """The targets that may be pursued before this one's next turn, if it has one: they had fewer turns."""
-        if self.current.turns == self.rounds:
+        if not self.another_round:
             return []
         return [progress.target for progress in self._waiting() if progress.turns < self.current.turns]
 

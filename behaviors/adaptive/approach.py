@@ -1,4 +1,4 @@
-"""The state arrive: drives to where a target was seen, and notices early when that fails."""
+"""The states arrive and verify: drives to where a target was seen, and notices early when that fails."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from behaviors.adaptive.perception import N as PERCEPTION
 from behaviors.adaptive.perception import Observation, Perception, unheard_blocker
+from behaviors.adaptive.retreat import Retreat
 from behaviors.adaptive.target_verifier import TargetVerifier, Verdict
 from behaviors.adaptive.world_model import TargetEstimate
 from behaviors.events import Event, Fact, Reason
@@ -68,16 +69,19 @@ N = ApproachNumbers()
 
 
 class ApproachSkill:
-    """The state arrive.
+    """The states arrive, verify, and retreat after a contact.
 
     Args:
         perception: What to work with.
         trusts_map: Whether an obstacle on the map stops it, too.
+        stands: Whether it goes on in verify, where the robot stands before what may be the target.
     """
 
-    def __init__(self, perception: Perception, *, trusts_map: bool) -> None:
+    def __init__(self, perception: Perception, *, trusts_map: bool, stands: bool = False) -> None:
         self._perception = perception
         self._trusts_map = trusts_map
+        self._stands = stands
+        self._retreat: tuple[Retreat, Failure] | None = None
         self._begun_s = self._seen_s = perception.now()
         self._verifier = TargetVerifier()
         self._oblique = False
@@ -92,7 +96,8 @@ class ApproachSkill:
         """Drive for one slice.
 
         Returns:
-            CONTINUED with the robot driving on under its lease; ARRIVED or ARRIVE_FAILED with the robot at rest.
+            CONTINUED with the robot driving on under its lease; ARRIVED, MISTAKEN or ARRIVE_FAILED with the robot at
+            rest.
         """
         perception = self._perception
         end_s = perception.now() + perception.context.profile.continue_every_s
@@ -104,6 +109,8 @@ class ApproachSkill:
         return Fact(Event.CONTINUED, Reason.DRIVING_ON)
 
     def _step(self) -> Fact | None:
+        if self._retreat:
+            return self._back_off(*self._retreat)
         perception = self._perception
         observation = perception.step()
         known = perception.world.known.get(perception.target)
@@ -174,14 +181,14 @@ class ApproachSkill:
         if self._contradictions < N.contradictions:
             return None
         measured = {"distance_mm": round(sighting.distance_mm, 1), "range_mm": echo_mm}
-        return Failure(Event.ARRIVE_FAILED, Reason.RANGE_MISMATCH, measured, finding=TargetFinding.LOOK_ALIKE)
+        return Failure(Event.MISTAKEN, Reason.RANGE_MISMATCH, measured, finding=TargetFinding.LOOK_ALIKE)
 
     def _mistaken(self, observation: Observation) -> Failure:
         if self._oblique:
             # from far aside the real one flickers, too; it has to be seen from elsewhere first
             return _failed(Reason.TARGET_LOST, observation, odds=self._verifier.odds, oblique=True)
-        odds = self._verifier.odds
-        return _failed(Reason.WRONG_TARGET, observation, finding=TargetFinding.LOOK_ALIKE, odds=odds)
+        measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds}
+        return Failure(Event.MISTAKEN, Reason.WRONG_TARGET, measured, finding=TargetFinding.LOOK_ALIKE)
 
     def _hindered(
         self, observation: Observation, known: TargetEstimate, bearing_deg: float, distance_mm: float
@@ -264,6 +271,9 @@ class ApproachSkill:
         known_mm = sighting.distance_mm if sighting else distance_mm
         if known_mm <= profile.arrive_mm:
             return self._stand(observation, bearing_deg)
+        if self._stands:
+            self._stands = False
+            perception.context.report(Fact(Event.MOVED_OFF, Reason.OUT_OF_REACH, {"distance_mm": known_mm}))
         ahead = max(0.0, 1.0 - abs(bearing_deg) / SKILLS.sharp_deg)
         near = min(1.0, max(N.slowest, (distance_mm - profile.arrive_mm) / N.slow_mm))
         speed_mm_s = profile.cruise_mm_s * ahead * near
@@ -271,7 +281,7 @@ class ApproachSkill:
             self._driven.clear()
         else:
             self._driven.append((observation.time_s, perception.world.pose, known_mm))
-        stop = perception.context.body.drive(speed_mm_s, steering_deg_s(bearing_deg))
+        stop = perception.drive(speed_mm_s, steering_deg_s(bearing_deg))
         if stop is None:
             return None
         if stop is StopReason.CONTACT:
@@ -285,18 +295,28 @@ class ApproachSkill:
         """It ran into something that it neither saw nor heard: map it, and back off."""
         perception = self._perception
         perception.world.floor.block(perception.world.pose, 0.0)
-        perception.context.body.straight(-N.retreat_mm)
         hides = observation.sighting is None
         blocker = unheard_blocker(observation.range_mm, hides=hides)
-        return _failed(Reason.BLOCKED_LONG, observation, blocker, touched=True, hides=hides)
+        failure = _failed(Reason.BLOCKED_LONG, observation, blocker, touched=True, hides=hides)
+        self._retreat = Retreat(perception, N.retreat_mm, StopReason.CONTACT), failure
+        return self._back_off(*self._retreat)
+
+    def _back_off(self, retreat: Retreat, failure: Failure) -> Failure:
+        """Complete the retreat; called again after an outage."""
+        retreat.call()
+        return failure
 
     def _stand(self, observation: Observation, bearing_deg: float) -> Fact | None:
         """Near enough: stand and look until it is clear what this is."""
         perception = self._perception
         if abs(bearing_deg) > N.ahead_deg:
-            perception.context.body.drive(0.0, steering_deg_s(bearing_deg))
+            perception.drive(0.0, steering_deg_s(bearing_deg))
         else:
             perception.context.body.stop()
+        if not self._stands:
+            self._stands = True
+            measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds}
+            perception.context.report(Fact(Event.DOUBTED, Reason.DOUBTFUL, measured))
         self._driven.clear()
         if self._stood_s is None:
             self._stood_s = observation.time_s

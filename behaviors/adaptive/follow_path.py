@@ -8,6 +8,7 @@ from itertools import pairwise
 
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.perception import Observation, Perception
+from behaviors.adaptive.retreat import Retreat
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Failure
 from behaviors.ports import Point, StopReason
@@ -70,6 +71,7 @@ class FollowPathSkill:
         self._begin = perception.world.here
         self._stops = 0
         self._end_s = math.inf
+        self._retreat: Retreat | None = None
 
     def call(self) -> Fact:
         """Drive there; the robot is at rest afterwards."""
@@ -78,7 +80,7 @@ class FollowPathSkill:
         length_mm = sum(math.dist(one, other) for one, other in pairwise([perception.world.here, *self._route]))
         self._end_s = begun_s + N.leeway_s + N.leeway * length_mm / perception.profile.cruise_mm_s
         while self._route:
-            fact = self._leg(self._route[0])
+            fact = self._back_off() if self._retreat else self._leg(self._route[0])
             if fact is not None:
                 perception.context.body.stop()
                 return fact
@@ -100,8 +102,8 @@ class FollowPathSkill:
             if observation.time_s > self._end_s or self._stops > N.stops:
                 return self._no_path(observation)
             if observation.time_s >= renew_s:
-                return self._replan(observation)
-            stop = perception.context.body.drive(*self._speeds(bearing_deg, observation))
+                return self._replan(observation, Reason.PATH_RENEWED)
+            stop = perception.drive(*self._speeds(bearing_deg, observation))
             if stop is not None:
                 return self._stopped(stop, observation)
 
@@ -132,16 +134,28 @@ class FollowPathSkill:
         if near_mm is not None:
             perception.world.floor.block(perception.world.pose, near_mm)
         if stop is not StopReason.OBSTACLE:
-            perception.context.body.straight(-N.retreat_mm)
-        return self._replan(perception.step())
+            self._retreat = Retreat(perception, N.retreat_mm, stop)
+            return self._back_off()
+        return self._replan(perception.step(), Reason.OBSTACLE_AHEAD)
 
-    def _replan(self, observation: Observation) -> Fact | None:
+    def _back_off(self) -> Fact | None:
+        """Complete a retreat, and plan again."""
+        perception = self._perception
+        if self._retreat:
+            self._retreat.call()
+            self._retreat = None
+        perception.context.report(Fact(Event.RETREATED, Reason.RETREATED))
+        return self._replan(perception.step(), Reason.RETREATED)
+
+    def _replan(self, observation: Observation, reason: Reason) -> Fact | None:
         """Take the best path from here, by what is known now."""
         world = self._perception.world
         paths = PathPlanner(world.floor, world.here, self._perception.profile.cruise_mm_s)
         if not paths.reaches(self._goal):
             return self._no_path(observation)
         self._route = list(paths.route_to(self._goal))
+        route = [[round(x_mm), round(y_mm)] for x_mm, y_mm in self._route]
+        self._perception.context.report(Fact(Event.REPLANNED, reason, {"route": route}))
         return None
 
     def _no_path(self, observation: Observation) -> Fact:

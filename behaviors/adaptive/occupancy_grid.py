@@ -99,12 +99,14 @@ class OccupancyGrid:
     Attributes:
         radius_mm: The robot's.
         sonar_forward_mm: The sonar in front of the axle.
+        forgotten: How often its obstacles were forgotten.
     """
 
     def __init__(self, robot: RobotTable = USUAL_ROBOT) -> None:
         self.radius_mm, self.sonar_forward_mm = robot.radius_mm, robot.sonar_forward_mm
         self._beam_deg = robot.sonar_cone_deg / 2
         self.evidence: Grid = np.zeros((CELLS, CELLS), np.float32)
+        self.forgotten = 0
         self._time_s = -math.inf
         self._last: tuple[Pose, float] | None = None
 
@@ -153,6 +155,7 @@ class OccupancyGrid:
 
     def forget_obstacles(self) -> None:
         """Clear everything that was thought to be in the way."""
+        self.forgotten += 1
         np.minimum(self.evidence, 0.0, out=self.evidence)
 
     def stands_on(self, pose: Pose) -> None:

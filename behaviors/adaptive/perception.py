@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.failures import Blocker
 from behaviors.mission import AdaptiveParameters
-from behaviors.ports import Sighting
+from behaviors.ports import Sighting, StopReason
 from behaviors.skills import SkillContext, note_look
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
@@ -63,6 +63,7 @@ class Perception:
         self.profile = profile
         self.world = world
         self._queue = queue
+        self._range_mm: float | None = None
 
     @property
     def target(self) -> str:
@@ -84,13 +85,19 @@ class Perception:
         context.check_time()
         looked_for = [self.target, *self._others()]
         glimpse = context.eyes.glance(looked_for)
-        range_mm = context.body.range_mm()
+        self._range_mm = range_mm = context.body.range_mm()
         pose = context.body.pose()
         now_s = self.now()
         seen = self.world.perceive(now_s, pose, range_mm, looked_for, glimpse)
         sighting = seen.get(self.target)
         note_look(context, pose, range_mm, sighting)
         return Observation(now_s, sighting, range_mm)
+
+    def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
+        """Drive on as `Body.drive` does, and report when the safety stop holds the robot and when it lets go."""
+        stop = self.context.body.drive(speed_mm_s, turn_deg_s)
+        self.context.watch.update(stop, {"range_mm": self._range_mm})
+        return stop
 
     def _others(self) -> list[str]:
         """Return the other targets that are not reached yet."""

@@ -126,7 +126,7 @@ class ScanSkill:
         then_s = perception.now()
         moved_deg, still_s = heading_deg, 0.0
         while sign * (heading_deg - start_deg) < abs(angle_deg):
-            perception.context.body.drive(0.0, sign * self._rate_deg_s)
+            perception.drive(0.0, sign * self._rate_deg_s)
             if (fact := self._see()) is not None:
                 return fact
             heading_deg, now_s = perception.world.pose.heading_deg, perception.now()

@@ -68,6 +68,7 @@ class WaitSkill:
             then_s = observation.time_s
             self._clear = 0 if self._blocked(observation) else self._clear + 1
             if self._clear >= N.clear:
+                perception.context.watch.update(None)
                 if observation.sighting is not None:
                     return sighted(observation.sighting, reason=Reason.WAY_CLEAR)
                 if self._clear >= N.clear_unseen:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -14,6 +13,7 @@ from behaviors.adaptive.policy import AdaptivePolicy
 from behaviors.adaptive.scan import ScanSkill
 from behaviors.adaptive.wait_rescan import RescanSkill, WaitSkill
 from behaviors.adaptive.world_model import WorldModel
+from behaviors.events import Event, Fact, Reason
 from behaviors.evidence import Evidence
 from behaviors.failures import Failure
 from behaviors.mission import Mission
@@ -65,23 +65,25 @@ class AdaptiveProfile:
         self._policy = policy or AdaptivePolicy.of(profile)
         self._pursuit: tuple[str, int] | None = None
         self._pursued_s = 0.0
-        self._eyes_only_s = -math.inf
+        self._eyes_only_s: float | None = None
 
     def skill(self, state: str, choice: Choice | None) -> Skill:
         """Return the skill for a state."""
         if state == "search":
             self._begin_pursuit()
             return ScanSkill(self._perception)
-        if state == "arrive":
-            trusts_map = self._perception.now() - self._eyes_only_s > EYES_ONLY_S
-            return ApproachSkill(self._perception, trusts_map=trusts_map)
+        if state in ("arrive", "verify"):
+            return ApproachSkill(self._perception, trusts_map=self._trusts_map(), stands=state == "verify")
         if choice is None:
             raise KeyError(state)
         return SKILLS[state](self._perception, choice)
 
     def learn(self, failure: Failure) -> None:
         """Update the world model."""
+        forgotten = self.world.floor.forgotten
         self.world.learn(self._queue.target, failure, self._perception.now())
+        if self.world.floor.forgotten > forgotten:
+            self._report(Event.MAP_CLEARED, Reason.WALLED_IN)
 
     def evidence(self, basis: Evidence) -> Evidence:
         """Add what is in the way, and what could be done with its time and chance."""
@@ -104,9 +106,20 @@ class AdaptiveProfile:
         """Choose by the policy, and remember where; with no path past what is in the way, distrust the map."""
         if evidence.blocker and evidence.detour is None:
             self._eyes_only_s = self._perception.now()
+            self._report(Event.MAP_DISTRUSTED, Reason.NO_WAY)
         choice = self._policy.select(evidence)
         self.world.chose(evidence.target, choice.kind.name, choice.route[-1] if choice.route else None)
         return choice
+
+    def _trusts_map(self) -> bool:
+        """Whether an approach that begins now minds the obstacles on the map."""
+        if self._eyes_only_s is not None and self._perception.now() - self._eyes_only_s > EYES_ONLY_S:
+            self._eyes_only_s = None
+            self._report(Event.MAP_TRUSTED, Reason.DISTRUST_OVER)
+        return self._eyes_only_s is None
+
+    def _report(self, event: Event, reason: Reason) -> None:
+        self._perception.context.report(Fact(event, reason))
 
     def _begin_pursuit(self) -> None:
         pursuit = self._queue.target, self._queue.round

@@ -14,6 +14,7 @@ from nxtdrive.recording.decisions import Outcome, Result, Step, same
 from nxtdrive.recording.explanation import Explained, Explanation
 from nxtdrive.recording.wording import failure_words, measured_words, spaced
 
+LEFT = {"left": "left for now", "gave_up": "given up"}
 RULE = (
     "the thesis's rule: recognised but not reached, wait; not recognised, move off; searched again too often, leave it"
 )
@@ -118,8 +119,8 @@ def _outcome_words(outcome: Outcome) -> str:
 
 
 def _step_words(step: Step, target: str) -> str:
-    if step.state == "gave_up":
-        return f"{step.target} given up"
+    if step.state in LEFT:
+        return f"{step.target} {LEFT[step.state]}"
     name = spaced(step.state) if step.target == target else f"{spaced(step.state)} {step.target}"
     return f"{name} {step.seconds:.1f} s" + (f" ({spaced(step.reason)})" if step.reason else "")
 

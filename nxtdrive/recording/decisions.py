@@ -213,12 +213,12 @@ def _outcome(choice: Record, after: Sequence[Record]) -> Outcome:
         return Outcome(result, record.target, detail, record.time_s - choice.time_s, tuple(steps))
 
     for record in after:
-        if not _leads_on(record):
+        if not _entered(record):
             continue
         reason = str(record.data.get("reason", ""))
         if entered is not None:
             seconds = record.time_s - entered.time_s
-            steps.append(Step(str(entered.data["to"]), entered.target, seconds, reason))
+            steps.append(Step(_entered(entered), entered.target, seconds, reason))
         if _enters(record, "select"):
             return outcome(Result.FAILED, record, reason)
         if _enters(record, "reached"):
@@ -229,17 +229,19 @@ def _outcome(choice: Record, after: Sequence[Record]) -> Outcome:
         entered = record
     last = after[-1] if after else choice
     if entered is not None:
-        steps.append(Step(str(entered.data["to"]), entered.target, last.time_s - entered.time_s, ""))
+        steps.append(Step(_entered(entered), entered.target, last.time_s - entered.time_s, ""))
     return outcome(Result.OPEN, last)
 
 
-def _leads_on(record: Record) -> bool:
-    """Whether the mission entered another state."""
-    return (
-        record.kind is Kind.TRANSITION
-        and record.data.get("to") in MISSION_STATES
-        and record.data.get("event") != Event.CONTINUED
-    )
+def _entered(record: Record) -> str:
+    """Return the other state of the mission region that a transition entered, or an empty string."""
+    data = record.data
+    if record.kind is not Kind.TRANSITION or data.get("to") == data.get("source"):
+        return ""
+    if data.get("event") in (Event.RESUME, Event.RETREATED):
+        return record.state  # the transition leads to where it was before
+    to = str(data.get("to"))
+    return to if to in MISSION_STATES else ""
 
 
 def _mapping(value: object) -> Mapping[str, Any]:

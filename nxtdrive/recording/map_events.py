@@ -94,7 +94,7 @@ class EventReader:
         if record.kind is Kind.CHOICE:
             self._choice = str(record.data["choice"])
             return None
-        if not words or record.data.get("to") == "search":
+        if not words or record.data.get("to") in ("search", "verify", "distrusted"):
             return None
         kind, detail = _kind(record), ""
         recovery = None

@@ -50,6 +50,7 @@ class MarkStyle:
 PATHS = {
     "search": LineStyle("path: search", SEARCH, 1.8),
     "arrive": LineStyle("path: drive to a target", ARRIVE, 4.5),
+    "retreat": LineStyle("path: back off", FAILED, 2.5, (2, 3)),
 }
 """The path in each state that is no recovery."""
 OTHER_PATH = LineStyle("path: other", INK, 1.2)
@@ -70,7 +71,7 @@ def path_style(state: str) -> LineStyle:
     recovery = recovery_in(state)
     if recovery:
         return LineStyle(f"path: {recovery.label}", _rgb(recovery.color), 3.5, recovery.dash)
-    return PATHS.get(state, OTHER_PATH)
+    return PATHS.get("arrive" if state == "verify" else state, OTHER_PATH)
 
 
 def mark_style(event: MapEvent) -> MarkStyle:

@@ -16,6 +16,10 @@ BACK: dict[object, str] = {
     Event.CAMERA_BACK: "the camera works again",
     Event.SENSOR_BACK: "a sensor answers again",
 }
+RETREATS: dict[str, str] = {
+    Reason.CONTACT: "it touched something",
+    Reason.STALLED: "something holds its wheels",
+}
 INDENT = " " * 11
 
 
@@ -62,6 +66,12 @@ def _transition(target: str, data: Mapping[str, Any]) -> Iterator[str]:
             yield f"searching for {target}"
         case "arrive", Event.TARGET_SEEN:
             yield f"{target} seen{_where(data['evidence'].get('sighting'))}; driving to it"
+        case "verify", Event.DOUBTED:
+            yield f"{target}: standing before it, to make sure that it is the target"
+        case "retreat", Event.BACKING_OFF:
+            yield f"backing off: {RETREATS.get(str(data.get('reason')), 'something is in the way')}"
+        case "distrusted", Event.MAP_DISTRUSTED:
+            yield "the map shows no path past what is in the way; relying on camera and sonar for now"
         case "reached", _:
             yield f"{target} reached"
         case "suspended", _ if data.get("reason") == Reason.OPERATOR_PAUSE:

@@ -13,6 +13,8 @@ WAYS = {
     "idle": ([], WAIT),
     "search": ([Event.START], WAIT),
     "arrive": ([Event.START, Event.TARGET_SEEN], WAIT),
+    "verify": ([Event.START, Event.TARGET_SEEN, Event.DOUBTED], WAIT),
+    "retreat": ([Event.START, Event.SEARCH_FAILED, Event.BACKING_OFF], DETOUR),
     "wait": ([Event.START, Event.SEARCH_FAILED], WAIT),
     "move_to": ([Event.START, Event.SEARCH_FAILED], MOVE_TO),
     "detour": ([Event.START, Event.TARGET_SEEN, Event.ARRIVE_FAILED], DETOUR),
@@ -24,7 +26,7 @@ WAYS = {
 
 RECOVERIES = ("wait", "move_to", "detour", "rescan")
 LOST = (Event.LINK_LOST, Event.CAMERA_LOST, Event.SENSOR_LOST)
-ACTIVE = ("search", "arrive", *RECOVERIES)
+ACTIVE = ("search", "arrive", "verify", "retreat", *RECOVERIES)
 
 LEADS_TO = {
     ("idle", Event.START): "search",
@@ -33,6 +35,15 @@ LEADS_TO = {
     ("arrive", Event.CONTINUED): "arrive",
     ("arrive", Event.ARRIVED): "search",  # for the next target
     ("arrive", Event.ARRIVE_FAILED): "wait",
+    ("arrive", Event.MISTAKEN): "wait",
+    ("arrive", Event.DOUBTED): "verify",
+    ("verify", Event.MOVED_OFF): "arrive",
+    ("verify", Event.ARRIVED): "search",  # for the next target
+    ("verify", Event.ARRIVE_FAILED): "wait",
+    ("verify", Event.MISTAKEN): "wait",
+    **{(state, Event.BACKING_OFF): "retreat" for state in ("arrive", "move_to", "detour")},
+    ("retreat", Event.RETREATED): "detour",
+    ("retreat", Event.ARRIVE_FAILED): "detour",  # through select, which chooses the same again
     **{(state, Event.TARGET_SEEN): "arrive" for state in RECOVERIES},
     **{(state, Event.RECOVERY_DONE): "search" for state in RECOVERIES},
     **{(state, Event.RECOVERY_FAILED): state for state in RECOVERIES},  # through select, which chooses the same again

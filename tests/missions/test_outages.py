@@ -33,7 +33,9 @@ def test_a_mission_outlasts_a_camera_that_is_away(perform, mission_for, profile,
     done = perform("open", mission_for("lena", profile=profile), geometric=True, arrange=_camera_away(moment_s, away_s))
     assert done.report.achieved
     (lost,) = done.of(Kind.TRANSITION, to="suspended")
-    (back,) = done.of(Kind.TRANSITION, event="camera_back")
+    (back,) = done.of(Kind.TRANSITION, event="camera_back", to="up")
+    assert [each.time_s for each in done.of(Kind.TRANSITION, to="blind")] == [lost.time_s]
+    assert [each.time_s for each in done.of(Kind.TRANSITION, to="seeing")] == [back.time_s]
     assert lost.time_s == pytest.approx(moment_s, abs=1.5)
     assert back.time_s == pytest.approx(moment_s + away_s, abs=1.5)
     assert [record.data["reason"] for record in done.of(Kind.TRANSITION, to="down")] == [Reason.CAMERA_LOST]

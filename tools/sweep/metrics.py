@@ -71,7 +71,7 @@ def judge_target(trace: EpisodeTrace, target: str) -> TargetResult:
     pursuits = spans(trace, target)
     claims = _entries(trace, target, "reached")
     right = [claim for claim in claims if stop_counts(claim.pose, claim.scene, target)]
-    given_up = _entries(trace, target, "gave_up")
+    given_up = _entries(trace, target, "left", "gave_up")
     path_mm = sum(math.dist(one.pose[:2], other.pose[:2]) for span in pursuits for one, other in pairwise(span))
     pursuit_s = sum(span[-1].time_s - span[0].time_s for span in pursuits)
     end = right[0] if right else (pursuits[-1][-1] if pursuits else None)
@@ -96,12 +96,12 @@ def judge_target(trace: EpisodeTrace, target: str) -> TargetResult:
     )
 
 
-def _entries(trace: EpisodeTrace, target: str, state: str) -> list[Moment]:
-    """Return the moments at which a state was entered for a target."""
+def _entries(trace: EpisodeTrace, target: str, *states: str) -> list[Moment]:
+    """Return the moments at which one of some states was entered for a target."""
     return [
         mark.moment
         for mark in trace.marks
-        if mark.record.kind is Kind.TRANSITION and mark.record.target == target and mark.record.data["to"] == state
+        if mark.record.kind is Kind.TRANSITION and mark.record.target == target and mark.record.data["to"] in states
     ]
 
 

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
-from behaviors.diagram import arrows, regions
+from behaviors.diagram import arrows, initial_states, regions
 from behaviors.recoveries import RECOVERIES
 
 
 def chart() -> dict[str, object]:
-    """Return the regions with their states as trees, and all transitions."""
-    return {"regions": [asdict(region) for region in regions()], "arrows": [asdict(arrow) for arrow in arrows()]}
+    """Return the regions with their states as trees, the states in which a mission begins, and all transitions."""
+    return {
+        "regions": [asdict(region) for region in regions()],
+        "initial": initial_states(),
+        "arrows": [asdict(arrow) for arrow in arrows()],
+    }
 
 
 def recoveries() -> dict[str, dict[str, object]]:

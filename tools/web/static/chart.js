@@ -13,7 +13,7 @@ export class Chart {
     this.last.className = "transitions";
     this.last.setAttribute("aria-label", "Last transitions");
     connection.on("run", () => {
-      this.light(["idle", "up", "clear"]);
+      this.light(this.initial);
       this.last.replaceChildren();
     });
     connection.on("record", ({ record }) => {
@@ -24,7 +24,8 @@ export class Chart {
     });
   }
 
-  build({ regions }, recoveries) {
+  build({ regions, initial }, recoveries) {
+    this.initial = initial;
     this.recoveries = recoveries;
     this.boxes.clear();
     this.element.replaceChildren(...regions.map((region) => this.box(region, null)), this.last);

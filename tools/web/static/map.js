@@ -37,7 +37,7 @@ export class FloorMap {
   }
 
   record(record) {
-    this.inView = record.state === "arrive";
+    this.inView = ["arrive", "verify"].includes(record.state);
     if (record.pose) this.moved(record.pose, record.range_mm ?? null);
     if (record.kind === "look" && record.sighting) {
       const at = ahead(this.pose, record.sighting.distance_mm, record.sighting.bearing_deg);

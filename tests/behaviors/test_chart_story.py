@@ -1,0 +1,147 @@
+"""The chart tells everything that a mission does: each profile reports it, and the journal shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from random_ports import RandomPorts, two_targets
+
+from behaviors.chart import MISSION_STATES
+from behaviors.diagram import arrows
+from behaviors.executive import Executive
+from behaviors.journal import JOURNAL_FORMAT, Kind, Record
+from behaviors.ports import BodyLost, Glimpse, MotionResult, Pose, Sighting, StopReason
+
+SAFETY = {("clear", "obstacle", "held"), ("held", "contact", "held"), ("held", "obstacle_gone", "clear")}
+
+
+def _journal(ports: RandomPorts, **table: object) -> list[Record]:
+    records: list[Record] = []
+    Executive(two_targets(**table), ports, ports, ports, [records.append]).run()
+    return records
+
+
+def _taken(records: list[Record]) -> list[tuple[object, object, object]]:
+    data = [record.data for record in records if record.kind is Kind.TRANSITION]
+    return [(each["source"], each["event"], each["to"]) for each in data]
+
+
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("profile", ["adaptive", "thesis"])
+def test_a_journal_shows_only_transitions_and_states_of_the_chart(profile, seed):
+    records = _journal(RandomPorts(seed), profile=profile, rounds=1 + seed % 2, time_limit_s=20.0)
+    assert records[0].data["format"] == JOURNAL_FORMAT
+    declared = {(each.source, each.event or None, each.target) for each in arrows()}
+    declared.add(("idle", "start", "search"))  # the journal names the state, the chart the compound
+    assert set(_taken(records)) <= declared
+    assert {record.state for record in records} <= {*MISSION_STATES}
+
+
+class Facing(RandomPorts):
+    """Stands before a target that is always seen, without faults of its own.
+
+    Args:
+        distance_mm: The target's apparent distance, one for each frame; the last one stays.
+        stops: How the drives end, in order; afterwards nothing stops them.
+        breaks: Whether the link breaks in the first drive along the heading.
+    """
+
+    def __init__(self, *distance_mm: float, stops: tuple[StopReason, ...] = (), breaks: bool = False) -> None:
+        super().__init__(0)
+        self._distances = [*distance_mm]
+        self._stops = iter(stops)
+        self._broken = breaks
+        self.driven_mm: list[float] = []
+
+    def _hindrance(self) -> StopReason | None:
+        return None
+
+    def _answer(self) -> None:
+        """It always answers."""
+
+    def range_mm(self) -> float | None:
+        return None
+
+    def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
+        return next(self._stops, None)
+
+    def straight(self, distance_mm: float) -> MotionResult:
+        self.driven_mm.append(distance_mm)
+        if self._broken:
+            self._broken = False
+            self._pose = Pose(*self._pose.ahead(0.5 * distance_mm))
+            raise BodyLost("the brick does not answer")
+        self._pose = Pose(*self._pose.ahead(distance_mm))
+        return MotionResult(StopReason.DONE, distance_mm, 0.0)
+
+    def glance(self, targets: tuple[str, ...] | list[str]) -> Glimpse:
+        self.sleep(0.1)
+        at_mm = self._distances.pop(0) if len(self._distances) > 1 else self._distances[0]
+        seen = {name: Sighting(name, 0.0, at_mm, 1.0, self._now_s, (100, 80, 40, 56)) for name in targets}
+        return Glimpse(self._now_s, seen)
+
+
+def _states(records: list[Record]) -> Iterator[str]:
+    """Yield the states of the mission region, each once."""
+    last = ""
+    for record in records:
+        if record.state != last:
+            yield (last := record.state)
+
+
+def test_a_robot_that_stands_before_a_doubtful_target_verifies_it():
+    records = _journal(Facing(300.0), targets=["a"], time_limit_s=30.0)
+    assert list(_states(records)) == ["idle", "search", "arrive", "verify", "reached", "finished"]
+
+
+def test_a_target_that_moves_off_while_it_is_verified_is_followed():
+    records = _journal(Facing(300.0, 300.0, 300.0, 900.0, 900.0, 300.0), targets=["a"], time_limit_s=30.0)
+    assert list(_states(records))[2:6] == ["arrive", "verify", "arrive", "verify"]
+
+
+def test_the_sonar_that_contradicts_the_size_is_a_mistake_about_the_target():
+    class Before(Facing):
+        def range_mm(self) -> float | None:
+            return 1500.0
+
+    records = _journal(Before(300.0), targets=["a"], time_limit_s=5.0)
+    assert ("verify", "mistaken", "select") in _taken(records)
+
+
+@pytest.mark.parametrize("profile", ["adaptive", "thesis"])
+def test_every_profile_reports_what_the_safety_stop_does(profile):
+    ports = Facing(900.0, stops=(StopReason.OBSTACLE, StopReason.CONTACT))
+    assert {*_taken(_journal(ports, profile=profile, targets=["a"], time_limit_s=20.0))} >= SAFETY
+
+
+def test_a_contact_on_the_way_leads_through_retreat_to_the_choice():
+    records = _journal(Facing(900.0, stops=(StopReason.CONTACT,)), targets=["a"], time_limit_s=1.0)
+    taken = [each for each in _taken(records) if each[2] in ("held", "clear", "retreat", "select")]
+    assert taken[:5] == [
+        ("clear", "obstacle", "held"),
+        ("held", "contact", "held"),
+        ("arrive", "backing_off", "retreat"),
+        ("held", "obstacle_gone", "clear"),
+        ("retreat", "arrive_failed", "select"),
+    ]
+
+
+def test_a_retreat_that_an_outage_cuts_short_is_completed():
+    ports = Facing(900.0, stops=(StopReason.CONTACT,), breaks=True)
+    records = _journal(ports, targets=["a"], time_limit_s=1.0)
+    assert list(_states(records))[2:7] == ["arrive", "retreat", "suspended", "retreat", "select"]
+    assert ports.driven_mm == [-80.0, -40.0]
+    replies = [record.data["value"] for record in records if record.kind is Kind.REPLY and record.state == "retreat"]
+    assert replies == [2]
+
+
+def test_a_target_with_another_round_is_left_and_in_the_last_one_given_up():
+    class Nothing(Facing):
+        def glance(self, targets: tuple[str, ...] | list[str]) -> Glimpse:
+            self.sleep(0.1)
+            return Glimpse(self._now_s, {})
+
+    records = _journal(Nothing(0.0), targets=["a"], profile="thesis", rounds=2, time_limit_s=900.0)
+    decided = [each for each in _taken(records) if each[2] in ("left", "gave_up")]
+    assert decided == [("select", None, "left"), ("select", None, "gave_up")]
