@@ -86,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the sweep, or draw a map; returns the exit code."""
     from nxtdrive.tools.sweep.policies import ALL_NAMES, NAMES
     from nxtdrive.tools.sweep.runner import plan
-    from nxtdrive.tools.sweep.scenarios import CLASSES
+    from sim_backend.scenarios.classes import CLASSES
 
     if args.map:
         return _draw_map(args)
@@ -169,8 +169,9 @@ def _draw_map(args: argparse.Namespace) -> int:
     from nxtdrive.recording.output_file import write_file
     from nxtdrive.tools.sweep.performance import perform
     from nxtdrive.tools.sweep.policies import ALL_NAMES
-    from nxtdrive.tools.sweep.scenarios import CLASSES, draw_scenario
+    from nxtdrive.tools.sweep.scenarios import draw_scenario
     from nxtdrive.tools.sweep.true_map import draw_true_map
+    from sim_backend.scenarios.classes import CLASSES
 
     kind, _, rest = args.map.partition(":")
     seed, _, policy = rest.partition(":")

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import math
 from random import Random
+from typing import TYPE_CHECKING, TypeVar
 
 import pymunk
 
 from sim_backend.world.motor import WheelMotor
 from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Robot
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+Angle = TypeVar("Angle", float, "NDArray[np.float64]")
 
 GRAVITY_MM_S2 = 9810.0
 DRIVEN_SHARE = 0.8
@@ -165,6 +172,6 @@ class RobotBody:
             contacts.append(wrapped_deg(bearing))
 
 
-def wrapped_deg(angle_deg: float) -> float:
-    """The same angle in -180..180."""
+def wrapped_deg(angle_deg: Angle) -> Angle:
+    """The same angle in -180..180; of an array, that of each element."""
     return (angle_deg + 180.0) % 360.0 - 180.0

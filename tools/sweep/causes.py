@@ -14,12 +14,12 @@ import numpy as np
 
 from behaviors.journal import Kind
 from behaviors.recoveries import CHANGE_TARGET, RECOVERIES
+from sim_backend.scenarios.floor_plan import FloorPlan, Goal
+from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 from sim_backend.world.sensing import VIEW_ANGLE_DEG
 
-from .floor_plan import FloorPlan, Goal
 from .metrics import CAMERA_HEIGHT_MM, PACE, spans
 from .referee import Disturbance, EpisodeTrace, Mark, Moment
-from .room_builder import ROBOT_RADIUS_MM
 
 SAME_PLACE_MM = 250.0
 """Choices no farther apart than this count as made in the same place."""

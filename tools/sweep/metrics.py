@@ -10,11 +10,11 @@ import numpy as np
 
 from behaviors.journal import Kind
 from nxtdrive.motion.rover import SETTINGS
+from sim_backend.scenarios.floor_plan import Pace, Path
+from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 from sim_backend.world.truth import TruePose
 
-from .floor_plan import Pace, Path
 from .referee import EpisodeTrace, Moment, Scene
-from .room_builder import ROBOT_RADIUS_MM
 
 CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM = 60.0, 200.0
 """Position of the world file's default camera."""

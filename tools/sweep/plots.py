@@ -13,9 +13,9 @@ import numpy as np
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.host.environment import install_extra
+from sim_backend.scenarios.extras import TIME_LIMIT_S
 
 from .performance import Line
-from .scenarios import TIME_LIMIT_S
 from .summary import CONFIDENCE, by, reached_by, success_rate
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from behaviors.executive import Ending
 from behaviors.journal import Kind, Record
+from sim_backend.scenarios.floor_plan import FloorPlan, Goal
 from sim_backend.simulation import Simulation
 from sim_backend.world.truth import TruePose
 
-from .floor_plan import FloorPlan, Goal
 from .survey import survey
 
 SAMPLE_MS = 100

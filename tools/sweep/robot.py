@@ -16,9 +16,10 @@ from nxtdrive.brick import Brick
 from nxtdrive.mission import setup
 from nxtdrive.mission.body import MissionClock
 from sim_backend.camera.geometric import Quad
+from sim_backend.scenarios.extras import CameraLoss, Sight
 from sim_backend.simulation import Simulation
 
-from .scenarios import CameraLoss, Scenario, Sight
+from .scenarios import Scenario
 
 GEOMETRIC, CAMERA = "geometric", "camera"
 """Eyes that skip rendering and detection, and eyes that do both."""

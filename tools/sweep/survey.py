@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+from sim_backend.scenarios.floor_plan import FloorPlan, Obstacle
+from sim_backend.scenarios.room_builder import box_obstacle, picture_obstacle, wall_obstacle
 from sim_backend.simulation import Simulation
-
-from .floor_plan import FloorPlan, Obstacle
-from .room_builder import box_obstacle, picture_obstacle, wall_obstacle
 
 
 def survey(simulation: Simulation) -> FloorPlan:

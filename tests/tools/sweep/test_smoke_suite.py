@@ -5,7 +5,7 @@ import pytest
 from nxtdrive.cli.sweep import SUITES
 from nxtdrive.tools.sweep.performance import FAILED, evaluate
 from nxtdrive.tools.sweep.runner import plan, sweep, workers
-from nxtdrive.tools.sweep.scenarios import CLASSES
+from sim_backend.scenarios.classes import CLASSES
 
 # one process performs the missions that all tests look at
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("smoke suite")]

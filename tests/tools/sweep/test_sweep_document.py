@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from nxtdrive.tools.sweep.policies import ALL_NAMES
-from nxtdrive.tools.sweep.scenarios import CLASSES
+from sim_backend.scenarios.classes import CLASSES
 
 PAGE = (Path(__file__).parents[3] / "docs" / "evaluation.md").read_text(encoding="utf-8")
 

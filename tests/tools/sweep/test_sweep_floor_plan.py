@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from nxtdrive.tools.sweep.floor_plan import CELL_MM, FloorPlan, Goal, Obstacle, Pace, Path
+from sim_backend.scenarios.floor_plan import CELL_MM, FloorPlan, Goal, Obstacle, Pace, Path
 
 ROBOT_MM = 115.0
 

@@ -7,9 +7,9 @@ import pytest
 from behaviors.executive import Ending
 from behaviors.journal import Kind, Record
 from nxtdrive.tools.sweep.causes import Cause, judge_choices, longest_run, recognition_s
-from nxtdrive.tools.sweep.floor_plan import FloorPlan, Goal, Obstacle
 from nxtdrive.tools.sweep.metrics import judge_target
 from nxtdrive.tools.sweep.referee import Disturbance, EpisodeTrace, Mark, Moment, Scene
+from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle
 from sim_backend.world.truth import TruePose
 
 LENA = Goal("lena", (3800.0, 1500.0), 180.0)

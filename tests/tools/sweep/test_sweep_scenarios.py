@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nxtdrive.tools.sweep.scenarios import APART_MM, CLASSES, draw_scenario
+from nxtdrive.tools.sweep.scenarios import draw_scenario
+from sim_backend.scenarios.classes import CLASSES
+from sim_backend.scenarios.handicaps import APART_MM
 from sim_backend.simulation import Simulation
 from sim_backend.world.loading import parse_world
 

@@ -7,8 +7,8 @@ from rich.console import Console
 
 from nxtdrive.tools.sweep.causes import Cause
 from nxtdrive.tools.sweep.policies import ALL_NAMES
-from nxtdrive.tools.sweep.scenarios import CLASSES
 from nxtdrive.tools.sweep.tables import POLICY_COLUMNS, print_tables
+from sim_backend.scenarios.classes import CLASSES
 
 TARGET = {
     **{"target": "lena", "reachable": True, "success": True, "wrong_stops": 1, "time_s": 5.0, "given_up_s": None},

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.angles import wrapped_deg
+from sim_backend.world.robot import wrapped_deg
 
 Point = tuple[float, float]
 Floats = NDArray[np.float64]

@@ -1,0 +1,68 @@
+"""What a scenario specifies beside its room: the link, the view, and what the mission is told of the robot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from random import Random
+from typing import Any
+
+from sim_backend.link import NO_FAULTS, LinkFaults
+
+from .room_builder import RoomBuilder
+
+TIME_LIMIT_S = 300.0
+"""A mission's time limit, the same for all policies."""
+USB_MS, BLUETOOTH_MS = 2.0, (30.0, 65.0)
+"""Round-trip times of the two links, the second as a range; see `nxtdrive.transports.sim`."""
+
+
+@dataclass(frozen=True, slots=True)
+class CameraLoss:
+    """An outage of the camera, which is unplugged once a target has been in view for a while.
+
+    Attributes:
+        target: Name of the target.
+        after_s: Time in view before the outage.
+        lasts_s: How long it stays unplugged.
+    """
+
+    target: str
+    after_s: float
+    lasts_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """Conditions that degrade the view, besides the obstacles in the room.
+
+    Attributes:
+        farthest_mm: Range of geometric eyes.
+        hit_rate: Share of the frames in which geometric eyes detect a visible target.
+        lookalikes: Pictures that geometric eyes sometimes mistake for a target.
+        mistake_rate: Share of the frames showing a look-alike in which they do.
+        losses: Outages of the camera.
+    """
+
+    farthest_mm: float = math.inf
+    hit_rate: float = 1.0
+    lookalikes: tuple[str, ...] = ()
+    mistake_rate: float = 0.0
+    losses: tuple[CameraLoss, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Extras:
+    """What a class specifies outside the world file; `robot` is the mission's table of the same name."""
+
+    faults: LinkFaults = NO_FAULTS
+    latency_ms: float = USB_MS
+    sight: Sight = field(default_factory=Sight)
+    robot: Mapping[str, Any] = field(default_factory=dict)
+
+
+NO_EXTRAS = Extras()
+
+Draw = Callable[[Random], tuple[RoomBuilder, Extras]]
+"""Draws the room of a class, and what it specifies beside it."""

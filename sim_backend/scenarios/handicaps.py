@@ -1,0 +1,92 @@
+"""Robots with poor light, wheels that slip, a bad link, or a camera that fails or mistakes."""
+
+from __future__ import annotations
+
+import math
+from random import Random
+from typing import Final
+
+from sim_backend.bundled import PICTURES
+from sim_backend.link import LinkFaults
+
+from .extras import BLUETOOTH_MS, NO_EXTRAS, TIME_LIMIT_S, CameraLoss, Draw, Extras, Sight
+from .room_builder import PRINT_FOUND_MM, RoomBuilder
+from .rooms import furnished
+
+COMPASS_PORT: Final = 2
+APART_MM = 700.0
+"""Smallest distance from a look-alike to another picture: a sighting must belong to one or the other."""
+
+
+def _dim(random: Random) -> tuple[RoomBuilder, Extras]:
+    builder = furnished(random)
+    builder.tables["light"] = {"exposure": round(random.uniform(0.3, 0.5), 2)}
+    sight = Sight(farthest_mm=PRINT_FOUND_MM * builder.between(0.45, 0.7), hit_rate=random.uniform(0.4, 0.7))
+    return builder, Extras(sight=sight)
+
+
+def _slip(random: Random) -> tuple[RoomBuilder, Extras]:
+    builder = furnished(random)
+    builder.robot["slip"] = {
+        "distance_percent": max(-15.0, min(15.0, random.gauss(0.0, 5.0))),
+        "turn_percent": max(-24.0, min(24.0, random.gauss(0.0, 8.0))),
+        "veer_deg_per_m": max(-20.0, min(20.0, random.gauss(0.0, 6.9))),
+        "jitter_percent": random.uniform(2.0, 8.0),
+    }
+    return builder, NO_EXTRAS
+
+
+def _compass_distortion(random: Random) -> tuple[RoomBuilder, Extras]:
+    builder, _ = _slip(random)
+    builder.tables["surroundings"] = {"north_deg": builder.between(0, 360)}
+    builder.tables["sensors"] = [{"kind": "compass", "port": COMPASS_PORT}]
+    builder.tables["magnets"] = [
+        {
+            "at_mm": builder.place(0.0),
+            "radius_mm": builder.between(400, 1200),
+            "deflection_deg": random.choice((-1, 1)) * builder.between(10, 60),
+        }
+        for _ in range(random.randint(1, 3))
+    ]
+    return builder, Extras(robot={"compass": COMPASS_PORT})
+
+
+def _link(random: Random) -> tuple[RoomBuilder, Extras]:
+    builder = furnished(random)
+    builder.robot["battery_mv"] = random.randint(5500, 7200)
+    outages, now_s = [], random.expovariate(1 / 20)
+    while now_s < TIME_LIMIT_S:
+        lasts_s = random.uniform(1.0, 5.0)
+        outages.append((round(now_s * 1000), round((now_s + lasts_s) * 1000)))
+        now_s += lasts_s + random.expovariate(1 / 20)
+    return builder, Extras(LinkFaults(silent_ms=tuple(outages)), random.uniform(*BLUETOOTH_MS))
+
+
+def _distractor(random: Random) -> tuple[RoomBuilder, Extras]:
+    builder = furnished(random, 2600.0, 3600.0)
+    names = [f"lookalike{i}" for i in range(random.randint(1, 3))]
+    for name in names:
+        at, facing = builder.place_at_wall()
+        while min(math.dist(at, picture["at_mm"]) for picture in builder.pictures.values()) < APART_MM:
+            at, facing = builder.place_at_wall(corner_mm=350.0)
+        builder.add_picture(name, at, facing, file=PICTURES / f"{random.choice(['fox', 'landscape'])}.png")
+    return builder, Extras(sight=Sight(lookalikes=tuple(names), mistake_rate=random.uniform(0.2, 0.3)))
+
+
+def _camera_loss(random: Random) -> tuple[RoomBuilder, Extras]:
+    builder = furnished(random)
+    losses = [
+        CameraLoss(target, builder.between(0.5, 4.0), builder.between(2.0, 10.0))
+        for target in (builder.first, builder.second)
+    ]
+    return builder, Extras(sight=Sight(losses=tuple(losses)))
+
+
+HANDICAPS: dict[str, Draw] = {
+    "dim": _dim,
+    "slip": _slip,
+    "compass_distortion": _compass_distortion,
+    "link": _link,
+    "distractor": _distractor,
+    "camera_loss": _camera_loss,
+}

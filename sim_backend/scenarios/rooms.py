@@ -1,0 +1,97 @@
+"""Rooms that differ by what stands in them."""
+
+from __future__ import annotations
+
+from random import Random
+
+from .extras import NO_EXTRAS, Draw, Extras
+from .room_builder import LOW_BOX_MM, ROBOT_RADIUS_MM, TALL_BOX_MM, RoomBuilder
+
+
+def room(random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0) -> RoomBuilder:
+    """Draw the size of an empty room and the order of the targets."""
+    size = (round(random.uniform(low_mm, high_mm)), round(random.uniform(low_mm, high_mm)))
+    first, second = random.sample(["lena", "rilakkuma"], 2)
+    return RoomBuilder(random, size, first=first, second=second)
+
+
+def furnished(random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0) -> RoomBuilder:
+    """Draw a room with both targets near its walls and the robot away from them."""
+    builder = room(random, low_mm, high_mm)
+    builder.hang_targets()
+    builder.put_robot()
+    return builder
+
+
+def _open(random: Random) -> tuple[RoomBuilder, Extras]:
+    return furnished(random), NO_EXTRAS
+
+
+def _far(random: Random) -> tuple[RoomBuilder, Extras]:
+    builder = room(random, 4000.0, 6000.0)
+    builder.hang_targets()
+    builder.put_robot(far_mm=3300.0)
+    return builder, NO_EXTRAS
+
+
+def _clutter(random: Random) -> tuple[RoomBuilder, Extras]:
+    builder = furnished(random, 2800.0, 3800.0)
+    for i in range(random.randint(4, 8)):
+        low = random.random() < 0.3
+        builder.boxes.append(
+            {
+                "name": f"box{i}",
+                "at_mm": builder.place(200.0),
+                "size_mm": (builder.between(200, 700), builder.between(200, 700)),
+                "height_mm": builder.between(*(LOW_BOX_MM if low else TALL_BOX_MM)),
+                "facing_deg": builder.between(0, 90),
+            }
+        )
+    return builder, NO_EXTRAS
+
+
+def _absent(random: Random) -> tuple[RoomBuilder, Extras]:
+    builder = furnished(random)
+    del builder.pictures[builder.first]
+    return builder, NO_EXTRAS
+
+
+def _wall_start(random: Random) -> tuple[RoomBuilder, Extras]:
+    builder = furnished(random)
+    (x, y), _ = builder.place_at_wall(corner_mm=400.0)
+    inset = ROBOT_RADIUS_MM + 50.0
+    width, depth = builder.size_mm
+    x, y = builder.start_mm = min(max(x, inset), width - inset), min(max(y, inset), depth - inset)
+    walls = {180: x, 0: width - x, 270: y, 90: depth - y}
+    builder.heading_deg = min(walls, key=lambda heading: walls[heading]) + builder.between(-30, 30)
+    return builder, NO_EXTRAS
+
+
+def _narrow_door(random: Random) -> tuple[RoomBuilder, Extras]:
+    builder = room(random, 2600.0, 3600.0)
+    width, depth = builder.size_mm = (builder.size_mm[0] + 800.0, builder.size_mm[1])
+    x, middle, gap = builder.between(0.42, 0.58) * width, builder.between(600, depth - 600), builder.between(420, 550)
+    builder.walls += [
+        {"from_mm": (x, 0.0), "to_mm": (x, middle - gap / 2)},
+        {"from_mm": (x, middle + gap / 2), "to_mm": (x, depth)},
+    ]
+    while True:
+        builder.pictures.clear()
+        builder.hang_targets()
+        sides = [picture["at_mm"][0] - x for picture in builder.pictures.values()]
+        if all(abs(side) > 400 for side in sides) and any(side > 0 for side in sides):
+            break
+    while True:
+        builder.put_robot(far_mm=1000.0)
+        if builder.start_mm[0] < x - 300:
+            return builder, NO_EXTRAS
+
+
+ROOMS: dict[str, Draw] = {
+    "open": _open,
+    "far": _far,
+    "clutter": _clutter,
+    "absent": _absent,
+    "wall_start": _wall_start,
+    "narrow_door": _narrow_door,
+}
