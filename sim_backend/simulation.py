@@ -11,13 +11,16 @@ from collections.abc import Callable
 from functools import partial
 from itertools import count
 from pathlib import Path
+from random import Random
 from typing import TYPE_CHECKING
 
 from firmware_protocol.enums import SensorType
 from sim_backend.devices import TouchSensor, UltrasonicSensor
+from sim_backend.devices.failing import failing
 from sim_backend.devices.mounting import mount
 from sim_backend.firmware.brick import SimBrick
-from sim_backend.firmware.input import InputPort
+from sim_backend.firmware.i2c import I2CDevice
+from sim_backend.firmware.input import AnalogSensor, InputPort
 from sim_backend.link import LinkFaults, SimLink
 from sim_backend.webcam import Webcam
 from sim_backend.world.loading import load_world
@@ -86,13 +89,21 @@ class Simulation:
         for port, motor in zip(MOTOR_PORTS, self._motors, strict=True):
             self.brick.attach_motor(port, motor)
         if robot.touch_port:
-            self.brick.attach_sensor(robot.touch_port, TouchSensor(lambda: self._world.robot.bumper_pressed))
+            self._attach(robot.touch_port, TouchSensor(lambda: self._world.robot.bumper_pressed))
         if robot.ultrasonic_port:
-            self.brick.attach_sensor(robot.ultrasonic_port, UltrasonicSensor(self._world.ultrasonic.distance_cm))
+            self._attach(robot.ultrasonic_port, UltrasonicSensor(self._world.ultrasonic.distance_cm))
         for table in self._world.file.sensors:
             lamp = partial(_lights_lamp, self.brick.input.ports[table.port - 1])
-            self.brick.attach_sensor(table.port, mount(table, self._world, lamp))
+            self._attach(table.port, mount(table, self._world, lamp))
         self.set_battery(robot.battery_mv)
+
+    def _attach(self, port: int, sensor: AnalogSensor | I2CDevice) -> None:
+        """Connect a sensor, which can fail if the world has an event for it."""
+        world = self._world
+        if any(event.sensor == port for event in world.file.events):
+            faults = world.disturbances.faults
+            sensor = failing(sensor, lambda: faults.get(port), Random(f"{self.seed}/failing {port}"))
+        self.brick.attach_sensor(port, sensor)
 
     def set_battery(self, battery_mv: int) -> None:
         """Change the battery voltage, which the brick measures and the motors' speed depends on."""

@@ -39,8 +39,9 @@ SUITES: dict[str, tuple[tuple[int, int], tuple[str, ...]]] = {
     # a profile that never gives up takes the whole time of every mission; the smoke suite is to take a minute
     "smoke": ((100, 100), ("thesis", "adaptive", "random-walk", "oracle")),
     "full": ((100, 199), ()),
+    "reality": ((100, 104), ("thesis", "adaptive", "random-walk", "oracle")),
 }
-"""Seeds and policies of each suite (none: all), for all classes. Other seeds are held out for reports: --seeds."""
+"""Seeds and policies of each suite (none: all). Other seeds are held out for reports: --seeds."""
 DEFAULT_OUT = Path("sweep.jsonl")
 
 
@@ -50,7 +51,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--suite",
         choices=list(SUITES),
         default="smoke",
-        help="smoke: one seed of each class, four policies, a minute; full: 100 seeds, all policies (default: smoke)",
+        help="smoke: one seed of each class, four policies, a minute; full: 100 seeds, all policies; "
+        "reality: the classes of docs/reality.md, 5 seeds, four policies (default: smoke)",
     )
     parser.add_argument("--classes", metavar="A,B", type=_names, help="only these classes of scenarios")
     parser.add_argument("--seeds", metavar="A-B", type=_seeds, help="these seeds of each class, both ends included")
@@ -86,7 +88,8 @@ def run(args: argparse.Namespace) -> int:
     """Run the sweep, or draw a map; returns the exit code."""
     from nxtdrive.tools.sweep.policies import ALL_NAMES, NAMES
     from nxtdrive.tools.sweep.runner import plan
-    from sim_backend.scenarios.classes import CLASSES
+    from sim_backend.scenarios.classes import ALL_CLASSES, CLASSES
+    from sim_backend.scenarios.realities import REALITIES
 
     if args.map:
         return _draw_map(args)
@@ -97,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
     seeds, policies = SUITES[args.suite]
     first, last = args.seeds or seeds
     tasks = plan(
-        _known("class", args.classes or list(CLASSES), CLASSES),
+        _known("class", args.classes or list(REALITIES if args.suite == "reality" else CLASSES), ALL_CLASSES),
         range(first, last + 1),
         _known("profile", args.profiles or policies or NAMES, ALL_NAMES),
         args.eyes,
@@ -171,13 +174,13 @@ def _draw_map(args: argparse.Namespace) -> int:
     from nxtdrive.tools.sweep.policies import ALL_NAMES
     from nxtdrive.tools.sweep.scenarios import draw_scenario
     from nxtdrive.tools.sweep.true_map import draw_true_map
-    from sim_backend.scenarios.classes import CLASSES
+    from sim_backend.scenarios.classes import ALL_CLASSES
 
     kind, _, rest = args.map.partition(":")
     seed, _, policy = rest.partition(":")
     if not seed.isdecimal():
         raise ConfigError(f"--map {args.map}: expected CLASS:SEED:POLICY, as in clutter:100:thesis.")
-    _known("class", [kind], CLASSES)
+    _known("class", [kind], ALL_CLASSES)
     _known("profile", [policy], ALL_NAMES)
     out = args.out or Path(f"{kind}-{seed}-{policy}.png")
     play, _ = perform(draw_scenario(kind, int(seed)), policy, args.eyes)

@@ -69,7 +69,10 @@ class UltrasonicSensor:
     OFF, SINGLE_SHOT, CONTINUOUS, EVENT_CAPTURE, WARM_RESET = range(5)
     """Values of the mode register."""
 
-    _MODE, _DISTANCES = 0x41, range(0x42, 0x4A)
+    DISTANCES = range(0x42, 0x4A)
+    """Registers of the echoes."""
+
+    _MODE, _DISTANCES = 0x41, DISTANCES
 
     def __init__(self, distance_cm: Callable[[], int | None]) -> None:
         self.address = self.ADDRESS

@@ -44,13 +44,11 @@ _NEVER = 1 << 62
 
 @runtime_checkable
 class I2CDevice(Protocol):
-    """A digital sensor.
+    """A digital sensor."""
 
-    Attributes:
-        address: Its address in the 8-bit write form, such as 0x02.
-    """
-
-    address: int
+    @property
+    def address(self) -> int:
+        """Its address in the 8-bit write form, such as 0x02."""
 
     def write(self, data: bytes) -> None:
         """Receive the bytes after the address."""

@@ -14,6 +14,7 @@ from random import Random
 from .changes import CHANGES
 from .extras import Draw, Extras
 from .handicaps import HANDICAPS
+from .realities import REALITIES
 from .room_builder import RoomBuilder
 from .rooms import ROOMS
 
@@ -45,6 +46,9 @@ CLASSES: dict[str, Draw] = {
 }
 """A function per class that draws a room from a random generator; see docs/evaluation.md."""
 
+ALL_CLASSES = CLASSES | REALITIES
+"""With the classes that switch on one effect of reality each; see docs/reality.md."""
+
 
 def draw_room(kind: str, seed: int) -> tuple[RoomBuilder, Extras]:
     """Draw a room of a class in which the mission can be solved, and what the class specifies beside it.
@@ -55,7 +59,7 @@ def draw_room(kind: str, seed: int) -> tuple[RoomBuilder, Extras]:
     """
     random = Random(f"{kind}-{seed}")
     for _ in range(TRIES):
-        builder, extras = CLASSES[kind](random)
+        builder, extras = ALL_CLASSES[kind](random)
         if builder.sound():
             return builder, extras
     raise RuntimeError(f"no sound room for {kind}-{seed} in {TRIES} tries")

@@ -10,10 +10,11 @@ from typing import Any
 from firmware_protocol.errors import ConfigError
 from sim_backend.bundled import PICTURES, WORLDS
 from sim_backend.toml_file import check, hint, mistakes, read_tables
+from sim_backend.world.event_tables import Event
 from sim_backend.world.partial_world import valid_part
 from sim_backend.world.placement import misplaced
 from sim_backend.world.toml_types import TEXTURES
-from sim_backend.world.world_file import Event, WorldFile
+from sim_backend.world.world_file import WorldFile
 
 
 def load_world(source: str | Path) -> WorldFile:
@@ -60,6 +61,7 @@ def _mistakes(world: WorldFile, folder: Path, lost: Mapping[str, list[str]]) -> 
     """
     yield from _wrong_names(world, lost)
     yield from _wrong_ports(world)
+    yield from _wrong_faults(world)
     yield from _wrong_places(world)
     yield from misplaced(world)
     yield from _missing_images(world, folder)
@@ -122,6 +124,20 @@ def _wrong_ports(world: WorldFile) -> Iterator[str]:
             remedy = f"take another one (free: {free or 'none'})"
             remedy += f" or set {holder} to 0" if holder.startswith("robot") else ""
             yield f"{path}: {holder} has port {sensor.port} already; {remedy}"
+
+
+def _wrong_faults(world: WorldFile) -> Iterator[str]:
+    robot = world.robot
+    kinds = {sensor.port: sensor.kind for sensor in world.sensors}
+    kinds |= {robot.touch_port: "touch", robot.ultrasonic_port: "ultrasonic"}
+    for index, event in enumerate(world.events):
+        kind = kinds.get(event.sensor or 0)
+        if event.sensor is not None and kind is None:
+            yield f"events[{index}].sensor: there is no sensor at port {event.sensor}"
+        elif event.fault == "no_echo" and kind != "ultrasonic":
+            yield f"events[{index}].fault: no_echo is for ultrasonic sensors; at port {event.sensor} is a {kind} sensor"
+        elif event.sensor is not None and kind == "color":
+            yield f"events[{index}].sensor: a colour sensor cannot fail yet; name another one"
 
 
 def _wrong_places(world: WorldFile) -> Iterator[str]:

@@ -28,6 +28,9 @@ SLIP_MM_S = 5.0
 REST_MM_S = 0.05
 ROBOT_GROUP = 1
 """Filter group of the robot's shapes in pymunk; its own rays pass through them."""
+ON_THE_FLOOR = pymunk.ShapeFilter(group=ROBOT_GROUP)
+IN_THE_AIR = pymunk.ShapeFilter(group=ROBOT_GROUP, mask=0)
+"""The robot touches nothing while it is carried."""
 
 
 class RobotBody:
@@ -44,6 +47,7 @@ class RobotBody:
     Attributes:
         left: Left wheel and motor.
         right: Right wheel and motor.
+        lifted: Whether it is carried through the air.
         contact_bearings_deg: Bearings of contacts with the body relative to its front, positive right.
     """
 
@@ -56,12 +60,14 @@ class RobotBody:
         self._mm_per_deg = math.pi * robot.wheel_diameter_mm / 360.0
         self._angles = (0.0, 0.0)
         self._asked = (0.0, 0.0)
+        self._held = (1.0, 1.0)
+        self.lifted = False
         self.body = pymunk.Body(robot.mass_kg, pymunk.moment_for_circle(robot.mass_kg, 0, robot.radius_mm))
         self.body.position = robot.start_mm
         self.body.angle = math.radians(robot.heading_deg)
-        shape = pymunk.Circle(self.body, robot.radius_mm)
+        self._shape = shape = pymunk.Circle(self.body, robot.radius_mm)
         shape.friction = 0.3
-        shape.filter = pymunk.ShapeFilter(group=ROBOT_GROUP)
+        shape.filter = ON_THE_FLOOR
         self._wheels = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
         space.add(self.body, shape, *self._traction())
 
@@ -97,6 +103,33 @@ class RobotBody:
         if self.body.space is not None:
             self.body.space.reindex_shapes_for_body(self.body)
 
+    def lift(self, to_mm: Point, heading_deg: float | None, now_ms: int, duration_ms: int) -> None:
+        """Lift the robot and begin to carry it in a straight line; its wheels turn freely meanwhile."""
+        target = (*to_mm, self.heading_deg if heading_deg is None else heading_deg)
+        self._way = ((self.x_mm, self.y_mm, self.heading_deg), target, now_ms, max(1, duration_ms))
+        self.lifted, self._shape.filter = True, IN_THE_AIR
+        self.contact_bearings_deg = ()
+
+    def carry(self, now_ms: int) -> None:
+        """Move the lifted robot along its way."""
+        start, target, began_ms, duration_ms = self._way
+        share = min(1.0, (now_ms - began_ms) / duration_ms)
+        x, y, heading_deg = (here + share * (there - here) for here, there in zip(start, target, strict=True))
+        self.place((x, y), heading_deg)
+
+    def put_down(self) -> None:
+        """Put the lifted robot down at the end of its way."""
+        x, y, heading_deg = self._way[1]
+        self.place((x, y), heading_deg)
+        self.lifted, self._shape.filter = False, ON_THE_FLOOR
+
+    def slip_wheels(self, left: float | None, right: float | None) -> None:
+        """Set the share of each wheel's motion that is lost from now on, 0..1; None keeps it."""
+        self._held = (
+            self._held[0] if left is None else 1.0 - left,
+            self._held[1] if right is None else 1.0 - right,
+        )
+
     @property
     def turn_rate_deg_s(self) -> float:
         """Turn rate, clockwise."""
@@ -105,7 +138,13 @@ class RobotBody:
     @property
     def at_rest(self) -> bool:
         """Whether wheels and body are at rest."""
-        return self.left.at_rest and self.right.at_rest and self._asked == (0.0, 0.0) and not any(self.body.velocity)
+        return (
+            not self.lifted
+            and self.left.at_rest
+            and self.right.at_rest
+            and self._asked == (0.0, 0.0)
+            and not any(self.body.velocity)
+        )
 
     @property
     def bumper_pressed(self) -> bool:
@@ -125,9 +164,11 @@ class RobotBody:
 
     def drive(self, duration_s: float) -> None:
         """Demand the motion that the wheels made in the last `duration_s`."""
-        left = self._wheel_speed(self.left, self._angles[0], duration_s)
-        right = self._wheel_speed(self.right, self._angles[1], duration_s)
+        left = self._wheel_speed(self.left, self._angles[0], duration_s) * self._held[0]
+        right = self._wheel_speed(self.right, self._angles[1], duration_s) * self._held[1]
         self._angles = (self.left.angle, self.right.angle)
+        if self.lifted:
+            left = right = 0.0
         slip = self._robot.slip
         forward = (left + right) / 2 * (1.0 - slip.distance_percent / 100.0)
         turning = (left - right) / self._robot.track_mm * (1.0 - slip.turn_percent / 100.0)
@@ -148,6 +189,10 @@ class RobotBody:
 
     def settle(self) -> None:
         """Record the contacts and set the motors' loads after a physics step."""
+        if self.lifted:
+            self.left.roll_freely()
+            self.right.roll_freely()
+            return
         velocity, angle = self.body.velocity, self.body.angle
         forward = velocity.x * math.cos(angle) + velocity.y * math.sin(angle)
         half_turn = self.body.angular_velocity * self._robot.track_mm / 2

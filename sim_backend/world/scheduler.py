@@ -10,8 +10,8 @@ from collections.abc import Iterable
 from random import Random
 from typing import Protocol
 
+from sim_backend.world.event_tables import Event
 from sim_backend.world.toml_types import Duration
-from sim_backend.world.world_file import Event
 
 INTERVAL_MS = 100
 
@@ -29,7 +29,7 @@ class EventContext(Protocol):
         """Carry the event out."""
 
     def is_over(self, event: Event) -> bool:
-        """Whether the event's person has left again; events without a person are over at once."""
+        """Whether what the event began has ended; moving a picture or box is over at once."""
 
 
 class _PendingEvent:

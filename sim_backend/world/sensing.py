@@ -65,6 +65,8 @@ class UltrasonicBeam:
         return round(distance_mm / 10.0) if distance_mm < FARTHEST_MM - 5.0 else None
 
     def _nearest_mm(self) -> float | None:
+        if self._robot.lifted:
+            return None
         x, y = self._robot.point_mm(self._at_mm)
         heading = math.radians(self._robot.heading_deg + self._direction_deg)
         cone = math.radians(CONE_DEG)

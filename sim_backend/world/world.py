@@ -8,6 +8,8 @@ from random import Random
 import pymunk
 
 from sim_backend.camera.scene import Panel, Viewpoint
+from sim_backend.world.disturbances import Disturbances
+from sim_backend.world.event_tables import Event
 from sim_backend.world.objects import BoxObject, PictureObject, PlacedObject, RoomObject, WallObject, WorldObject
 from sim_backend.world.people import PersonObject
 from sim_backend.world.robot import RobotBody
@@ -16,10 +18,12 @@ from sim_backend.world.sensing import UltrasonicBeam, in_view, is_seen
 from sim_backend.world.sensor_tables import Echo
 from sim_backend.world.surroundings import Surroundings
 from sim_backend.world.toml_types import Point
-from sim_backend.world.world_file import Box, Event, Person, Picture, WorldFile
+from sim_backend.world.world_file import Box, Person, Picture, WorldFile
 
 STEP_MS = 10
 _STEP_S = STEP_MS / 1000.0
+LIFTED_MM = 300.0
+"""How high the robot is held while it is carried. A guess."""
 BLOCKING_GAP_MM = 100.0
 """A person or box that blocks the view keeps at least this distance from the robot."""
 
@@ -36,6 +40,7 @@ class World:
         seed: As given.
         now_ms: Time since the start; a multiple of `STEP_MS`.
         robot: The robot's body.
+        disturbances: What events do to the robot itself.
         boxes: By name.
         pictures: By name.
         people: By name.
@@ -52,6 +57,7 @@ class World:
         self._space = space = pymunk.Space()
         # a separate stream for each purpose: reading a sensor must not change how the wheels slip
         self.robot = RobotBody(space, file.robot, Random(f"{seed}/wheels"))
+        self.disturbances = Disturbances(self.robot)
         self.boxes = {box.name: BoxObject(space, box) for box in file.boxes}
         self.pictures = {picture.name: PictureObject(space, picture) for picture in file.pictures}
         self.people = {person.name: PersonObject(space, person) for person in file.people}
@@ -100,6 +106,8 @@ class World:
             if person.walking:
                 person.walk(self.now_ms, _STEP_S, (robot.x_mm, robot.y_mm), self.file.robot.radius_mm)
                 self._panels = None
+        if robot.lifted:
+            robot.carry(self.now_ms)
         touching = bool(robot.contact_bearings_deg)
         robot.drive(_STEP_S)
         self._space.step(_STEP_S)
@@ -109,6 +117,7 @@ class World:
             self._panels = None
 
     def _run_events(self) -> None:
+        self.disturbances.advance(self.now_ms)
         for person in self.people.values():
             person.decide(self.now_ms)
         self.scheduler.advance(self.now_ms, self)
@@ -125,7 +134,8 @@ class World:
         camera = self.file.camera
         x, y = self.robot.point_mm((camera.forward_mm, camera.right_mm))
         heading_deg = self.robot.heading_deg + camera.yaw_deg
-        return Viewpoint(x, y, heading_deg, camera.height_mm, camera.tilt_deg, camera.roll_deg)
+        height_mm = camera.height_mm + (LIFTED_MM if self.robot.lifted else 0.0)
+        return Viewpoint(x, y, heading_deg, height_mm, camera.tilt_deg, camera.roll_deg)
 
     def in_view(self, picture: str) -> bool:
         """Whether the robot's camera could see the picture now."""
@@ -187,6 +197,9 @@ class World:
 
     def perform(self, event: Event, stays_ms: int | None) -> None:
         """Carry the event out."""
+        if not event.subject:
+            self.disturbances.begin(event, stays_ms, self.now_ms)
+            return
         self._panels = None
         obj = self._objects[event.subject]
         place = event.to_mm
@@ -200,7 +213,9 @@ class World:
             obj.come(place, stays_ms)
 
     def is_over(self, event: Event) -> bool:
-        """Whether the event's person has left again; events without a person are over at once."""
+        """Whether what the event began has ended; moving a picture or box is over at once."""
+        if not event.subject:
+            return self.disturbances.ended(event)
         return event.person is None or not self.people[event.person].present
 
     def _place_before(self, picture: str, distance_mm: float, radius_mm: float) -> Point:

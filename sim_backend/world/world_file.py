@@ -12,8 +12,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from sim_backend.world.event_tables import Event
 from sim_backend.world.sensor_tables import Magnet, Mount, Patch, Sound, Surroundings, Ultrasonic
-from sim_backend.world.toml_types import PAINTS, Duration, Length, Name, Paint, Percent, Point, Seconds, Table
+from sim_backend.world.toml_types import PAINTS, Length, Name, Paint, Percent, Point, Table
 
 Degrees = Annotated[float, Field(ge=-180, le=180)]
 SensorPort = Annotated[int, Field(ge=0, le=4)]
@@ -216,100 +217,6 @@ class Picture(Table):
         if self.centre_height_mm < self.size_mm[1] / 2:
             raise ValueError(f"the lower edge is below the floor; raise centre_height_mm to {self.size_mm[1] / 2:g}")
         return self
-
-
-class When(Table):
-    """Trigger of an event: it happens as soon as all given conditions hold at the same time.
-
-    Attributes:
-        at_s: This simulation time has been reached.
-        after: The event with this name has begun.
-        after_end_of: The event with this name is over (its person has left).
-        delay_s: This time has passed since the conditions above were met.
-        sees: The picture with this name is in the camera's view.
-        for_s: It has been in view for this time in total, since the conditions above were met.
-        view_number: It has come into view at least this many times.
-        of: Picture, box or person from which the robot's distance is measured; by default the picture of `sees`.
-        robot_within_mm: The distance to the middle of the robot is below this.
-        robot_beyond_mm: The distance to the middle of the robot is above this.
-    """
-
-    at_s: Seconds | None = None
-    after: Name | None = None
-    after_end_of: Name | None = None
-    delay_s: Duration = (0.0, 0.0)
-    sees: Name | None = None
-    for_s: Duration = (0.0, 0.0)
-    view_number: Annotated[int, Field(ge=1)] = 1
-    of: Name | None = None
-    robot_within_mm: Length | None = None
-    robot_beyond_mm: Length | None = None
-
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
-        if all(condition is None for condition in (self.at_s, self.after, self.after_end_of, self.sees, self.of)):
-            raise ValueError("has no condition; give at_s, after, after_end_of, sees, or of with a distance")
-        if self.after is not None and self.after_end_of is not None:
-            raise ValueError("after and after_end_of exclude each other")
-        near, far = self.robot_within_mm, self.robot_beyond_mm
-        if (near is not None or far is not None) and self.of is None and self.sees is None:
-            raise ValueError("robot_within_mm and robot_beyond_mm need `of` (or `sees`): the distance from what?")
-        if near is not None and far is not None and near <= far:
-            raise ValueError("robot_within_mm must be more than robot_beyond_mm")
-        return self
-
-
-class Event(Table):
-    """An event: a person comes or leaves, or a picture or box moves, appears or disappears.
-
-    Attributes:
-        name: Name, for references from other events.
-        when: The trigger.
-        times: Maximum number of occurrences; 0 for no limit.
-        person: Person who comes, with `to_mm` or `blocks` and optionally `stays_s`, or who leaves, with `leaves`.
-        picture: Picture that moves, appears or disappears.
-        box: Box that moves, appears or disappears.
-        to_mm: New position.
-        facing_deg: New facing of a picture or box.
-        blocks: The person or box moves between the robot and this picture.
-        blocks_at_mm: Distance in front of that picture.
-        stays_s: How long the person stays after arrival; without it, until an event with `leaves`.
-        leaves: The person leaves now.
-        present: Whether the picture or box is present from now on.
-    """
-
-    name: Name
-    when: When
-    times: Annotated[int, Field(ge=0)] = 1
-    person: Name | None = None
-    picture: Name | None = None
-    box: Name | None = None
-    to_mm: Point | None = None
-    facing_deg: float | None = None
-    blocks: Name | None = None
-    blocks_at_mm: Length = 600.0
-    stays_s: Duration | None = None
-    leaves: bool = False
-    present: bool = True
-
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
-        if sum(subject is not None for subject in (self.person, self.picture, self.box)) != 1:
-            raise ValueError("must name exactly one of person, picture and box")
-        if self.person is not None and (self.to_mm is not None or self.blocks is not None) == self.leaves:
-            raise ValueError("a person needs exactly one of to_mm, blocks and leaves")
-        if self.person is None and (self.leaves or self.stays_s is not None):
-            raise ValueError("stays_s and leaves are for persons")
-        if self.picture is not None and self.blocks is not None:
-            raise ValueError("blocks is for persons and boxes")
-        if self.to_mm is not None and self.blocks is not None:
-            raise ValueError("to_mm and blocks exclude each other")
-        return self
-
-    @property
-    def subject(self) -> str:
-        """Name of the person, picture or box."""
-        return self.person or self.picture or self.box or ""
 
 
 class WorldFile(Table):

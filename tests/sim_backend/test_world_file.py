@@ -7,6 +7,7 @@ import pytest
 from firmware_protocol.errors import ConfigError
 from sim_backend.bundled import WORLDS
 from sim_backend.camera.textures import SURFACES
+from sim_backend.world.event_tables import Event, When
 from sim_backend.world.loading import load_world, parse_world
 from sim_backend.world.sensor_tables import (
     ColorMount,
@@ -27,7 +28,6 @@ from sim_backend.world.toml_types import TEXTURES
 from sim_backend.world.world_file import (
     Box,
     Camera,
-    Event,
     Floor,
     Light,
     Person,
@@ -35,7 +35,6 @@ from sim_backend.world.world_file import (
     Robot,
     Slip,
     Wall,
-    When,
     WorldFile,
 )
 
@@ -131,9 +130,9 @@ def test_all_wrong_names_and_places_are_reported_at_once():
     ("event", "sentence"),
     [
         ("when = {}\npicture = 'lena'", "has no condition"),
-        ("when = { at_s = 1 }", "exactly one of person, picture and box"),
+        ("when = { at_s = 1 }", "exactly one of person, picture, box"),
         ("when = { at_s = 1 }\nperson = 'anna'", "exactly one of to_mm, blocks and leaves"),
-        ("when = { at_s = 1 }\npicture = 'lena'\nstays_s = 3", "are for persons"),
+        ("when = { at_s = 1 }\npicture = 'lena'\nstays_s = 3", "not for pictures and boxes"),
         ("when = { at_s = 1 }\npicture = 'lena'\nblocks = 'lena'", "for persons and boxes"),
         ("when = { at_s = 1 }\nbox = 'b'\nblocks = 'lena'\nto_mm = [1, 1]", "exclude each other"),
         ("when = { at_s = 1, robot_within_mm = 3 }\npicture = 'lena'", "the distance from what?"),

@@ -1,0 +1,78 @@
+"""Robots that are not what the mission believes: clutter before the targets, wrong measures, sensors that die."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from random import Random
+
+from .extras import NO_EXTRAS, Draw, Extras
+from .room_builder import LOW_BOX_MM, RoomBuilder
+from .rooms import ROOMS, furnished
+
+NARROW_HFOV_DEG = 51.0
+"""Field of view of a camera that the mission believes to have 60 degrees: it sees everything 17 % too near."""
+WRONG_PERCENT = (3.0, 8.0)
+"""Errors of a wheel's diameter and of the track, measured with a ruler. A guess."""
+SLOW_LINK_MS = 300.0
+"""Round-trip time of a Bluetooth link that saves power or shares its radio. A guess."""
+
+
+def _before(random: Random) -> tuple[RoomBuilder, Extras]:
+    builder = furnished(random, 2600.0, 3600.0)
+    for name, picture in list(builder.pictures.items()):
+        facing, (x, y) = math.radians(picture["facing_deg"]), picture["at_mm"]
+        for i in range(random.randint(1, 2)):
+            ahead, aside = builder.between(260, 480), builder.between(-200, 200)
+            at_mm = (
+                round(x + ahead * math.cos(facing) - aside * math.sin(facing), 1),
+                round(y + ahead * math.sin(facing) + aside * math.cos(facing), 1),
+            )
+            low = random.random() < 0.6
+            builder.boxes.append(
+                {
+                    "name": f"clutter{i} before {name}",
+                    "at_mm": at_mm,
+                    "size_mm": (builder.between(60, 160), builder.between(60, 160)),
+                    "height_mm": builder.between(*(LOW_BOX_MM if low else (120.0, 260.0))),
+                    "facing_deg": builder.between(0, 90),
+                }
+            )
+    return builder, NO_EXTRAS
+
+
+def _mismeasured(random: Random) -> tuple[RoomBuilder, Extras]:
+    builder = furnished(random)
+    builder.tables["camera"] = {"hfov_deg": NARROW_HFOV_DEG}
+    for key, believed_mm in (("wheel_diameter_mm", 56.0), ("track_mm", 112.0)):
+        error = random.choice((-1, 1)) * random.uniform(*WRONG_PERCENT) / 100.0
+        builder.robot[key] = round(believed_mm * (1.0 + error), 2)
+    return builder, NO_EXTRAS
+
+
+def _slow_link(random: Random) -> tuple[RoomBuilder, Extras]:
+    builder, extras = ROOMS["narrow_door"](random)
+    return builder, replace(extras, latency_ms=SLOW_LINK_MS)
+
+
+def _dead_sonar(random: Random) -> tuple[RoomBuilder, Extras]:
+    builder, extras = ROOMS["clutter"](random)
+    from_the_start = random.random() < 0.5
+    builder.events.append(
+        {
+            "name": "the sonar dies",
+            "when": {"at_s": 0.0 if from_the_start else builder.between(3, 30)},
+            "sensor": 4,
+            "fault": random.choice(("no_echo", "stuck", "unplugged")),
+        }
+    )
+    return builder, extras
+
+
+REALITIES: dict[str, Draw] = {
+    "before": _before,
+    "mismeasured": _mismeasured,
+    "slow_link": _slow_link,
+    "dead_sonar": _dead_sonar,
+}
+"""A function per class of the suite `reality`; see docs/reality.md."""

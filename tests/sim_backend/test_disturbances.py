@@ -1,0 +1,172 @@
+"""Events of the robot itself: sensors that fail, wheels that slip, hands that lift it."""
+
+import pytest
+
+from nxtdrive.brick import Brick
+from nxtdrive.errors import NXTError
+from nxtdrive.transports.sim import SimTransport
+from sim_backend.simulation import Simulation
+from sim_backend.world.event_tables import Event
+from sim_backend.world.loading import parse_world
+from sim_backend.world.world_file import WorldFile
+
+FREE_MM = 1500.0
+
+
+def room(*events, **tables):
+    return {
+        "floor": {"size_mm": (4000, 3000)},
+        "robot": {"start_mm": (1000, 1500), "slip": {"jitter_percent": 0}, "motor_mismatch_percent": 0},
+        "ultrasonic": {"noise_mm": 0.0},
+        "walls": [{"from_mm": (2600, 500), "to_mm": (2600, 2500)}],
+        "events": [{"name": f"event {number}", **event} for number, event in enumerate(events)],
+        **tables,
+    }
+
+
+def simulate(*events):
+    return Simulation(WorldFile.model_validate(room(*events)))
+
+
+def fails(fault, at_s=1.0, sensor=4, **more):
+    return {"when": {"at_s": at_s}, "sensor": sensor, "fault": fault, **more}
+
+
+def echo_mm(brick):
+    return brick.ultrasonic(4).distance_mm
+
+
+def test_a_sonar_that_hears_nothing_has_no_echo_until_it_recovers():
+    with Brick(SimTransport(simulate(fails("no_echo", stays_s=2)))) as brick:
+        assert echo_mm(brick) == pytest.approx(FREE_MM, abs=20)
+        brick.sleep(1.2)
+        assert echo_mm(brick) is None
+        brick.sleep(2.0)
+        assert echo_mm(brick) == pytest.approx(FREE_MM, abs=20)
+
+
+def test_a_stuck_sonar_repeats_its_last_echo():
+    simulation = simulate(fails("stuck"))
+    with Brick(SimTransport(simulation)) as brick:
+        before = echo_mm(brick)
+        brick.sleep(1.2)
+        simulation.world.place_robot((2000, 1500), 0)
+        brick.sleep(0.1)
+        assert echo_mm(brick) == before
+
+
+def test_an_unplugged_sonar_is_an_error():
+    with Brick(SimTransport(simulate(fails("unplugged")))) as brick:
+        brick.sleep(1.2)
+        with pytest.raises(NXTError):
+            echo_mm(brick)
+
+
+def test_a_loose_plug_loses_some_of_the_requests():
+    simulation = simulate(fails("error", at_s=0))
+    simulation.advance(200)
+    sensor = simulation.brick.low_speed.channels[3].bus.device
+    assert 20 < [sensor.address for _ in range(100)].count(2) < 80
+
+
+@pytest.mark.parametrize(("fault", "pressed"), [("stuck", False), ("unplugged", False)])
+def test_a_bumper_that_fails_is_never_pressed(fault, pressed):
+    simulation = simulate(fails(fault, at_s=0, sensor=1))
+    with Brick(SimTransport(simulation)) as brick:
+        bumper = brick.touch(1)
+        assert not bumper.pressed
+        brick.sleep(0.2)
+        simulation.world.place_robot((2480, 1500), 0)
+        brick.motor("B").run(speed_deg_s=200)
+        brick.motor("C").run(speed_deg_s=200)
+        brick.sleep(1.0)
+        assert simulation.truth.touching
+        assert bumper.pressed is pressed
+
+
+def drive(brick, seconds, speed_deg_s=300):
+    for port in "BC":
+        brick.motor(port).run(speed_deg_s=speed_deg_s)
+    brick.sleep(seconds)
+
+
+def test_a_lifted_robot_is_put_down_elsewhere_and_its_wheels_only_count():
+    lift = {"when": {"at_s": 1}, "robot": True, "to_mm": (500, 700), "facing_deg": 90, "stays_s": 2}
+    simulation = simulate(lift)
+    with Brick(SimTransport(simulation)) as brick:
+        drive(brick, 2.0)
+        assert simulation.world.robot.lifted
+        assert echo_mm(brick) is None
+        assert not simulation.truth.touching
+        brick.motor("B").stop()
+        brick.motor("C").stop()
+        brick.sleep(1.5)
+        assert not simulation.world.robot.lifted
+        assert simulation.truth.pose == pytest.approx((500, 700, 90), abs=1)
+        assert brick.motor("B").angle > 400
+        drive(brick, 1.0)
+        assert simulation.truth.pose.y_mm > 800
+
+
+def test_a_lifted_robot_passes_over_walls():
+    lift = {"when": {"at_s": 0.5}, "robot": True, "to_mm": (3500, 1500), "stays_s": 1}
+    simulation = simulate(lift)
+    simulation.advance(2000)
+    assert simulation.truth.pose == pytest.approx((3500, 1500, 0), abs=1)
+    assert simulation.truth.contacts == 0
+
+
+@pytest.mark.parametrize(("wheel", "turns"), [("left", -1), ("right", 1), ("both", 0)])
+def test_a_wheel_that_slips_drives_less_and_counts_the_same(wheel, turns):
+    simulation = simulate({"when": {"at_s": 0}, "wheel": wheel, "slip_percent": 50, "stays_s": 1.5})
+    with Brick(SimTransport(simulation)) as brick:
+        brick.sleep(0.2)
+        drive(brick, 1.0)
+        heading_deg = simulation.truth.pose.heading_deg
+        assert (heading_deg > 10) - (heading_deg < -10) == turns
+        counted_mm = brick.motor("B").angle * 56 * 3.1416 / 360
+        assert simulation.truth.pose.x_mm - 1000 < 0.8 * counted_mm
+        brick.sleep(1.0)
+        before = simulation.truth.pose.heading_deg
+        brick.sleep(0.5)
+        assert simulation.truth.pose.heading_deg == pytest.approx(before, abs=1)
+
+
+def test_an_event_can_wait_for_the_end_of_a_fault():
+    later = {"when": {"after_end_of": "event 0"}, "sensor": 1, "fault": "stuck"}
+    simulation = simulate(fails("no_echo", stays_s=1), later)
+    simulation.advance(3000)
+    assert [(round(time_s, 1), name) for time_s, name in simulation.truth.events] == [
+        (1.0, "event 0"),
+        (pytest.approx(2.0, abs=0.2), "event 1"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("event", "complaint"),
+    [
+        ({"sensor": 4}, "sensor and fault belong together"),
+        ({"wheel": "left"}, "wheel and slip_percent belong together"),
+        ({"robot": True}, "robot needs to_mm"),
+        ({"sensor": 4, "wheel": "left", "fault": "stuck", "slip_percent": 3}, "exactly one of person, picture, box"),
+        ({"robot": True, "to_mm": (1, 1), "fault": "stuck"}, "sensor and fault belong together"),
+        ({"wheel": "both", "slip_percent": 9, "to_mm": (1, 1)}, "to_mm is not for sensors and wheels"),
+    ],
+)
+def test_an_incomplete_disturbance_is_refused(event, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        Event.model_validate({"name": "it", "when": {"at_s": 1}, **event})
+
+
+@pytest.mark.parametrize(
+    ("event", "complaint"),
+    [
+        (fails("stuck", sensor=2), r"events\[0\].sensor: there is no sensor at port 2"),
+        (fails("no_echo", sensor=1), "no_echo is for ultrasonic sensors; at port 1 is a touch sensor"),
+        (fails("stuck", sensor=3), "a colour sensor cannot fail yet"),
+    ],
+)
+def test_a_fault_of_a_sensor_that_cannot_have_it_is_refused(event, complaint, tmp_path):
+    sensors = [{"kind": "color", "port": 3, "at_mm": (0, 0)}]
+    with pytest.raises(ValueError, match=complaint):
+        parse_world(room(event, sensors=sensors), tmp_path / "world.toml")
