@@ -84,6 +84,8 @@ class Evidence:
         viewpoints: Other places to look from, the most promising first.
         others: Other targets that may be pursued instead.
         repeats: How often each recovery, by name, was chosen at this place for this target.
+        failures: How often attempts failed at this place for this reason in this turn of the target, now included.
+        run: How many of them one after the other.
     """
 
     target: str
@@ -99,6 +101,8 @@ class Evidence:
     viewpoints: tuple[Viewpoint, ...] = ()
     others: tuple[AlternativeTarget, ...] = ()
     repeats: Mapping[str, int] = field(default_factory=dict)
+    failures: int = 0
+    run: int = 0
 
     def known(self) -> dict[str, Any]:
         """Return it as plain values for a journal's record, which has the target; values not measured are left out."""

@@ -86,7 +86,8 @@ class AdaptiveParameters(Table):
         search_budget_s: Longest search for a target without a sighting before another one gets its turn.
         rounds: Rounds of the list of targets at most, unless the mission asks for more.
         max_researches: Searches for one target after the first, in each round; without it there is no limit.
-        repeats: How often one recovery is chosen at most for one target at one place.
+        repeats: How often one recovery is chosen at most for one target at one place, and how many are chosen there at
+            most after one kind of failure.
         detours: Whether it goes round what is in the way.
         chooses_viewpoints: Whether it chooses where to look from next; otherwise it moves off as the thesis does.
         remembers_others: Whether it remembers where it saw the other targets.

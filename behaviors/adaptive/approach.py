@@ -28,6 +28,8 @@ class ApproachNumbers:
         slow_mm: The robot slows down over this last stretch before the target.
         slowest: Down to this share of its speed.
         blocked_mm: An echo from nearer, straight ahead, is of something that the robot would touch.
+        beside_mm: While the target stays in view only one from nearer than this: from farther away it is as likely of
+            something low beside the path, which leaves the beam as the robot comes nearer.
         before_mm: Something is before the target when its echo is this much nearer than the picture.
         echoes: Such echoes in a row that are believed.
         ahead_deg: A target within this bearing is straight ahead, where the sonar points.
@@ -35,7 +37,6 @@ class ApproachNumbers:
             this time it gives up.
         progress_s: A robot that was told to drive should get farther by `progress_mm` in this time.
         progress_mm: See `progress_s`.
-        recent_s: A blocker that was not there this long ago is a person who stepped in.
         map_ends_mm: Nearer to the target than this the robot trusts its eyes, not the map.
         stretch_mm: Farther away, the map must be free for this stretch ahead.
         clearance_mm: Room that must be free beside that stretch: less than beside a planned path, since the target is
@@ -50,13 +51,13 @@ class ApproachNumbers:
     slow_mm: float = 250.0
     slowest: float = 0.5
     blocked_mm: float = 600.0
+    beside_mm: float = 380.0
     before_mm: float = 250.0
     echoes: int = 2
     ahead_deg: float = 10.0
     decide_s: float = 5.0
     progress_s: float = 4.0
     progress_mm: float = 120.0
-    recent_s: float = 3.0
     map_ends_mm: float = 750.0
     stretch_mm: float = 450.0
     clearance_mm: float = 20.0
@@ -88,7 +89,6 @@ class ApproachSkill:
         self._blocked_echoes = 0
         self._echo: tuple[float, float] | None = None
         self._contradictions = 0
-        self._clear_s = perception.now()
         self._stood_s: float | None = None
         self._driven: deque[tuple[float, Pose, float]] = deque()
 
@@ -196,16 +196,15 @@ class ApproachSkill:
         """Return a failure when it cannot go on."""
         perception, now_s = self._perception, observation.time_s
         unseen_s = now_s - self._seen_s
+        hides = unseen_s > perception.profile.lost_after_s / 2
         before = (
             observation.range_mm is not None
             and abs(bearing_deg) <= N.ahead_deg
-            and observation.range_mm <= min(N.blocked_mm, distance_mm - N.before_mm)
+            and observation.range_mm <= min(N.blocked_mm if hides else N.beside_mm, distance_mm - N.before_mm)
         )
         self._blocked_echoes = self._blocked_echoes + 1 if before else 0
-        if not before:
-            self._clear_s = now_s
         if self._blocked_echoes >= N.echoes and distance_mm > perception.profile.arrive_mm:
-            return self._blocked(observation, hides=unseen_s > perception.profile.lost_after_s / 2)
+            return self._blocked(observation, hides=hides)
         if self._trusts_map and distance_mm > N.map_ends_mm and abs(bearing_deg) <= N.ahead_deg:
             remembered_mm = self._remembered_mm(known, distance_mm)
             if remembered_mm is not None:
@@ -239,9 +238,10 @@ class ApproachSkill:
 
     def _blocked(self, observation: Observation, *, hides: bool) -> Failure:
         """Something is before the target: perhaps for a short time if it hides it, since that may be a person."""
-        sudden = observation.time_s - self._clear_s < N.recent_s
         reason = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG
         range_mm = PERCEPTION.unheard_mm if observation.range_mm is None else observation.range_mm
+        world = self._perception.world
+        sudden = world.echoes.was_free(world.pose, range_mm)
         blocker = Blocker(range_mm, moving=sudden, hides=hides)
         return _failed(reason, observation, blocker, hides=hides, sudden=sudden)
 

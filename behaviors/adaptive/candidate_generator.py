@@ -95,6 +95,10 @@ class WorldView(Protocol):
         """Whether the robot set off for that destination from here before."""
         ...
 
+    def new_approach(self, target: str, start: Point) -> bool:
+        """Whether no approach to a target failed lately on the straight path from `start`."""
+        ...
+
 
 class CandidateGenerator:
     """Generates candidates from the world model without changing it.
@@ -111,7 +115,7 @@ class CandidateGenerator:
     def detour(self, target: str) -> Detour | None:
         """Return the quickest path to a place from which the straight path to a target that was seen is free."""
         known = self._world.known.get(target)
-        end = known and self._detour_end(known)
+        end = known and self._detour_end(target, known)
         if not known or not end:
             return None
         place, seconds = end
@@ -139,6 +143,8 @@ class CandidateGenerator:
             place = float(places[i, 0]), float(places[i, 1])
             chance = world.chance_from(target, place) * world.novelty(target, place)
             found.append((chance, float(travel_s[i]), place))
+        # from elsewhere an approach would lead past where one failed lately
+        found = [each for each in found if world.new_approach(target, each[2])] or found
         found.sort(key=lambda each: -each[0] / (each[1] + N.scan_s))
         return tuple(
             Viewpoint(seconds, N.scan_s, chance, paths.route_to(place)) for chance, seconds, place in found[: N.offered]
@@ -149,23 +155,23 @@ class CandidateGenerator:
         found = []
         for target in targets:
             known = self._world.known.get(target)
-            travel_s = math.inf if known is None else self._seconds_to(known)
+            travel_s = math.inf if known is None else self._seconds_to(target, known)
             if known is not None and math.isfinite(travel_s):
                 age_s = now_s - known.time_s
                 found.append(AlternativeTarget(target, travel_s, age_s, math.exp(-age_s / N.news_s)))
         return tuple(found)
 
-    def _seconds_to(self, known: TargetEstimate) -> float:
+    def _seconds_to(self, target: str, known: TargetEstimate) -> float:
         """Return the time to a target that was seen; infinity where the map shows no path."""
         if self._world.clear_between(self._world.here, known.place, N.nearest_end_mm):
             return N.turn_s + self._straight_s(known)
-        end = self._detour_end(known)
+        end = self._detour_end(target, known)
         return 2 * N.turn_s + end[1] if end else math.inf
 
     def _straight_s(self, known: TargetEstimate) -> float:
         return math.dist(self._world.here, known.place) / self._profile.cruise_mm_s
 
-    def _detour_end(self, known: TargetEstimate) -> tuple[Point, float] | None:
+    def _detour_end(self, target: str, known: TargetEstimate) -> tuple[Point, float] | None:
         """Return where a detour ends, with a free straight path to the target, and the time to the target along it."""
         world, paths = self._world, self._world.paths
         places = paths.places(N.end_spacing_mm, known=False)
@@ -181,6 +187,7 @@ class CandidateGenerator:
         for clearance_mm in N.clearances_mm:
             for i in order:
                 place = float(places[i, 0]), float(places[i, 1])
-                if world.clear_between(place, known.place, N.nearest_end_mm, clearance_mm):
+                free = world.clear_between(place, known.place, N.nearest_end_mm, clearance_mm)
+                if free and world.new_approach(target, place):
                     return place, float(seconds[i])
         return None

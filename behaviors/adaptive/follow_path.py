@@ -124,6 +124,8 @@ class FollowPathSkill:
             return None
         if not world.floor.clear_between(world.here, known.place, N.standoff_mm, N.clearance_mm):
             return None
+        if not world.new_approach(self._perception.target, world.here):
+            return None  # that it is seen from where an approach failed is nothing new
         return sighted(observation.sighting)
 
     def _stopped(self, stop: StopReason, observation: Observation) -> Fact | None:

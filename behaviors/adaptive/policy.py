@@ -39,7 +39,8 @@ class AdaptivePolicy:
 
     Attributes:
         search_budget_s: Longest search for a target without a sighting while another one waits.
-        repeats: How often one recovery is chosen at most for one target at one place.
+        repeats: How often one recovery is chosen at most for one target at one place, and how many are chosen there at
+            most after one kind of failure.
         fixed_wait_s: Length of every wait; None to compute it.
         max_researches: Searches for one target after the first, in each round; None for no limit.
     """
@@ -66,7 +67,13 @@ class AdaptivePolicy:
         return best.choice
 
     def options(self, evidence: Evidence) -> list[Candidate]:
-        """Return all candidates but those that were tried too often at this place."""
+        """Return all candidates but those that were tried too often at this place.
+
+        After that many failures here for one reason, whatever was chosen, the next choice leads away from here, if
+        only to another target. When even that ended here for the same reason, nothing is left.
+        """
+        if evidence.run > self.repeats or (evidence.failures > self.repeats and evidence.targets_left > 1):
+            return list(_others(evidence))
         past = self._untried(self._past_the_blocker(evidence), evidence)
         # where there is a detour, looking elsewhere would only lead back to what is in the way
         looking = [] if past and evidence.detour else self._untried(_looking(evidence), evidence)
@@ -79,6 +86,7 @@ class AdaptivePolicy:
             for each in candidates
             if (each.choice.kind is MOVE_TO and each.choice.route)
             or evidence.repeats.get(each.choice.kind.name, 0) < self.repeats
+            if evidence.failures < self.repeats or each.choice.kind in (MOVE_TO, DETOUR)
         ]
 
     def _past_the_blocker(self, evidence: Evidence) -> Iterator[Candidate]:

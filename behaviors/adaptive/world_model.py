@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from behaviors.adaptive.attempts import Attempts
 from behaviors.adaptive.belief import Belief
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
+from behaviors.adaptive.recent_echoes import RecentEchoes
 from behaviors.angles import wrapped_deg
-from behaviors.events import Reason
+from behaviors.events import Event, Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.mission import Mission
 from behaviors.ports import Glimpse, Point, Pose, Sighting
@@ -44,7 +46,6 @@ class WorldNumbers:
         upright: Width over height of an upright print.
         narrow: A print that looks narrower than this share of it is seen from far aside, 44 degrees.
         new_mm: What hides a target from a place hides it, in one case out of e, also from this far beside it.
-        same_place_mm: Choices no farther apart than this are made at one place.
         same_blocker_s: A blocker is the last one again when that was no longer ago than this.
         same_blocker_mm: And no farther away than this.
         marked_mm: A blocker farther away than this is left to the echoes, which place it better.
@@ -66,7 +67,6 @@ class WorldNumbers:
     upright: float = 0.7
     narrow: float = 0.72
     new_mm: float = 500.0
-    same_place_mm: float = 250.0
     same_blocker_s: float = 40.0
     same_blocker_mm: float = 400.0
     marked_mm: float = 600.0
@@ -140,6 +140,8 @@ class WorldModel:
         floor: The map of the floor.
         camera: How the camera is mounted.
         trail: Recent poses.
+        echoes: Recent echoes.
+        attempts: What was tried where, and what failed.
         pose: Where the robot is.
         known: The targets that were seen, by name, until there is a reason to forget them.
         beliefs: Where each target may be, by name.
@@ -154,7 +156,10 @@ class WorldModel:
     def __init__(self, mission: Mission) -> None:
         self.floor, self.camera = OccupancyGrid(mission.robot), mission.camera
         self.trail = Trail()
+        self.echoes = RecentEchoes(mission.robot.sonar_forward_mm)
+        self.attempts = Attempts()
         self.pose = Pose()
+        self._now_s = 0.0
         self.known: dict[str, TargetEstimate] = {}
         self.mismatched: set[str] = set()
         self.blocker: Blocker | None = None
@@ -173,9 +178,7 @@ class WorldModel:
         self._renewed_s: float | None = None
         self._mistakes: list[tuple[str, Point, float]] = []
         self._aspect: dict[str, float] = {}
-        self._choices: list[tuple[str, str, Point]] = []
         self._looked_from: list[tuple[str, Point]] = []
-        self._destinations: list[tuple[str, Point, Point]] = []
 
     @property
     def here(self) -> Point:
@@ -198,7 +201,9 @@ class WorldModel:
             The sightings that are not of a known look-alike.
         """
         self.pose = pose
+        self._now_s = now_s
         self.trail.add(now_s, pose)
+        self.echoes.add(now_s, pose, range_mm)
         believed = {name: sighting for name, sighting in glance.seen.items() if self._believes(sighting)}
         self._renew(now_s)
         self.floor.fade(now_s)
@@ -214,14 +219,21 @@ class WorldModel:
                 self._miss(target, self.camera.view_at(self.trail.at(glance.time_s)))
         return believed
 
-    def learn(self, target: str, failure: Failure, now_s: float) -> None:
+    def learn(self, target: str, failure: Failure, now_s: float, turn: int = 1) -> None:
         """Update with a failure, before recoveries are weighed.
 
         Args:
             target: What was pursued.
+            turn: Which of its turns this is.
             failure: What went wrong.
             now_s: Present time on the mission's clock.
         """
+        self._now_s = now_s
+        self.attempts.failed(target, turn, failure.reason, self.here)
+        known = self.known.get(target)
+        may_leave = failure.blocker is not None and failure.blocker.hides
+        if failure.event is Event.ARRIVE_FAILED and not may_leave and known is not None:
+            self.attempts.approach_failed(target, self.here, known.place, now_s)
         if failure.reason is Reason.RANGE_MISMATCH:
             self.mismatched.add(target)
         match failure.finding:
@@ -310,12 +322,6 @@ class WorldModel:
         lens = self.camera.lens_at(self.pose)
         return self.polar_to(point)[0], math.hypot(point[0] - lens.x_mm, point[1] - lens.y_mm)
 
-    def chose(self, target: str, recovery: str, destination: Point | None = None) -> None:
-        """Remember that a recovery was chosen here, and where it leads."""
-        self._choices.append((target, recovery, self.here))
-        if destination is not None:
-            self._destinations.append((target, self.here, destination))
-
     def chance_from(self, target: str, place: Point) -> float:
         """Return the probability that one look round from a place finds the target."""
         return self.beliefs[target].chance_from(*place, self.floor)
@@ -333,21 +339,12 @@ class WorldModel:
 
     def tried(self, target: str, destination: Point) -> bool:
         """Whether the robot set off for that destination from here before."""
-        return any(
-            which == target
-            and math.dist(here, self.here) <= N.same_place_mm
-            and math.dist(there, destination) <= N.same_place_mm
-            for which, here, there in self._destinations
-        )
+        return self.attempts.tried(target, self.here, destination)
 
-    def repeats(self, target: str) -> dict[str, int]:
-        """Return how often each recovery was chosen at this place for this target."""
-        near = (
-            recovery
-            for which, recovery, place in self._choices
-            if which == target and math.dist(place, self.here) <= N.same_place_mm
-        )
-        return dict(Counter(near))
+    def new_approach(self, target: str, start: Point) -> bool:
+        """Whether no approach to a target failed lately on the straight path from `start`."""
+        known = self.known.get(target)
+        return known is None or self.attempts.new_approach(target, start, known.place, self._now_s)
 
     def _see(self, target: str, sighting: Sighting) -> None:
         self._unseen.pop(target, None)

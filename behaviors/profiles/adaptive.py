@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
 from behaviors.adaptive.approach import ApproachSkill
+from behaviors.adaptive.attempts import N as ATTEMPTS
 from behaviors.adaptive.candidate_generator import CandidateGenerator
 from behaviors.adaptive.follow_path import FollowPathSkill
 from behaviors.adaptive.perception import Perception
@@ -17,10 +19,13 @@ from behaviors.events import Event, Fact, Reason
 from behaviors.evidence import Evidence
 from behaviors.failures import Failure
 from behaviors.mission import Mission
+from behaviors.ports import Point
 from behaviors.recoveries import DETOUR, MOVE_TO, RESCAN, WAIT, Choice, RecoveryPolicy
 from behaviors.skills import Skill, SkillContext, ThesisMoveSkill
 from behaviors.target_queue import TargetQueue
 
+LEAST_S = 1.0
+"""Between two decisions of a robot that has not moved on it looks and listens at rest for at least this time."""
 EYES_ONLY_S = 20.0
 """When the map shows no path at all, it is more likely wrong than the robot is shut in: it is ignored for this time."""
 
@@ -38,6 +43,26 @@ SKILLS: dict[str, Callable[[Perception, Choice], Skill]] = {
     RESCAN.name: lambda perception, _: RescanSkill(perception),
 }
 """The skill of each recovery, by name."""
+
+
+class _Unhurried:
+    """Holds back a failure until there is new evidence for another decision.
+
+    Args:
+        skill: Fails or not.
+        settle: Looks and listens for as long as need be.
+    """
+
+    def __init__(self, skill: Skill, settle: Callable[[], None]) -> None:
+        self._skill = skill
+        self._settle = settle
+
+    def call(self) -> Fact:
+        """Return what the skill reports."""
+        fact = self._skill.call()
+        if isinstance(fact, Failure):
+            self._settle()
+        return fact
 
 
 class AdaptiveProfile:
@@ -66,9 +91,22 @@ class AdaptiveProfile:
         self._pursuit: tuple[str, int] | None = None
         self._pursued_s = 0.0
         self._eyes_only_s: float | None = None
+        self._decided: tuple[float, Point] | None = None
 
     def skill(self, state: str, choice: Choice | None) -> Skill:
-        """Return the skill for a state."""
+        """Return the skill for a state; whatever it is, its failure leads to no hasty decision."""
+        return _Unhurried(self._skill(state, choice), self._settle)
+
+    def _settle(self) -> None:
+        """Look and listen at rest until a decision here is not made on the evidence of the last one."""
+        while self._decided is not None:
+            decided_s, place = self._decided
+            elapsed_s = self._perception.now() - decided_s
+            if elapsed_s >= LEAST_S or math.dist(place, self.world.here) > ATTEMPTS.same_place_mm:
+                return
+            self._perception.step()
+
+    def _skill(self, state: str, choice: Choice | None) -> Skill:
         if state == "search":
             self._begin_pursuit()
             return ScanSkill(self._perception)
@@ -81,7 +119,7 @@ class AdaptiveProfile:
     def learn(self, failure: Failure) -> None:
         """Update the world model."""
         forgotten = self.world.floor.forgotten
-        self.world.learn(self._queue.target, failure, self._perception.now())
+        self.world.learn(self._queue.target, failure, self._perception.now(), self._queue.round)
         if self.world.floor.forgotten > forgotten:
             self._report(Event.MAP_CLEARED, Reason.WALLED_IN)
 
@@ -89,6 +127,7 @@ class AdaptiveProfile:
         """Add what is in the way, and what could be done with its time and chance."""
         world, target = self.world, basis.target
         candidates = CandidateGenerator(world, self._profile)
+        failures, run = world.attempts.failures(target, self._queue.round, basis.reason, world.here)
         return replace(
             basis,
             round=self._queue.round,
@@ -99,7 +138,9 @@ class AdaptiveProfile:
             here=candidates.here(target),
             viewpoints=candidates.viewpoints(target),
             others=() if self._profile.in_order else candidates.others(self._queue.earlier, self._perception.now()),
-            repeats=world.repeats(target),
+            repeats=world.attempts.repeats(target, world.here),
+            failures=failures,
+            run=run,
         )
 
     def select(self, evidence: Evidence) -> Choice:
@@ -108,7 +149,9 @@ class AdaptiveProfile:
             self._eyes_only_s = self._perception.now()
             self._report(Event.MAP_DISTRUSTED, Reason.NO_WAY)
         choice = self._policy.select(evidence)
-        self.world.chose(evidence.target, choice.kind.name, choice.route[-1] if choice.route else None)
+        destination = choice.route[-1] if choice.route else None
+        self.world.attempts.chose(evidence.target, choice.kind.name, self.world.here, destination)
+        self._decided = self._perception.now(), self.world.here
         return choice
 
     def _trusts_map(self) -> bool:

@@ -88,6 +88,8 @@ def evidence_lines(evidence: Evidence) -> Iterator[str]:
     for other in evidence.others:
         seen = f"was seen {other.age_s:.0f} s ago, {other.travel_s:.0f} s from here"
         yield f"{other.target} {seen}; it is still there with a chance of {other.chance:.0%}"
+    if evidence.failures > 1:
+        yield f"failed here for this reason {_times(evidence.failures)}"
     if tried := {kind: count for kind, count in evidence.repeats.items() if count}:
         yield "tried here already: " + ", ".join(f"{spaced(kind)} {_times(count)}" for kind, count in tried.items())
 

@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import pairwise
 
 import numpy as np
 
@@ -89,19 +90,35 @@ def recognition_s(trace: EpisodeTrace) -> list[float]:
 
 
 def longest_run(trace: EpisodeTrace) -> int:
-    """Return the length of the longest run of the same choice for the same target in the same place."""
+    """Return the length of the longest run of recoveries for one target at one place after the same kind of failure.
+
+    Whatever was chosen counts, except to leave the target, which ends a run.
+    """
     longest = run = 0
     first: Mark | None = None
     for mark in _choices(trace, -math.inf):
-        same = (
-            first is not None
-            and first.record.target == mark.record.target
-            and first.record.data["choice"] == mark.record.data["choice"]
-            and math.dist(first.moment.pose[:2], mark.moment.pose[:2]) <= SAME_PLACE_MM
-        )
+        if mark.record.data["choice"] == CHANGE_TARGET.name:
+            run, first = 0, None
+            continue
+        same = first is not None and _failed_as(mark) == _failed_as(first) and _at_one_place(mark, first)
         run, first = (run + 1, first) if same else (1, mark)
         longest = max(longest, run)
     return longest
+
+
+def soonest_s(trace: EpisodeTrace) -> float | None:
+    """Return the shortest time from a decision to the next one at the same place; None without such a pair."""
+    pairs = [(one, other) for one, other in pairwise(_choices(trace, -math.inf)) if _at_one_place(one, other)]
+    return min((other.record.time_s - one.record.time_s for one, other in pairs), default=None)
+
+
+def _failed_as(mark: Mark) -> tuple[str, str]:
+    evidence = mark.record.data.get("evidence")
+    return mark.record.target, str(evidence["reason"]) if isinstance(evidence, dict) else ""
+
+
+def _at_one_place(one: Mark, other: Mark) -> bool:
+    return math.dist(one.moment.pose[:2], other.moment.pose[:2]) <= SAME_PLACE_MM
 
 
 def _choices(trace: EpisodeTrace, since_s: float) -> Iterator[Mark]:

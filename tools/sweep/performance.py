@@ -12,7 +12,7 @@ from sim_backend.simulation import Simulation
 from sim_backend.world.sensing import VIEW_RANGE_MM
 from sim_backend.world.world_file import WorldFile
 
-from .causes import judge_choices, longest_run, recognition_s
+from .causes import judge_choices, longest_run, recognition_s, soonest_s
 from .metrics import judge_target
 from .policies import drive, equipped
 from .referee import EpisodeTrace, Referee
@@ -137,6 +137,7 @@ def judge(trace: EpisodeTrace) -> Line:
         "recognition_s": recognition_s(trace),
         "choices": [{**asdict(choice), "fits": choice.fits} for choice in judge_choices(trace)],
         "longest_run": longest_run(trace),
+        "soonest_s": soonest_s(trace),
     }
     return {key: rounded(value) for key, value in line.items()}
 

@@ -43,6 +43,8 @@ class _Checked(BaseModel):
     targets: list[TargetResult]
     recognition_s: list[float] = []
     choices: list[Judgement] = []
+    longest_run: int = 0
+    soonest_s: float | None = None
 
 
 class _CheckedMission(_Checked):

@@ -157,6 +157,16 @@ def given_up_s(lines: Sequence[Line]) -> list[float]:
     ]
 
 
+def longest_run(lines: Sequence[Line]) -> int:
+    """Return the longest run of recoveries for one target at one place after the same kind of failure."""
+    return max((line.get("longest_run", 0) for line in lines), default=0)
+
+
+def soonest_s(lines: Sequence[Line]) -> float | None:
+    """Return the shortest time between two decisions at one place."""
+    return min((each for line in lines if (each := line.get("soonest_s")) is not None), default=None)
+
+
 def by(lines: Sequence[Line], key: str) -> dict[str, list[Line]]:
     """Group lines by the value of a key, in the order of first appearance."""
     groups: dict[str, list[Line]] = {}
@@ -185,4 +195,6 @@ def aggregate(lines: Sequence[Line], eval_s: float) -> dict[str, Any]:
         "time_to_goal_s": percentiles(times_to_goal_s(lines)),
         "recognition_s": percentiles(recognition_s(lines)),
         "given_up_s": percentiles(given_up_s(lines)),
+        "longest_run": longest_run(lines),
+        "soonest_s": soonest_s(lines),
     }

@@ -23,9 +23,11 @@ from .summary import (
     estimate,
     figures,
     given_up_s,
+    longest_run,
     percentiles,
     reached_by,
     recognition_s,
+    soonest_s,
     success_rate,
     times_to_goal_s,
 )
@@ -48,7 +50,15 @@ POLICY_COLUMNS = [
 REACHED_BY_S = (30.0, 60.0, 120.0, 300.0)
 FRAME = 3
 """Characters that a column has besides its text: a border and two spaces."""
-RECOVERY_COLUMNS = ["policy", "noticed s p50 / p90", "fitting choices", "regret s", "leaves an absent target s p50"]
+RECOVERY_COLUMNS = [
+    "policy",
+    "noticed s p50 / p90",
+    "fitting choices",
+    "regret s",
+    "leaves an absent target s p50",
+    "longest run",
+    "soonest s",
+]
 
 
 def policy_rows(lines: Sequence[Line]) -> Rows:
@@ -85,6 +95,8 @@ def recovery_rows(lines: Sequence[Line]) -> Rows:
                 _number(all_of_it["fitting_choices"].mean, 2),
                 _number(all_of_it["regret_s"].mean, 1),
                 _pair(percentiles(given_up_s(group), [50]), 0),
+                str(longest_run(group)),
+                _pair([soonest_s(group)], 1),
             ]
         )
     return rows

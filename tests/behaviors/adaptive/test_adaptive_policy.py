@@ -146,6 +146,8 @@ EVIDENCE = st.builds(
         tuple
     ),
     repeats=st.dictionaries(st.sampled_from(list(RECOVERIES)), COUNTS),
+    failures=COUNTS,
+    run=COUNTS,
 )
 
 
@@ -158,6 +160,15 @@ def _is_new(choice: Choice, evidence: Evidence) -> bool:
 def test_no_recovery_is_chosen_a_third_time_at_one_place(evidence):
     choice = POLICY.select(evidence)
     assert choice.kind is CHANGE_TARGET or _is_new(choice, evidence)
+
+
+@given(evidence=EVIDENCE)
+def test_the_second_recovery_after_one_kind_of_failure_leads_away_and_the_third_to_another_target(evidence):
+    choice = POLICY.select(evidence)
+    if evidence.failures >= 2 or evidence.run >= 3:
+        assert choice.kind in (MOVE_TO, DETOUR, CHANGE_TARGET)
+    if evidence.run >= 3:
+        assert choice.kind is CHANGE_TARGET
 
 
 @given(evidence=EVIDENCE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import replace
@@ -10,6 +11,8 @@ import numpy as np
 import pytest
 
 from behaviors.adaptive.approach import ApproachSkill
+from behaviors.adaptive.attempts import N as ATTEMPTS
+from behaviors.adaptive.follow_path import FollowPathSkill
 from behaviors.adaptive.occupancy_grid import CELL_MM, cell
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.perception import N as PERCEPTION
@@ -19,7 +22,7 @@ from behaviors.events import Event, Reason
 from behaviors.evidence import Evidence
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.ports import Glimpse, Pose, Sighting
-from behaviors.profiles.adaptive import AdaptiveProfile
+from behaviors.profiles.adaptive import LEAST_S, AdaptiveProfile
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetOutcome, TargetQueue
 from nxtdrive.brick import Brick
@@ -156,3 +159,24 @@ def test_a_look_round_from_here_makes_the_next_one_from_here_no_news(bench):
     world.learn(target, Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN, finding=TargetFinding.NOT_HERE), 1.0)
     assert world.novelty(target, (0.0, 0.0)) == 0.0
     assert 0.9 < world.novelty(target, (3000.0, 0.0)) < 1.0
+
+
+def test_a_target_seen_again_from_where_its_approach_failed_does_not_end_the_path_elsewhere(bench):
+    assert bench.profile.skill("search", None).call().event is Event.TARGET_SEEN
+    begin = bench.world.here
+    failed = Failure(Event.ARRIVE_FAILED, Reason.BLOCKED_LONG, blocker=Blocker(2000.0, hides=False))
+    bench.evidence(failed)
+    fact = FollowPathSkill(bench.profile._perception, (bench.world.pose.ahead(700.0),)).call()
+    assert fact.event is Event.TARGET_SEEN
+    assert math.dist(bench.world.here, begin) >= ATTEMPTS.beside_mm
+
+
+def test_a_skill_that_fails_at_once_leads_to_no_second_decision_at_once(bench):
+    perception = bench.profile._perception
+    bench.profile.select(bench.evidence(Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN)))
+    decided_s = perception.now()
+    assert bench.profile.skill("arrive", None).call().event is Event.ARRIVE_FAILED
+    assert perception.now() - decided_s >= LEAST_S
+    begun_s = perception.now()
+    assert bench.profile.skill("arrive", None).call().event is Event.ARRIVE_FAILED
+    assert perception.now() - begun_s < LEAST_S, "the decision was made long ago"

@@ -6,14 +6,14 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import takewhile
+from itertools import pairwise, takewhile
 from random import Random
 
 import pytest
 from random_ports import RandomPorts, two_targets
 
+from behaviors.adaptive.attempts import N as ATTEMPTS
 from behaviors.adaptive.policy import AdaptivePolicy
-from behaviors.adaptive.world_model import N as WORLD
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.chart import MissionChart
 from behaviors.events import Event, Fact, Reason
@@ -29,6 +29,7 @@ REPEATS = 2
 SEQUENCES = 10_000
 PLACES: tuple[Point, ...] = ((0.0, 0.0), (1000.0, 0.0), (0.0, 1000.0))
 """Farther apart than what counts as one place."""
+REASONS = (Reason.NEVER_SEEN, Reason.BLOCKED_LONG, Reason.NO_WAY)
 RECOVERIES = ("wait", "move_to", "detour", "rescan")
 FACTS = {
     "search": (Event.TARGET_SEEN, Event.SEARCH_FAILED, Event.SEARCH_FAILED),
@@ -49,6 +50,8 @@ class Decider:
         targets_left: As in the evidence.
         places: Where the robot may be.
         made: How often each choice was made, by target, kind, place and destination.
+        run: What was decided on last, and how many recoveries in a row.
+        longest_run: The longest run of recoveries at one place after one kind of failure.
     """
 
     world: WorldModel
@@ -56,24 +59,32 @@ class Decider:
     targets_left: int = 2
     places: Sequence[Point] = PLACES
     made: Counter[tuple[str, str, Point, Point | None]] = field(default_factory=Counter)
+    run: tuple[object, int] = (None, 0)
+    longest_run: int = 0
 
     def decide(self, target: str) -> Choice:
         """Choose at a place that is drawn, and remember it."""
         self.world.pose = Pose(*self.random.choice(self.places))
-        evidence = self._evidence(target)
+        reason = self.random.choice(REASONS)
+        self.world.attempts.failed(target, 1, reason, self.world.here)
+        evidence = self._evidence(target, reason)
         choice = AdaptivePolicy(repeats=REPEATS).select(evidence)
         destination = choice.route[-1] if choice.route else None
-        self.world.chose(target, choice.kind.name, destination)
+        self.world.attempts.chose(target, choice.kind.name, self.world.here, destination)
+        key = None if choice.kind is CHANGE_TARGET else (target, reason, self.world.here)
+        self.run = key, self.run[1] + 1 if key == self.run[0] else 1
+        self.longest_run = max(self.longest_run, self.run[1] if key else 0)
         if choice.kind is not CHANGE_TARGET:
             # a way is another one when it leads elsewhere; a detour always leads past the same thing
             to = destination if choice.kind is MOVE_TO else None
             self.made[target, choice.kind.name, self.world.here, to] += 1
         return choice
 
-    def _evidence(self, target: str) -> Evidence:
+    def _evidence(self, target: str, reason: Reason) -> Evidence:
         random, world = self.random, self.world
         blocker = Blocker(400.0, random.uniform(0.0, 60.0), random.random() < 0.5, random.random() < 0.7)
         detour = Detour(random.uniform(1.0, 40.0), ((500.0, 500.0),))
+        failures, run = world.attempts.failures(target, 1, reason, world.here)
         viewpoints = [
             Viewpoint(random.uniform(1.0, 20.0), 7.0, random.random(), (place,))
             for place in PLACES
@@ -81,7 +92,7 @@ class Decider:
         ]
         return Evidence(
             target,
-            random.choice(list(Reason)),
+            reason,
             seen_since_search=random.random() < 0.5,
             researches=random.randrange(5),
             targets_left=self.targets_left,
@@ -90,7 +101,9 @@ class Decider:
             detour=detour if random.random() < 0.5 else None,
             here=Viewpoint(0.0, 8.0, random.random()) if random.random() < 0.8 else None,
             viewpoints=tuple(viewpoints),
-            repeats=world.repeats(target),
+            repeats=world.attempts.repeats(target, world.here),
+            failures=failures,
+            run=run,
         )
 
 
@@ -104,6 +117,7 @@ def test_no_sequence_of_failures_makes_it_do_the_same_a_third_time_at_one_place(
             decider.decide("a")
             decisions += 1
         assert not decider.made or max(decider.made.values()) <= REPEATS
+        assert decider.longest_run <= REPEATS
     assert decisions > 5 * SEQUENCES
 
 
@@ -125,6 +139,7 @@ def test_any_sequence_of_facts_in_which_nothing_is_reached_ends_thetwo_targets(s
         chart.report(Fact(event, Reason.NEVER_SEEN))
     assert not queue.achieved
     assert max(decider.made.values()) <= REPEATS
+    assert decider.longest_run <= REPEATS
 
 
 @dataclass(frozen=True)
@@ -135,17 +150,16 @@ class Made:
     target: str
     kind: str
     here: Point
-    destination: Point | None
+    reason: str
 
     def repeats(self, other: Made) -> bool:
-        """Whether it is the same as another one, at the same place."""
-        same_way = self.destination == other.destination or (
-            self.destination is not None
-            and other.destination is not None
-            and math.dist(self.destination, other.destination) <= WORLD.same_place_mm
-        )
-        same_place = math.dist(self.here, other.here) <= WORLD.same_place_mm
-        return (self.target, self.kind) == (other.target, other.kind) and same_place and same_way
+        """Whether another recovery was chosen at the same place after the same kind of failure."""
+        leaves = CHANGE_TARGET.name in (self.kind, other.kind)
+        return not leaves and (self.target, self.reason) == (other.target, other.reason) and self.near(other)
+
+    def near(self, other: Made) -> bool:
+        """Whether it was made at the same place."""
+        return math.dist(self.here, other.here) <= ATTEMPTS.same_place_mm
 
 
 @dataclass
@@ -157,13 +171,12 @@ class Witness:
 
     def __call__(self, record: Record) -> None:
         if record.kind is Kind.CHOICE:
-            kind, route = record.data["choice"], record.data.get("route")
-            destination = tuple(route[-1]) if route and kind == MOVE_TO.name else None
-            self.made.append(Made(record.time_s, record.target, kind, self.ports.here, destination))
+            kind, reason = record.data["choice"], record.data["evidence"]["reason"]
+            self.made.append(Made(record.time_s, record.target, kind, self.ports.here, reason))
 
     @property
     def longest_run(self) -> int:
-        """How often the same thing was chosen in a row, at one place for one target; to give up is no such thing."""
+        """How many recoveries were chosen in a row at one place for one target after one kind of failure."""
         runs = [
             1 + sum(1 for _ in takewhile(last.repeats, reversed(self.made[:i])))
             for i, last in enumerate(self.made)
@@ -184,3 +197,4 @@ def test_whatever_happens_to_the_robot_its_mission_ends(seed):
     times_s = [made.time_s for made in witness.made]
     assert times_s == sorted(set(times_s)), "time passes between decisions"
     assert witness.longest_run <= REPEATS
+    assert all(other.time_s - one.time_s >= 0.999 for one, other in pairwise(witness.made) if one.near(other))

@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.occupancy_grid import N as GRID
-from behaviors.adaptive.world_model import N as WORLD
 from behaviors.adaptive.world_model import Trail, WorldModel
 from behaviors.events import Event, Reason
 from behaviors.failures import Failure, TargetFinding
@@ -179,21 +178,3 @@ def test_echoes_go_onto_the_floor_map_and_silence_marks_nothing(world):
     for i in range(6):
         silent.perceive(i * 0.1, Pose(40.0 * i), None, [], NOTHING)
     assert silent.floor.evidence.max() <= 0.0
-
-
-def test_repetitions_are_counted_for_each_place_target_and_recovery(world):
-    _stand_at(world, (0.0, 0.0))
-    assert world.repeats("door") == {}
-    world.chose("door", "wait")
-    world.chose("door", "wait")
-    world.chose("door", "rescan")
-    world.chose("window", "detour")
-    assert world.repeats("door") == {"wait": 2, "rescan": 1}
-    assert world.repeats("window") == {"detour": 1}
-    _stand_at(world, (0.8 * WORLD.same_place_mm, 0.0))
-    assert world.repeats("door") == {"wait": 2, "rescan": 1}
-    _stand_at(world, (1.2 * WORLD.same_place_mm, 0.0))
-    assert world.repeats("door") == {}
-    world.chose("door", "wait")
-    _stand_at(world, (0.6 * WORLD.same_place_mm, 0.0))
-    assert world.repeats("door") == {"wait": 3, "rescan": 1}, "both places are near"

@@ -6,7 +6,7 @@ import pytest
 
 from behaviors.executive import Ending
 from behaviors.journal import Kind, Record
-from nxtdrive.tools.sweep.causes import Cause, judge_choices, longest_run, recognition_s
+from nxtdrive.tools.sweep.causes import Cause, judge_choices, longest_run, recognition_s, soonest_s
 from nxtdrive.tools.sweep.metrics import judge_target
 from nxtdrive.tools.sweep.referee import Disturbance, EpisodeTrace, Mark, Moment, Scene
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle
@@ -50,8 +50,8 @@ class EpisodeBuilder:
     def enter(self, state, target="lena"):
         return self.note(Kind.TRANSITION, target, source="", to=state)
 
-    def choose(self, choice, target="lena"):
-        return self.note(Kind.CHOICE, target, choice=choice, why="")
+    def choose(self, choice, target="lena", reason="blocked_long"):
+        return self.note(Kind.CHOICE, target, choice=choice, why="", evidence={"reason": reason})
 
     def disturb(self, blocker="", target="lena"):
         self.disturbances.append(Disturbance(self.time_s, target, blocker))
@@ -158,14 +158,13 @@ def test_what_could_have_been_seen_was_missed_and_the_rest_is_elsewhere():
     assert [each.cause for each in judge_choices(far.choose("move_to").end())] == [Cause.ELSEWHERE]
 
 
-def test_the_longest_run_is_at_one_place():
-    episode = (
-        EpisodeBuilder()
-        .choose("wait")
-        .choose("wait")
-        .drive(1500, 1500, 5)
-        .choose("wait")
-        .choose("rescan")
-        .choose("wait")
-    )
-    assert longest_run(episode.end()) == 2
+def test_a_run_is_of_recoveries_at_one_place_after_one_kind_of_failure_whatever_was_chosen():
+    episode = EpisodeBuilder().choose("wait").choose("rescan").drive(1500, 1500, 5).choose("wait").choose("detour")
+    episode.choose("wait").choose("move_to", reason="no_way").choose("wait").choose("change_target")
+    assert longest_run(episode.end()) == 3
+
+
+def test_the_time_between_decisions_is_at_one_place():
+    episode = EpisodeBuilder().choose("wait").drive(1500, 1500, 0.3).choose("wait").drive(1500, 1500, 2.0)
+    assert soonest_s(episode.choose("rescan").end()) == pytest.approx(2.0)
+    assert soonest_s(EpisodeBuilder().choose("wait").end()) is None

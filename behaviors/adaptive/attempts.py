@@ -1,0 +1,106 @@
+"""What was tried for each target: what was chosen and where, and where an attempt failed for which reason."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass
+from itertools import takewhile
+
+from behaviors.events import Reason
+from behaviors.ports import Point
+
+
+@dataclass(frozen=True, slots=True)
+class AttemptNumbers:
+    """The numbers of what counts as the same attempt.
+
+    Attributes:
+        same_place_mm: Attempts and choices no farther apart than this are made at one place.
+        same_aim_mm: A target that is farther than this from where it was believed to be is approached anew.
+        beside_mm: An approach that leads past where one failed, at less than this distance, would fail there, too.
+        remembered_s: After this time an approach that failed may be tried again: things move.
+    """
+
+    same_place_mm: float = 250.0
+    same_aim_mm: float = 450.0
+    beside_mm: float = 260.0
+    remembered_s: float = 90.0
+
+
+N = AttemptNumbers()
+
+
+@dataclass(frozen=True, slots=True)
+class _FailedApproach:
+    target: str
+    place: Point
+    aim: Point
+    time_s: float
+
+
+class Attempts:
+    """Remembers the attempts of one mission."""
+
+    def __init__(self) -> None:
+        self._choices: list[tuple[str, str, Point]] = []
+        self._destinations: list[tuple[str, Point, Point]] = []
+        self._failures: list[tuple[str, int, Reason, Point]] = []
+        self._approaches: list[_FailedApproach] = []
+
+    def chose(self, target: str, recovery: str, here: Point, destination: Point | None = None) -> None:
+        """Remember that a recovery was chosen here, and where it leads."""
+        self._choices.append((target, recovery, here))
+        if destination is not None:
+            self._destinations.append((target, here, destination))
+
+    def tried(self, target: str, here: Point, destination: Point) -> bool:
+        """Whether the robot set off for that destination from here before."""
+        return any(
+            which == target and _same_place(start, here) and _same_place(end, destination)
+            for which, start, end in self._destinations
+        )
+
+    def repeats(self, target: str, here: Point) -> dict[str, int]:
+        """Return how often each recovery was chosen at this place for this target."""
+        near = (recovery for which, recovery, place in self._choices if which == target and _same_place(place, here))
+        return dict(Counter(near))
+
+    def failed(self, target: str, turn: int, reason: Reason, here: Point) -> None:
+        """Remember that an attempt in a target's turn failed here."""
+        self._failures.append((target, turn, reason, here))
+
+    def failures(self, target: str, turn: int, reason: Reason, here: Point) -> tuple[int, int]:
+        """Return how often attempts failed at this place for this reason in this turn, and how often in a row."""
+        same = [
+            (which, when, why) == (target, turn, reason) and _same_place(place, here)
+            for which, when, why, place in self._failures
+        ]
+        return sum(same), sum(1 for _ in takewhile(bool, reversed(same)))
+
+    def approach_failed(self, target: str, here: Point, aim: Point, now_s: float) -> None:
+        """Remember that the approach to a target believed to be at `aim` came no farther than here."""
+        self._approaches.append(_FailedApproach(target, here, aim, now_s))
+
+    def new_approach(self, target: str, start: Point, aim: Point, now_s: float) -> bool:
+        """Whether the straight path to a target leads clear of the places where approaches to it failed lately."""
+        return all(
+            _distance_mm(each.place, start, aim) >= N.beside_mm
+            for each in self._approaches
+            if each.target == target
+            and now_s - each.time_s <= N.remembered_s
+            and math.dist(each.aim, aim) <= N.same_aim_mm
+        )
+
+
+def _same_place(one: Point, other: Point) -> bool:
+    return math.dist(one, other) <= N.same_place_mm
+
+
+def _distance_mm(point: Point, start: Point, end: Point) -> float:
+    """Return the distance of a point from the line between two others."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    length2 = dx * dx + dy * dy
+    share = 0.0 if length2 == 0 else ((point[0] - start[0]) * dx + (point[1] - start[1]) * dy) / length2
+    share = min(1.0, max(0.0, share))
+    return math.dist(point, (start[0] + share * dx, start[1] + share * dy))

@@ -1,0 +1,81 @@
+"""The sonar's last beams: whether something stepped into a place that they showed to be free."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+from behaviors.angles import wrapped_deg
+from behaviors.ports import Point, Pose
+
+
+@dataclass(frozen=True, slots=True)
+class EchoNumbers:
+    """The numbers of what counts as free before.
+
+    Attributes:
+        kept_s: Beams are remembered this long.
+        core_deg: A place within this angle of the beam's axis is well within the beam.
+        arc_deg: What gives an echo may be this far to either side of the axis.
+        farthest_mm: Beams say nothing about places farther away than this: small things give no echo from there.
+        past_mm: An echo from this much farther than a place says that the place is free; silence may be a slanted side.
+        beams: This many such beams in a row are believed.
+    """
+
+    kept_s: float = 8.0
+    core_deg: float = 10.0
+    arc_deg: float = 12.0
+    farthest_mm: float = 1300.0
+    past_mm: float = 250.0
+    beams: int = 3
+
+
+N = EchoNumbers()
+
+
+class RecentEchoes:
+    """The echoes of the last seconds, with the poses from which they were heard.
+
+    Args:
+        sonar_forward_mm: The sonar in front of the axle.
+    """
+
+    def __init__(self, sonar_forward_mm: float) -> None:
+        self._sonar_forward_mm = sonar_forward_mm
+        self._beams: deque[tuple[float, Pose, float]] = deque()
+
+    def add(self, now_s: float, pose: Pose, range_mm: float | None) -> None:
+        """Add the present echo; silence says nothing, since slanted sides throw an echo away."""
+        if range_mm is not None:
+            self._beams.append((now_s, pose, range_mm))
+        while self._beams and self._beams[0][0] < now_s - N.kept_s:
+            self._beams.popleft()
+
+    def was_free(self, pose: Pose, range_mm: float) -> bool:
+        """Whether all of an echo's arc was free lately: then what gives the echo came there since.
+
+        What stands still and comes into the beam as the robot turns was not in earlier beams.
+        """
+        distance_mm = self._sonar_forward_mm + range_mm
+        return all(self._passed(pose.ahead(distance_mm, off_deg)) for off_deg in (-N.arc_deg, 0.0, N.arc_deg))
+
+    def _passed(self, place: Point) -> bool:
+        """Whether several beams in a row went past this place."""
+        passed = 0
+        for _, pose, range_mm in self._beams:
+            distance_mm = self._within(pose, place)
+            if distance_mm is None:
+                continue
+            passed = passed + 1 if range_mm >= distance_mm + N.past_mm else 0
+            if passed >= N.beams:
+                return True
+        return False
+
+    def _within(self, pose: Pose, place: Point) -> float | None:
+        """Return a place's distance from the sonar if it is well within its beam."""
+        x_mm, y_mm = pose.ahead(self._sonar_forward_mm)
+        dx, dy = place[0] - x_mm, place[1] - y_mm
+        distance_mm = math.hypot(dx, dy)
+        off_deg = abs(wrapped_deg(math.degrees(math.atan2(dy, dx)) - pose.heading_deg))
+        return distance_mm if distance_mm <= N.farthest_mm and off_deg <= N.core_deg else None

@@ -1,0 +1,61 @@
+"""What was tried where, and whether an approach is a new one."""
+
+import pytest
+
+from behaviors.adaptive.attempts import Attempts
+from behaviors.adaptive.attempts import N as ATTEMPTS
+from behaviors.events import Reason
+
+HERE, AIM = (0.0, 0.0), (900.0, 0.0)
+NEAR, ELSEWHERE = (0.8 * ATTEMPTS.same_place_mm, 0.0), (1.2 * ATTEMPTS.same_place_mm, 0.0)
+
+
+def test_repetitions_are_counted_for_each_place_target_and_recovery():
+    attempts = Attempts()
+    assert attempts.repeats("door", HERE) == {}
+    attempts.chose("door", "wait", HERE)
+    attempts.chose("door", "wait", HERE)
+    attempts.chose("door", "rescan", HERE)
+    attempts.chose("window", "detour", HERE)
+    assert attempts.repeats("door", HERE) == {"wait": 2, "rescan": 1}
+    assert attempts.repeats("window", HERE) == {"detour": 1}
+    assert attempts.repeats("door", NEAR) == {"wait": 2, "rescan": 1}
+    assert attempts.repeats("door", ELSEWHERE) == {}
+
+
+def test_a_destination_was_tried_from_the_same_place():
+    attempts = Attempts()
+    attempts.chose("door", "move_to", HERE, AIM)
+    assert attempts.tried("door", NEAR, (900.0, 100.0))
+    assert not attempts.tried("door", ELSEWHERE, AIM)
+    assert not attempts.tried("door", HERE, (900.0, 400.0))
+    assert not attempts.tried("window", HERE, AIM)
+
+
+def test_failures_are_counted_for_each_place_and_reason_and_turn():
+    attempts = Attempts()
+    for reason in (Reason.BLOCKED_LONG, Reason.NO_WAY, Reason.BLOCKED_LONG, Reason.BLOCKED_LONG):
+        attempts.failed("door", 1, reason, HERE)
+    assert attempts.failures("door", 1, Reason.BLOCKED_LONG, NEAR) == (3, 2)
+    assert attempts.failures("door", 1, Reason.NO_WAY, NEAR) == (1, 0)
+    assert attempts.failures("door", 1, Reason.BLOCKED_LONG, ELSEWHERE) == (0, 0)
+    assert attempts.failures("door", 2, Reason.BLOCKED_LONG, HERE) == (0, 0)
+    assert attempts.failures("window", 1, Reason.BLOCKED_LONG, HERE) == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("start", "aim", "later_s", "new"),
+    [
+        pytest.param(HERE, AIM, 1.0, False, id="the same again"),
+        pytest.param((-500.0, 50.0), AIM, 1.0, False, id="past the same place from farther away"),
+        pytest.param((300.0, 500.0), AIM, 1.0, True, id="from aside"),
+        pytest.param((400.0, 0.0), AIM, 1.0, True, id="from beyond"),
+        pytest.param(HERE, (900.0, 600.0), 1.0, True, id="to where the target is now"),
+        pytest.param(HERE, AIM, 1.1 * ATTEMPTS.remembered_s, True, id="long after"),
+    ],
+)
+def test_an_approach_is_new_when_it_leads_clear_of_where_one_failed(start, aim, later_s, new):
+    attempts = Attempts()
+    attempts.approach_failed("door", HERE, AIM, 10.0)
+    assert attempts.new_approach("door", start, aim, 10.0 + later_s) == new
+    assert attempts.new_approach("window", start, aim, 10.0 + later_s)
