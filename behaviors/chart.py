@@ -121,7 +121,7 @@ class MissionChart(StateChart[Any]):
             held = State()
             tripped = State()
             obstacle = clear.to(held)
-            contact = clear.to(held) | held.to(held)
+            contact = held.to(held)
             obstacle_gone = held.to(clear)
             trip = clear.to(tripped, on="raise_abort") | held.to(tripped, on="raise_abort")
 

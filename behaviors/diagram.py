@@ -1,4 +1,4 @@
-"""The chart as a table and as a diagram, generated from the class, so that neither can become outdated.
+"""The chart as tables and as a diagram, generated from the class, so that neither can become outdated.
 
 The chart library's own Mermaid exporter redraws an edge at a compound's border as an edge of its first child, which is
 wrong for `suspend` and `recovery_done`; this one draws what is declared.
@@ -6,12 +6,13 @@ wrong for `suspend` and `recovery_done`; this one draws what is declared.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from statemachine import State
+from statemachine import HistoryState, State
 
 from behaviors.chart import MissionChart
+from behaviors.chart_words import EVENTS, STATES
 from behaviors.recoveries import RECOVERIES
 
 
@@ -25,6 +26,7 @@ class Arrow:
         event: Fact that triggers it; empty for one that follows by itself.
         guard: Condition, empty for none; ``!`` in front negates.
         target: State it enters.
+        action: Name of the method of the chart that is called meanwhile; empty for none.
     """
 
     region: str
@@ -32,6 +34,7 @@ class Arrow:
     event: str
     guard: str
     target: str
+    action: str = ""
 
     @property
     def label(self) -> str:
@@ -72,19 +75,33 @@ def initial_states() -> list[str]:
 
 
 def transition_table() -> str:
-    """Return a Markdown table of all transitions."""
-    lines = ["| region | in state | on | if | to |", "|---|---|---|---|---|"]
-    lines += [f"| {a.region} | {a.source} | {a.event or '(at once)'} | {a.guard} | {a.target} |" for a in arrows()]
-    return "\n".join(lines)
+    """Return a Markdown table of all transitions, with what the chart does meanwhile."""
+    rows = ((a.region, a.source, a.event or "(at once)", a.guard, a.target, _sentence(a.action)) for a in arrows())
+    return _table(("region", "in state", "on", "if", "to", "action"), rows)
+
+
+def state_table() -> str:
+    """Return a Markdown table of all states, each in a sentence, with what the chart does on entry."""
+    rows = ((box.state, STATES[box.state], _sentence(f"on_enter_{box.state}")) for box in _all(regions()))
+    return _table(("state", "meaning", "on entry"), rows)
+
+
+def event_table() -> str:
+    """Return a Markdown table of all events, each in a sentence."""
+    return _table(("event", "meaning"), ((str(event), text) for event, text in EVENTS.items()))
+
+
+def guard_table() -> str:
+    """Return a Markdown table of the guards that are methods of the chart."""
+    found = dict.fromkeys(name for arrow in arrows() for name in arrow.guard.replace("!", "").split(" and "))
+    names = [name for name in found if hasattr(MissionChart, name)]
+    return _table(("guard", "holds when"), ((name, _sentence(name).removeprefix("Guard: ")) for name in names))
 
 
 def recovery_table() -> str:
     """Return a Markdown table of all recoveries."""
-    lines = ["| recovery | state | in words | fits the cause |", "|---|---|---|---|"]
-    lines += [
-        f"| {each.name} | {', '.join(each.states)} | {each.label} | {each.fits} |" for each in RECOVERIES.values()
-    ]
-    return "\n".join(lines)
+    rows = ((each.name, " or ".join(each.states), each.label, each.fits) for each in RECOVERIES.values())
+    return _table(("recovery", "state", "in words", "fits the cause"), rows)
 
 
 def mermaid() -> str:
@@ -98,6 +115,22 @@ def mermaid() -> str:
     lines.append("    }")
     lines += [f"    robot --> done : {arrow.label}" for arrow in _arrows_of(robot, "robot")]
     return "\n".join(lines)
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    return "\n".join(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows))
+
+
+def _sentence(name: str) -> str:
+    """Return the first line of a chart's method's docstring, or an empty string if there is no such method."""
+    doc: str = getattr(getattr(MissionChart, name, None), "__doc__", None) or ""
+    return doc.partition("\n")[0] if name in vars(MissionChart) else ""
+
+
+def _all(boxes: Iterable[Box]) -> Iterator[Box]:
+    for box in boxes:
+        yield box
+        yield from _all(box.inner)
 
 
 def _box(state: State) -> Box:
@@ -116,18 +149,28 @@ def _arrows_of(state: State, region: str) -> Iterator[Arrow]:
         if transition.target is None or transition.initial:
             continue
         guard = " and ".join(str(condition) for condition in transition.cond)
-        yield Arrow(region, state.id, transition.event or "", guard, transition.target.id)
+        action = ", ".join(str(call) for call in transition.on if not call.is_convention)
+        yield Arrow(region, state.id, transition.event or "", guard, transition.target.id, action)
+
+
+def _entered_by_itself(compound: State) -> bool:
+    """Whether a transition leads to a compound as such, and not only to the states in it; a region is entered so."""
+    return compound.parent is None or compound.parent.parallel or any(arrow.target == compound.id for arrow in arrows())
+
+
+def _letter(history: HistoryState) -> str:
+    return "H*" if history.type.value == "deep" else "H"
 
 
 def _compound(state: State, depth: int) -> list[str]:
     indent = "    " * depth
     lines = [f"{indent}state {state.id} {{"]
     for child in state.states:
-        if child.initial:
+        if child.initial and _entered_by_itself(state):
             lines.append(f"{indent}    [*] --> {child.id}")
         if child.states:
             lines += _compound(child, depth + 1)
-    lines += [f'{indent}    state "H*" as {history.id}' for history in state.history]
+    lines += [f'{indent}    state "{_letter(history)}" as {history.id}' for history in state.history]
     for child in state.states:
         lines += [f"{indent}    {a.source} --> {a.target} : {a.label}" for a in _arrows_of(child, "")]
         if child.final:

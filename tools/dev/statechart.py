@@ -1,0 +1,81 @@
+"""Write docs/statechart.md and docs/images/statechart.svg from the chart.
+
+``python -m tools.dev.statechart`` in the checkout's root.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from behaviors.diagram import event_table, guard_table, mermaid, recovery_table, state_table, transition_table
+
+from .statechart_picture import picture
+
+PAGE = Path("docs/statechart.md")
+PICTURE = Path("docs/images/statechart.svg")
+
+
+PAGE_TEXT = """\
+# The statechart of a mission
+
+Written by `python -m tools.dev.statechart` from the class `behaviors.chart.MissionChart`; a test holds it equal.
+
+![The statechart of a mission as a picture](images/statechart.svg)
+
+Five regions run side by side. Skills act in the states of *mission* and report facts, which are the chart's events; a
+fact that means nothing in the present state changes nothing. The motors never wait for the chart: the safety stop acts
+first and reports afterwards.
+
+## States
+
+{states}
+
+## Events
+
+{events}
+
+In the [journal](journal.md) each event has its reason and what was measured.
+
+## Transitions
+
+{transitions}
+
+"At once" is a transition that the chart makes by itself when it enters a state and the guard holds. `resume_here` and
+`recover_here` are histories: the state that was left.
+
+{guards}
+
+## Recoveries
+
+From the registry in [recoveries.py](../behaviors/recoveries.py); causes as in [evaluation.md](evaluation.md):
+
+{recoveries}
+
+## The same as Mermaid
+
+```mermaid
+{mermaid}
+```
+"""
+
+
+def page() -> str:
+    """Return the page about the chart."""
+    return PAGE_TEXT.format(
+        states=state_table(),
+        events=event_table(),
+        transitions=transition_table(),
+        guards=guard_table(),
+        recoveries=recovery_table(),
+        mermaid=mermaid(),
+    )
+
+
+def main() -> None:
+    """Write both files."""
+    PAGE.write_text(page(), encoding="utf-8")
+    PICTURE.write_text(picture(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
