@@ -155,10 +155,13 @@ def _crew(args: argparse.Namespace) -> tuple[AbstractContextManager[Executor], i
 
 def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:
     if as_json:
+        from nxtdrive.tools.sweep.chart_coverage import never
         from nxtdrive.tools.sweep.summary import aggregate, by
 
         policies = {policy: aggregate(group, eval_s) for policy, group in by(lines, "policy").items()}
-        write_json({"n_episodes": len(lines), "eval_s": eval_s, "policies": policies}, indent=2)
+        missing, number = never(lines)
+        chart = {"transitions": number, "never": missing}
+        write_json({"n_episodes": len(lines), "eval_s": eval_s, "policies": policies, "chart": chart}, indent=2)
         return
     from nxtdrive.tools.sweep.tables import print_tables
 

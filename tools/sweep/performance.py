@@ -13,6 +13,7 @@ from sim_backend.world.sensing import VIEW_RANGE_MM
 from sim_backend.world.world_file import WorldFile
 
 from .causes import judge_choices, longest_run, recognition_s, soonest_s
+from .chart_coverage import taken
 from .metrics import judge_target
 from .policies import drive, equipped
 from .referee import EpisodeTrace, Referee
@@ -136,6 +137,7 @@ def judge(trace: EpisodeTrace) -> Line:
         "targets": [asdict(result) for result in results],
         "recognition_s": recognition_s(trace),
         "choices": [{**asdict(choice), "fits": choice.fits} for choice in judge_choices(trace)],
+        "transitions": taken(mark.record for mark in trace.marks),
         "longest_run": longest_run(trace),
         "soonest_s": soonest_s(trace),
     }

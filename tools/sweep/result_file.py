@@ -43,6 +43,7 @@ class _Checked(BaseModel):
     targets: list[TargetResult]
     recognition_s: list[float] = []
     choices: list[Judgement] = []
+    transitions: list[str] = []
     longest_run: int = 0
     soonest_s: float | None = None
 

@@ -14,6 +14,7 @@ from rich.text import Text
 from firmware_protocol.printable import printable
 
 from .causes import FITTING, Cause
+from .chart_coverage import coverage_words
 from .performance import FAILED, Line
 from .policies import ALL_NAMES
 from .summary import (
@@ -166,6 +167,8 @@ def print_tables(lines: Sequence[Line], console: Console) -> None:
         _print(console, "what was chosen, by cause", *choice_rows(lines), keys=2)
     if differences := difference_rows(lines, "thesis"):
         _print(console, "success beyond the thesis's, paired", ["policy", "difference [95 %]"], differences)
+    if covered := coverage_words(lines):
+        console.print(covered, markup=False)
     for line in lines:
         if line["ending"] == FAILED:
             failure = f"{line['class']}:{line['seed']}:{line['policy']} failed: {line['error']}"
