@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
+from behaviors.chart_words import STATES
 from behaviors.diagram import arrows, initial_states, regions
 from behaviors.recoveries import RECOVERIES
 
 
 def chart() -> dict[str, object]:
-    """Return the regions with their states as trees, the states in which a mission begins, and all transitions."""
+    """Return the regions as trees, the states in which a mission begins, all transitions, and sentences on states."""
     return {
         "regions": [asdict(region) for region in regions()],
         "initial": initial_states(),
         "arrows": [asdict(arrow) for arrow in arrows()],
+        "words": STATES,
     }
 
 

@@ -24,8 +24,9 @@ export class Chart {
     });
   }
 
-  build({ regions, initial }, recoveries) {
+  build({ regions, initial, words }, recoveries) {
     this.initial = initial;
+    this.words = words;
     this.recoveries = recoveries;
     this.boxes.clear();
     this.element.replaceChildren(...regions.map((region) => this.box(region, null)), this.last);
@@ -43,6 +44,7 @@ export class Chart {
   box({ state: id, inner }, parent) {
     const box = document.createElement("div");
     box.className = "state";
+    box.title = this.words[id] ?? "";
     this.parents.set(id, parent);
     this.boxes.set(id, box);
     if (inner.length) {
@@ -57,7 +59,6 @@ export class Chart {
       if (recovery) {
         box.classList.add("recovery");
         box.style.setProperty("--mark", `rgb(${recovery.rgb.join(",")})`);
-        box.title = recovery.label;
       }
     }
     return box;
