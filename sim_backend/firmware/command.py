@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import Enum, auto
 
-from firmware_protocol.iomap import ProgramStatus
+from firmware_protocol.iomap import COMMAND, ProgramStatus
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import NEVER, Clock
@@ -19,6 +19,9 @@ from sim_backend.firmware.vm.machine import Machine
 from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, POOL_SIZE, Layout, Memory, OutOfMemory, fresh_pool
 from sim_backend.firmware.vm.opcodes import OPCODES
 from sim_backend.firmware.vm.rxe import BadProgram, Fault, parse
+
+_POOL_AT = COMMAND.field("MemoryPool").offset
+"""Offset of the memory pool in the IO map."""
 
 
 class _Phase(Enum):
@@ -100,13 +103,18 @@ class CommandModule:
 
     @property
     def variables_offset(self) -> int:
-        """Offset of the last program's variables in the pool."""
-        return NOT_AN_OFFSET if self._memory is None else self._memory.base
+        """Offset of the last program's variables in the IO map."""
+        return self._in_map(0)
 
     @property
     def descriptors_offset(self) -> int:
-        """Offset of the array descriptors in the pool."""
-        return NOT_AN_OFFSET if self._memory is None else self._memory.base + self._memory.descriptors
+        """Offset of the array descriptors in the IO map."""
+        return self._in_map(0 if self._memory is None else self._memory.descriptors)
+
+    def _in_map(self, offset: int) -> int:
+        if self._memory is None or not self._dialect.shows_offsets:
+            return NOT_AN_OFFSET
+        return _POOL_AT + self._memory.base + offset & 0xFFFF
 
     def start(self, name: bytes) -> None:
         """Start a program in the next pass."""
@@ -156,14 +164,14 @@ class CommandModule:
         self.program_name = unpack_name(self.file_name)
         self._handle, content = self._loader.open_program(self.program_name)
         try:
-            program = parse(content)
-            memory = Memory(program, self._layout, self._pool)
+            program = parse(content, self._layout.types)
+            self._memory = memory = Memory(program, self._layout, self._pool)
+            memory.fill()
         except (BadProgram, OutOfMemory) as error:
             self._refuse(error.fault if isinstance(error, BadProgram) else Fault.OUT_OF_MEMORY)
             if self._handle is None:
                 self._phase = _Phase.IDLE
             return
-        self._memory = memory
         self.mailboxes = Mailboxes(memory)
         self._machine = Machine(program, memory, self._equip(self.mailboxes), OPCODES, self._dialect)
         self._phase, self.status = _Phase.RUNNING, int(ProgramStatus.RUNNING)

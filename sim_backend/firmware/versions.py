@@ -80,6 +80,9 @@ class Version:
     map_presets: Mapping[str, Mapping[int, bytes]]
 
 
+_KNOWN_TYPES = bytes(range(Type.NOTHING)).ljust(256, bytes([Type.UNKNOWN]))
+_TYPES_1_05 = bytes([Type.NOTHING, *range(1, Type.FLOAT)]).ljust(256, bytes([Type.NOTHING]))
+
 _V1_29 = Version(
     major=1,
     minor=29,
@@ -104,7 +107,7 @@ _V1_29 = Version(
     sectors=477,
     directory_size=127,
     settings=bytes.fromhex("780104030000"),
-    pool=Layout(clump=28, growth=25, doubly_linked=True),
+    pool=Layout(clump=28, growth=25, doubly_linked=True, types=_KNOWN_TYPES),
     dialect=Dialect(
         Timing(instructions=54, turns=2_000),
         copies_arrays=True,
@@ -130,12 +133,14 @@ _V1_05 = replace(
     sectors=491,
     directory_size=63,
     settings=bytes.fromhex("cb"),
-    pool=Layout(clump=20, growth=5, doubly_linked=False, newest_type=Type.MUTEX),
+    pool=Layout(clump=20, growth=5, doubly_linked=False, types=_TYPES_1_05),
     dialect=Dialect(
         Timing(instructions=1 << 30, turns=49),
         copies_arrays=False,
         system_calls=34,
         missing=frozenset({0x34, 0x36, 0x37}),
+        checks_short_forms=True,
+        runs_past_end=True,
     ),
     map_sizes={"Command.mod": iomap.COMMAND.size_1_05, "Input.mod": iomap.INPUT.size_1_05},
 )
@@ -153,7 +158,7 @@ _V1_32 = replace(
     counts_full_ring=True,
     wraps_write_port=True,
     sectors=410,
-    dialect=_V1_29.dialect._replace(tells_faults=True),
+    dialect=_V1_29.dialect._replace(shows_offsets=False, tells_faults=True),
     map_sizes={"Comm.mod": 1900, "Input.mod": 420, "Low Speed.mod": 172, "Ui.mod": 44},
     map_presets={
         "Comm.mod": {1896: bytes.fromhex("c0080002")},

@@ -223,14 +223,14 @@ def test_variables_can_be_watched_and_changed_through_the_map():
     variables = Variables()
     variables.number(0x11223344)
     brick = started(assemble(variables, [FOREVER]))
-    pool, base = COMMAND.field("MemoryPool").offset, field(brick, COMMAND, "OffsetDS")
-    _, found = ask(brick, system.IOMapRead(COMMAND.module_id, pool + base, 4))
+    at = field(brick, COMMAND, "OffsetDS")
+    _, found = ask(brick, system.IOMapRead(COMMAND.module_id, at, 4))
     assert found.data == bytes.fromhex("44332211")
-    assert status_of(brick, system.IOMapWrite(COMMAND.module_id, pool + base, 2, b"\xaa\xbb")) == Status.OK
-    assert ask(brick, system.IOMapRead(COMMAND.module_id, pool + base, 4))[1].data == bytes.fromhex("aabb2211")
+    assert status_of(brick, system.IOMapWrite(COMMAND.module_id, at, 2, b"\xaa\xbb")) == Status.OK
+    assert ask(brick, system.IOMapRead(COMMAND.module_id, at, 4))[1].data == bytes.fromhex("aabb2211")
     brick.receive(direct.StopProgram().encode())
     brick.tick(3)
-    assert field(brick, COMMAND, "OffsetDS") == base
+    assert field(brick, COMMAND, "OffsetDS") == at
 
 
 LOOP = assemble(Variables(), [FOREVER])

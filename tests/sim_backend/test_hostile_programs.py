@@ -13,10 +13,10 @@ from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.vm.aggregates import compare
 from sim_backend.firmware.vm.data import Data, Place
 from sim_backend.firmware.vm.memory import Layout, Memory, OutOfMemory
-from sim_backend.firmware.vm.rxe import Program, Type, Variable
+from sim_backend.firmware.vm.rxe import Clump, Program, Type, Variable
 
 LEVELS = 4
-LAYOUT = Layout(clump=28, growth=25, doubly_linked=True)
+LAYOUT = Layout(clump=28, growth=25, doubly_linked=True, types=bytes(range(256)))
 CONCATENATE, ACQUIRE, FINISH, EQUAL = 0x18, 0x2C, 0x2A, 4
 
 
@@ -25,7 +25,11 @@ def nested(length, element):
     descriptors = struct.pack("<5H", 4, 10, 2, 0xFFFF, 1) + struct.pack("<5H", 24, element, length, 0, 0xFFFF)
     values = struct.pack("<H", 1) + descriptors + struct.pack("<H", 1) * length
     table = [Variable(Type.ARRAY, False, 0)] * (LEVELS - 1) + [Variable(Type.UBYTE, True, 0)]
-    return Data(Memory(Program(tuple(table), LEVELS, values, len(values) + 2, 4, 2, 0, 1, 4, (), ()), LAYOUT), None)
+    clumps = (Clump(0, (), 0, 1),)
+    program = Program(tuple(table), LEVELS, values, len(values) + 2, 4, 2, len(values) - 2, 0, 1, 4, clumps, ())
+    memory = Memory(program, LAYOUT)
+    memory.fill()
+    return Data(memory, None)
 
 
 def run_program(*clumps, variables, **options):

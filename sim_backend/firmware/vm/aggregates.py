@@ -29,9 +29,11 @@ COMPARISONS: tuple[Callable[[Any, Any], bool], ...] = (
     operator.ge,
     operator.eq,
     operator.ne,
+    lambda _, __: False,
+    lambda _, __: False,
 )
-"""The comparison of each number in an instruction's flags."""
-_EQUAL = 4
+"""The comparison of each number in an instruction's flags; the last two never hold."""
+_HOLD_FOR_EQUALS = (2, 3, 4)
 
 
 def move(data: Data, target: Place, source: Place) -> None:
@@ -141,7 +143,7 @@ def compare(data: Data, relation: int, left: Place, right: Place) -> bool:
         ProgramError: The types do not fit each other.
     """
     decided = _compare(data, relation, left, right)
-    return relation >= len(COMPARISONS) - 4 and relation <= _EQUAL if decided is None else decided
+    return relation in _HOLD_FOR_EQUALS if decided is None else decided
 
 
 def _compare(data: Data, relation: int, left: Place, right: Place) -> bool | None:

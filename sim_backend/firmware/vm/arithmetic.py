@@ -14,8 +14,8 @@ from sim_backend.firmware.vm.memory import SIGNED
 from sim_backend.firmware.vm.operands import INTEGERS
 from sim_backend.firmware.vm.rxe import SIZES, Type
 
-RELATIONS = ("<", ">", "<=", ">=", "==", "!=")
-"""The comparison of each number in an instruction's flags."""
+_RELATIONS = ("<", ">", "<=", ">=", "==", "!=")
+"""The comparison of each number in an instruction's flags, see `aggregates.COMPARISONS`."""
 
 _SYMBOLS = {scalars.ADD: "+", scalars.SUB: "-", scalars.MUL: "*", scalars.AND: "&", scalars.OR: "|", scalars.XOR: "^"}
 """Operations whose low bits do not depend on the signs."""
@@ -43,13 +43,18 @@ def _comparable(machine: Machine, left: int, right: int) -> tuple[str, str]:
 
 
 def comparison(machine: Machine, relation: int, left: int, right: int) -> str:
-    """Expression of whether a comparison of two scalars holds.
-
-    Raises:
-        IndexError: There is no such comparison.
-    """
+    """Expression of whether a comparison of two scalars holds."""
     first, second = _comparable(machine, left, right)
-    return f"{first} {RELATIONS[relation]} {second}"
+    return _related(first, relation, second)
+
+
+def test(machine: Machine, relation: int, value: int) -> str:
+    """Expression of whether a comparison of a scalar with 0 holds."""
+    return _related(machine.operands.value(value), relation, "0")
+
+
+def _related(left: str, relation: int, right: str) -> str:
+    return f"{left} {_RELATIONS[relation]} {right}" if relation < len(_RELATIONS) else "False"
 
 
 def _binary(machine: Machine, instruction: Instruction) -> Translation:
@@ -97,14 +102,14 @@ def _compare(machine: Machine, instruction: Instruction) -> Translation:
     """Store whether a comparison holds; for arrays as a whole if the target is a number."""
     data, operands, relation = machine.data, machine.operands, instruction.flags
     target, left, right = (Place(argument) for argument in instruction.arguments)
-    test = COMPARISONS[relation]
+    holds = COMPARISONS[relation]
     if operands.scalars(*instruction.arguments):
         statement = operands.assignment(target.entry, comparison(machine, relation, left.entry, right.entry), 0, 1)
         if statement:
             return statement
 
     def each(_: int, a: float, a_kind: int, b: float, b_kind: int) -> int:
-        return int(test(*comparable(a, a_kind, b, b_kind)))
+        return int(holds(*comparable(a, a_kind, b, b_kind)))
 
     def run() -> None:
         if data.is_aggregate(target.entry) or data.is_aggregate(left.entry) != data.is_aggregate(right.entry):
@@ -116,17 +121,16 @@ def _compare(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _test(machine: Machine, instruction: Instruction) -> Translation:
-    data, operands, test = machine.data, machine.operands, COMPARISONS[instruction.flags]
+    data, operands, holds = machine.data, machine.operands, COMPARISONS[instruction.flags]
     copies = aggregates.same_integers if machine.dialect.copies_arrays else aggregates.never
     target, value = (Place(argument) for argument in instruction.arguments)
     if operands.scalars(*instruction.arguments):
-        condition = f"{operands.value(value.entry)} {RELATIONS[instruction.flags]} 0"
-        statement = operands.assignment(target.entry, condition, 0, 1)
+        statement = operands.assignment(target.entry, test(machine, instruction.flags, value.entry), 0, 1)
         if statement:
             return statement
 
     def each(_: int, a: float, __: int) -> int:
-        return int(test(a, 0))
+        return int(holds(a, 0))
 
     return lambda: aggregates.calculate_each(data, each, target, value, copies_arrays=copies)
 

@@ -13,7 +13,7 @@ from types import CodeType
 from typing import Any, NamedTuple
 
 from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError
-from sim_backend.firmware.vm.instructions import Instruction, Next, Step, Translation, decode
+from sim_backend.firmware.vm.instructions import Instruction, Next, Step, Translation
 from sim_backend.firmware.vm.memory import OutOfMemory
 
 LONGEST = 20
@@ -41,16 +41,21 @@ class Compiler:
     """Compiles the code of one program."""
 
     def __init__(
-        self, code: Sequence[int], translate: Callable[[Instruction], Translation], names: dict[str, Any]
+        self,
+        code: Sequence[int],
+        decode: Callable[[Sequence[int], int], Instruction],
+        translate: Callable[[Instruction], Translation],
+        names: dict[str, Any],
     ) -> None:
         """Make a compiler.
 
         Args:
             code: Words of code.
+            decode: Decodes the instruction at a word.
             translate: Translates one instruction.
             names: What the names in translated instructions stand for; functions are added to it.
         """
-        self._code, self._translate, self._names = code, translate, names
+        self._code, self._decode, self._translate, self._names = code, decode, translate, names
         self._translated: dict[int, tuple[Instruction, Translation]] = {}
 
     def block(self, start: int, end: int, most: int) -> Block:
@@ -95,7 +100,7 @@ class Compiler:
         if at >= end:
             raise ProgramError(ERR_INSTR, "a clump ran past its end")
         if at not in self._translated:
-            instruction = decode(self._code, at)
+            instruction = self._decode(self._code, at)
             self._translated[at] = instruction, self._translate(instruction)
         return self._translated[at]
 

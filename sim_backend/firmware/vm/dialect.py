@@ -26,6 +26,9 @@ class Dialect(NamedTuple):
         copies_arrays: Whether an operation of one array copies it unchanged if the target has the same type.
         system_calls: Number of system calls.
         missing: Opcodes that it does not have.
+        checks_short_forms: Whether an instruction in a short form needs the right size.
+        runs_past_end: Whether an instruction directly behind a clump belongs to it, too.
+        shows_offsets: Whether the Command map tells where the program's variables and array descriptors are.
         tells_faults: Whether ProgStatus tells why a program cannot be started, not only that.
     """
 
@@ -33,4 +36,7 @@ class Dialect(NamedTuple):
     copies_arrays: bool
     system_calls: int
     missing: frozenset[int]
+    checks_short_forms: bool = False
+    runs_past_end: bool = False
+    shows_offsets: bool = True
     tells_faults: bool = False

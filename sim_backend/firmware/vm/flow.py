@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from sim_backend.firmware.cint import s16
 from sim_backend.firmware.vm.aggregates import compare
-from sim_backend.firmware.vm.arithmetic import RELATIONS, comparison
+from sim_backend.firmware.vm.arithmetic import comparison, test
 from sim_backend.firmware.vm.data import NONE, Place
 from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Next, Translation
 from sim_backend.firmware.vm.machine import QUEUE_GREW, Machine, Translate
@@ -35,8 +35,8 @@ def _branch_if(machine: Machine, instruction: Instruction) -> Next:
 
 
 def _branch_test(machine: Machine, instruction: Instruction) -> Next:
-    test = f"{machine.operands.value(instruction.arguments[1])} {RELATIONS[instruction.flags]} 0"
-    return Next(f"{_target(machine, instruction)} if {test} else {instruction.following}")
+    condition = test(machine, instruction.flags, instruction.arguments[1])
+    return Next(f"{_target(machine, instruction)} if {condition} else {instruction.following}")
 
 
 def _stop(machine: Machine, instruction: Instruction) -> Next:

@@ -14,8 +14,8 @@ MANY = 4
 _SHORT = 0x8
 _VARIABLE_SIZE = 0xE
 _WORD = 2
-_SHORT_OPCODES = (0x1B, 0x2C, 0x2D, 0x2E)
-"""Move, acquire, release and call have short forms of one word less."""
+_SHORT_FORMS = ((0x1B, 2), (0x2C, 1), (0x2D, 1), (0x2E, 2))
+"""Opcode and number of words of the short forms of move, acquire, release and call."""
 
 
 class Instruction(NamedTuple):
@@ -63,8 +63,13 @@ Translation = str | Action | Next
 the choice of the next instruction."""
 
 
-def decode(code: Sequence[int], at: int) -> Instruction:
+def decode(code: Sequence[int], at: int, *, checks_short_forms: bool) -> Instruction:
     """The instruction at a word of code.
+
+    Args:
+        code: All words.
+        at: Index of the word.
+        checks_short_forms: Whether a short form needs the right size.
 
     Raises:
         ProgramError: There is no such short form.
@@ -72,17 +77,19 @@ def decode(code: Sequence[int], at: int) -> Instruction:
     """
     word = code[at]
     size, flags, opcode = word >> 12, word >> 8 & 0x7, word & 0xFF
+    if word >> 8 & _SHORT:
+        if flags >= len(_SHORT_FORMS):
+            raise ProgramError(ERR_INSTR, "a short form that does not exist")
+        short, words = _SHORT_FORMS[flags]
+        if checks_short_forms and size != words * _WORD:
+            raise ProgramError(ERR_INSTR, "a short form of another size")
+        arguments = (opcode,) if words == 1 else (s8(opcode) + code[at + 1] & 0xFFFF, code[at + 1])
+        return Instruction(short, 0, arguments, at, at + words, words)
     form = min(size // _WORD - 1, MANY)
     if size == _VARIABLE_SIZE:
         size = code[at + 1]
     following = at + size // _WORD
-    arguments = tuple(code[at + 1 : following])
-    if word >> 8 & _SHORT:
-        if flags >= len(_SHORT_OPCODES):
-            raise ProgramError(ERR_INSTR, "a short form that does not exist")
-        arguments = (opcode,) if size == _WORD else (s8(opcode) + arguments[0] & 0xFFFF, *arguments)
-        opcode, flags, form = _SHORT_OPCODES[flags], 0, len(arguments)
-    return Instruction(opcode, flags, arguments, at, following, form)
+    return Instruction(opcode, flags, tuple(code[at + 1 : following]), at, following, form)
 
 
 def sized_arguments(code: Sequence[int], instruction: Instruction) -> tuple[int, ...]:

@@ -11,13 +11,14 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping
 from enum import IntEnum
+from functools import partial
 
 from sim_backend.firmware.module import NEVER
 from sim_backend.firmware.vm.blocks import FAILURES, LONGEST, Block, Compiler
 from sim_backend.firmware.vm.data import ERR_INSTR, Data, ProgramError
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
-from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Translation
+from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Translation, decode
 from sim_backend.firmware.vm.memory import Memory
 from sim_backend.firmware.vm.operands import Operands
 from sim_backend.firmware.vm.rxe import Program
@@ -102,7 +103,8 @@ class Machine:
         self.operands = Operands(self.data)
         self._opcodes = {key: value for key, value in opcodes.items() if key[0] not in dialect.missing}
         self._timing = dialect.timing
-        self._compiler = Compiler(program.code, self._translate, self.operands.names)
+        decoder = partial(decode, checks_short_forms=dialect.checks_short_forms)
+        self._compiler = Compiler(program.code, decoder, self._translate, self.operands.names)
         self._spins = frozenset(at for at in range(len(program.code)) if program.code[at : at + 2] == _JUMP_TO_ITSELF)
         self._patience = self._turns_to_wait = 0
         self.semaphores, self.sending = [0, 0], False
@@ -169,7 +171,10 @@ class Machine:
 
     def _block(self, pc: int, most: int) -> Block:
         task = self.task
-        end = self.program.clumps[task.number].end
+        clump = self.program.clumps[task.number]
+        end = clump.end + self.dialect.runs_past_end
+        if pc == clump.start >= end:
+            end = pc + 1
         block = task.blocks.get(pc)
         if block is None:
             block = task.blocks[pc] = self._compiler.block(pc, end, LONGEST)

@@ -13,7 +13,7 @@ import struct
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from sim_backend.firmware.vm.rxe import SIZES, BadProgram, Fault, Program, Type
+from sim_backend.firmware.vm.rxe import BadProgram, Fault, Program, Type
 
 POOL_SIZE = 32_768
 NOT_AN_OFFSET = 0xFFFF
@@ -25,11 +25,12 @@ _WORK, _BYTES_PER_ACCESS = 200_000, 64
 """Accesses to arrays in one pass; copied bytes that count as one."""
 _FILL = bytes.fromhex("efbeadde")
 _ALIGNMENT = 4
-_BEHIND = 0x12000
-"""Bytes of memory behind the pool: offsets have 16 bits."""
+_BEHIND = 0xA0000
+"""Bytes of memory behind the pool: numbers of descriptors have 16 bits."""
 _DESCRIPTOR = struct.Struct("<HHHHH")
 _INDEX = struct.Struct("<H")
 SCALARS: Mapping[int, struct.Struct] = {
+    Type.VOID: struct.Struct("<B"),
     Type.UBYTE: struct.Struct("<B"),
     Type.SBYTE: struct.Struct("<b"),
     Type.UWORD: struct.Struct("<H"),
@@ -37,9 +38,8 @@ SCALARS: Mapping[int, struct.Struct] = {
     Type.ULONG: struct.Struct("<I"),
     Type.SLONG: struct.Struct("<i"),
     Type.FLOAT: struct.Struct("<f"),
-    Type.MUTEX: struct.Struct("<I"),
 }
-"""Layout of each scalar type."""
+"""Layout of each type whose variables are read and written as numbers."""
 
 
 Number = int | float
@@ -57,13 +57,13 @@ class Layout(NamedTuple):
         growth: Number of descriptors added at once.
         doubly_linked: Whether the descriptors are linked in both directions, and half as many free ones are added when
             a program is loaded.
-        newest_type: The highest number of a type that it knows.
+        types: The type that it takes each number of a type for.
     """
 
     clump: int
     growth: int
     doubly_linked: bool
-    newest_type: Type = Type.FLOAT
+    types: bytes
 
 
 def fresh_pool() -> bytearray:
@@ -93,12 +93,6 @@ class Memory:
     """
 
     def __init__(self, program: Program, layout: Layout, pool: bytearray | None = None) -> None:
-        """Load the program's initial values into an empty pool, which keeps what was loaded of a damaged one.
-
-        Raises:
-            BadProgram: It does not fit.
-            OutOfMemory: Its descriptors exceed the pool.
-        """
         self.pool = fresh_pool() if pool is None else pool
         self.base = aligned(len(program.clumps) * layout.clump)
         self.begin_pass()
@@ -106,17 +100,27 @@ class Memory:
         self.descriptors = program.descriptors
         self._head, self._tail, self._free = program.memory_head, program.memory_tail, _NONE
         self._end = program.initial_size
+
+    def fill(self) -> None:
+        """Store the program's initial values; those of a damaged one until the damage is found.
+
+        Raises:
+            BadProgram: It does not fit, or its arrays are not in order.
+            OutOfMemory: Its descriptors exceed the pool.
+        """
         if self.base + self._end > POOL_SIZE:
             raise BadProgram(Fault.POOL_SIZE, "larger than the memory pool")
-        for offset, data in program.initial_values(layout.newest_type):
+        self.program.check()
+        for offset, data in self.program.initial_values():
             self.write(offset, data)
-        if self.array(0).offset != self.descriptors:
-            raise BadProgram(Fault.FIRST_VALUES, "array descriptors that do not describe themselves")
         if self.doubly_linked:
             previous = _NONE
             for index in self._list():
                 self._set_back(index, previous)
                 previous = index
+        if self.array(0).offset != self.descriptors:
+            raise BadProgram(Fault.DESCRIPTORS, "array descriptors that do not describe themselves")
+        if self.doubly_linked:
             self._grow_descriptors(self.array(0).length // 2)
         self._verify()
 
@@ -133,7 +137,9 @@ class Memory:
         last = count = 0
         tail = _NONE
         for index in self._list():
-            offset = self.array(index).offset
+            offset, _, _, back, _ = self.array(index)
+            if self.doubly_linked and back != tail:
+                raise BadProgram(Fault.ARRAY_LIST, "arrays that are not linked backwards")
             if offset != NOT_AN_OFFSET:
                 if offset < last:
                     raise BadProgram(Fault.ARRAY_LIST, "arrays that are not in the order of the list")
@@ -170,7 +176,7 @@ class Memory:
         if kind == Type.FLOAT:
             value = single(value)
         else:
-            bits = 8 * SIZES[kind]
+            bits = 8 * SCALARS[kind].size
             value = int(value) & (1 << bits) - 1
             if kind in SIGNED and value >> (bits - 1):
                 value -= 1 << bits
@@ -314,9 +320,9 @@ class Memory:
 
     def _grow_descriptors(self, more: int) -> None:
         """Append free descriptors; the array of descriptors moves even if `more` is 0."""
-        first = self.array(0).length
-        offset, size = self._allocate(_DESCRIPTOR.size * (first + more)), _DESCRIPTOR.size * first
-        self.write(offset, self.read(self.descriptors, size))
+        first, element = self.array(0).length, self.array(0).element
+        offset = self._allocate(element * (first + more))
+        self.write(offset, self.read(self.descriptors, element * first))
         self.descriptors = offset
         self._unlink(0)
         self.describe(0, self.array(0)._replace(offset=offset, length=first + more))
@@ -369,13 +375,13 @@ class Memory:
         back = array.back
         if not self.doubly_linked:
             back = next((other for other in self._list() if self.array(other).link == index), _NONE)
-        if back == _NONE:
+        if index == self._head:
             self._head = array.link
-        else:
+        elif back != _NONE:
             self.describe(back, self.array(back)._replace(link=array.link))
-        if array.link == _NONE:
+        if index == self._tail:
             self._tail = back
-        else:
+        elif array.link != _NONE:
             self._set_back(array.link, back)
 
     def _set_back(self, index: int, back: int) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from sim_backend.firmware.vm.data import FIRST_FIELD, Data
 from sim_backend.firmware.vm.memory import SCALARS
-from sim_backend.firmware.vm.rxe import SIZES, Type
+from sim_backend.firmware.vm.rxe import Type
 
 INTEGERS = (Type.UBYTE, Type.SBYTE, Type.UWORD, Type.SWORD, Type.ULONG, Type.SLONG)
 _CELLS = (*INTEGERS, Type.FLOAT)
@@ -60,11 +60,11 @@ class Operands:
         kind = self._data.kind(target)
         if kind in SCALARS:
             at = self._data.memory.base + self._data.variables[target].data
-            self.written = min(self.written[0], at), max(self.written[1], at + SIZES[kind])
+            self.written = min(self.written[0], at), max(self.written[1], at + SCALARS[kind].size)
         cell = self._cell(target)
         if cell is None:
             return f"put({target}, {value})"
-        code, mask = SCALARS[kind].format[-1], (1 << 8 * SIZES[kind]) - 1
+        code, mask = SCALARS[kind].format[-1], (1 << 8 * SCALARS[kind].size) - 1
         if kind == Type.FLOAT or (low is not None and high is not None and low >= 0 and high <= mask):
             return f"{code if kind == Type.FLOAT else code.upper()}[{cell[1]}] = {value}"
         return f"{code.upper()}[{cell[1]}] = ({value}) & {mask}"
@@ -76,5 +76,5 @@ class Operands:
         kind = self._data.kind(argument)
         if kind not in _CELLS:
             return None
-        cell, rest = divmod(self._data.memory.base + self._data.variables[argument].data, SIZES[kind])
-        return None if rest or (cell + 1) * SIZES[kind] > len(self._data.memory.pool) else (kind, cell)
+        cell, rest = divmod(self._data.memory.base + self._data.variables[argument].data, SCALARS[kind].size)
+        return None if rest or (cell + 1) * SCALARS[kind].size > len(self._data.memory.pool) else (kind, cell)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from sim_backend.firmware.vm.data import Place
+from sim_backend.firmware.vm.data import ERR_ARG, Place, ProgramError
 from sim_backend.firmware.vm.instructions import MANY, Instruction, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.rxe import Type
+
+_LAST_FIELD = 44
+"""The largest number of a field that an instruction may set: 15 for each of three ports, of which 15 count."""
 
 
 def _read(machine: Machine, instruction: Instruction, get: Callable[[int, int], int]) -> Translation:
@@ -42,6 +45,8 @@ def _set_output(machine: Machine, instruction: Instruction) -> Translation:
         for place in places:
             port = int(data.get(place.entry, place.offset))
             for field, source in values:
+                if field > _LAST_FIELD:
+                    raise ProgramError(ERR_ARG, f"there is no field {field}")
                 put(port, field, int(data.get(source)))
 
     return run

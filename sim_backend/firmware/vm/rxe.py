@@ -41,6 +41,10 @@ class Type(IntEnum):
     CLUSTER = 8
     MUTEX = 9
     FLOAT = 10
+    NOTHING = 11
+    """What firmware 1.05 takes an unknown type for: it has no size, reads as 0 and takes no value."""
+    UNKNOWN = 12
+    """What other firmwares take it for: they refuse the program."""
 
 
 SIZES: Mapping[int, int] = {
@@ -54,7 +58,8 @@ SIZES: Mapping[int, int] = {
     Type.MUTEX: 4,
     Type.FLOAT: 4,
 }
-"""Size of a variable in bytes; an array is the number of its descriptor, a cluster has no bytes of its own."""
+"""Size of a variable in bytes; an array is the number of its descriptor, a cluster has no bytes of its own, and neither
+has VOID, though it is read and written as a byte."""
 
 
 def size_of(kind: int) -> int:
@@ -74,9 +79,10 @@ class Fault(IntEnum):
     SIZES = 0xF7
     POOL_SIZE = 0xF6
     NO_FILE = 0xF5
-    FIRST_VALUES = 0xF4
+    NO_MEMORY = 0xF4
     NO_START = 0xF3
     SCALARS_SIZE = 0xF2
+    DESCRIPTORS = 0xF1
 
 
 class BadProgram(Exception):
@@ -149,6 +155,7 @@ class Program:
         initial_size: Bytes of memory that are used at the start.
         static_size: Number of bytes of scalar variables; the memory after them can move.
         dynamic_offset: Offset in `values` of the initial descriptors and arrays.
+        dynamic_size: Their size.
         memory_head: First array of the list.
         memory_tail: Last array of the list.
         descriptors: Offset of the array descriptors in memory.
@@ -162,52 +169,73 @@ class Program:
     initial_size: int
     static_size: int
     dynamic_offset: int
+    dynamic_size: int
     memory_head: int
     memory_tail: int
     descriptors: int
     clumps: tuple[Clump, ...]
     code: tuple[int, ...]
 
-    def initial_values(self, newest_type: Type) -> Iterator[tuple[int, bytes]]:
-        """Offset in memory and bytes of each initial value, in the firmware's order.
-
-        Args:
-            newest_type: The highest number of a type that the firmware knows.
+    def check(self) -> None:
+        """Check what the firmware checks after the sizes of the file's parts.
 
         Raises:
-            BadProgram: The size of the scalars disagrees with the header, or a type is not known.
+            BadProgram: There are no variables, or no clump that starts.
         """
-        at, index, known = 0, 0, True
-        while index < self.count:
-            variable = self.variables[index]
-            known = known and variable.type <= newest_type
-            size = size_of(variable.type) if variable.type <= newest_type else 0
+        if not self.initial_size:
+            raise BadProgram(Fault.NO_MEMORY, "no memory for variables")
+        if all(clump.fire_count for clump in self.clumps):
+            raise BadProgram(Fault.NO_START, "no clump that starts the program")
+
+    def initial_values(self) -> Iterator[tuple[int, bytes]]:
+        """Offset in memory and bytes of each initial value, in the firmware's order.
+
+        Raises:
+            BadProgram: A type is not known, or the size of the scalars disagrees with the header.
+        """
+        at = 0
+        for variable in self._entries():
+            if variable.type == Type.UNKNOWN:
+                raise BadProgram(Fault.TYPE, "variables of an unknown type")
+            size = size_of(variable.type)
             if variable.first_zero:
                 yield variable.data, bytes(size)
             else:
                 yield variable.data, self.values[at : at + size].ljust(size, b"\0")
                 at += size
-            index = following(self.variables, index) if variable.type == Type.ARRAY else index + 1
-        if not known:
-            raise BadProgram(Fault.TYPE, "variables of an unknown type")
-        if at != self.dynamic_offset:
+        if at != self.dynamic_offset or at + self.dynamic_size != len(self.values):
             raise BadProgram(Fault.SCALARS_SIZE, "scalars whose size is not that of the header")
         yield self.static_size, self.values[at:]
 
+    def _entries(self) -> Iterator[Variable]:
+        """The variables that have a place of their own, which elements of arrays have not."""
+        index = 0
+        while index < self.count:
+            variable = self.variables[index]
+            yield variable
+            try:
+                index = following(self.variables, index) if variable.type == Type.ARRAY else index + 1
+            except IndexError as error:
+                raise BadProgram(Fault.TYPE, "an array whose element is not in the table") from error
 
-def parse(content: bytes) -> Program:
+
+def parse(content: bytes, types: bytes = bytes(range(256))) -> Program:
     """Parse an executable file.
+
+    Args:
+        content: The file.
+        types: The type that the firmware takes each number of a type for.
 
     Raises:
         BadProgram: The file is not a program, of another format version, or its parts do not have the announced sizes.
     """
     try:
-        return _parse(content)
+        return _parse(content, types)
     except (struct.error, ValueError, IndexError) as error:
         raise BadProgram(Fault.SIZES, f"damaged program: {error}") from error
 
 
-def _parse(content: bytes) -> Program:
+def _parse(content: bytes, types: bytes) -> Program:
     header = _Header(*_HEADER.unpack_from(content.ljust(_HEADER.size, b"\0")))
     if header.format != _FORMAT:
         raise BadProgram(Fault.FORMAT, "not a program")
@@ -217,23 +245,19 @@ def _parse(content: bytes) -> Program:
         raise BadProgram(Fault.CLUMP_COUNT, "no clumps, or too many")
     if not header.words:
         raise BadProgram(Fault.NO_CODE, "no code")
-    if not (header.variables and header.initial_size):
-        raise BadProgram(Fault.FIRST_VALUES if header.variables else Fault.SIZES, "no variables")
+    if not header.variables:
+        raise BadProgram(Fault.SIZES, "no variables")
     at = _HEADER.size
     whole = content[at : at + (len(content) - at) // _VARIABLE.size * _VARIABLE.size]
     variables = tuple(
-        Variable(kind, bool(flags & _ZERO_FIRST), data) for kind, flags, data in _VARIABLE.iter_unpack(whole)
+        Variable(types[kind], bool(flags & _ZERO_FIRST), data) for kind, flags, data in _VARIABLE.iter_unpack(whole)
     )
     at += header.variables * _VARIABLE.size
     values = content[at : at + header.defaults_size]
     at = _even(at + header.defaults_size)
     clumps, at = _clumps(content, at, header)
-    if all(clump.fire_count for clump in clumps):
-        raise BadProgram(Fault.NO_START, "no clump that starts the program")
     if at + header.words * _WORD != len(content):
         raise BadProgram(Fault.SIZES, "the file does not have the announced size")
-    if header.dynamic_offset + header.dynamic_size != header.defaults_size:
-        raise BadProgram(Fault.SCALARS_SIZE, "initial values that do not have the announced size")
     code = struct.unpack_from(f"<{header.words}H", content, at)
     return Program(
         variables,
@@ -242,6 +266,7 @@ def _parse(content: bytes) -> Program:
         header.initial_size,
         header.static_size,
         header.dynamic_offset,
+        header.dynamic_size,
         header.memory_head,
         header.memory_tail,
         header.descriptors,

@@ -1,0 +1,196 @@
+"""What the firmware does with damaged programs, each answer as LEGO's gave it.
+
+Source: docs/firmware.md sections 8.1 to 8.4.
+"""
+
+import struct
+
+import pytest
+
+from firmware_protocol.direct import StartProgram
+from firmware_protocol.iomap import COMMAND
+from firmware_protocol.system import IOMapRead
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
+from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.vm.rxe import Type
+
+ADD, COMPARE, TEST, MOVE, SET, JUMP, BRANCH, BRANCH_TEST, SET_OUTPUT = 0, 0x11, 0x12, 0x1B, 0x1C, 0x25, 0x26, 0x27, 0x31
+RUNNING, ENDED, FAILED = 2, 1, 3
+SPIN = instruction(JUMP, 0)
+TABLE_AT, ENTRY = 38, 4
+
+
+class Outcome:
+    """A program that has run for some milliseconds: status and four numbers, which begin as 11, 22, 33 and 44 (hex)."""
+
+    def __init__(self, content, firmware="1.29", clumps=1):
+        brick = SimBrick(firmware=firmware)
+        handle = brick.loader.create("a.rxe", len(content)).handle
+        brick.loader.write(handle, content)
+        brick.loader.close(handle)
+        brick.receive(StartProgram("a.rxe").encode())
+        brick.tick(20)
+        self.status = _read(brick, "ProgStatus")[0]
+        self.offsets = struct.unpack("<HH", _read(brick, "OffsetDS") + _read(brick, "OffsetDVA"))
+        base = -(-{"1.29": 28, "1.05": 20}[firmware] * clumps // 4) * 4
+        self.numbers = struct.unpack_from("<4I", brick.command.pool, base)
+
+
+def _read(brick, name):
+    return IOMapRead.decode_reply(brick.receive(COMMAND.field(name).read().encode())).data
+
+
+def program(*clumps, texts=0, **options):
+    """A program with four numbers."""
+    variables = Variables()
+    for value in (0x11, 0x22, 0x33, 0x44):
+        variables.number(value)
+    for _ in range(texts):
+        variables.text(b"abc\0")
+    return assemble(variables, *clumps, **options)
+
+
+def changed(content, at, layout, *values):
+    """The file with some bytes replaced."""
+    return content[:at] + struct.pack(layout, *values) + content[at + struct.calcsize(layout) :]
+
+
+def header(content, number):
+    """A number of the header; they begin with the count of variables."""
+    return struct.unpack_from("<11H", content, 16)[number]
+
+
+def descriptor(content, number, field):
+    """Where a field of an array's descriptor is in the file."""
+    return TABLE_AT + ENTRY * header(content, 0) + header(content, 4) + 10 * number + 2 * field
+
+
+@pytest.mark.parametrize("firmware", ["1.05", "1.29"])
+@pytest.mark.parametrize("flags", [6, 7])
+def test_the_comparisons_that_do_not_exist_never_hold(firmware, flags):
+    code = [
+        instruction(COMPARE, 0, 1, 1, flags=flags),
+        instruction(TEST, 2, 1, flags=flags),
+        instruction(BRANCH, 7, 1, 1, flags=flags),
+        instruction(BRANCH_TEST, 3, 1, flags=flags),
+        instruction(SET, 3, 0x77),
+        SPIN,
+    ]
+    outcome = Outcome(program(code), firmware)
+    assert (outcome.status, *outcome.numbers) == (RUNNING, 0, 0x22, 0, 0x77)
+
+
+@pytest.mark.parametrize(("field", "status"), [(15, RUNNING), (44, RUNNING), (45, FAILED), (0xFFFF, FAILED)])
+def test_a_field_beyond_all_those_of_three_ports_is_an_error_of_setting_an_output(field, status):
+    code = [instruction(SET_OUTPUT, 0, field, 1), SPIN]
+    assert Outcome(program(code)).status == status
+
+
+@pytest.mark.parametrize(
+    ("firmware", "size", "numbers"), [("1.29", 6, (0x11, 0x22, 0x22, 0x77)), ("1.05", 6, (0x11, 0x22, 0x33, 0x44))]
+)
+def test_the_short_form_of_a_move_has_two_words_whatever_its_size_says(firmware, size, numbers):
+    outcome = Outcome(program([[size << 12 | 0x801, 1], instruction(SET, 3, 0x77), SPIN]), firmware)
+    assert outcome.numbers == numbers
+    assert outcome.status == (RUNNING if firmware == "1.29" else FAILED)
+
+
+@pytest.mark.parametrize(
+    ("firmware", "start", "numbers"),
+    [
+        ("1.29", 0, (0x71, 0x22)),
+        ("1.29", 3, (0x71, 0x22)),
+        ("1.29", 6, (0x71, 0x72)),
+        ("1.05", 0, (0x71, 0x22)),
+        ("1.05", 3, (0x71, 0x72)),
+    ],
+)
+def test_the_end_of_a_clump_is_checked_after_each_instruction(firmware, start, numbers):
+    """1.05 also runs the instruction directly behind the end."""
+    code = [instruction(SET, 0, 0x71), instruction(SET, 1, 0x72), instruction(SET, 2, 0x73), SPIN]
+    content = program(code, [SPIN], fire=[0, 1])
+    records = len(content) - 2 * header(content, 10) - 2 * 4
+    outcome = Outcome(changed(content, records + 6, "<H", start), firmware, clumps=2)
+    assert outcome.numbers[:2] == numbers
+    assert outcome.status == FAILED
+
+
+@pytest.mark.parametrize("number", [10, 11, 20, 255])
+@pytest.mark.parametrize(("firmware", "status"), [("1.05", RUNNING), ("1.29", FAILED)])
+def test_firmware_1_05_does_not_check_types(firmware, status, number):
+    """What it does not know has no value, and reads as 0; later firmwares know floats and refuse the rest."""
+    content = program([instruction(MOVE, 1, 0), instruction(SET, 0, 5), SPIN])
+    first_zero = changed(content, TABLE_AT, "<BB", number, 1)
+    shorter = changed(first_zero, 16 + 2 * 3, "<2H", header(content, 3) - 4, header(content, 4) - 4)
+    at = TABLE_AT + ENTRY * header(content, 0)
+    outcome = Outcome(shorter[:at] + shorter[at + 4 :], firmware)
+    if number == Type.FLOAT and firmware == "1.29":
+        assert outcome.status == RUNNING
+    else:
+        assert outcome.status == status
+        assert outcome.numbers[:2] == ((0xDEADBEEF, 0) if firmware == "1.05" else (0xDEADBEEF, 0xDEADBEEF))
+
+
+def test_a_variable_without_a_type_is_a_byte_without_a_first_value():
+    content = program([instruction(MOVE, 1, 0), instruction(SET, 0, 0x1234), SPIN])
+    void = changed(content, TABLE_AT, "<BB", 0, 1)
+    shorter = changed(void, 16 + 2 * 3, "<2H", header(content, 3) - 4, header(content, 4) - 4)
+    at = TABLE_AT + ENTRY * header(content, 0)
+    assert Outcome(shorter[:at] + shorter[at + 4 :]).numbers[:2] == (0xDEADBE34, 0xEF)
+
+
+@pytest.mark.parametrize("firmware", ["1.05", "1.29"])
+def test_a_mutex_is_no_number(firmware):
+    variables = Variables()
+    for value in (0x11, 0x22):
+        variables.number(value)
+    variables.number(0x33, Type.MUTEX)
+    variables.number(0x44)
+    code = [instruction(ADD, 1, 2, 0), instruction(SET, 2, 5), SPIN]
+    if firmware == "1.05":  # 1.29 crashes
+        assert Outcome(assemble(variables, code), firmware).numbers == (0x11, 0x11, 0x33, 0x44)
+
+
+@pytest.mark.parametrize(
+    ("damage", "variables", "descriptors"),
+    [
+        ("nothing", 80, 124),
+        ("too short", 65535, 65535),
+        ("no memory", 80, 100),
+        ("no clump starts", 80, 100),
+        ("unknown type", 80, 100),
+        ("wrong tail", 80, 124),
+    ],
+)
+def test_the_map_shows_the_offsets_in_itself_of_what_was_loaded_before_the_damage_was_found(
+    damage, variables, descriptors
+):
+    content = program([SPIN], texts=1)
+    records = len(content) - 2 * header(content, 10) - 4
+    content = {
+        "nothing": content,
+        "too short": content[:-1],
+        "no memory": changed(content, 16 + 2, "<H", 0),
+        "no clump starts": changed(content, records, "<B", 1),
+        "unknown type": changed(content, TABLE_AT, "<B", 11),
+        "wrong tail": changed(content, 16 + 2 * 7, "<H", 0),
+    }[damage]
+    outcome = Outcome(content)
+    assert outcome.offsets == (variables, descriptors)
+    assert outcome.status == (RUNNING if damage == "nothing" else FAILED)
+
+
+@pytest.mark.parametrize(
+    ("arrays", "element", "status"),
+    [(1, 8, RUNNING), (1, 11, RUNNING), (4, 9, FAILED), (8, 9, FAILED), (8, 11, RUNNING)],
+)
+def test_the_descriptors_grow_by_the_element_size_that_the_program_gives_them(arrays, element, status):
+    """If it is too small, the last one is not copied as a whole, and no longer linked backwards."""
+    content = program([SPIN], texts=arrays)
+    assert Outcome(changed(content, descriptor(content, 0, 1), "<H", element)).status == status
+
+
+def test_an_array_whose_element_is_beyond_the_file_is_an_error():
+    content = program([SPIN])
+    arrays = changed(content, TABLE_AT, "<BB", Type.ARRAY, 1)
+    assert Outcome(changed(arrays, TABLE_AT + ENTRY, "<BBH", Type.CLUSTER, 1, 0xFFFF)).status == FAILED
