@@ -182,11 +182,6 @@ class Memory:
                 value -= 1 << bits
         SCALARS[kind].pack_into(self.pool, self.base + offset, value)
 
-    def view(self, kind: int) -> memoryview:
-        """The pool as numbers of a type other than FLOAT, in the byte order of this computer."""
-        view: memoryview = memoryview(self.pool).cast(SCALARS[kind].format[-1])  # type: ignore[call-overload]
-        return view
-
     def read(self, offset: int, size: int) -> bytes:
         """Bytes at `offset`.
 
