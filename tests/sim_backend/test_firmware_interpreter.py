@@ -12,7 +12,7 @@ from firmware_protocol.iomap import COMMAND, ProgramStatus
 from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
-from sim_backend.firmware.vm.memory import SCALARS
+from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.rxe import Type
 
 ADD, SUB, NEG, MUL, DIV, MOD, AND, OR, XOR, NOT = range(10)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from sim_backend.firmware.vm.data import AGGREGATES, ERR_ARG, Data, Place, ProgramError
-from sim_backend.firmware.vm.memory import SIGNED, Number
+from sim_backend.firmware.vm.numbers import SIGNED, Number
 from sim_backend.firmware.vm.rxe import SIZES, Type
 
 Binary = Callable[[int, Number, int, Number, int], Number]

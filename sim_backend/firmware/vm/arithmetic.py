@@ -10,7 +10,7 @@ from sim_backend.firmware.vm.aggregates import COMPARISONS, comparable
 from sim_backend.firmware.vm.data import Place
 from sim_backend.firmware.vm.instructions import Instruction, Translation
 from sim_backend.firmware.vm.machine import Machine, Translate
-from sim_backend.firmware.vm.memory import SIGNED
+from sim_backend.firmware.vm.numbers import SIGNED
 from sim_backend.firmware.vm.operands import INTEGERS
 from sim_backend.firmware.vm.rxe import SIZES, Type
 

@@ -12,7 +12,8 @@ from sim_backend.firmware.vm import aggregates
 from sim_backend.firmware.vm.data import ERR_ARG, NONE, Data, Place, ProgramError
 from sim_backend.firmware.vm.instructions import MANY, Instruction, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
-from sim_backend.firmware.vm.memory import Array, single
+from sim_backend.firmware.vm.memory import Array
+from sim_backend.firmware.vm.numbers import single
 from sim_backend.firmware.vm.rxe import Type, size_of
 
 _NUMBER = re.compile(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from sim_backend.firmware.cint import s16
 from sim_backend.firmware.vm.data import Place
-from sim_backend.firmware.vm.memory import Number
+from sim_backend.firmware.vm.numbers import Number
 
 if TYPE_CHECKING:
     from sim_backend.firmware.vm.machine import Machine

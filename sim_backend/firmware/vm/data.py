@@ -11,7 +11,8 @@ from collections.abc import Callable
 from functools import cached_property, partial
 from typing import NamedTuple, Protocol
 
-from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, SCALARS, Array, Memory, Number
+from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, Array, Memory
+from sim_backend.firmware.vm.numbers import SCALARS, Number
 from sim_backend.firmware.vm.rxe import Type, following, size_of
 
 NONE = 0xFFFF

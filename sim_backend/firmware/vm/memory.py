@@ -10,9 +10,10 @@ Source: docs/firmware.md section 8.1.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import NamedTuple
 
+from sim_backend.firmware.vm.numbers import SCALARS, SIGNED, Number, single
 from sim_backend.firmware.vm.rxe import BadProgram, Fault, Program, Type
 
 POOL_SIZE = 32_768
@@ -29,20 +30,6 @@ _BEHIND = 0xA0000
 """Bytes of memory behind the pool: numbers of descriptors have 16 bits."""
 _DESCRIPTOR = struct.Struct("<HHHHH")
 _INDEX = struct.Struct("<H")
-SCALARS: Mapping[int, struct.Struct] = {
-    Type.VOID: struct.Struct("<B"),
-    Type.UBYTE: struct.Struct("<B"),
-    Type.SBYTE: struct.Struct("<b"),
-    Type.UWORD: struct.Struct("<H"),
-    Type.SWORD: struct.Struct("<h"),
-    Type.ULONG: struct.Struct("<I"),
-    Type.SLONG: struct.Struct("<i"),
-    Type.FLOAT: struct.Struct("<f"),
-}
-"""Layout of each type whose variables are read and written as numbers."""
-
-
-Number = int | float
 
 
 class OutOfMemory(Exception):
@@ -315,7 +302,7 @@ class Memory:
 
     def _grow_descriptors(self, more: int) -> None:
         """Append free descriptors; the array of descriptors moves even if `more` is 0."""
-        first, element = self.array(0).length, self.array(0).element
+        _, element, first, *_ = self.array(0)
         offset = self._allocate(element * (first + more))
         self.write(offset, self.read(self.descriptors, element * first))
         self.descriptors = offset
@@ -382,18 +369,6 @@ class Memory:
     def _set_back(self, index: int, back: int) -> None:
         if self.doubly_linked:
             self.describe(index, self.array(index)._replace(back=back))
-
-
-SIGNED = (Type.SBYTE, Type.SWORD, Type.SLONG)
-"""Integer types with a sign."""
-
-
-def single(value: float) -> float:
-    """The nearest number of single precision; infinite if it is too large."""
-    try:
-        return float(SCALARS[Type.FLOAT].unpack(SCALARS[Type.FLOAT].pack(value))[0])
-    except OverflowError:
-        return float("inf") if value > 0 else float("-inf")
 
 
 def aligned(size: int) -> int:

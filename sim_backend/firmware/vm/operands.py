@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from sim_backend.firmware.vm.data import FIRST_FIELD, Data
-from sim_backend.firmware.vm.memory import SCALARS
+from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.rxe import Type
 
 INTEGERS = (Type.UBYTE, Type.SBYTE, Type.UWORD, Type.SWORD, Type.ULONG, Type.SLONG)

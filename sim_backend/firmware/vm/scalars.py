@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from sim_backend.firmware.cint import divide
 from sim_backend.firmware.vm.aggregates import Binary, Unary, comparable
 from sim_backend.firmware.vm.data import truncated
-from sim_backend.firmware.vm.memory import Number, single
+from sim_backend.firmware.vm.numbers import Number, single
 from sim_backend.firmware.vm.rxe import Type
 
 ADD, SUB, NEG, MUL, DIV, MOD, AND, OR, XOR, NOT = range(10)

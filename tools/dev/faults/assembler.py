@@ -8,7 +8,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 
-from sim_backend.firmware.vm.memory import SCALARS
+from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.rxe import SIZES, Type
 
 Words = list[int]
