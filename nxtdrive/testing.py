@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from behaviors.mission import Mission
     from behaviors.ports import Eyes
     from nxtdrive.brick import Brick
-    from sim_backend.firmware.i2c import I2CDevice
+    from sim_backend.firmware.i2c_sensor import I2CDevice
     from sim_backend.firmware.input import AnalogSensor
 
 EMPTY = "empty"

@@ -13,7 +13,7 @@ from sim_backend.firmware.file_handlers import FileHandlers
 from sim_backend.firmware.flash import Flash
 from sim_backend.firmware.handler_result import Handlers, handlers_of
 from sim_backend.firmware.high_speed import HighSpeed
-from sim_backend.firmware.i2c import I2CDevice
+from sim_backend.firmware.i2c_sensor import I2CDevice
 from sim_backend.firmware.identity_handlers import IdentityHandlers
 from sim_backend.firmware.input import AnalogSensor, InputModule
 from sim_backend.firmware.input_handlers import InputHandlers
@@ -261,7 +261,7 @@ class SimBrick:
             raise ValueError(f"sensors are plugged into ports 1 to 4, not {port!r}")
         bus, analog = self.low_speed.channels[port - 1].bus, self.input.ports[port - 1]
         digital = sensor if isinstance(sensor, I2CDevice) else None
-        bus.connect(digital, self._clock.now_ms)
+        bus.connect(digital)
         analog.sensor = None if isinstance(sensor, I2CDevice) else sensor
         self.input.plug_in(analog, sensor)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from firmware_protocol.enums import SensorMode, SensorType
@@ -71,6 +71,7 @@ class InputPort:
         scaled: Value in the mode.
         boolean: Whether "pressed".
         invalid: Whether the values are not yet those of the type: see `INVALID`.
+        on_new_pins: Called when the port is configured for a new type.
         settling: Remaining passes until the values of a new type are valid.
         custom_zero_offset, custom_full_scale: Scale of `SensorType.CUSTOM`: raw value of 0, percent of the converter's.
         custom_active: As commanded.
@@ -81,6 +82,7 @@ class InputPort:
     def __init__(self, reading: int) -> None:
         self.sensor: AnalogSensor | None = None
         self.type = self.known_type = int(SensorType.NONE)
+        self.on_new_pins: Callable[[], None] = lambda: None
         self.mode = int(SensorMode.RAW)
         self.raw = self.normalized = self.scaled = reading
         self.boolean = self.invalid = self.settling = 0
@@ -116,6 +118,7 @@ class InputPort:
             self._drive_first_pin()
         elif pins is not None:
             self._first_pin = int(pins not in _LOW_FIRST_PIN)
+        self.on_new_pins()
         self._disc = RotationDisc()
         self._debounce = self._edges = 0
 

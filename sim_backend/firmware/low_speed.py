@@ -6,12 +6,12 @@ bytes from beyond the message, and an error that stays until the next write.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 
 from firmware_protocol.enums import SensorType
 from firmware_protocol.status import Status
-from sim_backend.firmware.i2c import I2CBus, Transfer
+from sim_backend.firmware.i2c import STEPS_PER_MS, I2CBus
 from sim_backend.firmware.input import InputPort
 from sim_backend.firmware.low_speed_ram import after_map_buffer, after_send_buffer
 from sim_backend.firmware.module import NEVER, Clock
@@ -81,7 +81,7 @@ class Channel:
 
     def __init__(self, version: Version) -> None:
         self.bus = I2CBus(version)
-        self._resends, self._counts_full_ring = version.resends_messages, version.counts_full_ring
+        self._counts_full_ring = version.counts_full_ring
         self.state, self.mode, self.error = int(ChannelState.IDLE), int(ChannelMode.NONE), int(ChannelError.NONE)
         self.tx = self.rx = self.sending = bytes(RING)
         self.tx_size = self.tx_out = self.tx_spare = self.rx_size = self.rx_in = self.rx_out = self.received = (
@@ -105,9 +105,7 @@ class Channel:
     def initialize(self) -> None:
         """Prepare for the first try."""
         self.state, self.error, self.failures = ChannelState.LOAD, ChannelError.NONE, 0
-        self.bus.release()
-        if self.rx_size:
-            self.waited = 0
+        self.bus.stop()
 
     def fetch(self) -> bytes:
         """Take the bytes waiting."""
@@ -115,52 +113,43 @@ class Channel:
         self.rx_out = self.rx_in
         return bytes(self.rx[(first + i) % RING] for i in range(count))
 
-    def load(self) -> None:
-        """Point at the bytes of the next try."""
-        self.sent = self.tx_size
-        if self._resends:
-            self.tx_out = 0
-
-    def begin(self, message: bytes, now_ms: int) -> None:
+    def begin(self, message: Iterable[int]) -> None:
         """Send a message."""
-        self.sending = (message + self.sending[len(message) :])[:RING]
+        self.sent = self.tx_size
+        if self.rx_size:
+            self.waited = 0
         self.tx_out = self.tx_out + self.tx_size & 0xFF
-        self.bus.end(now_ms)
-        self.bus.begin(message, self.rx_size, now_ms)
+        self.bus.begin(message, self.rx_size)
         self.state, self.mode, self.error = ChannelState.COMMUNICATING, ChannelMode.TRANSMITTING, ChannelError.NONE
 
-    def fail(self, error: ChannelError, now_ms: int) -> None:
+    def fail(self, error: ChannelError) -> None:
         """Give the transaction up."""
-        self.bus.end(now_ms)
-        self.bus.release()
+        self.bus.stop()
         self.state, self.error = ChannelState.ERROR, error
 
-    def communicate(self, now_ms: int) -> None:
+    def communicate(self) -> None:
         """Follow the transfer: retry it, turn to reading, or finish."""
-        transfer = self.bus.transfer
-        if transfer is None:
-            return
-        if self.mode == ChannelMode.TRANSMITTING and now_ms >= transfer.written_ms:
-            self._end_write(transfer, now_ms)
+        if self.mode == ChannelMode.TRANSMITTING:
+            self._follow_write()
         if self.mode == ChannelMode.RECEIVING:
             self.waited += 1
-            if now_ms >= transfer.received_ms:
-                self._finish(self.bus.read())
-            elif self.waited > READ_TIMEOUT:
-                self.fail(ChannelError.RECEIVE, now_ms)
+            received = self.bus.received()
+            if received:
+                self._finish(self.bus.read(self.rx_size))
+            elif received is False or self.waited > READ_TIMEOUT:
+                self.fail(ChannelError.RECEIVE)
 
-    def _end_write(self, transfer: Transfer, now_ms: int) -> None:
-        if not transfer.acknowledged or transfer.refused:
+    def _follow_write(self) -> None:
+        written = self.bus.written()
+        if written is False:
             self.failures += 1
             if self.failures == TRIES:
-                self.fail(ChannelError.NO_ACKNOWLEDGE, now_ms)
+                self.fail(ChannelError.NO_ACKNOWLEDGE)
             else:
                 self.state = ChannelState.LOAD
-            return
-        self.bus.write()
-        if self.rx_size:
+        elif written and self.rx_size:
             self.mode, self.waited = ChannelMode.RECEIVING, 0
-        else:
+        elif written:
             self._finish(b"")
 
     def _finish(self, received: bytes) -> None:
@@ -187,25 +176,32 @@ class LowSpeedModule:
     def __init__(self, clock: Clock, inputs: Sequence[InputPort], version: Version) -> None:
         self.channels = [Channel(version) for _ in inputs]
         self.due_ms = NEVER
-        self.active = self.speed = 0
-        self._clock, self._inputs, self._wraps = clock, inputs, version.wraps_write_port
+        self.active = self.speed = self._passes = 0
+        self._clock, self._inputs = clock, inputs
+        self._wraps, self._resends = version.wraps_write_port, version.resends_messages
+        for port, channel in zip(inputs, self.channels, strict=True):
+            port.on_new_pins = channel.bus.release
 
     def wake(self) -> None:
         """Run in the next pass: the map was written."""
         self.due_ms = self._clock.now_ms + 1
 
     def run(self, now_ms: int) -> None:
-        """Advance the channels by one pass."""
+        """Advance the channels by one pass, and the buses by the interrupts in it."""
         if self.active:
             for index, channel in enumerate(self.channels):
                 if channel.state != ChannelState.IDLE:
-                    self._advance(index, channel, now_ms)
-            if not self.active:  # the timer stops, and with it all transfers
-                for channel in self.channels:
-                    channel.bus.end(now_ms)
+                    self._advance(index, channel)
+        if self.active:
+            self._passes += 1
+            interrupts = int(self._passes * STEPS_PER_MS) - int((self._passes - 1) * STEPS_PER_MS)
+            for channel in self.channels:
+                channel.bus.interrupt(interrupts)
+        else:
+            self._passes = 0
         self.due_ms = now_ms + 1 if self.active else NEVER
 
-    def _advance(self, index: int, channel: Channel, now_ms: int) -> None:
+    def _advance(self, index: int, channel: Channel) -> None:
         match channel.state:
             case ChannelState.ERROR:
                 self.active &= ~(1 << index)
@@ -213,17 +209,24 @@ class LowSpeedModule:
                 channel.state = ChannelState.IDLE
                 self.active &= ~(1 << index)
             case ChannelState.INIT | ChannelState.LOAD | ChannelState.COMMUNICATING if not self._low_speed(index):
-                channel.fail(ChannelError.NOT_READY, now_ms)
+                channel.fail(ChannelError.NOT_READY)
             case ChannelState.INIT:
                 channel.initialize()
-            case ChannelState.LOAD if channel.bus.stuck:
-                channel.fail(ChannelError.NOT_READY, now_ms)
             case ChannelState.LOAD:
-                channel.load()
-                source = after_map_buffer if channel.tx_size else after_send_buffer
-                channel.begin(source(self.channels, self.active, index), now_ms)
+                self._load(index, channel)
             case ChannelState.COMMUNICATING:
-                channel.communicate(now_ms)
+                channel.communicate()
+
+    def _load(self, index: int, channel: Channel) -> None:
+        """Send the bytes of the next try."""
+        if self._resends:
+            channel.tx_out = 0
+        message = after_map_buffer(self.channels, self.active, index)
+        channel.sending = (message + channel.sending[len(message) :])[:RING]
+        if channel.bus.stuck:
+            channel.fail(ChannelError.NOT_READY)
+            return
+        channel.begin(message or after_send_buffer(self.channels, lambda: self.active, index))
 
     def status(self, port: int) -> Status:
         """Status of a port, 0..3, as `LSGetStatus` reports it."""

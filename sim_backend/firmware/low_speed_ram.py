@@ -8,7 +8,7 @@ The map's layout is in docs/firmware.md section 5.2.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Protocol
 
 from firmware_protocol.iomap import LOW_SPEED
@@ -46,20 +46,25 @@ class Port(Protocol):
     error: int
 
 
-def after_send_buffer(ports: Sequence[Port], active: int, index: int) -> bytes:
-    """The bytes that a port sends for an empty message.
+def after_send_buffer(ports: Sequence[Port], active: Callable[[], int], index: int) -> Iterator[int]:
+    """Yield the bytes that a port sends for an empty message; each is read when it is sent.
 
     Args:
         ports: All ports.
-        active: State byte of the map.
+        active: Returns the state byte of the map.
         index: The port.
     """
+    start = index * (BUFFER + _POINTERS)
+    for place in range(start, start + WRAP):
+        ram = _ram(ports, active())
+        yield ram[place] if place < len(ram) else 0
+
+
+def _ram(ports: Sequence[Port], active: int) -> bytes:
     send = b"".join(port.sending + bytes([port.sent, 0]) for port in ports)
     receive = b"".join(port.bus.left + bytes([0, port.received]) for port in ports)
     counters = bytes(port.waited for port in ports) + bytes(port.failures for port in ports) + bytes(_COUNTERS)
-    ram = send + receive + counters + _TIMER_RUNS + _PADDING + _io_map(ports, active)
-    start = index * (BUFFER + _POINTERS)
-    return ram[start : start + WRAP].ljust(WRAP, b"\0")
+    return send + receive + counters + _TIMER_RUNS + _PADDING + _io_map(ports, active)
 
 
 def after_map_buffer(ports: Sequence[Port], active: int, index: int) -> bytes:

@@ -28,9 +28,10 @@ class Version:
             None if the value is kept and never valid.
         reads_digital_raw: Whether the converter's value is also shown for types of digital sensors.
         settles_by_pins: Whether a new type needs time to settle only if it sets the pins of the input differently.
-        write_end_steps: For how many interrupts of the I2C timer after a write the firmware takes it for the end, if a
-            read follows; otherwise it sees the end after the turn to reading.
+        ends_write_early: Whether the I2C bus takes the end of the bytes written for the end of the write although a
+            read follows; otherwise it waits for the acknowledge of the read address.
         waits_for_clock: Whether an I2C transfer waits while a device holds the clock line low.
+        reads_on: Whether the rest of an I2C read that was cut short follows the next message without a read.
         resends_messages: Whether an I2C message without acknowledge is sent again; otherwise the bytes after it are.
         counts_full_ring: Whether an idle port counts the 16 bytes of a full receive ring; otherwise it counts none.
         wraps_write_port: Whether LSWrite takes ports modulo 4; otherwise it refuses those above 3.
@@ -59,8 +60,9 @@ class Version:
     absent_color: int | None
     reads_digital_raw: bool
     settles_by_pins: bool
-    write_end_steps: int
+    ends_write_early: bool
     waits_for_clock: bool
+    reads_on: bool
     resends_messages: bool
     counts_full_ring: bool
     wraps_write_port: bool
@@ -92,8 +94,9 @@ _V1_29 = Version(
     absent_color=None,
     reads_digital_raw=False,
     settles_by_pins=False,
-    write_end_steps=0,
+    ends_write_early=False,
     waits_for_clock=True,
+    reads_on=True,
     resends_messages=False,
     counts_full_ring=False,
     wraps_write_port=False,
@@ -125,8 +128,9 @@ _V1_05 = replace(
     color_sensor=False,
     evaluates_every_type=True,
     settles_by_pins=True,
-    write_end_steps=9,
+    ends_write_early=True,
     waits_for_clock=False,
+    reads_on=False,
     strict_data_names=False,
     writing_prevents_deletion=False,
     deletion_spares_found=False,

@@ -21,7 +21,7 @@ from sim_backend.devices import (
     TouchSensor,
     UltrasonicSensor,
 )
-from sim_backend.firmware.i2c import Transfer
+from sim_backend.firmware.brick import SimBrick
 from sim_backend.link import LinkFaults
 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
@@ -141,9 +141,15 @@ def test_a_distance_costs_one_round_trip_and_the_time_on_the_bus(lab, latency_ms
 @pytest.mark.parametrize("sent", [1, 2, 3, 8, 16])
 @pytest.mark.parametrize("received", [0, 1, 2, 4, 8, 15])
 def test_the_time_on_the_bus_is_foreseen(sent, received):
-    transfer = Transfer(bytes(sent), received, 1, acknowledged=True)  # begins one pass after the telegram
-    whole_ms = (transfer.received_ms if received else transfer.written_ms) + 2  # idle is seen two passes after the end
-    assert bus_time_s(sent, received) * 1000 == pytest.approx(whole_ms, abs=1.6)
+    brick = SimBrick()
+    brick.attach_sensor(1, GenericI2CDevice())
+    brick.receive(SetInputMode(InputPort.IN_1, SensorType.LOW_SPEED, SensorMode.RAW).encode())
+    brick.tick(25)
+    brick.low_speed.write(0, bytes([2]).ljust(sent, b"\0"), received)
+    begun_ms = brick.now_ms
+    while brick.low_speed.active:
+        brick.tick()
+    assert bus_time_s(sent, received) * 1000 == pytest.approx(brick.now_ms - begun_ms, abs=1.6)
 
 
 def test_a_question_that_was_lost_is_asked_again(lab):

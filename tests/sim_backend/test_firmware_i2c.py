@@ -212,3 +212,63 @@ def test_the_rest_of_a_read_shifts_its_lowest_bit_into_the_next_one():
     bus.write(b"\x02\x40\x77")  # reads 0x41, which stays in the buffer
     bus.write(b"\x02\x42", 2)
     assert bus.read()[:12] == "02100002c243"
+
+
+MIDWAY = [
+    # firmware, message of how many bytes, bytes read and passes after it, what is done then, log, state and error
+    ("1.29", (8, 0, 1), ["clock low", 4, "clock free"], "S [02]a P  clocks=10", (IDLE, 0)),
+    ("1.29", (3, 2, 1), ["clock low", 2, "clock free"], "S [02]a P" + " S [00]n P" * 3 + "  clocks=40", (ERROR, 2)),
+    ("1.29", (8, 2, 6), ["clock low", 2, "clock free"], "S [02]a 40 41 42 43 44  clocks=61", (ERROR, 3)),
+    ("1.29", (2, 8, 5), ["clock low", 2, "clock free"], "S [02]a 40 P S [03]a r40 r41 r42  clocks=49", (ERROR, 3)),
+    ("1.05", (3, 2, 1), ["clock low", 2, "clock free"], "S [02]a 01 P" + " S [00]n P" * 3 + "  clocks=50", (ERROR, 2)),
+    ("1.05", (8, 2, 6), ["clock low", 2, "clock free"], "S [02]a 40 41 42 43 44 45 ff ff  clocks=82", (IDLE, 0)),
+    ("1.05", (2, 8, 5), ["clock low", 2, "clock free"], "S [02]a 40 P S [03]a r40 r41 r42 N  clocks=81", (IDLE, 0)),
+    ("1.29", (5, 0, 3), ["data low", 1, "data free"], "S [02]a 40 41 40 03 P  clocks=46", (IDLE, 0)),
+    ("1.29", (8, 0, 2), ["type 10"], "S [02]a 40 P  clocks=21", (IDLE, 0)),
+    ("1.05", (8, 0, 2), ["type 10"], "S [02]a 40 P P  clocks=73", (IDLE, 0)),
+    ("1.29", (8, 4, 7), ["type 10"], "S [02]a 40 41 42 43 44 45 46  clocks=72", (ERROR, 1)),
+    ("1.29", (3, 0, 2), ["detach", 1, "attach 02"], "S [02]a 40 P  clocks=28", (IDLE, 0)),
+    ("1.29", (2, 8, 6), ["detach"], "S [02]a 40 P S [03]a r40 r41 r42 r43 P  clocks=102", (IDLE, 0)),
+]
+LINES = {"clock low": "stuckscl 1", "clock free": "stuckscl 0", "data low": "stucksda 1", "data free": "stucksda 0"}
+
+
+@pytest.mark.parametrize(("firmware", "message", "actions", "log", "state"), MIDWAY)
+def test_what_happens_in_the_middle_of_a_transfer_shows_on_the_bus(firmware, message, actions, log, state):
+    bus = Bus(firmware)
+    size, read, passes = message
+    bus.write(b"\x02" + bytes(range(0x40, 0x3F + size)), read, passes)
+    for action in actions:
+        if isinstance(action, int):
+            bus.bench.control(f"!tick {action}")
+        elif action.startswith("type"):
+            bus.set_type(int(action.split()[1]))
+        else:
+            bus.bench.control("!i2c 0 " + LINES.get(action, action))
+    bus.bench.control("!tick 20")
+    assert bus.log() == log
+    assert bus.fields("ChannelState", "ErrorType") == state
+
+
+def test_a_sensor_whose_byte_was_cut_short_blocks_the_bus():
+    bus = Bus()
+    bus.write(b"\x02\x40", 8, passes=6)
+    bus.set_type(SensorType.NONE)
+    bus.set_type(SensorType.LOW_SPEED_9V)
+    bus.bench.control("!tick 20")
+    bus.write(b"\x02\x40", 2)
+    assert bus.fields("ChannelState", "ErrorType") == (ERROR, 1)
+    assert bus.log() == "S [02]a 40 P S [03]a r40 r41 r42 r43  clocks=60"
+
+
+def test_a_read_whose_end_is_not_awaited_goes_on_while_another_port_is_busy():
+    bus = Bus()
+    bus.write(b"\xee\x40", 4)
+    bus.write(b"\x02\x40\x77")
+    assert bus.log().endswith("S [02]a 40 77 P S [03]a r41 r42  clocks=88")
+    bus.bench.control("!i2c 1 attach 02")
+    bus.bench.telegram("0005010b00")
+    bus.bench.control("!tick 30")
+    bus.bench.telegram("000f0102000240")
+    bus.bench.control("!tick 20")
+    assert bus.log() == "r43 r44 N  clocks=27"

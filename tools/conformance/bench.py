@@ -79,7 +79,7 @@ class Bench:
         for port, motor in zip("ABC", self.motors, strict=True):
             brick.attach_motor(port, motor)
         for index, channel in enumerate(brick.low_speed.channels):
-            channel.bus.trace = []
+            channel.bus.sensor.trace = []
             brick.attach_sensor(index + 1, self._analog(index))
             self._connect(index)
 
@@ -188,9 +188,9 @@ class Bench:
                 start, data = int(arguments[0], 16), bytes.fromhex(arguments[1])
                 device.registers[start : start + len(data)] = data
             case "stucksda":
-                self.brick.low_speed.channels[index].bus.stuck = arguments[0] == "1"
+                self.brick.low_speed.channels[index].bus.hold(data=arguments[0] == "1")
             case "stuckscl":
-                self.brick.low_speed.channels[index].bus.hold_clock(arguments[0] == "1", self.brick.now_ms)
+                self.brick.low_speed.channels[index].bus.hold(clock=arguments[0] == "1")
             case "ack":
                 self._silent[index] = arguments[0] == "0"
             case "wack":
@@ -203,8 +203,7 @@ class Bench:
         return "ok"
 
     def _bus_log(self, index: int) -> str:
-        bus = self.brick.low_speed.channels[index].bus
-        bus.settle(self.brick.now_ms)
+        bus = self.brick.low_speed.channels[index].bus.sensor
         tokens, bus.trace = bus.trace or [], []
         clocks, self._clocks[index] = bus.clocks - self._clocks[index], bus.clocks
         return f"{' '.join(tokens)}  clocks={clocks}"
@@ -216,7 +215,7 @@ class Bench:
         """Connect the I2C device of a port if it is attached; the analog input has a pin of its own and stays."""
         answers = self._attached[index] and not self._silent[index]
         bus = self.brick.low_speed.channels[index].bus
-        bus.connect(self._devices[index] if answers else None, self.brick.now_ms)
+        bus.connect(self._devices[index] if answers else None)
 
     def _sound(self) -> str:
         sound = self.brick.sound

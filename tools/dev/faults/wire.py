@@ -334,5 +334,5 @@ def restart(simulation: Simulation) -> None:
     for port, output in zip("ABC", old.output.outputs, strict=True):
         new.attach_motor(port, output.plant)
     for number, (analog, channel) in enumerate(zip(old.input.ports, old.low_speed.channels, strict=True), 1):
-        new.attach_sensor(number, channel.bus.device or analog.sensor)
+        new.attach_sensor(number, channel.bus.sensor.device or analog.sensor)
     simulation.set_battery(simulation.world_file.robot.battery_mv)

@@ -1,0 +1,131 @@
+"""The sensor's end of the I2C bus of an input port: it follows the two wires. Source: docs/firmware.md section 7."""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+from typing import Protocol, runtime_checkable
+
+BYTE_BITS = 8
+
+
+@runtime_checkable
+class I2CDevice(Protocol):
+    """A digital sensor."""
+
+    @property
+    def address(self) -> int:
+        """Its address in the 8-bit write form, such as 0x02."""
+
+    def write(self, data: bytes) -> None:
+        """Receive the bytes after the address."""
+
+    def read(self, size: int) -> bytes:
+        """Return `size` bytes."""
+
+
+class _Phase(Enum):
+    IDLE = auto()
+    ADDRESSED = auto()
+    RECEIVING = auto()
+    SENDING = auto()
+
+
+class SensorEnd:
+    """At most one device, as LEGO's cables allow, and a record of the bus.
+
+    Attributes:
+        device: The sensor, or None.
+        pulls_data: Whether the sensor pulls the data line low.
+        trace: Set to a list to record the bus: S start, [aa] address byte, a acknowledged, n not, xx byte written,
+            rxx byte read, N last byte read, P stop.
+        clocks: Rises of the clock line so far.
+        wanted: Number of bytes that the firmware will read.
+    """
+
+    def __init__(self) -> None:
+        self.device: I2CDevice | None = None
+        self.pulls_data = False
+        self.trace: list[str] | None = None
+        self.clocks = self.wanted = 0
+        self._phase = _Phase.IDLE
+        self._bits = self._byte = self._byte_sent = 0
+        self._selected = False
+        self._received = bytearray()
+        self._answer = bytearray()
+
+    def connect(self, device: I2CDevice | None) -> None:
+        """Plug in a device, or none."""
+        if device is None:
+            self._finish_write()
+            self._phase = _Phase.IDLE
+        self.device = device
+
+    def start(self) -> None:
+        """Expect an address: the data line fell while the clock line was high."""
+        self._record("S")
+        self._finish_write()
+        self._phase, self._bits, self._byte = _Phase.ADDRESSED, 0, 0
+
+    def stop(self) -> None:
+        """End the message: the data line rose while the clock line was high."""
+        self._record("P")
+        self._finish_write()
+        self._phase = _Phase.IDLE
+
+    def rise(self, data: bool) -> None:
+        """Take a bit: the clock line rises."""
+        self.clocks += 1
+        if self._phase is _Phase.IDLE:
+            return
+        self._bits += 1
+        if self._bits <= BYTE_BITS:
+            self._byte = self._byte << 1 | data
+        elif self._phase is _Phase.SENDING and data:
+            self._record("N")
+            self._phase = _Phase.IDLE
+
+    def fall(self) -> None:
+        """Give a bit, or the acknowledge after eight: the clock line falls."""
+        if self._phase is _Phase.IDLE:
+            self.pulls_data = False
+            return
+        if self._bits == BYTE_BITS:
+            self.pulls_data = self._acknowledge()
+            return
+        if self._bits > BYTE_BITS:
+            self._next_byte()
+        bit = BYTE_BITS - 1 - self._bits
+        self.pulls_data = self._phase is _Phase.SENDING and self.device is not None and not self._byte_sent >> bit & 1
+
+    def _acknowledge(self) -> bool:
+        """Judge the byte that is complete."""
+        if self._phase is _Phase.SENDING:
+            return False
+        if self._phase is _Phase.ADDRESSED:
+            self._selected = self.device is not None and self.device.address == self._byte & 0xFE
+            self._record(f"[{self._byte:02x}]{'a' if self._selected else 'n'}")
+            return self._selected
+        self._record(f"{self._byte:02x}")
+        self._received.append(self._byte)
+        return self.device is not None
+
+    def _next_byte(self) -> None:
+        if self._phase is _Phase.ADDRESSED:
+            reads, self._answer = self._byte & 1, bytearray()
+            self._phase = _Phase.IDLE if not self._selected else _Phase.SENDING if reads else _Phase.RECEIVING
+        self._bits = self._byte = 0
+        if self._phase is _Phase.SENDING:
+            if not self._answer and self.device is not None:
+                self._answer = bytearray(self.device.read(max(self.wanted, 1)))
+            self._byte_sent = self._answer.pop(0) if self._answer else 0xFF
+            self._record(f"r{self._byte_sent:02x}")
+
+    def _finish_write(self) -> None:
+        self.pulls_data = False
+        if self._received and self.device is not None:
+            self.device.write(bytes(self._received))
+        self._received.clear()
+
+    def _record(self, token: str) -> None:
+        if self.trace is not None:
+            self.trace.append(token)
