@@ -40,6 +40,8 @@ DEFAULT_WORLD = "arena"
 MOTOR_PORTS = ("A", "B", "C")
 MV_PER_STEP = 13.848
 """Millivolts per step of the brick's battery converter. Source: docs/firmware.md section 4, GetBatteryLevel."""
+SAG_MS, EMPTY_MV = 50, 3000
+"""How often the voltage under load is computed, and the lowest one."""
 
 
 class Simulation:
@@ -77,6 +79,7 @@ class Simulation:
         self._now_ms = 0
         self._queue: list[tuple[int, int, Callable[[], None]]] = []
         self._order = count()
+        self._sags = bool(self.world_file.robot.battery_ohm or self.world_file.robot.battery_drain_mv_per_min)
         self._plug_in()
 
     def _plug_in(self) -> None:
@@ -106,7 +109,18 @@ class Simulation:
         self.brick.attach_sensor(port, sensor)
 
     def set_battery(self, battery_mv: int) -> None:
-        """Change the battery voltage, which the brick measures and the motors' speed depends on."""
+        """Change the battery voltage at rest, which the brick measures and the motors' speed depends on."""
+        self._rest_mv = battery_mv
+        self._supply(battery_mv)
+
+    def _sag(self) -> None:
+        """Lower the voltage by what was used and by the current that the motors draw now."""
+        robot = self._world.file.robot
+        used_mv = robot.battery_drain_mv_per_min * self._now_ms / 60_000
+        current_a = sum(motor.current_a for motor in self._motors)
+        self._supply(max(EMPTY_MV, round(self._rest_mv - used_mv - 1000 * current_a * robot.battery_ohm)))
+
+    def _supply(self, battery_mv: int) -> None:
         self.brick.set_battery(round(battery_mv / MV_PER_STEP))
         for motor in self._motors:
             motor.set_battery(battery_mv)
@@ -162,6 +176,8 @@ class Simulation:
             now_ms = until_ms
             if now_ms == step_ms:
                 world.step()
+                if self._sags and now_ms % SAG_MS == 0:
+                    self._sag()
                 if now_ms >= self.webcam.next_frame_ms:
                     self.webcam.expose()
 

@@ -18,6 +18,9 @@ SPEED_DROP_PER_NM = 1020.0 / 0.5
 """Loss of speed in deg/s per N·m of torque: the line between 170 rpm without load and 0.5 N·m at stall. Source:
 Philippe Hurbain's measurements of the NXT motor at 9 V (philohome.com/nxtmotor)."""
 
+FREE_CURRENT_A, STALL_CURRENT_A = 0.06, 2.0
+"""Current without load and at stall. Source: Philippe Hurbain's measurements of the NXT motor at 9 V."""
+
 REST_DEG_S = 15.0
 """Below this speed a motor without power stops: its gears hold it."""
 
@@ -32,27 +35,66 @@ class WheelMotor:
     Args:
         battery_mv: Battery voltage; the speed is proportional to it.
         strength: Factor on the speed, for differences between motors.
+        dead_zone_percent: PWM below which friction holds the shaft.
 
     Attributes:
         free_speed: Speed without load, deg/s.
         angle: Angle of the shaft, degrees, positive when power is positive.
+        pwm: Power of the last millisecond, percent.
     """
 
-    __slots__ = ("_count", "_ground", "_hold", "_strength", "_targets", "angle", "free_speed")
+    __slots__ = (
+        "_battery_mv",
+        "_count",
+        "_dead_zone",
+        "_drag",
+        "_ground",
+        "_hold",
+        "_strength",
+        "_targets",
+        "angle",
+        "free_speed",
+        "pwm",
+    )
 
-    def __init__(self, battery_mv: int = 8000, strength: float = 1.0) -> None:
+    def __init__(
+        self, battery_mv: int = 8000, strength: float = 1.0, dead_zone_percent: int = DEAD_ZONE_PERCENT
+    ) -> None:
         self.free_speed = self.angle = 0.0
         self._count = 0
         self._ground: float | None = None
         self._hold = 0.0
-        self._strength = strength
+        self._strength, self._dead_zone, self._drag = strength, dead_zone_percent, 0.0
+        self.pwm = 0
         self.set_battery(battery_mv)
 
     def set_battery(self, battery_mv: int) -> None:
         """Change the voltage; the speed is proportional to it."""
+        self._battery_mv = battery_mv
         slope = SPEED_PER_VOLT * battery_mv / 1000.0 * self._strength
         # indexed by a signed byte: negative indices count from the end
-        self._targets = [_target(power if power < 128 else power - 256, slope) for power in range(256)]
+        powers = (power if power < 128 else power - 256 for power in range(256))
+        self._targets = [self._target(power, slope) for power in powers]
+
+    def _target(self, power: int, slope: float) -> float:
+        drive = min(abs(power), 100) - self._dead_zone
+        return copysign(max(0.0, drive * slope - self._drag), power)
+
+    def drag(self, torque_nm: float) -> None:
+        """Load the shaft with a constant torque, such as the pile of a carpet."""
+        drag = torque_nm * SPEED_DROP_PER_NM
+        if drag != self._drag:
+            self._drag = drag
+            self.set_battery(self._battery_mv)
+
+    @property
+    def current_a(self) -> float:
+        """Current that the motor draws from the battery, A: more the further it is from its speed without load."""
+        if not self.pwm:
+            return 0.0
+        speed = self.free_speed if self._ground is None else self._ground
+        behind = abs(self._targets[self.pwm] - speed) / self._targets[100]
+        return FREE_CURRENT_A + min(1.0, behind) * STALL_CURRENT_A
 
     @property
     def at_rest(self) -> bool:
@@ -70,6 +112,7 @@ class WheelMotor:
             New tacho counts, whole degrees.
         """
         speed = self.free_speed
+        self.pwm = pwm
         if pwm:
             speed += (self._targets[pwm] - speed) / DRIVE_TAU_MS
         elif speed:
@@ -107,8 +150,3 @@ class WheelMotor:
         """
         self._ground = ground_deg_s
         self._hold = torque_nm * SPEED_DROP_PER_NM
-
-
-def _target(power: int, slope: float) -> float:
-    drive = min(abs(power), 100) - DEAD_ZONE_PERCENT
-    return copysign(max(0.0, drive * slope), power)

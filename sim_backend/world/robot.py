@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from random import Random
 from typing import TYPE_CHECKING, TypeVar
 
 import pymunk
 
 from sim_backend.world.motor import WheelMotor
+from sim_backend.world.surroundings import within
 from sim_backend.world.toml_types import Point
-from sim_backend.world.world_file import Robot
+from sim_backend.world.world_file import Carpet, Robot
 
 if TYPE_CHECKING:
     import numpy as np
@@ -43,6 +45,7 @@ class RobotBody:
         space: The physics; millimetres, kilograms and seconds.
         robot: Parameters from the world file.
         random: Random numbers for the slip of the wheels.
+        carpets: Other floors; later ones cover earlier ones.
 
     Attributes:
         left: Left wheel and motor.
@@ -51,11 +54,13 @@ class RobotBody:
         contact_bearings_deg: Bearings of contacts with the body relative to its front, positive right.
     """
 
-    def __init__(self, space: pymunk.Space, robot: Robot, random: Random) -> None:
+    def __init__(self, space: pymunk.Space, robot: Robot, random: Random, carpets: Sequence[Carpet] = ()) -> None:
         self._robot, self._random = robot, random
+        self._carpets = tuple(reversed(carpets))
+        self._ground: Robot | Carpet = robot
         mismatch = robot.motor_mismatch_percent / 200.0
-        self.left = WheelMotor(robot.battery_mv, 1.0 - mismatch)
-        self.right = WheelMotor(robot.battery_mv, 1.0 + mismatch)
+        self.left = WheelMotor(robot.battery_mv, 1.0 - mismatch, robot.dead_zone_percent)
+        self.right = WheelMotor(robot.battery_mv, 1.0 + mismatch, robot.dead_zone_percent)
         self.contact_bearings_deg: tuple[float, ...] = ()
         self._mm_per_deg = math.pi * robot.wheel_diameter_mm / 360.0
         self._angles = (0.0, 0.0)
@@ -69,17 +74,26 @@ class RobotBody:
         shape.friction = 0.3
         shape.filter = ON_THE_FLOOR
         self._wheels = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
-        space.add(self.body, shape, *self._traction())
+        # friction joints that pull the body along with the wheels, limited by the tyres' grip
+        self._pull = pymunk.PivotJoint(self._wheels, self.body, (0, 0), (0, 0))
+        self._twist = pymunk.GearJoint(self._wheels, self.body, 0.0, 1.0)
+        self._pull.max_bias = self._twist.max_bias = 0.0
+        self._enter(robot)
+        space.add(self.body, shape, self._pull, self._twist)
 
-    def _traction(self) -> tuple[pymunk.Constraint, ...]:
-        """Friction joints that pull the body along with the wheels, limited by the tyres' grip."""
-        grip = self._robot.grip * self._robot.mass_kg * DRIVEN_SHARE * GRAVITY_MM_S2
-        drive = pymunk.PivotJoint(self._wheels, self.body, (0, 0), (0, 0))
-        turn = pymunk.GearJoint(self._wheels, self.body, 0.0, 1.0)
-        drive.max_bias = turn.max_bias = 0.0
-        drive.max_force, turn.max_force = grip, grip * self._robot.track_mm / 2
+    def _enter(self, ground: Robot | Carpet) -> None:
+        """Set grip and drag of the floor under the robot."""
+        self._ground = ground
+        grip = ground.grip * self._robot.mass_kg * DRIVEN_SHARE * GRAVITY_MM_S2
+        self._pull.max_force, self._twist.max_force = grip, grip * self._robot.track_mm / 2
         self._slip_torque_nm = grip / 2 * self._robot.wheel_diameter_mm / 2 * 1e-6
-        return drive, turn
+        for motor in (self.left, self.right):
+            motor.drag(ground.drag_nm if isinstance(ground, Carpet) else 0.0)
+
+    def _ground_here(self) -> Robot | Carpet:
+        here = self.x_mm, self.y_mm
+        on_top = (each for each in self._carpets if within(here, each.at_mm, each.size_mm, each.facing_deg))
+        return next(on_top, self._robot)
 
     @property
     def x_mm(self) -> float:
@@ -164,12 +178,15 @@ class RobotBody:
 
     def drive(self, duration_s: float) -> None:
         """Demand the motion that the wheels made in the last `duration_s`."""
-        left = self._wheel_speed(self.left, self._angles[0], duration_s) * self._held[0]
-        right = self._wheel_speed(self.right, self._angles[1], duration_s) * self._held[1]
-        self._angles = (self.left.angle, self.right.angle)
+        if self._carpets and (ground := self._ground_here()) is not self._ground:
+            self._enter(ground)
+        before = self._angles
+        self._angles = self._geared(self.left, before[0]), self._geared(self.right, before[1])
+        left = self._wheel_speed(self.left, before[0], self._angles[0], duration_s) * self._held[0]
+        right = self._wheel_speed(self.right, before[1], self._angles[1], duration_s) * self._held[1]
         if self.lifted:
             left = right = 0.0
-        slip = self._robot.slip
+        slip = self._ground.slip
         forward = (left + right) / 2 * (1.0 - slip.distance_percent / 100.0)
         turning = (left - right) / self._robot.track_mm * (1.0 - slip.turn_percent / 100.0)
         turning += math.radians(slip.veer_deg_per_m) * forward / 1000.0
@@ -179,10 +196,16 @@ class RobotBody:
         self._wheels.velocity = (forward * math.cos(heading), forward * math.sin(heading))
         self._wheels.angular_velocity = turning
 
-    def _wheel_speed(self, motor: WheelMotor, angle: float, duration_s: float) -> float:
+    def _geared(self, motor: WheelMotor, angle: float) -> float:
+        """Angle of a wheel that was at `angle`: the play of the gears decides when it follows its motor."""
+        play = self._robot.backlash_deg / 2
+        return min(max(angle, motor.angle - play), motor.angle + play)
+
+    def _wheel_speed(self, motor: WheelMotor, before: float, angle: float, duration_s: float) -> float:
         """Demanded speed of a wheel, mm/s: its rolled distance over time, or under load its free speed."""
-        speed = motor.free_speed if motor.gripped else (motor.angle - angle) / duration_s
-        jitter = self._robot.slip.jitter_percent
+        driven = angle != before or not self._robot.backlash_deg
+        speed = motor.free_speed if motor.gripped and driven else (angle - before) / duration_s
+        jitter = self._ground.slip.jitter_percent
         if speed and jitter:
             speed *= 1.0 + self._random.gauss(0.0, jitter / 100.0)
         return speed * self._mm_per_deg

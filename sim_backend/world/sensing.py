@@ -39,6 +39,7 @@ class UltrasonicBeam:
         at_mm: Position on the robot: (forward, right) of the middle of the axle.
         direction_deg: Direction of the beam, clockwise from the front.
         heights_mm: Height of every shape; shapes lower than the sensor give no echo.
+        absorbing: Shapes that swallow the sound: nothing there or behind it gives an echo.
         random: Random numbers for noise and dropouts.
     """
 
@@ -50,11 +51,12 @@ class UltrasonicBeam:
         at_mm: Point,
         direction_deg: float,
         heights_mm: Mapping[pymunk.Shape, float],
+        absorbing: Collection[pymunk.Shape],
         random: Random,
     ) -> None:
         self._space, self._sensor, self._robot, self._heights_mm = space, sensor, robot, heights_mm
         self._at_mm, self._direction_deg = at_mm, direction_deg
-        self._random = random
+        self._absorbing, self._random = absorbing, random
 
     def distance_cm(self) -> int | None:
         """A new reading in whole centimetres, 3..254, or None without an echo."""
@@ -80,6 +82,8 @@ class UltrasonicBeam:
         for hit in _hits(self._space, (x, y), (x + FARTHEST_MM * along_x, y + FARTHEST_MM * along_y)):
             if hit.shape is None or self._heights_mm[hit.shape] < self._sensor.height_mm:
                 continue
+            if hit.shape in self._absorbing:
+                return None
             incidence_cosine = -(hit.normal.x * along_x + hit.normal.y * along_y)
             returns = incidence_cosine >= math.cos(math.radians(self._sensor.max_incidence_deg))
             return hit.alpha * FARTHEST_MM if returns else None

@@ -18,7 +18,7 @@ from sim_backend.world.sensing import UltrasonicBeam, in_view, is_seen
 from sim_backend.world.sensor_tables import Echo
 from sim_backend.world.surroundings import Surroundings
 from sim_backend.world.toml_types import Point
-from sim_backend.world.world_file import Box, Person, Picture, WorldFile
+from sim_backend.world.world_file import Box, Person, Picture, Wall, WorldFile
 
 STEP_MS = 10
 _STEP_S = STEP_MS / 1000.0
@@ -56,7 +56,7 @@ class World:
         self.contact_count = 0
         self._space = space = pymunk.Space()
         # a separate stream for each purpose: reading a sensor must not change how the wheels slip
-        self.robot = RobotBody(space, file.robot, Random(f"{seed}/wheels"))
+        self.robot = RobotBody(space, file.robot, Random(f"{seed}/wheels"), file.carpets)
         self.disturbances = Disturbances(self.robot)
         self.boxes = {box.name: BoxObject(space, box) for box in file.boxes}
         self.pictures = {picture.name: PictureObject(space, picture) for picture in file.pictures}
@@ -69,6 +69,10 @@ class World:
         }
         everything: list[WorldObject] = [*walls, *self._objects.values()]
         self._heights_mm = {shape: obj.height_mm for obj in everything for shape in obj.shapes}
+        tables: tuple[Wall | Box | Person, ...] = (*file.walls, *file.boxes, *file.people)
+        standing = (*walls[1:], *self.boxes.values(), *self.people.values())
+        soft = (obj for table, obj in zip(tables, standing, strict=True) if table.absorbs)
+        self._absorbing = {shape for obj in soft for shape in obj.shapes}
         self.ultrasonic = self.beam(file.ultrasonic, (file.ultrasonic.forward_mm, 0.0), 0.0, "ultrasonic")
         self.surroundings = Surroundings(file)
         self.scheduler = EventScheduler(file.events, Random(f"{seed}/story"))
@@ -80,7 +84,8 @@ class World:
     def beam(self, sensor: Echo, at_mm: Point, direction_deg: float, name: str) -> UltrasonicBeam:
         """Make the beam of an ultrasonic sensor on the robot; `name` selects its own random stream."""
         random = Random(f"{self.seed}/{name}")
-        return UltrasonicBeam(self._space, sensor, self.robot, at_mm, direction_deg, self._heights_mm, random)
+        heights_mm, absorbing = self._heights_mm, self._absorbing
+        return UltrasonicBeam(self._space, sensor, self.robot, at_mm, direction_deg, heights_mm, absorbing, random)
 
     @property
     def quiet(self) -> bool:
@@ -173,6 +178,8 @@ class World:
                 obj = self.people[table.name] = PersonObject(self._space, table)
         self._objects[table.name] = obj
         self._heights_mm.update(dict.fromkeys(obj.shapes, obj.height_mm))
+        if not isinstance(table, Picture) and table.absorbs:
+            self._absorbing.update(obj.shapes)
         self._stir()
 
     def place(self, name: str, at_mm: Point | None, facing_deg: float | None, *, present: bool) -> None:

@@ -66,6 +66,26 @@ class Slip(Table):
     jitter_percent: Annotated[float, Field(ge=0, le=100)] = 1.0
 
 
+class Carpet(Table):
+    """A rectangle of another floor, on which the wheels grip and slip in another way. Later ones cover earlier ones.
+
+    Attributes:
+        at_mm: Center.
+        size_mm: Extent along and across its facing.
+        facing_deg: Direction of its length.
+        grip: Coefficient of friction between tyres and carpet.
+        drag_nm: Torque at each wheel that the pile costs.
+        slip: Differences between counts and true motion there.
+    """
+
+    at_mm: Point
+    size_mm: tuple[Length, Length]
+    facing_deg: float = 0.0
+    grip: Length = 0.9
+    drag_nm: Annotated[float, Field(ge=0, le=0.2)] = 0.0
+    slip: Slip = Slip()
+
+
 class Robot(Table):
     """Start pose, dimensions and ports of the robot.
 
@@ -78,7 +98,11 @@ class Robot(Table):
         mass_kg: Mass with brick and batteries.
         grip: Coefficient of friction between tyres and floor.
         motor_mismatch_percent: How much faster the right motor turns than the left at the same power.
-        battery_mv: Battery voltage; the motors' speed is proportional to it.
+        battery_mv: Battery voltage at rest; the motors' speed is proportional to it.
+        battery_ohm: Internal resistance of the battery; the current of the motors lowers the voltage by it.
+        battery_drain_mv_per_min: How fast the battery's voltage at rest falls.
+        dead_zone_percent: Power below which friction holds the motors.
+        backlash_deg: Play of the gears: how far a motor turns after a reversal before its wheel follows.
         left_port: Output port of the left wheel.
         right_port: Output port of the right wheel.
         touch_port: Input port of the front bumper, or 0 for none.
@@ -95,6 +119,10 @@ class Robot(Table):
     grip: Length = 0.9
     motor_mismatch_percent: Annotated[float, Field(ge=-50, le=50)] = 1.5
     battery_mv: Annotated[int, Field(ge=5000, le=10000)] = 8000
+    battery_ohm: Annotated[float, Field(ge=0, le=10)] = 0.0
+    battery_drain_mv_per_min: Annotated[float, Field(ge=0, le=1000)] = 0.0
+    dead_zone_percent: Annotated[int, Field(ge=0, le=50)] = 5
+    backlash_deg: Annotated[float, Field(ge=0, le=60)] = 0.0
     left_port: Literal["A", "B", "C"] = "B"
     right_port: Literal["A", "B", "C"] = "C"
     touch_port: SensorPort = 1
@@ -144,10 +172,15 @@ class Camera(Table):
 
 
 class Wall(Table):
-    """An inner wall."""
+    """An inner wall.
+
+    Attributes:
+        absorbs: Whether it swallows ultrasound, as a curtain does.
+    """
 
     from_mm: Point
     to_mm: Point
+    absorbs: bool = False
     height_mm: Length = 600.0
     thickness_mm: Length = 20.0
     texture: Name = "wall"
@@ -161,6 +194,7 @@ class Box(Table):
         size_mm: Depth along the facing, and width.
         facing_deg: Direction of the front.
         mass_kg: With a mass, the robot can push the box; otherwise it is fixed.
+        absorbs: Whether it swallows ultrasound, as cushions and stuffed toys do.
         present: Whether it is present at the start.
     """
 
@@ -170,6 +204,7 @@ class Box(Table):
     height_mm: Length
     facing_deg: float = 0.0
     mass_kg: Length | None = None
+    absorbs: bool = False
     texture: Name = "carton"
     present: bool = True
 
@@ -181,6 +216,7 @@ class Person(Table):
         enters_from_mm: Door where the person appears and disappears.
         radius_mm: Half of the body's width.
         speed_mm_s: Walking speed.
+        absorbs: Whether the clothes swallow ultrasound.
     """
 
     name: Name
@@ -188,6 +224,7 @@ class Person(Table):
     radius_mm: Length = 180.0
     height_mm: Length = 1700.0
     speed_mm_s: Length = 800.0
+    absorbs: bool = False
     texture: Name = "person_blue"
 
 
@@ -235,6 +272,7 @@ class WorldFile(Table):
     ultrasonic: Ultrasonic = Ultrasonic()
     surroundings: Surroundings = Surroundings()
     sensors: tuple[Mount, ...] = ()
+    carpets: tuple[Carpet, ...] = ()
     patches: tuple[Patch, ...] = ()
     sounds: tuple[Sound, ...] = ()
     magnets: tuple[Magnet, ...] = ()
