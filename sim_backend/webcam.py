@@ -7,10 +7,14 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from random import Random
 from typing import TYPE_CHECKING
+
+from sim_backend.camera.metering import Metering
 
 if TYPE_CHECKING:
     from sim_backend.camera.geometric import GeometricSensor, Quad
+    from sim_backend.camera.optics import Optics
     from sim_backend.camera.scene import Panel, Viewpoint
     from sim_backend.camera.sim_camera import SimCamera
     from sim_backend.camera.textures import Image
@@ -26,12 +30,14 @@ class Exposure:
         panels: Surfaces of the world.
         viewpoint: Pose of the lens.
         turn_rate_deg_s: Turn rate, clockwise.
+        brightness: Factor on the brightness.
     """
 
     index: int
     panels: tuple[Panel, ...]
     viewpoint: Viewpoint
     turn_rate_deg_s: float
+    brightness: float
 
 
 class Webcam:
@@ -47,6 +53,7 @@ class Webcam:
         size: As given.
         fps: Frames per second; frame n is delivered at n / fps, and exposed the camera's latency before.
         hfov_deg: Horizontal field of view.
+        look_s: Time that the computer takes for a look.
         next_frame_ms: When the next frame is to be exposed.
         unplugged_ms: Spans (from, to) of simulation time without frames; may be set at any time.
     """
@@ -56,6 +63,9 @@ class Webcam:
     ) -> None:
         self.size, self._world, self._now_ms, self._seed = size, world, now_ms, seed
         self.fps, self.hfov_deg = float(world.file.camera.fps), world.file.camera.hfov_deg
+        self.look_s = world.file.computer.look_s
+        self._metering = Metering(world.file.camera.auto_exposure_s)
+        self._adapts = world.surroundings.light_changes or bool(world.file.camera.auto_exposure_s)
         self.unplugged_ms: tuple[tuple[int, int], ...] = ()
         self.next_frame_ms = 0.0
         self._latency_ms = world.file.camera.latency_s * 1000.0
@@ -80,12 +90,12 @@ class Webcam:
         self.next_frame_ms = (index + 1) * 1000.0 / self.fps - self._latency_ms
 
     def frame(self) -> Image | None:
-        """The latest frame: (height, width, 3) uint8, blue, green, red, read-only; None while unplugged.
+        """The latest frame: (height, width, 3) uint8, blue, green, red, read-only; None while unplugged or if dropped.
 
         Raises:
             ConfigError: The world names a texture or image file that cannot be read.
         """
-        if self.unplugged:
+        if self.unplugged or self.dropped:
             return None
         exposure = self._fresh()
         if self._drawn is None or self._drawn[0] != exposure.index:
@@ -102,14 +112,15 @@ class Webcam:
             farthest_mm: A picture that appears farther away is not detected.
 
         Returns:
-            Corners of the picture in pixels; None without a detection or while the webcam is unplugged.
+            Corners of the picture in pixels; None without a detection or without a frame.
         """
         picture = self._world.pictures.get(name)
-        if picture is None or self.unplugged:
+        if picture is None or self.unplugged or self.dropped:
             return None
         seen = self._fresh()
-        rate_deg_s = seen.turn_rate_deg_s
-        return self._sensor.observe(seen.panels, seen.viewpoint, picture.texture, rate_deg_s, farthest_mm=farthest_mm)
+        brightness = seen.brightness if self._adapts else 1.0
+        view = (seen.panels, seen.viewpoint, picture.texture, seen.turn_rate_deg_s)
+        return self._sensor.observe(*view, brightness=brightness, farthest_mm=farthest_mm)
 
     @property
     def pictures(self) -> frozenset[str]:
@@ -120,6 +131,12 @@ class Webcam:
     def unplugged(self) -> bool:
         """Whether the webcam delivers no frames now."""
         return any(start <= self._now_ms() < end for start, end in self.unplugged_ms)
+
+    @property
+    def dropped(self) -> bool:
+        """Whether the latest frame never arrives."""
+        rate = self._world.file.camera.drop_rate
+        return rate > 0 and Random(f"{self._seed}/frame {self.index}").random() < rate
 
     def _fresh(self) -> Exposure:
         """The latest exposure delivered; taken now if nothing has moved since it was due."""
@@ -136,10 +153,15 @@ class Webcam:
 
     def _expose(self, index: int) -> None:
         world = self._world
-        self._exposures.append(Exposure(index, world.panels(), world.viewpoint(), world.robot.turn_rate_deg_s))
+        viewpoint, now_ms = world.viewpoint(), self._now_ms()
+        light = world.surroundings.brightness((viewpoint.x_mm, viewpoint.y_mm), now_ms)
+        brightness = self._metering.brightness(light, now_ms / 1000.0)
+        turn_rate_deg_s = world.robot.turn_rate_deg_s
+        self._exposures.append(Exposure(index, world.panels(), viewpoint, turn_rate_deg_s, brightness))
 
     def _draw(self, exposure: Exposure) -> Image:
-        image = self._camera.frame(exposure.panels, exposure.viewpoint, exposure.turn_rate_deg_s)
+        view = (exposure.panels, exposure.viewpoint, exposure.turn_rate_deg_s)
+        image = self._camera.frame(*view, exposure.brightness)
         image.flags.writeable = False
         return image
 
@@ -147,12 +169,17 @@ class Webcam:
     def _sensor(self) -> GeometricSensor:
         from sim_backend.camera.geometric import GeometricSensor
 
-        return GeometricSensor(self.size, self.hfov_deg, self._seed)
+        return GeometricSensor(self.size, self.hfov_deg, self._seed, optics=self._optics)
 
     @cached_property
     def _camera(self) -> SimCamera:
-        from sim_backend.camera.lens import LensEffects
         from sim_backend.camera.sim_camera import SimCamera
 
-        lens = LensEffects(gain=self._world.file.light.exposure)
-        return SimCamera(self.size, self.hfov_deg, self._seed, lens)
+        return SimCamera(self.size, self.hfov_deg, self._seed, optics=self._optics)
+
+    @property
+    def _optics(self) -> Optics:
+        from sim_backend.camera.optics import Optics
+
+        camera = self._world.file.camera
+        return Optics(camera.distortion_k1, camera.readout_s)

@@ -120,14 +120,21 @@ class GeometricSensor(Protocol):
     Attributes:
         fps: Frames per second of the camera it replaces.
         size: Width and height of its frames in pixels.
+        look_s: Time that a look takes the computer.
     """
 
     fps: float
     size: tuple[int, int]
+    look_s: float
 
     @property
     def unplugged(self) -> bool:
         """Whether the camera delivers no frames now."""
+        ...
+
+    @property
+    def dropped(self) -> bool:
+        """Whether the latest frame never arrives."""
         ...
 
     def observe(self, name: str) -> Quad | None:
@@ -182,7 +189,10 @@ class GeometricEyes:
         if self._sensor.unplugged:
             raise NoPicture("The simulated camera is unplugged.")
         time_s = self._given / self._sensor.fps - self._latency_s
-        return _glimpse(time_s, {target: self._look_at(target, time_s) for target in targets})
+        glimpse = _glimpse(time_s, {target: self._look_at(target, time_s) for target in targets})
+        if self._sensor.look_s:
+            self._clock.sleep(self._sensor.look_s)
+        return glimpse
 
     def _look_at(self, target: str, time_s: float) -> Sighting | None:
         quad = self._sensor.observe(target)
@@ -193,8 +203,8 @@ class GeometricEyes:
         return self._confirmations.setdefault(target, self._make()).update(time_s, located)
 
     def _await_frame(self) -> None:
-        """Wait as a camera does: for the latest frame, or the next one if that was used before."""
-        while (number := frame_number(self._clock.now(), self._sensor.fps)) <= self._given:
+        """Wait as a camera does: for the latest frame, or the next one if that was used before or never arrives."""
+        while (number := frame_number(self._clock.now(), self._sensor.fps)) <= self._given or self._sensor.dropped:
             now_s = self._clock.now()
             self._clock.sleep(next_tick(now_s, self._sensor.fps) - now_s)
         self._given = number

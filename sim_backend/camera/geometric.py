@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_backend.camera.optics import PINHOLE_OPTICS, Optics
 from sim_backend.camera.projection import Pinhole
 from sim_backend.camera.scene import NEAR_MM, Panel, Viewpoint, in_camera_frame, in_level_frame
 
@@ -61,6 +62,8 @@ class DetectorLaw:
         slant_deg: Falloff over the angle between the picture's normal and the line of sight.
         hidden: Falloff over the share of the picture that is covered or outside the frame.
         smear: Falloff over the motion blur as a share of the apparent height.
+        dark: Falloff over the binary logarithm of the frame's brightness.
+        glare: The same, for frames that are too bright.
         bearing_sd_deg: Standard deviation of the bearing.
         distance_sd: Standard deviation of the distance, as a share of it.
     """
@@ -71,6 +74,8 @@ class DetectorLaw:
     smear: Falloff
     bearing_sd_deg: float
     distance_sd: float
+    dark: Falloff = Falloff(-3.7, -0.35)
+    glare: Falloff = Falloff(1.22, 0.08)
 
     def hit_rate(self, height_px: float, slant_deg: float, hidden: float, smear: float) -> float:
         """Probability of a detection in one frame, 0..1."""
@@ -80,6 +85,13 @@ class DetectorLaw:
             * self.hidden.rate(hidden)
             * self.smear.rate(smear)
         )
+
+    def visibility(self, brightness: float) -> float:
+        """Factor on the probability of a detection, 0..1, in a frame of this brightness."""
+        if brightness == 1.0:
+            return 1.0
+        light = math.log2(max(1e-6, brightness))
+        return self.dark.rate(light) * self.glare.rate(light)
 
 
 PICTURE_LAW = DetectorLaw(
@@ -125,6 +137,7 @@ class GeometricSensor:
         seed: Seed of the random draws.
         law: Performance of the detector.
         exposure_s: Shutter time, for motion blur; as in `lens.LensEffects`.
+        optics: Distortion of the lens, and shutter.
     """
 
     def __init__(
@@ -134,10 +147,11 @@ class GeometricSensor:
         seed: int = 0,
         law: DetectorLaw = PICTURE_LAW,
         exposure_s: float = 0.02,
+        optics: Optics = PINHOLE_OPTICS,
     ) -> None:
         self.pinhole = Pinhole(*size, hfov_deg)
         self._law = law
-        self._exposure_s = exposure_s
+        self._exposure_s, self._optics = exposure_s, optics
         self._rng = random.Random(seed)
 
     def observe(
@@ -147,6 +161,7 @@ class GeometricSensor:
         name: str,
         turn_rate_deg_s: float = 0.0,
         *,
+        brightness: float = 1.0,
         farthest_mm: float = math.inf,
     ) -> Quad | None:
         """The detection of the picture with texture `name` in one frame.
@@ -156,14 +171,15 @@ class GeometricSensor:
             viewpoint: Pose of the lens.
             name: Texture of the picture.
             turn_rate_deg_s: Turn rate of the camera.
+            brightness: Of the frame; 1 is a well-lit room.
             farthest_mm: A picture that appears farther away is not detected.
 
         Returns:
             The corners of the picture with the detector's errors; None without a detection.
         """
         for sight in self.sights(panels, viewpoint, name, turn_rate_deg_s):
-            if self._rng.random() < self.hit_rate(sight):
-                return self._report(sight, viewpoint, farthest_mm)
+            if self._rng.random() < self.hit_rate(sight) * self._law.visibility(brightness):
+                return self._report(sight, viewpoint, turn_rate_deg_s, farthest_mm)
         return None
 
     def sights(
@@ -213,27 +229,39 @@ class GeometricSensor:
     def _in_frame(self, points: Points, viewpoint: Viewpoint) -> NDArray[np.bool_]:
         """Mask of the points (n, 3) inside the frame."""
         right, down, depth = in_camera_frame(points[:, 0], points[:, 1], points[:, 2], viewpoint)
+        if self._optics.distortion_k1:
+            square = (right**2 + down**2) / depth**2
+            stretch = 1.0 + self._optics.distortion_k1 * square
+            right, down = (np.where(square < self._optics.farthest**2, at * stretch, np.inf) for at in (right, down))
         half_width, half_height = self.pinhole.width / 2, self.pinhole.height / 2
         focal = self.pinhole.focal_px
         within = (np.abs(right) * focal < half_width * depth) & (np.abs(down) * focal < half_height * depth)
         return np.asarray(within, np.bool_)
 
-    def _report(self, sight: Sight, viewpoint: Viewpoint, farthest_mm: float) -> Quad | None:
+    def _report(self, sight: Sight, viewpoint: Viewpoint, turn_rate_deg_s: float, farthest_mm: float) -> Quad | None:
         """The picture's corners with the detector's errors: turned about the lens, and smaller or larger."""
         stretch = math.exp(self._rng.gauss(0.0, self._law.distance_sd))
         turn_deg = self._rng.gauss(0.0, self._law.bearing_sd_deg)
         if sight.distance_mm * stretch > farthest_mm:
             return None
         seen_from = replace(viewpoint, heading_deg=viewpoint.heading_deg - turn_deg)
-        first, second, third, fourth = (
-            self._pixel(in_camera_frame(*corner, seen_from)) for corner in _corners(sight.panel, 1.0 / stretch)
-        )
+        corners = _corners(sight.panel, 1.0 / stretch)
+        first, second, third, fourth = (self._pixel(corner, seen_from, turn_rate_deg_s) for corner in corners)
         return first, second, third, fourth
 
-    def _pixel(self, point: Point) -> tuple[float, float]:
-        right, down, depth = point
-        focal = self.pinhole.focal_px / depth
-        return self.pinhole.width / 2 + focal * right, self.pinhole.height / 2 + focal * down
+    def _pixel(self, point: Point, viewpoint: Viewpoint, turn_rate_deg_s: float) -> tuple[float, float]:
+        """Column and row of a point; a rolling shutter sees it from where the camera has turned to by then."""
+        at = self._project(point, viewpoint)
+        if not self._optics.readout_s or not turn_rate_deg_s:
+            return at
+        turn_deg = self._optics.row_turn_deg(at[1] / self.pinhole.height, turn_rate_deg_s)
+        return self._project(point, replace(viewpoint, heading_deg=viewpoint.heading_deg + turn_deg))
+
+    def _project(self, point: Point, viewpoint: Viewpoint) -> tuple[float, float]:
+        right, down, depth = in_camera_frame(*point, viewpoint)
+        x, y = self._optics.distorted(right / depth, down / depth)
+        focal = self.pinhole.focal_px
+        return self.pinhole.width / 2 + focal * x, self.pinhole.height / 2 + focal * y
 
 
 def _corners(panel: Panel, scale: float = 1.0) -> tuple[Point, Point, Point, Point]:

@@ -1,7 +1,7 @@
 """Webcam imperfections: exposure, softness, motion blur, noise, compression.
 
 These effects decide whether a detector still finds its target (`docs/vision.md` section 1.4). Lens distortion and
-rolling shutter are not simulated.
+rolling shutter are in `sim_backend.camera.optics`.
 """
 
 from __future__ import annotations
@@ -24,8 +24,6 @@ class LensEffects:
 
     Attributes:
         gain: Brightness factor; 1.0 keeps the scene's colours.
-        auto_exposure: Fraction of the way to `mean_level` that the gain moves per frame; 0 keeps `gain`.
-        mean_level: Target of auto-exposure, average brightness 0..255.
         softness_px: Standard deviation of the lens blur in pixels.
         noise: Standard deviation of the sensor noise in brightness levels of 255.
         exposure_s: Shutter time; a turning camera smears the frame by the turn rate times this.
@@ -33,8 +31,6 @@ class LensEffects:
     """
 
     gain: float = 1.0
-    auto_exposure: float = 0.0
-    mean_level: float = 128.0
     softness_px: float = 0.6
     noise: float = 4.0
     exposure_s: float = 0.02
@@ -57,24 +53,23 @@ class Lens:
 
     def __init__(self, effects: LensEffects, size: tuple[int, int], focal_px: float, seed: int = 0) -> None:
         self.effects = effects
-        self.gain = effects.gain
         self._size = size
         self._focal_px = focal_px
         self._rng = np.random.default_rng(seed)
         self._brighter, self._darker = self._noise_bank()
 
-    def expose(self, image: Image, turn_rate_deg_s: float = 0.0) -> Image:
+    def expose(self, image: Image, turn_rate_deg_s: float = 0.0, brightness: float = 1.0) -> Image:
         """The frame as the webcam delivers it.
 
         Args:
             image: The rendered frame, (height, width, 3), left unchanged.
             turn_rate_deg_s: Turn rate during the exposure.
+            brightness: Factor on the brightness of this frame.
         """
         frame = self._blur(image, turn_rate_deg_s)
-        if self.gain != 1.0:
-            frame = np.asarray(cv2.convertScaleAbs(frame, alpha=self.gain), np.uint8)
-        if self.effects.auto_exposure:
-            self._adapt(frame)
+        gain = self.effects.gain * brightness
+        if gain != 1.0:
+            frame = np.asarray(cv2.convertScaleAbs(frame, alpha=gain), np.uint8)
         if self.effects.noise:
             frame = self._add_noise(frame)
         if self.effects.jpeg_quality is not None:
@@ -93,12 +88,6 @@ class Lens:
         if self.effects.softness_px:
             frame = np.asarray(cv2.GaussianBlur(frame, (5, 5), self.effects.softness_px), np.uint8)
         return frame
-
-    def _adapt(self, frame: Image) -> None:
-        """Move the gain towards the mean level, slowly and within a webcam's range."""
-        mean = max(1.0, float(np.mean(cv2.mean(frame)[:3])))
-        wanted = self.gain * self.effects.mean_level / mean
-        self.gain = min(4.0, max(0.25, self.gain + self.effects.auto_exposure * (wanted - self.gain)))
 
     def _noise_bank(self) -> tuple[Image, Image]:
         """Noise larger than a frame, split into a positive and a negative part: two fast saturating sums apply it."""

@@ -1,4 +1,4 @@
-"""Cameras without lens distortion, and the part of a level one's view that a tilted and rolled one sees.
+"""Cameras without lens distortion, and the axes of a tilted and rolled one.
 
 Pixel (0, 0) is the *centre* of the upper left pixel; the optical axis meets the image at ((w - 1) / 2, (h - 1) / 2).
 """
@@ -63,27 +63,3 @@ def orientation(tilt_deg: float, roll_deg: float) -> Matrix:
     forward = np.array([0.0, -math.sin(tilt), math.cos(tilt)])
     cos, sin = math.cos(roll), math.sin(roll)
     return np.array([cos * right + sin * down, cos * down - sin * right, forward])
-
-
-def level_plane(camera: Pinhole, tilt_deg: float, roll_deg: float) -> tuple[ImagePlane, Matrix]:
-    """The part of a level camera's image plane that a tilted and rolled camera at the same place sees.
-
-    Both images differ by a rotation about the lens alone, so one homography maps them exactly.
-
-    Returns:
-        The window, one pixel larger on each side, and the homography from its pixels to the camera's.
-
-    Raises:
-        ValueError: The camera sees the zenith or the nadir, which no level camera does.
-    """
-    turn, focal, (center_u, center_v) = orientation(tilt_deg, roll_deg), camera.focal_px, camera.center_px
-    to_rays = np.array([[1 / focal, 0.0, -center_u / focal], [0.0, 1 / focal, -center_v / focal], [0.0, 0.0, 1.0]])
-    corners = np.array([[u, v, 1.0] for u in (0, camera.width - 1) for v in (0, camera.height - 1)])
-    rays = corners @ to_rays.T @ turn
-    if rays[:, 2].min() < 0.1:
-        raise ValueError("the camera sees what is right above or below it; lower tilt_deg or hfov_deg")
-    ends = focal * rays[:, :2] / rays[:, 2:]
-    (left, top), (right, bottom) = np.floor(ends.min(axis=0)) - 1, np.ceil(ends.max(axis=0)) + 1
-    window = ImagePlane(int(right - left) + 1, int(bottom - top) + 1, focal, (-float(left), -float(top)))
-    from_window = np.array([[1 / focal, 0.0, left / focal], [0.0, 1 / focal, top / focal], [0.0, 0.0, 1.0]])
-    return window, np.asarray(np.linalg.inv(to_rays) @ turn @ from_window, np.float64)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-import cv2
-import numpy as np
-
 from sim_backend.camera.lens import Lens, LensEffects
-from sim_backend.camera.projection import Matrix, Pinhole, level_plane
+from sim_backend.camera.optics import PINHOLE_OPTICS, Optics, View
+from sim_backend.camera.projection import Pinhole
 from sim_backend.camera.renderer import Renderer
 from sim_backend.camera.scene import Panel, Viewpoint
 from sim_backend.camera.textures import Image, TextureLibrary
@@ -25,6 +23,7 @@ class SimCamera:
         hfov_deg: Horizontal field of view.
         seed: Seed of the textures and the sensor noise.
         lens: The webcam's imperfections; `lens.PERFECT` for none.
+        optics: Its lens distortion and shutter.
         floor: Texture of the floor.
         textures: Texture library to share between cameras; by default one made from `seed`.
     """
@@ -36,36 +35,40 @@ class SimCamera:
         seed: int = 0,
         lens: LensEffects | None = None,
         *,
+        optics: Optics = PINHOLE_OPTICS,
         floor: str = "floor",
         textures: TextureLibrary | None = None,
     ) -> None:
         self.pinhole = Pinhole(*size, hfov_deg)
         self._textures, self._floor = textures or TextureLibrary(seed), floor
         self._level = Renderer(self.pinhole, self._textures, floor)
-        self._turned: dict[tuple[float, float], tuple[Renderer, Matrix]] = {}
+        self._optics = optics
+        self._views: dict[tuple[float, float], tuple[Renderer, View]] = {}
         self._lens = Lens(lens or LensEffects(), size, self.pinhole.focal_px, seed)
 
-    def frame(self, panels: Iterable[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float = 0.0) -> Image:
+    def frame(
+        self, panels: Iterable[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float = 0.0, brightness: float = 1.0
+    ) -> Image:
         """The next frame: (height, width, 3) uint8, blue, green, red.
 
         Args:
             panels: All surfaces of the world, in any order.
             viewpoint: Pose of the lens in the middle of the exposure.
-            turn_rate_deg_s: Turn rate of the camera, clockwise; it blurs the frame.
+            turn_rate_deg_s: Turn rate of the camera, clockwise; it blurs the frame, and a rolling shutter skews it.
+            brightness: Factor on the brightness of this frame.
 
         Raises:
             ConfigError: A panel names a texture that does not exist.
         """
-        return self._lens.expose(self._render(panels, viewpoint), turn_rate_deg_s)
+        return self._lens.expose(self._render(panels, viewpoint, turn_rate_deg_s), turn_rate_deg_s, brightness)
 
-    def _render(self, panels: Iterable[Panel], viewpoint: Viewpoint) -> Image:
-        """The view without the lens's effects; that of a tilted or rolled camera is warped from a level one's."""
-        if viewpoint.level:
+    def _render(self, panels: Iterable[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float) -> Image:
+        """The view without blur, noise and exposure; that of a real camera is warped from a level pinhole's."""
+        if viewpoint.level and self._optics == PINHOLE_OPTICS:
             return self._level.render(panels, viewpoint)
         turn = viewpoint.tilt_deg, viewpoint.roll_deg
-        if turn not in self._turned:
-            window, to_frame = level_plane(self.pinhole, *turn)
-            self._turned[turn] = Renderer(window, self._textures, self._floor), to_frame
-        renderer, to_frame = self._turned[turn]
-        size = self.pinhole.width, self.pinhole.height
-        return np.asarray(cv2.warpPerspective(renderer.render(panels, viewpoint), to_frame, size), np.uint8)
+        if turn not in self._views:
+            view = View(self.pinhole, self._optics, *turn)
+            self._views[turn] = Renderer(view.window, self._textures, self._floor), view
+        renderer, view = self._views[turn]
+        return view.apply(renderer.render(panels, viewpoint), turn_rate_deg_s)

@@ -44,6 +44,21 @@ class Surroundings:
                 return patch.color
         return self._file.floor.color
 
+    @property
+    def light_changes(self) -> bool:
+        """Whether the brightness for the camera depends on time or place."""
+        return bool(self._file.light.drift_percent or self._file.shades)
+
+    def brightness(self, at_mm: Point, now_ms: int) -> float:
+        """Brightness for a camera at a place; 1 is a well-lit room."""
+        light = self._file.light
+        phase = 2.0 * math.pi * now_ms / 1000.0 / light.drift_s
+        brightness = light.exposure * (1.0 + light.drift_percent / 100.0 * math.sin(phase))
+        for shade in self._file.shades:
+            share = max(0.0, 1.0 - math.dist(at_mm, shade.at_mm) / shade.radius_mm)
+            brightness *= 1.0 + share * (shade.exposure - 1.0)
+        return brightness
+
     def sound_db(self, at_mm: Point, now_ms: int) -> float:
         """Sound level at a place: the background and all active sources."""
         energy = _energy(self._file.surroundings.sound_db)

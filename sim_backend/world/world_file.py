@@ -23,6 +23,8 @@ FRAME_DIAGONAL = 1.25
 """Diagonal of a 4:3 frame over its width."""
 STEEPEST_DEG = 84.0
 """Largest elevation at the corner of a tilted camera's frame: the renderer knows no zenith."""
+STRONGEST_BARREL = 4 / 27
+"""Largest -k1 r² of a corner at the distance r from the axis that r' (1 + k1 r'²) reaches for some r'."""
 
 
 class Floor(Table):
@@ -43,11 +45,39 @@ class Light(Table):
 
     Attributes:
         exposure: Factor on the camera's brightness; 1 is a well-lit room, 0.25 is dusk.
+        drift_percent: How much the brightness for the camera rises and falls over time.
+        drift_s: How long one rise and fall takes.
         ambient_percent: Reading of a light sensor that looks ahead with its lamp off.
     """
 
     exposure: Annotated[float, Field(gt=0, le=4)] = 1.0
+    drift_percent: Annotated[float, Field(ge=0, le=95)] = 0.0
+    drift_s: Annotated[float, Field(ge=0.1, le=86400)] = 60.0
     ambient_percent: Percent = 50.0
+
+
+class Shade(Table):
+    """A place where the camera's pictures are brighter or darker, such as before a window.
+
+    Attributes:
+        at_mm: Center.
+        radius_mm: Distance from the center at which the effect ends; in between it falls linearly.
+        exposure: Factor on the brightness at the center.
+    """
+
+    at_mm: Point
+    radius_mm: Length
+    exposure: Annotated[float, Field(gt=0, le=20)]
+
+
+class Computer(Table):
+    """The computer that looks for the targets.
+
+    Attributes:
+        look_s: Time that each look takes; the robot drives on meanwhile.
+    """
+
+    look_s: Annotated[float, Field(ge=0, le=5)] = 0.0
 
 
 class Slip(Table):
@@ -151,6 +181,10 @@ class Camera(Table):
         roll_deg: Rotation about the optical axis, positive clockwise as seen from behind the camera.
         fps: Frames per second.
         latency_s: Delay from a frame's exposure to its delivery.
+        drop_rate: Share of the frames that never arrive.
+        distortion_k1: First radial distortion of the lens, as in OpenCV; negative is a barrel.
+        readout_s: Rolling shutter: time from the exposure of the first row to that of the last.
+        auto_exposure_s: Time constant with which the camera follows the brightness; 0 for a fixed exposure.
     """
 
     hfov_deg: Annotated[float, Field(ge=20, le=120)] = 60.0
@@ -162,12 +196,24 @@ class Camera(Table):
     roll_deg: Degrees = 0.0
     fps: Annotated[int, Field(ge=1, le=60)] = 10
     latency_s: Annotated[float, Field(ge=0, le=5)] = 0.0
+    drop_rate: Annotated[float, Field(ge=0, le=0.95)] = 0.0
+    distortion_k1: Annotated[float, Field(ge=-0.5, le=1)] = 0.0
+    readout_s: Annotated[float, Field(ge=0, le=0.2)] = 0.0
+    auto_exposure_s: Annotated[float, Field(ge=0, le=60)] = 0.0
 
     @model_validator(mode="after")
     def _sees_no_zenith(self) -> Self:
         reach_deg = math.degrees(math.atan(FRAME_DIAGONAL * math.tan(math.radians(self.hfov_deg / 2))))
         if self.tilt_deg and abs(self.tilt_deg) + reach_deg > STEEPEST_DEG:
             raise ValueError(f"sees what is right above or below it; lower hfov_deg ({self.hfov_deg:g}) or tilt_deg")
+        return self
+
+    @model_validator(mode="after")
+    def _sees_its_corners(self) -> Self:
+        corner = FRAME_DIAGONAL * math.tan(math.radians(self.hfov_deg / 2))
+        if self.distortion_k1 * corner**2 < -STRONGEST_BARREL:
+            lowest = -STRONGEST_BARREL / corner**2
+            raise ValueError(f"the corners show nothing; set distortion_k1 above {lowest:.3f} for this hfov_deg")
         return self
 
 
@@ -268,6 +314,8 @@ class WorldFile(Table):
     floor: Floor
     robot: Robot
     light: Light = Light()
+    shades: tuple[Shade, ...] = ()
+    computer: Computer = Computer()
     camera: Camera = Camera()
     ultrasonic: Ultrasonic = Ultrasonic()
     surroundings: Surroundings = Surroundings()

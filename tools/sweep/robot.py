@@ -80,8 +80,8 @@ class SpoiltSensor:
     """
 
     def __init__(self, simulation: Simulation, sight: Sight, seed: int) -> None:
-        self.fps, self.size = simulation.webcam.fps, simulation.webcam.size
-        self._webcam = simulation.webcam
+        self._webcam = webcam = simulation.webcam
+        self.fps, self.size, self.look_s = webcam.fps, webcam.size, webcam.look_s
         self._sight = sight
         self._random = Random(f"{seed}/sight")
 
@@ -89,6 +89,11 @@ class SpoiltSensor:
     def unplugged(self) -> bool:
         """Whether the camera delivers no frames now."""
         return self._webcam.unplugged
+
+    @property
+    def dropped(self) -> bool:
+        """Whether the latest frame never arrives."""
+        return self._webcam.dropped
 
     def observe(self, name: str) -> Quad | None:
         """Return the target, or a look-alike mistaken for it, in the latest frame."""

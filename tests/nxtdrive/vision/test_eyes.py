@@ -107,6 +107,7 @@ def test_a_camera_without_frames_is_reported(targets, clock):
     class Unplugged:
         fps = 10.0
         hfov_deg = 60.0
+        look_s = 0.0
 
         def frame(self):
             return None
@@ -122,7 +123,8 @@ class Sensor:
 
     fps = 10.0
     size = (320, 240)
-    unplugged = False
+    look_s = 0.0
+    unplugged = dropped = False
 
     def __init__(self, clock, seen_from_s, seen_until_s):
         self.clock = clock
