@@ -126,7 +126,7 @@ class I2CBus(Wires):
         """
         if rx_size:
             self._unread, self._place, self._complete, self._turns = rx_size, 0, False, True
-        self.sensor.wanted = self._unread
+        self.sensor.prepare(self._unread)
         self._sent = self._acknowledged = self._waiting = False
         self._sending = self._guarded(self._send(message))
         next(self._sending)

@@ -39,14 +39,14 @@ class SensorEnd:
         trace: Set to a list to record the bus: S start, [aa] address byte, a acknowledged, n not, xx byte written,
             rxx byte read, N last byte read, P stop.
         clocks: Rises of the clock line so far.
-        wanted: Number of bytes that the firmware will read.
     """
 
     def __init__(self) -> None:
         self.device: I2CDevice | None = None
         self.pulls_data = False
         self.trace: list[str] | None = None
-        self.clocks = self.wanted = 0
+        self.clocks = self._wanted = 0
+        self._address: int | None = None
         self._phase = _Phase.IDLE
         self._bits = self._byte = self._byte_sent = 0
         self._selected = False
@@ -59,6 +59,11 @@ class SensorEnd:
             self._finish_write()
             self._phase = _Phase.IDLE
         self.device = device
+        self.prepare(self._wanted)
+
+    def prepare(self, wanted: int) -> None:
+        """Let the device decide whether it answers the next message, and prepare that many bytes for the firmware."""
+        self._address, self._wanted = None if self.device is None else self.device.address, wanted
 
     def start(self) -> None:
         """Expect an address: the data line fell while the clock line was high."""
@@ -102,7 +107,7 @@ class SensorEnd:
         if self._phase is _Phase.SENDING:
             return False
         if self._phase is _Phase.ADDRESSED:
-            self._selected = self.device is not None and self.device.address == self._byte & 0xFE
+            self._selected = self._address == self._byte & 0xFE
             self._record(f"[{self._byte:02x}]{'a' if self._selected else 'n'}")
             return self._selected
         self._record(f"{self._byte:02x}")
@@ -116,7 +121,7 @@ class SensorEnd:
         self._bits = self._byte = 0
         if self._phase is _Phase.SENDING:
             if not self._answer and self.device is not None:
-                self._answer = bytearray(self.device.read(max(self.wanted, 1)))
+                self._answer = bytearray(self.device.read(max(self._wanted, 1)))
             self._byte_sent = self._answer.pop(0) if self._answer else 0xFF
             self._record(f"r{self._byte_sent:02x}")
 
