@@ -26,7 +26,7 @@ class MapEvent:
     Attributes:
         time_s: Mission time.
         pose: Where the robot was.
-        kind: ``failed``, ``reached``, ``seen``, ``outage`` or ``other``.
+        kind: ``failed``, ``reached``, ``seen``, ``retreat``, ``outage`` or ``other``.
         words: What, as the printed lines say it: one line, of a failure two.
         same: Equal for events of one kind: the kind, the target, and of a failure its name and the choice.
         recovery: What was chosen after a failure.
@@ -109,7 +109,7 @@ class EventReader:
 def _kind(record: Record) -> str:
     if record.kind is Kind.OUTAGE or record.data.get("to") in ("suspended", "down"):
         return "outage"
-    known = {"select": "failed", "reached": "reached"}
+    known = {"select": "failed", "reached": "reached", "retreat": "retreat"}
     seen = record.data.get("event") == Event.TARGET_SEEN
     return "seen" if seen else known.get(str(record.data.get("to")), "other")
 

@@ -60,6 +60,7 @@ MARKS = {
     "failed": MarkStyle("failed", FAILED, "tilted_cross"),
     "reached": MarkStyle("target reached", ARRIVE, "star"),
     "seen": MarkStyle("target seen, drive to it", ARRIVE, "circle"),
+    "retreat": MarkStyle("held or touched, backs off", FAILED, "circle"),
     "outage": MarkStyle("outage", FAILED, "tilted_cross"),
 }
 """The mark of each kind of event."""

@@ -133,6 +133,8 @@ def test_any_sequence_of_facts_leaves_exactly_one_state_per_region(facts, choice
             assert len(now & set(MISSION_STATES)) == 1
             assert len(now & {"up", "down"}) == 1
             assert len(now & {"clear", "held", "tripped"}) == 1
+            assert len(now & {"seeing", "blind"}) == 1
+            assert len(now & {"trusted", "distrusted"}) == 1
             assert "select" not in now, "select is passed through, never rested in"
 
 

@@ -20,9 +20,14 @@ def taken(records: Iterable[Record]) -> list[str]:
     return sorted({_name(str(each["source"]), str(each["event"] or ""), str(each["to"])) for each in data})
 
 
+def transitions() -> list[str]:
+    """Return the names of all transitions, in the order of the chart."""
+    return list(dict.fromkeys(_name(each.source, each.event, each.target) for each in arrows()))
+
+
 def never(lines: Sequence[Line]) -> tuple[list[str], int]:
     """Return the transitions that no mission took, in the order of the chart, and the number of all."""
-    names = list(dict.fromkeys(_name(each.source, each.event, each.target) for each in arrows()))
+    names = transitions()
     found = {name for line in lines for name in line.get("transitions", [])}
     return [name for name in names if name not in found], len(names)
 

@@ -26,6 +26,8 @@ wait_s = 7.0
 
 FIRST_FORMAT = Path(__file__).parent / "journals" / "format-1.jsonl"
 """Written before journals named their format; looks are left out."""
+SECOND_FORMAT = FIRST_FORMAT.with_name("format-2.jsonl")
+"""Written before the chart told of verification, retreats and targets that are left; looks are left out."""
 
 
 @pytest.fixture(scope="module")
@@ -127,6 +129,13 @@ def test_a_journal_of_the_first_format_is_told_and_its_evidence_understood(expla
     assert [each["replay"]["differs"] for each in told["decisions"]] == [False] * 4
     assert told["damaged_lines"] == []
     assert "lena was not recognised since the last search began" in explained(FIRST_FORMAT)
+
+
+def test_a_journal_of_the_second_format_is_told(explained):
+    told = explained(SECOND_FORMAT, "--json")
+    assert len(told["decisions"]) == 5
+    assert told["damaged_lines"] == []
+    assert "lena given up, search 1.4 s" in explained(SECOND_FORMAT)
 
 
 def test_a_journal_says_its_format_and_one_of_a_later_version_is_refused(runs, capsys, tmp_path):

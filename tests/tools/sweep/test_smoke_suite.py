@@ -3,6 +3,7 @@
 import pytest
 
 from nxtdrive.cli.sweep import SUITES
+from nxtdrive.tools.sweep.chart_coverage import transitions
 from nxtdrive.tools.sweep.performance import FAILED, evaluate
 from nxtdrive.tools.sweep.runner import plan, sweep, workers
 from sim_backend.scenarios.classes import CLASSES
@@ -38,6 +39,11 @@ def test_the_tasks_are_those_of_the_smoke_suite():
 
 def test_no_mission_broke(lines):
     assert [(line["class"], line["policy"], line["error"]) for line in lines if line["ending"] == FAILED] == []
+
+
+def test_the_missions_take_only_transitions_of_the_chart(lines):
+    names = set(transitions())
+    assert [line["class"] for line in lines if not {"idle: start"} <= {*line["transitions"]} <= names] == []
 
 
 def test_the_adaptive_profile_reaches_at_least_as_many_targets_as_the_thesis(lines):
