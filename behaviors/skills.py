@@ -120,7 +120,11 @@ class SkillContext:
 
 
 class Skill(Protocol):
-    """A skill at work in a state; called again until a fact leads out of the state."""
+    """A skill at work.
+
+    A fact that it returns ends it, except CONTINUED. What it reports to the chart meanwhile does not: the same skill
+    goes on, though the chart may be in another state, as when an approach stands to verify its target.
+    """
 
     def call(self) -> Fact:
         """Do a bounded piece of work and report its result."""

@@ -42,7 +42,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     check.add_argument("files", metavar="FILE", nargs="+", type=Path, help="mission files, *.toml")
     add_robot_argument(check)
     add_json_argument(check)
-    show = add_action(actions, "show", "a mission's numbers, the chart's transitions and its diagram", _show)
+    show = add_action(
+        actions, "show", "a mission's numbers, the chart's states, events and transitions, and its diagram", _show
+    )
     show.add_argument("file", metavar="FILE", nargs="?", type=Path, help="without it, the built-in mission")
     add_robot_argument(show)
     add_json_argument(show)
@@ -88,7 +90,7 @@ def report_file(file: str, mistakes: list[str]) -> None:
 
 
 def _show(args: argparse.Namespace) -> int:
-    from behaviors.diagram import mermaid, recovery_table, transition_table
+    from behaviors.diagram import event_table, mermaid, recovery_table, state_table, transition_table
     from nxtdrive.mission.setup import load
 
     mission = load(args.file, args.robot)
@@ -96,6 +98,10 @@ def _show(args: argparse.Namespace) -> int:
         write_json(mission.model_dump(mode="json"), indent=2)
         return DONE
     write_text(_described(mission))
+    write_text("\nStates\n")
+    write_text(state_table())
+    write_text("\nEvents\n")
+    write_text(event_table())
     write_text("\nTransitions\n")
     write_text(transition_table())
     write_text("\nRecoveries\n")
