@@ -14,8 +14,21 @@ from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.vm.rxe import Type
 
-ADD, COMPARE, TEST, MOVE, SET, JUMP, BRANCH, BRANCH_TEST, SET_OUTPUT = 0, 0x11, 0x12, 0x1B, 0x1C, 0x25, 0x26, 0x27, 0x31
+ADD, FILL, COMPARE, TEST, MOVE, SET, JUMP, BRANCH, BRANCH_TEST, SET_OUTPUT = (
+    0,
+    0x1A,
+    0x11,
+    0x12,
+    0x1B,
+    0x1C,
+    0x25,
+    0x26,
+    0x27,
+    0x31,
+)
+SIZE_OF, SYSTEM_CALL, FINISH_INTO, CALL, RETURN = 0x17, 0x28, 0x2B, 0x2E, 0x2F
 RUNNING, ENDED, FAILED = 2, 1, 3
+NONE = 0xFFFF
 SPIN = instruction(JUMP, 0)
 TABLE_AT, ENTRY = 38, 4
 
@@ -194,3 +207,63 @@ def test_an_array_whose_element_is_beyond_the_file_is_an_error():
     content = program([SPIN])
     arrays = changed(content, TABLE_AT, "<BB", Type.ARRAY, 1)
     assert Outcome(changed(arrays, TABLE_AT + ENTRY, "<BBH", Type.CLUSTER, 1, 0xFFFF)).status == FAILED
+
+
+@pytest.mark.parametrize("firmware", ["1.05", "1.29"])
+@pytest.mark.parametrize(("opcode", "size"), [(SET, 7), (COMPARE, 9), (RETURN, 5), (BRANCH, 9)])
+def test_an_instruction_of_half_a_word_is_an_error(firmware, opcode, size):
+    assert Outcome(program([[size << 12 | opcode, 1, 2, 0], SPIN]), firmware).status == FAILED
+
+
+def test_the_short_forms_that_do_not_exist_add_in_firmware_1_05():
+    code = [[0x6C01, 1, 2], instruction(SET, 3, 0x77), SPIN]
+    assert Outcome(program(code), "1.05").numbers == (0x11, 0x22, 0x55, 0x77)
+    assert Outcome(program(code), "1.29").status == FAILED
+
+
+@pytest.mark.parametrize(
+    ("firmware", "numbers"), [("1.05", (0x71, 0x72, 0x73, 0x77)), ("1.29", (0x71, 0x22, 0x33, 0x44))]
+)
+def test_a_clump_that_ends_before_it_begins_has_no_end_in_firmware_1_05(firmware, numbers):
+    code = [instruction(SET, number, value) for number, value in enumerate((0x71, 0x72, 0x73, 0x77))]
+    content = program([instruction(FINISH_INTO, 1)], [*code, SPIN], [SPIN], fire=[0, 1, 1])
+    records = len(content) - 2 * header(content, 10) - 3 * 4
+    assert Outcome(changed(content, records + 8 + 2, "<H", 0), firmware, clumps=3).numbers == numbers
+
+
+@pytest.mark.parametrize("firmware", ["1.05", "1.29"])
+def test_a_call_without_a_variable_uses_the_first_byte_of_the_variables(firmware):
+    """The caller's number, 0, is written there, and read by a return without a variable."""
+    code = [instruction(CALL, 1, NONE), instruction(SET, 1, 0x72), SPIN]
+    outcome = Outcome(program(code, [instruction(RETURN, NONE)], fire=[0, 1]), firmware, clumps=2)
+    assert (outcome.status, *outcome.numbers[:2]) == (RUNNING, 0, 0x72)
+
+
+@pytest.mark.parametrize("firmware", ["1.05", "1.29"])
+def test_a_return_to_a_variable_beyond_the_table_continues_nothing(firmware):
+    code = [instruction(CALL, 1, 0), SPIN]
+    outcome = Outcome(program(code, [instruction(RETURN, 0x2763)], fire=[0, 1]), firmware, clumps=2)
+    assert outcome.status == ENDED
+
+
+@pytest.mark.parametrize("firmware", ["1.05", "1.29"])
+def test_sixteen_bits_of_the_size_of_an_array_count(firmware):
+    variables = Variables()
+    for value in (0x11, 0x22, 0x33, 20):
+        variables.number(value)
+    array = variables.array([1, 2], Type.SLONG)
+    code = [instruction(FILL, array, 2, 3), instruction(SIZE_OF, 1, array), instruction(SET, 3, 0x77), SPIN]
+    content = assemble(variables, code)
+    outcome = Outcome(changed(content, descriptor(content, 1, 1), "<H", 0x4000), firmware)
+    assert (outcome.status, *outcome.numbers[1:]) == (RUNNING, 20, 0x33, 0x77)
+
+
+@pytest.mark.parametrize("firmware", ["1.05", "1.29"])
+def test_a_system_call_without_its_arguments_goes_on(firmware):
+    variables = Variables()
+    for value in (0x11, 0x22, 0x33, 0x44):
+        variables.number(value)
+    variables.call()
+    code = [instruction(SYSTEM_CALL, 24, 4), instruction(SET, 3, 0x77), SPIN]
+    outcome = Outcome(assemble(variables, code), firmware)
+    assert (outcome.status, outcome.numbers[3]) == (RUNNING, 0x77)

@@ -67,8 +67,7 @@ def test_messages_keep_to_the_pool_when_the_program_has_damaged_its_descriptors(
     boxes.write(0, b"hello\0")
     size, start = len(memory.pool), memory.base + memory.descriptors
     memory.pool[start:] = b"\xff" * (size - start)
-    with pytest.raises(OutOfMemory):
-        boxes.read(0, remove=True)
+    boxes.read(0, remove=True)
     assert len(memory.pool) == size
 
 

@@ -6,11 +6,15 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from sim_backend.firmware.cint import s16
-from sim_backend.firmware.vm.data import Place
+from sim_backend.firmware.vm.data import NONE, Place
 from sim_backend.firmware.vm.numbers import Number
 
 if TYPE_CHECKING:
     from sim_backend.firmware.vm.machine import Machine
+
+
+_MOST = 16
+"""Arguments of a system call at most."""
 
 
 class Call:
@@ -19,11 +23,12 @@ class Call:
     Attributes:
         machine: The program.
         devices: The brick's modules.
-        members: Entries of the arguments in the variable table.
+        members: Entries of the arguments in the variable table; those that a damaged program lacks read as 0.
     """
 
     def __init__(self, machine: Machine, members: Sequence[int]) -> None:
-        self.machine, self.devices, self.members = machine, machine.devices, members
+        self.machine, self.devices = machine, machine.devices
+        self.members = [*members, *[NONE] * (_MOST - len(members))]
         self._data = machine.data
 
     def value(self, position: int) -> Number:

@@ -26,8 +26,9 @@ class Dialect(NamedTuple):
         copies_arrays: Whether an operation of one array copies it unchanged if the target has the same type.
         system_calls: Number of system calls.
         missing: Opcodes that it does not have.
-        checks_short_forms: Whether an instruction in a short form needs the right size.
-        runs_past_end: Whether an instruction directly behind a clump belongs to it, too.
+        checks_short_forms: Whether the size of an instruction in a short form counts, and forms that do not exist add.
+        runs_past_end: Whether the instruction directly behind a clump belongs to it, too; then a clump that ends before
+            it begins has no end.
         shows_offsets: Whether the Command map tells where the program's variables and array descriptors are.
         tells_faults: Whether ProgStatus tells why a program cannot be started, not only that.
     """

@@ -12,11 +12,11 @@ _CLEAR = 0x3
 """Bits of the options that clear the screen before drawing."""
 
 
-def _drawing(draw: Callable[[Call], int | None]) -> Function:
-    """A call whose last argument are the options."""
+def _drawing(draw: Callable[[Call], int | None], options_at: int) -> Function:
+    """A call with options as one of its arguments."""
 
     def run(call: Call) -> None:
-        options = call.number(len(call.members) - 1)
+        options = call.number(options_at)
         call.devices.display.begin(clear=bool(options & _CLEAR))
         call.put(0, draw(call) or Status.OK)
 
@@ -61,12 +61,12 @@ def _screen_mode(call: Call) -> None:
 
 
 TABLE: Mapping[int, Function] = {
-    13: _drawing(_text),
-    14: _drawing(_point),
-    15: _drawing(_line),
-    16: _drawing(_circle),
-    17: _drawing(_rectangle),
-    18: _drawing(_picture),
+    13: _drawing(_text, 3),
+    14: _drawing(_point, 2),
+    15: _drawing(_line, 3),
+    16: _drawing(_circle, 3),
+    17: _drawing(_rectangle, 3),
+    18: _drawing(_picture, 4),
     19: _screen_mode,
 }
 """Number of each call to its function."""

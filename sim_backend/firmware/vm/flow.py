@@ -114,7 +114,10 @@ def _call(machine: Machine, instruction: Instruction) -> Next:
     clump, caller = instruction.arguments
 
     def run() -> int:
-        machine.data.put(caller, machine.task.number)
+        if caller == NONE:  # the firmware writes it to the first byte of the variables
+            machine.memory.store(Type.UBYTE, 0, machine.task.number)
+        else:
+            machine.data.put(caller, machine.task.number)
         machine.suspend(instruction.following)
         task = machine.clump(clump)
         if task is not None:
@@ -125,11 +128,17 @@ def _call(machine: Machine, instruction: Instruction) -> Next:
 
 
 def _return(machine: Machine, instruction: Instruction) -> Next:
+    """Let the caller continue; without a variable, the one in the first byte of the variables."""
+    caller, data = instruction.arguments[0], machine.data
+
     def run() -> int:
-        caller = machine.clump(int(machine.data.get(instruction.arguments[0])))
+        number = int(data.get(caller)) if caller < len(data.variables) else _NOBODY
+        if caller == NONE:
+            number = int(machine.memory.load(Type.UBYTE, 0))
+        task = machine.clump(number)
         machine.suspend(machine.program.clumps[machine.task.number].start)
-        if caller is not None:
-            machine.queue.append(caller)
+        if task is not None:
+            machine.queue.append(task)
         return END_TURN
 
     return Next(run)

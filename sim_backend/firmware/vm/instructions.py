@@ -69,22 +69,24 @@ def decode(code: Sequence[int], at: int, *, checks_short_forms: bool) -> Instruc
     Args:
         code: All words.
         at: Index of the word.
-        checks_short_forms: Whether a short form needs the right size.
+        checks_short_forms: Whether the size of a short form counts.
 
     Raises:
-        ProgramError: There is no such short form.
+        ProgramError: There is no such short form, or no such size.
         IndexError: The code ends before its size.
     """
     word = code[at]
     size, flags, opcode = word >> 12, word >> 8 & 0x7, word & 0xFF
+    if size % _WORD:
+        raise ProgramError(ERR_INSTR, "an instruction of half a word")
     if word >> 8 & _SHORT:
-        if flags >= len(_SHORT_FORMS):
+        short, words = _SHORT_FORMS[flags] if flags < len(_SHORT_FORMS) else (0, 0)
+        if checks_short_forms:
+            words = size // _WORD
+        elif not words:
             raise ProgramError(ERR_INSTR, "a short form that does not exist")
-        short, words = _SHORT_FORMS[flags]
-        if checks_short_forms and size != words * _WORD:
-            raise ProgramError(ERR_INSTR, "a short form of another size")
-        arguments = (opcode,) if words == 1 else (s8(opcode) + code[at + 1] & 0xFFFF, code[at + 1])
-        return Instruction(short, 0, arguments, at, at + words, words)
+        arguments = (opcode,) if words == 1 else (s8(opcode) + code[at + 1] & 0xFFFF, *code[at + 1 : at + words])
+        return Instruction(short, 0, arguments, at, at + words, len(arguments))
     form = min(size // _WORD - 1, MANY)
     if size == _VARIABLE_SIZE:
         size = code[at + 1]

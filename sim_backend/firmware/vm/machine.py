@@ -171,10 +171,7 @@ class Machine:
 
     def _block(self, pc: int, most: int) -> Block:
         task = self.task
-        clump = self.program.clumps[task.number]
-        end = clump.end + self.dialect.runs_past_end
-        if pc == clump.start >= end:
-            end = pc + 1
+        end = max(self._end(task), pc + (pc == self.program.clumps[task.number].start))
         block = task.blocks.get(pc)
         if block is None:
             block = task.blocks[pc] = self._compiler.block(pc, end, LONGEST)
@@ -183,6 +180,13 @@ class Machine:
             if block is None:
                 block = task.cut_blocks[pc, most] = self._compiler.block(pc, end, most)
         return block
+
+    def _end(self, task: Task) -> int:
+        """The word from which on there is no instruction of a clump."""
+        clump = self.program.clumps[task.number]
+        if not self.dialect.runs_past_end:
+            return clump.end
+        return clump.end + 1 if clump.end >= clump.start else len(self.program.code)
 
     def _seen(self) -> _Seen | None:
         """An empty record of states in this turn; None if looking for repeats has not been worth while lately."""
@@ -239,7 +243,13 @@ class Machine:
         return self.now_ms
 
     def suspend(self, following: int) -> int:
-        """Take the current clump out of the queue; it will continue at `following`."""
+        """Take the current clump out of the queue; it will continue at `following`.
+
+        Raises:
+            ProgramError: That is behind its end.
+        """
+        if following >= self._end(self.task) and following != self.program.clumps[self.task.number].start:
+            raise ProgramError(ERR_INSTR, "a clump ran past its end")
         self.task.pc = following
         self.queue.remove(self.task)
         return END_TURN

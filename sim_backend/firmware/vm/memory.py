@@ -26,6 +26,8 @@ _WORK, _BYTES_PER_ACCESS = 200_000, 64
 """Accesses to arrays in one pass; copied bytes that count as one."""
 _FILL = bytes.fromhex("efbeadde")
 _ALIGNMENT = 4
+_OFFSET = 0xFFFF
+"""Bits of an offset, and of the size of an array."""
 _BEHIND = 0xA0000
 """Bytes of memory behind the pool: numbers of descriptors have 16 bits."""
 _DESCRIPTOR = struct.Struct("<HHHHH")
@@ -66,6 +68,11 @@ class Array(NamedTuple):
     length: int
     back: int
     link: int
+
+    @property
+    def size(self) -> int:
+        """Size in bytes, of which 16 bits count."""
+        return self.element * self.length & _OFFSET
 
 
 class Memory:
@@ -151,7 +158,7 @@ class Memory:
         Raises:
             struct.error: It is outside of the pool.
         """
-        value: Number = SCALARS[kind].unpack_from(self.pool, self.base + offset)[0]
+        value: Number = SCALARS[kind].unpack_from(self.pool, self.base + (offset & _OFFSET))[0]
         return value
 
     def store(self, kind: int, offset: int, value: float) -> None:
@@ -167,7 +174,7 @@ class Memory:
             value = int(value) & (1 << bits) - 1
             if kind in SIGNED and value >> (bits - 1):
                 value -= 1 << bits
-        SCALARS[kind].pack_into(self.pool, self.base + offset, value)
+        SCALARS[kind].pack_into(self.pool, self.base + (offset & _OFFSET), value)
 
     def read(self, offset: int, size: int) -> bytes:
         """Bytes at `offset`.
@@ -175,7 +182,7 @@ class Memory:
         Raises:
             OutOfMemory: They are outside of the pool.
         """
-        start = self.base + offset
+        start = self.base + (offset & _OFFSET)
         if size and start + size > len(self.pool):
             raise OutOfMemory("outside of the memory")
         self.spend(size // _BYTES_PER_ACCESS)
@@ -187,7 +194,7 @@ class Memory:
         Raises:
             OutOfMemory: They are outside of the pool.
         """
-        start = self.base + offset
+        start = self.base + (offset & _OFFSET)
         if data:
             if start + len(data) > len(self.pool):
                 raise OutOfMemory("outside of the memory")
@@ -195,7 +202,7 @@ class Memory:
 
     def index(self, offset: int) -> int:
         """Number of the descriptor of the array at `offset`."""
-        return int(_INDEX.unpack_from(self.pool, self.base + offset)[0])
+        return int(_INDEX.unpack_from(self.pool, self.base + (offset & _OFFSET))[0])
 
     def array(self, index: int) -> Array:
         """The descriptor of an array.
@@ -262,9 +269,9 @@ class Memory:
         array = self.array(index)
         if count == array.length:
             return
-        size = array.element * count
+        size = array.element * count & _OFFSET
         if count > array.length and size > self._room(array):
-            old = self.read(array.offset, array.element * array.length)
+            old = self.read(array.offset, array.size)
             offset = self._allocate(size)
             if array.length:
                 old = self.read(self.array(index).offset, len(old))
@@ -281,13 +288,13 @@ class Memory:
     def _room(self, array: Array) -> int:
         """Bytes from an array to the next one."""
         if array.offset == NOT_AN_OFFSET or array.link == _NONE:
-            return array.element * array.length
+            return array.size
         return self.array(array.link).offset - array.offset
 
     def bytes_of(self, index: int) -> bytes:
         """The stored bytes of an array."""
-        offset, element, length, *_ = self.array(index)
-        return self.read(offset, element * length)
+        array = self.array(index)
+        return self.read(array.offset, array.size)
 
     def set_bytes(self, index: int, data: bytes) -> None:
         """Store the bytes of an array and set its length.
@@ -303,7 +310,7 @@ class Memory:
     def _grow_descriptors(self, more: int) -> None:
         """Append free descriptors; the array of descriptors moves even if `more` is 0."""
         _, element, first, *_ = self.array(0)
-        offset = self._allocate(element * (first + more))
+        offset = self._allocate(element * (first + more) & _OFFSET)
         self.write(offset, self.read(self.descriptors, element * first))
         self.descriptors = offset
         self._unlink(0)
@@ -331,7 +338,7 @@ class Memory:
         end = self.program.static_size
         for index in self._list():
             array = self.array(index)
-            size = array.element * array.length
+            size = array.size
             if array.offset != NOT_AN_OFFSET:
                 end = aligned(end)
                 if end < array.offset:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from sim_backend.firmware.vm.data import ERR_ARG, Place, ProgramError
+from sim_backend.firmware.vm.data import ERR_ARG, NONE, Place, ProgramError
 from sim_backend.firmware.vm.instructions import MANY, Instruction, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.rxe import Type
@@ -36,7 +36,7 @@ def _set_input(machine: Machine, instruction: Instruction) -> Translation:
 
 def _set_output(machine: Machine, instruction: Instruction) -> Translation:
     """Set several fields of one port, or of each port in an array."""
-    ports, *pairs = sized_arguments(machine.program.code, instruction)
+    ports, *pairs = sized_arguments(machine.program.code, instruction) or (NONE,)
     data, put = machine.data, machine.devices.put_output
     values = list(zip(pairs[::2], pairs[1::2], strict=False))
 
@@ -54,7 +54,7 @@ def _set_output(machine: Machine, instruction: Instruction) -> Translation:
 
 TABLE: Mapping[tuple[int, int], Translate] = {
     (0x30, 3): _set_input,
-    (0x31, MANY): _set_output,
+    **{(0x31, count): _set_output for count in (3, MANY)},
     (0x32, 3): _get_input,
     (0x33, 3): _get_output,
 }

@@ -38,7 +38,8 @@ def _call(machine: Machine, instruction: Instruction) -> Translation:
     function = CALLS.get(name) if name < machine.dialect.system_calls else None
     if function is None:
         raise ProgramError(ERR_INSTR, f"system call {name} is not known")
-    call = Call(machine, machine.data.members(cluster))
+    data = machine.data
+    call = Call(machine, data.members(cluster) if cluster < len(data.variables) else ())
     return lambda: function(call)
 
 
