@@ -96,7 +96,7 @@ class SimBrick:
         self.low_speed = LowSpeedModule(clock, self.input.ports, version)
         self.loader = Loader(flash or fresh_flash(version), version)
         self.sound = SoundModule(clock, self.loader)
-        self.display = DisplayModule()
+        self.display = DisplayModule(self._show_status)
         self.io_control = IoControl()
         self.ui = UiModule(clock, self.io_control, self.sound)
         self.radio = Radio(clock, name.encode("latin-1"), address)
@@ -110,7 +110,7 @@ class SimBrick:
             on_end=self._program_ended,
             reset_devices=self._reset_devices,
         )
-        self.ui.programs = self.command
+        self.ui.programs, self.ui.buttons = self.command, self.button.buttons
         self._calibrations: dict[bytes, tuple[int, int]] = {}
         self.high_speed = HighSpeed()
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, self.command, self.ui)
@@ -173,10 +173,11 @@ class SimBrick:
         )
 
     def _program_ended(self) -> None:
-        self.display.release()
-        self.sound.stop()
-        self.sound.volume = self.ui.volume
+        self.display.end()
         self.ui.program_ended()
+
+    def _show_status(self, shown: bool) -> None:
+        self.ui.show_status(shown)
 
     def _reset_devices(self) -> None:
         """Reset inputs and outputs, as at the start of a program and when the display no longer shows its end."""
@@ -224,14 +225,14 @@ class SimBrick:
         return self.bluetooth.receive_framed(framed)
 
     def tick(self, passes: int = 1) -> None:
-        """Run `passes` milliseconds."""
+        """Run `passes` milliseconds. A pass that a program sees reads the sensors before it."""
         clock, output, inputs, sleepers = self._clock, self.output, self.input, self._sleepers
         now, end = clock.now_ms, clock.now_ms + passes
         while now < end:
             wake_ms = min([module.due_ms for module in sleepers])
             now = min(end, max(now + 1, min(inputs.due_ms, output.due_ms, wake_ms)))
             clock.now_ms = now
-            if inputs.due_ms <= now or now == end:
+            if inputs.due_ms <= now or self.command.due_ms <= now or now == end:
                 inputs.run(now)
             if output.due_ms <= now or now == end:
                 output.run(now)

@@ -9,6 +9,8 @@ Source: docs/firmware.md section 8.5.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from firmware_protocol.iomap import DISPLAY, DISPLAY_HEIGHT, DISPLAY_WIDTH
 from sim_backend.firmware.font import CELL_WIDTH, glyph
 
@@ -22,11 +24,15 @@ _SIZE = LINES * DISPLAY_WIDTH
 class DisplayModule:
     """The display.
 
+    Args:
+        show_status: Called with False when a program takes the screen, with True when it gives it back.
+
     Attributes:
         memory: The module's IO map.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, show_status: Callable[[bool], None] = lambda _: None) -> None:
+        self._show_status = show_status
         self.memory = bytearray(DISPLAY.size)
         self.memory[_FLAGS] = _ON
         self._drawn = False
@@ -44,13 +50,21 @@ class DisplayModule:
         """Prepare for drawing: the first time the firmware's own screen makes room for the program's."""
         if clear or not self._drawn:
             self.clear()
-        self._drawn = True
+        if not self._drawn:
+            self._drawn = True
+            self._show_status(False)
 
     def release(self) -> None:
         """Give the screen back to the firmware's user interface."""
         if self._drawn:
+            self.end()
+            self._show_status(True)
+
+    def end(self) -> None:
+        """Forget the program's drawings when it has ended; the user interface takes the screen itself."""
+        if self._drawn:
             self.clear()
-        self._drawn = False
+            self._drawn = False
 
     def point(self, x: int, y: int) -> None:
         """Draw a pixel; nothing outside of the screen."""

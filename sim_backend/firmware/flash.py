@@ -45,6 +45,7 @@ class File:
         name: At most 19 characters, as given at creation.
         size: Reserved bytes.
         appendable: Whether it is a data file, which can grow up to `size`.
+        linear: Whether it was created as one block; programs and pictures must be.
         content: Written bytes.
         sectors: Numbers of its sectors.
         data_size: Readable bytes; set when the file is closed.
@@ -54,6 +55,7 @@ class File:
     name: str
     size: int
     appendable: bool = False
+    linear: bool = False
     content: bytearray = field(default_factory=bytearray)
     sectors: list[int] = field(default_factory=list)
     data_size: int = 0

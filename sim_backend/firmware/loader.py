@@ -120,6 +120,15 @@ class Loader:
         self._handles[number].use = Use.EXECUTE
         return number, bytes(file.content)
 
+    def linear_content(self, name: str) -> tuple[Status, bytes]:
+        """The content of a file that was created as one block, if it can be opened."""
+        status, number, _ = self.open_read(name)
+        file = self._handles[number].file
+        if status or file is None:
+            return status, b""
+        self.close(number)
+        return (Status.OK, bytes(file.content)) if file.linear else (Status.NOT_A_LINEAR_FILE, b"")
+
     def open_read(self, name: str, *, keep: bool = False) -> Opened:
         """Open the first file that matches; `keep` leaves it open when the USB cable is pulled."""
         status, number, file = self._find(name)
@@ -142,10 +151,10 @@ class Loader:
         status, number, _ = self._find(name)
         if status != Status.FILE_NOT_FOUND:
             return Opened(status or Status.FILE_EXISTS, number)
-        file = File(name, size, appendable)
+        file = File(name, size, appendable, linear or (program and not appendable))
         status = self._refusal(file)
         if not status:
-            status = self._reserve(file, linear=linear or (program and not appendable))
+            status = self._reserve(file)
         if status:
             return Opened(status, 0 if status == Status.NO_MORE_FILES else number)
         self._take(number, Use.WRITE, file, keep=keep)
@@ -333,11 +342,11 @@ class Loader:
             return Status.NO_WRITE_BUFFERS
         return Status.OK
 
-    def _reserve(self, file: File, *, linear: bool) -> Status:
+    def _reserve(self, file: File) -> Status:
         if file.size > self.flash.free:
             return Status.NO_SPACE
-        if not self.flash.reserve(file, contiguous=linear):
-            return Status.NO_LINEAR_SPACE if linear else Status.NO_SPACE
+        if not self.flash.reserve(file, contiguous=file.linear):
+            return Status.NO_LINEAR_SPACE if file.linear else Status.NO_SPACE
         return Status.OK
 
     def _enter(self, number: int, file: File) -> None:

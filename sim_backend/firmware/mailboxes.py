@@ -20,7 +20,7 @@ _BYTE = 1
 
 
 class Mailboxes:
-    """Twenty queues and that of the data log; a message too many drops the oldest."""
+    """Twenty queues and that of the data log; a message too many takes the array of the oldest."""
 
     def __init__(self, memory: Memory) -> None:
         self._memory = memory
@@ -33,9 +33,8 @@ class Mailboxes:
             OutOfMemory: The pool is full.
         """
         queue = self._queues[box]
-        if len(queue) == (LOG_DEPTH if box == LOG else DEPTH):
-            self._memory.free_array(queue.popleft())
-        array = self._memory.new_array(_BYTE)
+        full = len(queue) == (LOG_DEPTH if box == LOG else DEPTH)
+        array = queue.popleft() if full else self._memory.new_array(_BYTE)
         try:
             self._memory.set_bytes(array, message)
         except OutOfMemory:

@@ -105,6 +105,11 @@ class SoundModule:
         self.state, self.flags = int(SoundState.STOP), 0
         self.due_ms = self._clock.now_ms + 1
 
+    def end_program(self, volume: int) -> None:
+        """Stop the sound of a program that has ended, and take back the volume of the menu."""
+        self.state, self.volume = int(SoundState.STOP), volume
+        self.due_ms = self._clock.now_ms + 1
+
     @property
     def playing(self) -> bool:
         """Whether a tone or file is playing."""

@@ -5,11 +5,13 @@ Source: docs/firmware.md section 1, 5.2 (Ui map) and section 8.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import Enum, IntEnum, auto
 from typing import Protocol
 
 from firmware_protocol.iomap import SoundState, UiFlag
 from sim_backend.firmware.battery import SAMPLE_MS, Battery, next_sample_ms
+from sim_backend.firmware.button import Button
 from sim_backend.firmware.io_control import POWER_DOWN, IoControl
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import NAME_SIZE, pack_name, unpack_name
@@ -47,6 +49,9 @@ _MESSAGE_MS = 750
 _PROGRAMS, _SOUND = (".rxe", ".rtm"), ".rso"
 _ON_BRICK = ".rpg"
 """Programs made on the brick itself; they are not simulated, only the message after them is shown."""
+
+_STATUS_WORK = int(UiFlag.UPDATE | UiFlag.REDRAW_STATUS)
+"""Requests to draw the status bar: carried out in the next pass, or kept while a program has the screen."""
 
 _RUNNING_FLAGS = int(UiFlag.DISABLE_LEFT_RIGHT_ENTER | UiFlag.DISABLE_EXIT)
 """Set while a program runs."""
@@ -106,6 +111,7 @@ class UiModule:
         due_ms: See `Module`.
         battery: The supply.
         programs: The command module; set by the brick.
+        buttons: The buttons; set by the brick.
         flags: See `firmware_protocol.iomap.UiFlag`.
         state: See `UiState`.
         program_name: The file to start, 20 bytes.
@@ -116,6 +122,7 @@ class UiModule:
     """
 
     programs: Programs
+    buttons: Sequence[Button]
 
     def __init__(self, clock: Clock, io_control: IoControl, sound: SoundModule) -> None:
         self._clock, self._io_control, self._sound = clock, io_control, sound
@@ -130,7 +137,7 @@ class UiModule:
         self._timer_started_ms = 0
         self._next_step_ms = NEVER
         self._run, self._file = _Run.TONE, bytes(NAME_SIZE)
-        self._menu_opened_ms = self._delay_ms = 0
+        self._menu_opened_ms = self._delay_ms = self._message_ends_ms = 0
         self._off_ms = NEVER
         self._warned = self._exit_pressed = False
         self._schedule()
@@ -169,7 +176,7 @@ class UiModule:
     def press(self, buttons: int) -> None:
         """Handle buttons that were pressed, given as bits of the button module."""
         self._timer_started_ms = self._clock.now_ms
-        if buttons & _EXIT_BUTTON and self.state == UiState.RUNNING:
+        if self.state == UiState.RUNNING and (buttons & _EXIT_BUTTON or self._run is _Run.MESSAGE):
             self._skip_message()
         for bit, key in _KEYS:
             if buttons & bit and not self._disabled(key):
@@ -177,12 +184,17 @@ class UiModule:
         self.wake()
 
     def _skip_message(self) -> None:
-        """Stop the program, and show no message about its end."""
+        """Stop the program, and show no message about its end, or not any longer."""
         self._exit_pressed = True
         if self.programs.active:
             self.programs.stop()
         elif self._run == _Run.MESSAGE:
             self._next_step_ms = self._clock.now_ms
+
+    @property
+    def _skips_message(self) -> bool:
+        """Whether a button is held, or exit was pressed while the program ran."""
+        return self._exit_pressed or any(button.pressed for button in self.buttons)
 
     def _disabled(self, key: int) -> bool:
         return bool(self.flags & (UiFlag.DISABLE_EXIT if key == _EXIT_KEY else UiFlag.DISABLE_LEFT_RIGHT_ENTER))
@@ -196,6 +208,11 @@ class UiModule:
         """Run in this module's next turn."""
         self.due_ms = self._clock.now_ms
 
+    def show_status(self, shown: bool) -> None:
+        """Show the status bar and the firmware's own screen, or leave the screen to a program."""
+        self.flags = self.flags & ~int(UiFlag.ENABLE_STATUS) | shown * int(UiFlag.ENABLE_STATUS)
+        self.wake()
+
     def program_ended(self) -> None:
         """Show the end of a program from the next pass on."""
         if self.state == UiState.RUNNING:
@@ -206,6 +223,9 @@ class UiModule:
         """Run one pass: battery, keys, files, supply."""
         if now_ms % SAMPLE_MS == 0:
             self.battery.sample()
+            self.flags |= int(UiFlag.UPDATE)
+        if self.flags & UiFlag.ENABLE_STATUS:
+            self.flags &= ~_STATUS_WORK
         if self.flags & UiFlag.RESET_SLEEP_TIMER:
             self.flags &= ~int(UiFlag.RESET_SLEEP_TIMER)
             self._timer_started_ms = now_ms
@@ -263,12 +283,16 @@ class UiModule:
                 self.flags |= _RUNNING_FLAGS
             case _Run.SOUND if self._sound.playing:
                 self._next_step_ms = now_ms + 1
+            case _Run.MESSAGE if now_ms < self._message_ends_ms and not self._skips_message:
+                self._next_step_ms = self._message_ends_ms
             case _Run.MESSAGE:
                 self._open_menu()
             case _:
-                self.flags &= ~_RUNNING_FLAGS
+                self.flags = self.flags & ~(_RUNNING_FLAGS | _STATUS_WORK) | int(UiFlag.ENABLE_STATUS)
+                if self._run is not _Run.SOUND:
+                    self._sound.end_program(self.volume)
                 self._run = _Run.MESSAGE
-                self._next_step_ms = now_ms + (1 if self._exit_pressed else _MESSAGE_MS)
+                self._next_step_ms, self._message_ends_ms = now_ms + 1, now_ms + _MESSAGE_MS
 
     def _open(self, now_ms: int) -> None:
         """Start a file by its extension; an unknown one leaves the user interface busy for ever, as on a real brick."""
@@ -325,7 +349,7 @@ class UiModule:
             due = min(due, self._timer_started_ms + self.sleep_ms)
         if self._off_ms != NEVER and not self._io_control.power_word:
             due = min(due, now_ms + 1)
-        if not self.battery.settled:
+        if not self.battery.settled or not self.flags & (UiFlag.ENABLE_STATUS | UiFlag.UPDATE):
             due = min(due, next_sample_ms(now_ms))
         self.due_ms = now_ms + 1 if self._warns else max(due, now_ms + 1)
 

@@ -45,15 +45,11 @@ def _comparable(machine: Machine, left: int, right: int) -> tuple[str, str]:
 def comparison(machine: Machine, relation: int, left: int, right: int) -> str:
     """Expression of whether a comparison of two scalars holds."""
     first, second = _comparable(machine, left, right)
-    return _related(first, relation, second)
+    return related(first, relation, second)
 
 
-def test(machine: Machine, relation: int, value: int) -> str:
-    """Expression of whether a comparison of a scalar with 0 holds."""
-    return _related(machine.operands.value(value), relation, "0")
-
-
-def _related(left: str, relation: int, right: str) -> str:
+def related(left: str, relation: int, right: str) -> str:
+    """Expression of whether a comparison of two expressions holds."""
     return f"{left} {_RELATIONS[relation]} {right}" if relation < len(_RELATIONS) else "False"
 
 
@@ -125,7 +121,9 @@ def _test(machine: Machine, instruction: Instruction) -> Translation:
     copies = aggregates.same_integers if machine.dialect.copies_arrays else aggregates.never
     target, value = (Place(argument) for argument in instruction.arguments)
     if operands.scalars(*instruction.arguments):
-        statement = operands.assignment(target.entry, test(machine, instruction.flags, value.entry), 0, 1)
+        statement = operands.assignment(
+            target.entry, related(operands.value(value.entry), instruction.flags, "0"), 0, 1
+        )
         if statement:
             return statement
 

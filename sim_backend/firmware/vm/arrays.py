@@ -28,7 +28,7 @@ def _element(place: Place, array: Array, number: int) -> Place:
 
 def _index(data: Data, arguments: tuple[int, ...]) -> None:
     target, source, index = arguments
-    number, array = int(data.get_or(index, 0)) & 0xFFFF, data.array(Place(source))
+    number, array = data.integer_or(index, 0) & 0xFFFF, data.array(Place(source))
     if number >= array.length:
         raise ProgramError(ERR_ARG, f"an array has no element {number}")
     aggregates.move(data, Place(target), _element(Place(source), array, number))
@@ -39,7 +39,7 @@ def _replace(data: Data, arguments: tuple[int, ...]) -> None:
     target, source, index, new = (Place(argument) for argument in arguments[:4])
     if target != source:
         aggregates.move(data, target, source)
-    first, array = int(data.get_or(index.entry, 0)) & 0xFFFF, data.array(target)
+    first, array = data.integer_or(index.entry, 0) & 0xFFFF, data.array(target)
     if first >= array.length:
         return
     if data.kind(new.entry) != Type.ARRAY:
@@ -86,8 +86,8 @@ def _depth(data: Data, entry: int) -> int:
 def _subset(data: Data, arguments: tuple[int, ...]) -> None:
     target, source, index, length = arguments[:4]
     array = data.array(Place(source))
-    first = int(data.get_or(index, 0)) & 0xFFFF
-    wanted = int(data.get_or(length, array.length)) & 0xFFFF
+    first = data.integer_or(index, 0) & 0xFFFF
+    wanted = data.integer_or(length, array.length) & 0xFFFF
     count = max(min(wanted, array.length - first), 0)
     data.resize(Place(target), count)
     to = data.array(Place(target))
@@ -97,7 +97,7 @@ def _subset(data: Data, arguments: tuple[int, ...]) -> None:
 
 def _initialise(data: Data, arguments: tuple[int, ...]) -> None:
     target, value, length = arguments
-    count = int(data.get_or(length, 0)) & 0xFFFF
+    count = data.integer_or(length, 0) & 0xFFFF
     data.resize(Place(target), count)
     for i in range(count):
         aggregates.move(data, _element(Place(target), data.array(Place(target)), i), Place(value))
@@ -119,9 +119,9 @@ def format_number(value: float) -> bytes:
 def _text_to_number(data: Data, arguments: tuple[int, ...]) -> None:
     """Convert a text to a number: target, offset after it, text, offset, default."""
     target, past, source, offset, default = arguments[:5]
-    start, text = int(data.get_or(offset, 0)) & 0xFFFF, data.text(source)
+    start, text = data.integer_or(offset, 0) & 0xFFFF, data.text(source)
     found = _NUMBER.match(text, start) if start < len(text) else None
-    data.put(target, _float(found[1]) if found else data.get_or(default, 0))
+    data.put(target, _float(found[1]) if found else 0 if default == NONE else data.get(default))
     digits = _DIGITS.match(text, start)
     end = digits.end() if found and digits else 0
     if past != NONE:
@@ -155,8 +155,8 @@ def _part_of_text(data: Data, arguments: tuple[int, ...]) -> None:
     target, source, index, length = arguments[:4]
     array = data.array(Place(source))
     size = array.length - 1 & 0xFFFF
-    first = int(data.get_or(index, 0)) & 0xFFFF
-    wanted = int(data.get_or(length, size)) & 0xFFFF
+    first = data.integer_or(index, 0) & 0xFFFF
+    wanted = data.integer_or(length, size) & 0xFFFF
     count = min(wanted, max(size - first, 0))
     text = data.memory.bytes_of(data.index(Place(source)))[first : first + count] if array.length else bytes(count)
     data.set_bytes(target, text + b"\0")

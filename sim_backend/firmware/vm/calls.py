@@ -65,6 +65,15 @@ class Call:
         """Return an array of bytes."""
         self._data.set_bytes(self.members[position], content)
 
+    def resize(self, position: int, count: int) -> None:
+        """Set the length of an array; new elements keep what was in memory."""
+        self._data.resize(Place(self.members[position]), count)
+
+    def put_numbers(self, position: int, values: Sequence[int]) -> None:
+        """Return numbers in an array that has as many elements."""
+        for part, value in zip(self._data.parts(Place(self.members[position])), values, strict=False):
+            self._data.put(part.entry, value, part.offset)
+
     def put_texts(self, position: int, texts: Sequence[bytes]) -> None:
         """Return an array of texts."""
         place = Place(self.members[position])

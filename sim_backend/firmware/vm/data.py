@@ -7,6 +7,7 @@ Source: LEGO's executable file specification; conversions are in docs/firmware.m
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cached_property, partial
 from typing import NamedTuple, Protocol
@@ -109,9 +110,14 @@ class Data:
         elif kind in SCALARS:
             self.memory.store(kind, self.variables[argument].data + offset, value)
 
-    def get_or(self, argument: int, default: int) -> Number:
-        """Value of a scalar, or `default` if the argument is omitted."""
-        return default if argument == NONE else self.get(argument)
+    def integer(self, argument: int, offset: int = 0) -> int:
+        """Value of a scalar that an instruction wants to be an integer: a float is rounded."""
+        value = self.get(argument, offset)
+        return rounded(value) if isinstance(value, float) else value
+
+    def integer_or(self, argument: int, default: int) -> int:
+        """The same, or `default` if the argument is omitted."""
+        return default if argument == NONE else self.integer(argument)
 
     def index(self, place: Place) -> int:
         """Number of the descriptor of an array.
@@ -249,3 +255,8 @@ def whole(value: float) -> int:
     if value >= _END_S32:
         return int(value) if value < 2 * _END_S32 else 0
     return truncated(value)
+
+
+def rounded(value: float) -> int:
+    """The nearest integer of 32 bits; of two, the one farther from zero."""
+    return whole(value + math.copysign(0.5, value))

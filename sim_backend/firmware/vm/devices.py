@@ -5,13 +5,13 @@ Source: LEGO's executable file specification (numbers of the fields).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 
 from firmware_protocol.iomap import OutputFlag
 from sim_backend.firmware.button import ButtonModule
-from sim_backend.firmware.cint import s8, s32
+from sim_backend.firmware.cint import s8, s16, s32
 from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.input import InputModule
 from sim_backend.firmware.io_map import LiveMap
@@ -51,11 +51,14 @@ _OUTPUT_TYPES = (
     *(Type.UBYTE, Type.UBYTE, Type.SBYTE, Type.SBYTE, Type.SLONG, Type.ULONG, Type.UBYTE, Type.SBYTE),
     *(Type.UBYTE, Type.UBYTE, Type.UBYTE, Type.UBYTE, Type.UBYTE, Type.SLONG, Type.SLONG),
 )
+_NARROW: Mapping[Type, Callable[[int], int]] = {
+    Type.UBYTE: lambda value: value & 0xFF,
+    Type.UWORD: lambda value: value & 0xFFFF,
+    Type.SWORD: s16,
+}
 _SIGNED_OUTPUT_FIELDS = ("power", "turn")
 _LIVE = ("actual_speed", "count", "overloaded", "block", "rotation")
 """Read-only fields of the motor's control."""
-
-_INVALID = 5
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,7 @@ class Devices:
         inputs, port, field = _split(argument)
         if not _exists(inputs, port, field):
             return Type.UBYTE
-        return _INPUT_TYPES[field] if inputs else _OUTPUT_TYPES[field]
+        return _INPUT_TYPES[field % len(_INPUT_TYPES)] if inputs else _OUTPUT_TYPES[field % len(_OUTPUT_TYPES)]
 
     def get_field(self, argument: int) -> int:
         """The field an argument names."""
@@ -100,21 +103,26 @@ class Devices:
         (self.put_input if inputs else self.put_output)(port, field, value)
 
     def get_input(self, port: int, field: int) -> int:
-        """A field of an input port, 0..3; 0 if there is none."""
+        """A field of an input port, 0..3, or of the ports after it; 0 if there is none."""
         if not _exists(True, port, field):
             return 0
+        port, field = _normal(port, field, INPUT_FIELDS)
         return int(getattr(self.input.ports[port], INPUT_FIELDS[field]))
 
     def put_input(self, port: int, field: int, value: int) -> None:
         """Set a field of an input port; types, modes and validity take effect in the next pass."""
-        if _exists(True, port, field):
-            setattr(self.input.ports[port], INPUT_FIELDS[field], bool(value) if field == _INVALID else value & 0xFFFF)
-            self.input.wake()
+        if not _exists(True, port, field):
+            return
+        port, field = _normal(port, field, INPUT_FIELDS)
+        narrow = _NARROW[_INPUT_TYPES[field]]
+        setattr(self.input.ports[port], INPUT_FIELDS[field], narrow(value))
+        self.input.wake()
 
     def get_output(self, port: int, field: int) -> int:
-        """A field of an output port, 0..2; 0 if there is none."""
+        """A field of an output port, 0..2, or of the ports after it; 0 if there is none."""
         if not _exists(False, port, field):
             return 0
+        port, field = _normal(port, field, OUTPUT_FIELDS)
         output, name = self.output.outputs[port], OUTPUT_FIELDS[field]
         return int(getattr(output.control if name in _LIVE else output, name))
 
@@ -122,6 +130,7 @@ class Devices:
         """Set a field of an output port; flags replace pending ones."""
         if not _exists(False, port, field):
             return
+        port, field = _normal(port, field, OUTPUT_FIELDS)
         output, name = self.output.outputs[port], OUTPUT_FIELDS[field]
         if name == "flags":
             output.flags = value & int(~OutputFlag(0))
@@ -133,8 +142,14 @@ class Devices:
 
 
 def _exists(inputs: bool, port: int, field: int) -> bool:
-    """Whether there is such a port with such a field."""
-    return 0 <= port < (4 if inputs else 3) and 0 <= field < len(INPUT_FIELDS if inputs else OUTPUT_FIELDS)
+    """Whether there is such a port, and such a field of it or of the ports after it: the firmware counts through."""
+    ports, fields = (4, INPUT_FIELDS) if inputs else (3, OUTPUT_FIELDS)
+    return 0 <= port < ports and 0 <= port * len(fields) + field < ports * len(fields)
+
+
+def _normal(port: int, field: int, fields: Sequence[str]) -> tuple[int, int]:
+    """Port and field that are meant by a field that may be one of the ports after it."""
+    return divmod(port * len(fields) + field, len(fields))
 
 
 def _split(argument: int) -> tuple[bool, int, int]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from sim_backend.firmware.cint import s16
 from sim_backend.firmware.vm.aggregates import compare
-from sim_backend.firmware.vm.arithmetic import comparison, test
+from sim_backend.firmware.vm.arithmetic import comparison, related
 from sim_backend.firmware.vm.data import NONE, Place
 from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Next, Translation
 from sim_backend.firmware.vm.machine import QUEUE_GREW, Machine, Translate
@@ -35,7 +35,7 @@ def _branch_if(machine: Machine, instruction: Instruction) -> Next:
 
 
 def _branch_test(machine: Machine, instruction: Instruction) -> Next:
-    condition = test(machine, instruction.flags, instruction.arguments[1])
+    condition = related(machine.operands.integer(instruction.arguments[1]), instruction.flags, "0")
     return Next(f"{_target(machine, instruction)} if {condition} else {instruction.following}")
 
 
@@ -44,7 +44,7 @@ def _stop(machine: Machine, instruction: Instruction) -> Next:
     exists = confirm < len(machine.data.variables)
 
     def run() -> int:
-        if not exists or machine.data.get(confirm):
+        if not exists or machine.data.integer(confirm):
             machine.stop()
             return END_TURN
         return following
@@ -132,7 +132,7 @@ def _return(machine: Machine, instruction: Instruction) -> Next:
     caller, data = instruction.arguments[0], machine.data
 
     def run() -> int:
-        number = int(data.get(caller)) if caller < len(data.variables) else _NOBODY
+        number = data.integer(caller) if caller < len(data.variables) else _NOBODY
         if caller == NONE:
             number = int(machine.memory.load(Type.UBYTE, 0))
         task = machine.clump(number)
@@ -149,9 +149,9 @@ def _wait(machine: Machine, instruction: Instruction) -> Next:
     data, following = machine.data, instruction.following
 
     def run() -> int:
-        duration_ms = int(data.get_or(duration, 0))
+        duration_ms = data.integer_or(duration, 0)
         if ended and ended[0] != NONE:
-            data.put(ended[0], machine.now_ms + duration_ms)
+            data.put(ended[0], machine.tick + duration_ms)
         return machine.sleep(duration_ms, following)
 
     return Next(run)

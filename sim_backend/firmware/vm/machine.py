@@ -237,10 +237,15 @@ class Machine:
             raise ProgramError(ERR_INSTR, f"instruction 0x{self.program.code[instruction.at]:04x} is not known")
         return translate(self, instruction)
 
+    @property
+    def tick(self) -> int:
+        """Milliseconds since power-on; the current pass counts only when it is over."""
+        return self.now_ms - 1
+
     def ask_time(self) -> int:
-        """The current pass, for a program; it counts against the turn."""
+        """The time for a program; it counts against the turn."""
         self.asked_time += 1
-        return self.now_ms
+        return self.tick
 
     def suspend(self, following: int) -> int:
         """Take the current clump out of the queue; it will continue at `following`.

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from sim_backend.firmware.vm.data import FIRST_FIELD, Data
+from sim_backend.firmware.vm.data import FIRST_FIELD, Data, rounded
 from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.rxe import Type
 
@@ -26,7 +26,7 @@ class Operands:
         self._data = data
         memory = memoryview(data.memory.pool)
         self.names: dict[str, Any] = {code: memory.cast(code) for code in "BbHhIif"}  # type: ignore[call-overload]
-        self.names.update(get=data.get, put=data.put)
+        self.names.update(get=data.get, put=data.put, rounded=rounded)
         self.written = (len(data.memory.pool), 0)
 
     def function(self, name: str, function: Callable[..., object]) -> str:
@@ -42,6 +42,11 @@ class Operands:
         """The value of a scalar."""
         cell = self._cell(argument)
         return f"get({argument})" if cell is None else f"{SCALARS[cell[0]].format[-1]}[{cell[1]}]"
+
+    def integer(self, argument: int) -> str:
+        """The value of a scalar that an instruction wants to be an integer: a float is rounded."""
+        value = self.value(argument)
+        return f"rounded({value})" if self._data.kind(argument) == Type.FLOAT else value
 
     def assignment(self, target: int, value: str, low: int | None = None, high: int | None = None) -> str | None:
         """A statement that sets a scalar.

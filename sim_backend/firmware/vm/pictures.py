@@ -7,37 +7,58 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
+from typing import NamedTuple
 
-from firmware_protocol.status import Status
+from firmware_protocol.iomap import DISPLAY_HEIGHT, DISPLAY_WIDTH
 from sim_backend.firmware.cint import divide, s16
 from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.loader import Loader
 
 _DESCRIPTION, _SPRITE, _MAP, _COPY, _PIXEL, _LINE, _RECTANGLE, _CIRCLE, _NUMBER = range(9)
+_WORDS = {_SPRITE: 3, _MAP: 2, _COPY: 8, _PIXEL: 4, _LINE: 5, _RECTANGLE: 5, _NUMBER: 4}
+"""Least number of words after the opcode; an instruction with fewer does nothing."""
+_NUMBERS = range(1, 11)
+"""Numbers that sprites and maps may have."""
+_DRAWN, _ERASED = 0xFD, 0xFF
+_SPRITE_HEADER = 6
 _PARAMETER, _MAP_SHIFT, _MAP_MASK, _INDEX_MASK = 0x1000, 8, 0xF, 0xFF
-_TABLES = 16
 _HEADER = struct.Struct("<HH")
+
+
+class _Sprite(NamedTuple):
+    """Rows and bytes of a row, and where in the file they are."""
+
+    rows: int
+    stride: int
+    at: int
 
 
 class _Picture:
     """A picture that is being drawn at a point."""
 
-    def __init__(self, display: DisplayModule, origin: Sequence[int], parameters: Sequence[int]) -> None:
-        self._display, (self._x, self._y), self._parameters = display, origin, parameters
-        self._sprites: dict[int, tuple[int, bytes]] = {}
+    def __init__(
+        self, display: DisplayModule, content: bytes, origin: Sequence[int], parameters: Sequence[int]
+    ) -> None:
+        self._display, self._content, (self._x, self._y), self._parameters = display, content, origin, parameters
+        self._sprites: dict[int, _Sprite] = {}
         self._maps: dict[int, list[tuple[int, int]]] = {}
 
-    def draw(self, opcode: int, content: bytes) -> None:
-        """Carry out one instruction."""
-        words = struct.unpack(f"<{len(content) // 2}H", content[: len(content) // 2 * 2])
+    def draw(self, opcode: int, start: int, size: int) -> None:
+        """Carry out one instruction, whose arguments are `size` bytes of the file."""
+        count = len(self._content[start : start + size]) // 2
+        if count < _WORDS.get(opcode, 0):
+            return
+        words = struct.unpack_from(f"<{count}H", self._content, start)
         display, x, y = self._display, self._x, self._y
         if opcode == _SPRITE:
-            self._sprites[words[0]] = (words[2], content[6 : 6 + words[1] * words[2]])
+            if words[0] in _NUMBERS:
+                self._sprites[words[0]] = _Sprite(words[1], words[2], start + _SPRITE_HEADER)
         elif opcode == _MAP:
-            self._maps[words[0]] = list(zip(words[2::2], words[3::2], strict=False))[: words[1]]
+            if words[0] in _NUMBERS:
+                self._maps[words[0]] = list(zip(words[2::2], words[3::2], strict=False))[: words[1]]
         elif opcode == _COPY:
             self._copy(self._value(words[1]), *(s16(self._value(word)) for word in words[2:8]))
-        elif opcode in (_PIXEL, _LINE, _RECTANGLE, _CIRCLE, _NUMBER):
+        elif opcode in (_PIXEL, _LINE, _RECTANGLE, _NUMBER):
             values = [s16(self._value(word)) for word in words[1:]]
             at = x + values[0], y + values[1]
             if opcode == _PIXEL:
@@ -46,8 +67,6 @@ class _Picture:
                 display.line(*at, x + values[2], y + values[3])
             elif opcode == _RECTANGLE:
                 display.rectangle(*at, values[2], values[3])
-            elif opcode == _CIRCLE:
-                display.circle(*at, values[2])
             else:
                 display.text(*at, str(values[2]).encode())
 
@@ -61,17 +80,19 @@ class _Picture:
         return _interpolate(table, value) if table else value
 
     def _copy(self, sprite: int, left: int, bottom: int, width: int, height: int, x: int, y: int) -> None:
-        """Copy a part of a sprite; its rows are stored from the top, its highest bit is on the left."""
+        """Copy a part of a sprite; its rows are stored from the top, its highest bit is on the left.
+
+        What lies outside of the sprite is read from the file beside it, or from erased flash.
+        """
         if sprite not in self._sprites:
             return
-        stride, bits = self._sprites[sprite]
-        rows = len(bits) // stride if stride else 0
-        for row in range(max(height, 0)):
-            for column in range(max(width, 0)):
+        rows, stride, start = self._sprites[sprite]
+        for row in range(min(height, DISPLAY_HEIGHT)):
+            for column in range(min(width, DISPLAY_WIDTH)):
                 at_row, at_column = rows - 1 - bottom - row, left + column
-                if 0 <= at_row < rows and 0 <= at_column < 8 * stride:
-                    byte = bits[at_row * stride + at_column // 8]
-                    self._display.set(self._x + x + column, self._y + y + row, byte >> 7 - at_column % 8 & 1)
+                at = start + at_row * stride + at_column // 8
+                byte = self._content[at] if 0 <= at < len(self._content) else _ERASED
+                self._display.set(self._x + x + column, self._y + y + row, byte >> 7 - at_column % 8 & 1)
 
 
 def _interpolate(table: Sequence[tuple[int, int]], value: int) -> int:
@@ -90,18 +111,15 @@ def _interpolate(table: Sequence[tuple[int, int]], value: int) -> int:
 def draw_picture(
     display: DisplayModule, loader: Loader, name: bytes, origin: Sequence[int], parameters: Sequence[int]
 ) -> int:
-    """Draw a picture file; returns the status."""
-    opened = loader.open_read(name.decode("latin-1"))
-    if opened.status:
-        return opened.status
-    content = loader.read(opened.handle, opened.size)[1]
-    loader.close(opened.handle)
-    picture, at = _Picture(display, origin, parameters), 0
+    """Draw a picture file, which must be contiguous; returns the status, which is FD also when all was drawn."""
+    status, content = loader.linear_content(name.decode("latin-1"))
+    if status:
+        return status
+    picture, at = _Picture(display, content, origin, parameters), 0
     while at + _HEADER.size <= len(content):
         size, opcode = _HEADER.unpack_from(content, at)
-        try:
-            picture.draw(opcode, content[at + _HEADER.size : at + 2 + size])
-        except (struct.error, IndexError, TypeError, ValueError):
-            return Status.FILE_NOT_FOUND
-        at += 2 + size + size % 2
-    return Status.OK
+        if opcode > _NUMBER or opcode == _CIRCLE or size % 2:
+            break
+        picture.draw(opcode, at + _HEADER.size, size - 2)
+        at += 2 + size
+    return _DRAWN

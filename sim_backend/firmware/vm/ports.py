@@ -16,8 +16,8 @@ _LAST_FIELD = 44
 def _read(machine: Machine, instruction: Instruction, get: Callable[[int, int], int]) -> Translation:
     data, operands, (target, port, field) = machine.data, machine.operands, instruction.arguments
     name = operands.function(get.__name__, get)
-    statement = operands.assignment(target, f"{name}({operands.value(port)}, {field})")
-    return statement or (lambda: data.put(target, get(int(data.get(port)), field)))
+    statement = operands.assignment(target, f"{name}({operands.integer(port)}, {field})")
+    return statement or (lambda: data.put(target, get(data.integer(port), field)))
 
 
 def _get_input(machine: Machine, instruction: Instruction) -> Translation:
@@ -31,7 +31,7 @@ def _get_output(machine: Machine, instruction: Instruction) -> Translation:
 def _set_input(machine: Machine, instruction: Instruction) -> Translation:
     data, (source, port, field) = machine.data, instruction.arguments
     devices = machine.devices
-    return lambda: devices.put_input(int(data.get(port)), field, int(data.get(source)))
+    return lambda: devices.put_input(data.integer(port), field, data.integer(source))
 
 
 def _set_output(machine: Machine, instruction: Instruction) -> Translation:
@@ -43,11 +43,11 @@ def _set_output(machine: Machine, instruction: Instruction) -> Translation:
     def run() -> None:
         places = data.parts(Place(ports)) if data.kind(ports) == Type.ARRAY else [Place(ports)]
         for place in places:
-            port = int(data.get(place.entry, place.offset))
+            port = data.integer(place.entry, place.offset)
             for field, source in values:
                 if field > _LAST_FIELD:
                     raise ProgramError(ERR_ARG, f"there is no field {field}")
-                put(port, field, int(data.get(source)))
+                put(port, field, data.integer(source))
 
     return run
 

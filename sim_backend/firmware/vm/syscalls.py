@@ -12,7 +12,8 @@ from collections.abc import Mapping
 
 from firmware_protocol.direct import LS_LIMIT
 from firmware_protocol.status import Status
-from sim_backend.firmware.cint import divide
+from sim_backend.firmware.analog import FULL_SCALE
+from sim_backend.firmware.cint import divide, s16
 from sim_backend.firmware.mailboxes import LOG
 from sim_backend.firmware.names import NAME_LIMIT
 from sim_backend.firmware.sound import MAX_VOLUME
@@ -23,6 +24,7 @@ from sim_backend.firmware.vm.file_calls import TABLE as FILES
 from sim_backend.firmware.vm.instructions import Instruction, Translation
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.memory import OutOfMemory
+from sim_backend.firmware.vm.message_calls import CONNECTIONS
 from sim_backend.firmware.vm.message_calls import TABLE as MESSAGES
 
 _RANDOM_LIMIT = 0x7FFF
@@ -30,6 +32,8 @@ _BUTTON_COUNT, RECORD_LIMIT = 4, 60
 _MINUTE_MS = 60_000
 _NO_PORT = 0xDF
 _NO_BUTTON = -17
+_MAP_LIMIT = 64
+_COLOR_TYPES, _COLORS = range(13, 18), 4
 
 
 def _call(machine: Machine, instruction: Instruction) -> Translation:
@@ -127,7 +131,7 @@ def _random(call: Call) -> None:
 
 
 def _start_tick(call: Call) -> None:
-    call.put(0, call.devices.started_ms)
+    call.put(0, call.devices.started_ms - 1)
 
 
 def _keep_alive(call: Call) -> None:
@@ -139,7 +143,10 @@ def _keep_alive(call: Call) -> None:
 def _io_map_read(call: Call) -> None:
     """Read an IO map: status, module, offset, count, bytes."""
     live, at, size = call.devices.module(call.text(1)), call.number(2), call.number(3)
-    if live is None:
+    if size > _MAP_LIMIT:
+        call.put_bytes(4, b"")
+        call.put(0, Status.ILLEGAL_SIZE)
+    elif live is None:
         call.put(0, Status.MODULE_NOT_FOUND)
     elif at + size > live.size:
         call.put(0, Status.OUT_OF_BOUNDARY)
@@ -151,7 +158,9 @@ def _io_map_read(call: Call) -> None:
 def _io_map_write(call: Call) -> None:
     """Write an IO map: status, module, offset, bytes."""
     live, at, new = call.devices.module(call.text(1)), call.number(2), call.content(3)
-    if live is None:
+    if len(new) > _MAP_LIMIT:
+        call.put(0, Status.ILLEGAL_SIZE)
+    elif live is None:
         call.put(0, Status.MODULE_NOT_FOUND)
     elif at + len(new) > live.size:
         call.put(0, Status.OUT_OF_BOUNDARY)
@@ -161,9 +170,19 @@ def _io_map_write(call: Call) -> None:
 
 
 def _color_sensor(call: Call) -> None:
-    """Read a colour sensor: status, port, value, raw, normalized and scaled values, whether invalid."""
-    call.put(0, Status.CHANNEL_NOT_CONFIGURED)
-    raise ProgramError(ERR_INSTR, "no colour sensor")
+    """Read a colour sensor: status, port, value (its low byte is set), raw, normalized and scaled values, invalid."""
+    ports, port = call.devices.input.ports, call.number(1)
+    for position in (3, 4, 5):
+        call.resize(position, _COLORS)
+    if port >= len(ports) or ports[port].type not in _COLOR_TYPES:
+        call.put(0, Status.CHANNEL_NOT_CONFIGURED)
+        raise ProgramError(ERR_INSTR, f"port {port} is not set up for a colour sensor")
+    color = ports[port].color
+    call.put(2, call.number(2) & ~0xFF | ports[port].scaled & 0xFF)
+    for position, values in ((3, color.readings), (4, color.normalized), (5, color.scaled)):
+        call.put_numbers(position, values)
+    call.put(6, ports[port].invalid)
+    call.put(0, Status.OK)
 
 
 def _radio_switch(call: Call) -> None:
@@ -171,9 +190,10 @@ def _radio_switch(call: Call) -> None:
     call.put(0, Status.OK if call.number(1) else 1)
 
 
-def _high_speed_write(call: Call) -> None:
-    """Send bytes on the high speed port: status, bytes, count."""
-    call.put(0, Status.ILLEGAL_SIZE)
+def _radio_connection(call: Call) -> None:
+    """Connect to a brick, or end a connection: result, action, name, connection. No other brick is in reach."""
+    nobody = not call.text(2) and 0 < call.number(3) < CONNECTIONS
+    call.put(0, int(nobody or not call.number(1)))
 
 
 def _read_semaphore(call: Call) -> None:
@@ -192,14 +212,14 @@ def _write_semaphore(call: Call) -> None:
 def _calibrated(call: Call) -> None:
     """Scale a raw value by a calibration: result, name, value."""
     calibrations = call.devices.calibrations
-    low, high = calibrations.get(call.text(1).lower(), (0, 1023))
-    call.put(0, Status.OK if call.text(1).lower() in calibrations else Status.OUT_OF_RANGE)
-    call.put(2, divide((call.number(2) - low) * 100, high - low))
+    low, high = calibrations.get(call.text(1), (0, FULL_SCALE))
+    call.put(0, Status.OK if call.text(1) in calibrations else Status.OUT_OF_RANGE)
+    call.put(2, min(max(divide((s16(call.number(2)) - low) * 100, high - low), 0), 100))
 
 
 def _calibrate(call: Call) -> None:
     """Store a calibration: result, name, lowest and highest raw value."""
-    call.devices.calibrations[call.text(1).lower()] = (call.number(2), call.number(3))
+    call.devices.calibrations[call.text(1)] = (s16(call.number(2)), s16(call.number(3)))
     call.put(0, Status.OK)
 
 
@@ -246,7 +266,10 @@ CALLS: Mapping[int, Function] = {
     33: _io_map_write,
     34: _color_sensor,
     35: _radio_switch,
-    37: _high_speed_write,
+    36: _radio_connection,
+    37: _ls_write,
+    38: _ls_read,
+    39: _ls_status,
     40: _read_semaphore,
     41: _write_semaphore,
     42: _calibrated,
@@ -255,7 +278,7 @@ CALLS: Mapping[int, Function] = {
     45: _log_times,
     46: _set_sleep_time,
 }
-"""Number of each call to its function."""
+"""Number of each call to its function. Those of the high speed port are the ones of I2C."""
 
 TABLE: Mapping[tuple[int, int], Translate] = {(0x28, 2): _call}
 """Opcode and number of arguments to the function that translates it."""
