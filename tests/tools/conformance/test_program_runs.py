@@ -1,0 +1,63 @@
+"""The simulated brick against recorded programs: status, mailboxes, motors, screen, free flash every 20 ms, files."""
+
+import gzip
+import json
+from pathlib import Path
+
+import pytest
+
+from nxtdrive.tools.conformance.bench import Bench
+from nxtdrive.tools.conformance.program_run import events_of, given_files, run_program
+from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.versions import VERSIONS
+from sim_backend.firmware.vm.instructions import decode
+from sim_backend.firmware.vm.opcodes import OPCODES
+from sim_backend.firmware.vm.rxe import parse
+
+GOLDEN = Path(__file__).parents[2] / "golden"
+PROGRAMS = GOLDEN / "programs"
+SOURCES = {path.stem: path.read_text() for path in sorted(PROGRAMS.iterdir()) if path.suffix in (".nxc", ".nbc")}
+RUNS = [json.loads(line) for line in gzip.decompress((GOLDEN / "program_runs.jsonl.gz").read_bytes()).splitlines()]
+DIALECT = VERSIONS["1.29"].dialect
+SYSTEM_CALL = 0x28
+
+
+def exchange_with(brick):
+    bench = Bench(brick)
+    return lambda line: bench.control(line) if line.startswith("!") else bench.telegram(line)
+
+
+@pytest.mark.parametrize("recorded", RUNS, ids=lambda run: f"{run['program']}-{run['firmware']}")
+def test_programs_do_the_same_as_on_the_firmware(recorded):
+    source = SOURCES[recorded["program"]]
+    run = run_program(
+        exchange_with(SimBrick(firmware=recorded["firmware"])),
+        (PROGRAMS / recorded["file"]).read_bytes(),
+        events_of(source),
+        given_files(source),
+    )
+    assert [list(sample) for sample in run.samples] == recorded["samples"]
+    assert run.files == recorded["files"]
+
+
+def test_every_program_is_recorded():
+    assert sorted(run["program"] for run in RUNS if run["firmware"] == "1.29") == sorted(SOURCES)
+
+
+def instructions(path):
+    code, at = parse(path.read_bytes()).code, 0
+    while at < len(code):
+        instruction = decode(code, at, checks_short_forms=False)
+        yield instruction
+        at = instruction.following
+
+
+def test_the_programs_use_every_instruction_and_every_system_call():
+    used, calls = set(), set()
+    for source in SOURCES:
+        for instruction in instructions(PROGRAMS / f"{source}.rxe"):
+            used.add(instruction.opcode)
+            if instruction.opcode == SYSTEM_CALL:
+                calls.add(instruction.arguments[0])
+    assert used == {opcode for opcode, _ in OPCODES} - DIALECT.missing
+    assert calls == set(range(DIALECT.system_calls))

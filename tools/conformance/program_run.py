@@ -1,0 +1,169 @@
+"""Run a program on a brick and note every 20 ms what can be seen of it from outside.
+
+The brick is anything that answers telegrams in hex and the control lines of docs/firmware.md section 0.1, so that a
+firmware and the simulated brick can be watched in the same way. What happens meanwhile, such as a pressed button or a
+message, is written in comments of the program's source: ``// at 100: !button 8``; ``// file NAME: HEX`` is a file that
+is there before.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from hashlib import sha256
+from typing import Any
+
+from firmware_protocol import direct, system
+from firmware_protocol.iomap import COMMAND, DISPLAY, LOADER, UI, ProgramStatus, UiFlag
+from firmware_protocol.telegram import Command
+
+INTERVAL_MS = 20
+LONGEST_MS = 4000
+"""When a program that still runs is stopped."""
+
+PROGRAM = "prog.rxe"
+_SETTINGS = "NVConfig.sys"
+_LINGER = 3
+"""Number of samples after the end."""
+_BOXES = (10, 11)
+_STATUS_AT, _UI_FLAGS_AT, _FREE_AT, _FRAME_AT, _FRAME_SIZE = 28, 26, 4, 119, 800
+_MAP_HEADER, _MAP_BYTES, _FILE_HEADER, _FILE_BYTES = 9, 55, 6, 58
+_EVENT = re.compile(r"^(?://|;) at (\d+): (.+)$", re.MULTILINE)
+_FILE = re.compile(r"^(?://|;) file (\S+): ([0-9a-f]+)$", re.MULTILINE)
+_MESSAGE = re.compile(r"message (\d+) (.*)")
+
+Exchange = Callable[[str], str]
+"""Sends a telegram in hex, which takes 1 ms, or a control line, and returns the answer."""
+
+Event = tuple[int, str]
+"""Time in ms since the start, and telegram or control line."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What was seen of a program.
+
+    Attributes:
+        samples: Time in ms since the start, and what has changed since the sample before: ``status`` and ``ui`` (flags)
+            of the brick, ``free`` flash, ``motors`` as the control line shows them, the messages in
+            boxes 10 and 11, which are taken out, and the hash of the ``frame`` buffer while a program has drawn.
+        files: Content in hex of each file that was there at the end, by name.
+    """
+
+    samples: list[tuple[int, dict[str, Any]]] = field(default_factory=list)
+    files: dict[str, str] = field(default_factory=dict)
+
+
+def events_of(source: str) -> list[Event]:
+    """The events in the comments of a source."""
+    return [(int(at), _line(action.strip())) for at, action in _EVENT.findall(source)]
+
+
+def given_files(source: str) -> dict[str, str]:
+    """Name and content in hex of the files that the comments of a source put on the brick beforehand."""
+    files: dict[str, str] = {}
+    for name, part in _FILE.findall(source):
+        files[name] = files.get(name, "") + part
+    return files
+
+
+def _line(action: str) -> str:
+    message = _MESSAGE.fullmatch(action)
+    if message is not None:
+        return _hex(direct.MessageWrite.text(int(message[1]), message[2]))
+    return action if action.startswith("!") else action.replace(" ", "")
+
+
+def run_program(exchange: Exchange, content: bytes, events: list[Event], files: Mapping[str, str]) -> Run:
+    """Run a program from its start until shortly after its end.
+
+    Args:
+        exchange: A brick that has just been switched on.
+        content: The executable file.
+        events: See `events_of`.
+        files: See `given_files`.
+    """
+    run, waiting, before = Run(), list(events), dict[str, Any]()
+    for name, data in files.items():
+        _upload(exchange, name, bytes.fromhex(data))
+    _upload(exchange, PROGRAM, content)
+    exchange(_hex(direct.StartProgram(PROGRAM)))
+    now_ms = ended = 0
+    while ended < _LINGER:
+        while waiting and waiting[0][0] <= now_ms:
+            exchange(waiting.pop(0)[1])
+        if now_ms == LONGEST_MS:
+            exchange(_hex(direct.StopProgram()))
+        now_ms += INTERVAL_MS
+        seen = _sample(exchange, drawn=_drawn(before))
+        run.samples.append((now_ms, {name: value for name, value in seen.items() if value != before.get(name)}))
+        before = seen
+        ended += now_ms > INTERVAL_MS and seen["status"] != ProgramStatus.RUNNING
+    run.files.update(_files(exchange))
+    return run
+
+
+def _sample(exchange: Exchange, *, drawn: bool) -> dict[str, Any]:
+    """Look at the brick; takes 20 ms. The frame counts if it was the program's all the time."""
+    frame = b""
+    if drawn:
+        for at in range(0, _FRAME_SIZE, _MAP_BYTES):
+            frame += _look(exchange, DISPLAY.module_id, _FRAME_AT + at, min(_MAP_BYTES, _FRAME_SIZE - at))
+    else:
+        exchange(f"!tick {-(-_FRAME_SIZE // _MAP_BYTES)}")
+    seen: dict[str, Any] = {
+        "status": _look(exchange, COMMAND.module_id, _STATUS_AT, 1)[0],
+        "ui": _look(exchange, UI.module_id, _UI_FLAGS_AT, 1)[0],
+        "free": int.from_bytes(_look(exchange, LOADER.module_id, _FREE_AT, 4), "little"),
+        **{str(box): _message(exchange, box) for box in _BOXES},
+        "motors": exchange("!motors"),
+    }
+    return seen | ({"frame": sha256(frame).hexdigest()[:12]} if drawn and _drawn(seen) else {})
+
+
+def _drawn(seen: dict[str, Any]) -> bool:
+    """Whether the program has the screen."""
+    return seen.get("status") == ProgramStatus.RUNNING and not seen["ui"] & UiFlag.ENABLE_STATUS
+
+
+def _message(exchange: Exchange, box: int) -> str:
+    reply = bytes.fromhex(exchange(_hex(direct.MessageRead(box, 0, remove=True))))
+    return f"{reply[2]:02x}" + (reply[5 : 5 + reply[4]].hex() if not reply[2] else "")
+
+
+def _look(exchange: Exchange, module: int, at: int, size: int) -> bytes:
+    return bytes.fromhex(exchange(_hex(system.IOMapRead(module, at, size))))[_MAP_HEADER : _MAP_HEADER + size]
+
+
+def _upload(exchange: Exchange, name: str, content: bytes) -> None:
+    handle = bytes.fromhex(exchange(_hex(system.OpenWriteLinear(name, len(content)))))[3]
+    for at in range(0, len(content), _FILE_BYTES):
+        exchange(_hex(system.Write(handle, content[at : at + _FILE_BYTES])))
+    exchange(_hex(system.Close(handle)))
+
+
+def _files(exchange: Exchange) -> Iterator[tuple[str, str]]:
+    """Name and content in hex of all files but the program."""
+    reply = exchange(_hex(system.FindFirst("*.*")))
+    while not int(reply[4:6], 16):
+        found = system.FindFirst.decode_reply(bytes.fromhex(reply))
+        if found.name not in (PROGRAM, _SETTINGS):
+            yield found.name, _content(exchange, found.name, found.size).hex()
+        reply = exchange(_hex(system.FindNext(found.handle)))
+
+
+def _content(exchange: Exchange, name: str, size: int) -> bytes:
+    if not size:
+        return b""
+    handle = bytes.fromhex(exchange(_hex(system.OpenRead(name))))[3]
+    content = b""
+    while len(content) < size:
+        wanted = min(_FILE_BYTES, size - len(content))
+        content += bytes.fromhex(exchange(_hex(system.Read(handle, wanted))))[_FILE_HEADER : _FILE_HEADER + wanted]
+    exchange(_hex(system.Close(handle)))
+    return content
+
+
+def _hex(command: Command[Any]) -> str:
+    return command.encode().hex()

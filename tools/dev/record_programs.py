@@ -1,0 +1,70 @@
+"""Record what programs do on a firmware: ``python -m tools.dev.record_programs OUT.jsonl.gz VERSION=COMMAND ...``.
+
+COMMAND starts a firmware that answers telegrams in hex and the control lines of docs/firmware.md section 0.1 on its
+standard input and output. The programs are those of tests/golden/programs; for firmware 1.32 NAME.1.32.rxe is taken if
+there is one.
+"""
+
+from __future__ import annotations
+
+import gzip
+import json
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ..conformance.program_run import Exchange, events_of, given_files, run_program
+
+PROGRAMS = Path("tests/golden/programs")
+
+
+@contextmanager
+def firmware(command: str) -> Iterator[Exchange]:
+    """A firmware that has just been switched on."""
+    words = shlex.split(command)
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603
+        assert process.stdin is not None and process.stdout is not None  # noqa: S101, PT018 - they are pipes
+        to, answers = process.stdin, process.stdout
+
+        def exchange(line: str) -> str:
+            to.write(line + "\n")
+            to.flush()
+            return answers.readline().rstrip("\n")
+
+        yield exchange
+        to.close()
+
+
+def record(source: Path, version: str, command: str) -> dict[str, object]:
+    """Run one program on a firmware."""
+    own = source.with_suffix(f".{version}.rxe")
+    program = own if own.exists() else source.with_suffix(".rxe")
+    text = source.read_text()
+    with firmware(command) as exchange:
+        run = run_program(exchange, program.read_bytes(), events_of(text), given_files(text))
+    return {
+        "program": source.stem,
+        "firmware": version,
+        "file": program.name,
+        "samples": run.samples,
+        "files": run.files,
+    }
+
+
+def main(out: str, *firmwares: str) -> None:
+    """Record all programs on all firmwares."""
+    sources = sorted(path for path in PROGRAMS.iterdir() if path.suffix in (".nxc", ".nbc"))
+    lines = [
+        json.dumps(record(source, *version.split("=", 1)), separators=(",", ":"), sort_keys=True)
+        for version in firmwares
+        for source in sources
+    ]
+    with open(out, "wb") as file:
+        file.write(gzip.compress("\n".join(lines).encode() + b"\n", mtime=0))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
