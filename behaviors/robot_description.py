@@ -22,6 +22,8 @@ from input_files.toml_file import read_toml
 
 OutputPort = Literal["A", "B", "C"]
 InputPort = Literal[0, 1, 2, 3, 4]
+CALIBRATED = ("camera", "wheels", "sonar", "motors")
+"""What can be calibrated."""
 
 
 class RobotFileError(ValueError):
@@ -143,6 +145,17 @@ class CalibrationTable(Table):
     wheels: MeasuredTable | None = None
     sonar: MeasuredTable | None = None
     motors: MeasuredTable | None = None
+
+    @property
+    def missing(self) -> list[str]:
+        """What was not calibrated."""
+        return [name for name in CALIBRATED if getattr(self, name) is None]
+
+    @property
+    def summary(self) -> str:
+        """What was calibrated when, and what was not."""
+        done = [f"{name} {getattr(self, name).date}" for name in CALIBRATED if name not in self.missing]
+        return ", ".join([*done, *(f"{name} not calibrated" for name in self.missing)])
 
 
 class RobotFile(Table):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import AddressError, ConfigError, NXTError
 from nxtdrive.cli.main import DONE, NO_BRICK
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_robot_argument
 from nxtdrive.cli.output import write_json, write_text
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--mission", metavar="FILE", type=Path, help="how the robot is built, for --wiggle (default: built-in)"
     )
+    add_robot_argument(parser)
     parser.add_argument("--camera", metavar="SOURCE", help="which camera to try (default: as for `nxtdrive run`)")
     parser.add_argument(
         "--fix-udev", action="store_true", help="print the udev rule for the brick and how to install it"
@@ -65,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
     if args.mission is not None:
         from nxtdrive.mission.setup import load
 
-        load(args.mission)  # report a missing or wrong file before the examination
+        load(args.mission, args.robot)  # report a missing or wrong file before the examination
     examination, findings = _Examination(args), []
     for finding in examination.findings():
         findings.append(finding)
@@ -103,6 +104,7 @@ class _Examination:
         address = Address.parse(args.nxt)
         simulated = address.scheme == "sim"
         yield from computer.examine(address.scheme, args.camera or (None if simulated else "0"))
+        yield _calibration(args)
         yield from self._brick(address, own_camera=simulated and not args.camera)
 
     def _brick(self, address: Address, *, own_camera: bool) -> Iterator[Finding]:
@@ -127,7 +129,26 @@ class _Examination:
         if self._args.wiggle:
             from nxtdrive.mission.setup import load
 
-            yield from _wiggle(brick, load(self._args.mission), asked=self._args.yes)
+            yield from _wiggle(brick, load(self._args.mission, self._args.robot), asked=self._args.yes)
+
+
+def _calibration(args: argparse.Namespace) -> Finding:
+    """Say what was calibrated, by the robot file that missions use."""
+    from behaviors.robot_description import RobotFileError, load_robot_file
+    from nxtdrive.mission.setup import robot_file
+    from nxtdrive.tools.doctor.finding import ok, problem, warning
+
+    try:
+        path = robot_file(args.mission, args.robot)
+        if path is None:
+            return warning("calibration", "there is no robot file; the usual values count.", "`nxtdrive calibrate`")
+        calibration = load_robot_file(path).calibration
+    except (RobotFileError, ConfigError) as error:
+        return problem("calibration", str(error), "Correct it, or write it anew with `nxtdrive calibrate`.")
+    said = f"{path}: {calibration.summary}"
+    if missing := calibration.missing:
+        return warning("calibration", said, f"`nxtdrive calibrate {' '.join(missing)}`")
+    return ok("calibration", said)
 
 
 def _simulated_camera(brick: Brick) -> Finding:

@@ -59,6 +59,7 @@ COMMANDS = {
     "files": ("files", "list, download, upload and delete files on a brick"),
     "program": ("program", "start and stop programs on a brick"),
     "send": ("send", "send any declared command and print the reply"),
+    "calibrate": ("calibrate", "measure how the robot is built, and write it to a robot file"),
     "doctor": ("doctor", "check computer and brick, and say how to fix what is wrong"),
     "sensor": ("sensor", "read or watch a sensor, identify what is plugged in"),
     "monitor": ("monitor", "motors, sensors, battery and link at a glance"),

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
     from contextlib import AbstractContextManager
 
+    from behaviors.robot_description import RobotFile
     from nxtdrive.tools.sweep.performance import Line, Task
     from nxtdrive.tools.sweep.runner import Swept
 
@@ -64,6 +65,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="geometric",
         help="geometric skips rendering and detection, camera does both",
     )
+    parser.add_argument(
+        "--robot",
+        metavar="FILE",
+        type=Path,
+        help="robot file that the missions believe; the robots stay those of their classes",
+    )
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
         "--workers", metavar="N", type=number("processes", int, 1, math.inf), default=1, help="processes (default: 1)"
@@ -104,6 +111,7 @@ def run(args: argparse.Namespace) -> int:
         range(first, last + 1),
         _known("profile", args.profiles or policies or NAMES, ALL_NAMES),
         args.eyes,
+        _robot(args.robot),
     )
     out = args.out or DEFAULT_OUT
     if os.path.lexists(out) and not args.resume:
@@ -115,6 +123,20 @@ def run(args: argparse.Namespace) -> int:
         write_plot(swept.lines, args.plot)
     _tell(swept.lines, swept.eval_s, as_json=args.json)
     return 0
+
+
+def _robot(path: Path | None) -> RobotFile:
+    """Return what missions are to believe of their robot.
+
+    Raises:
+        ConfigError: The file has mistakes.
+    """
+    from behaviors.robot_description import RobotFile, RobotFileError, load_robot_file
+
+    try:
+        return RobotFile() if path is None else load_robot_file(path)
+    except RobotFileError as error:
+        raise ConfigError(str(error)) from None
 
 
 def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:

@@ -21,7 +21,7 @@ from nxtdrive.transports.sim import SimTransport
 
 if TYPE_CHECKING:
     from behaviors.ports import Eyes
-    from behaviors.robot_description import CameraTable
+    from behaviors.robot_description import CameraTable, RobotTable
     from nxtdrive.brick import Brick
     from nxtdrive.motion.rover import Rover
     from nxtdrive.vision.camera import Camera, Frame
@@ -46,6 +46,13 @@ def usual_robot() -> Path | None:
     return Path(named) if named else None
 
 
+def robot_file(path: Path | None, robot: Path | None = None) -> Path | None:
+    """Return the robot file that a mission uses, if any; see `load`."""
+    named = load(path, robot).mission.robot_file
+    beside = None if named is None or path is None else path.parent / named
+    return robot or beside or usual_robot()
+
+
 def load(path: Path | None, robot: Path | None = None) -> Mission:
     """Read a mission file; without a path, the built-in one.
 
@@ -64,7 +71,11 @@ def load(path: Path | None, robot: Path | None = None) -> Mission:
 
 def build_rover(brick: Brick, mission: Mission) -> Rover:
     """Return the robot that a mission describes, for an ordinary program."""
-    robot = mission.robot
+    return build_robot(brick, mission.robot)
+
+
+def build_robot(brick: Brick, robot: RobotTable) -> Rover:
+    """Return the robot that a table describes."""
     return brick.rover(
         left=robot.left,
         right=robot.right,

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from behaviors.executive import Ending
+from behaviors.mission import described_by
+from behaviors.robot_description import RobotFile
 from nxtdrive.brick import Brick
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
@@ -24,6 +26,7 @@ FAILED = "failed"
 """The ending of a mission that a bug in the program ended."""
 
 Line = dict[str, Any]
+UNCHANGED = RobotFile()
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -36,6 +39,7 @@ class Task:
         seed: Seed of the scenario.
         policy: Name of the policy that drives.
         eyes: ``geometric`` or ``camera``.
+        robot: What the missions believe of their robot, where they do not say so themselves.
     """
 
     index: int
@@ -43,6 +47,7 @@ class Task:
     seed: int
     policy: str
     eyes: str
+    robot: RobotFile = field(default=UNCHANGED, compare=False)
 
     @property
     def key(self) -> tuple[str, int, str, str]:
@@ -95,7 +100,9 @@ def late_objects(world: WorldFile) -> frozenset[str]:
 def evaluate(task: Task) -> Line:
     """Perform a task and return its line of JSON, even if the mission breaks."""
     try:
-        trace, _ = perform(draw_scenario(task.kind, task.seed), task.policy, task.eyes)
+        scenario = draw_scenario(task.kind, task.seed)
+        scenario = replace(scenario, mission=described_by(scenario.mission, task.robot))
+        trace, _ = perform(scenario, task.policy, task.eyes)
         return {**_head(task), **judge(trace)}
     except Exception as error:  # noqa: BLE001 - one mission must not end a sweep; its line says what happened
         return failed(task, error)

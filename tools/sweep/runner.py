@@ -20,7 +20,9 @@ from pathlib import Path
 from threading import Thread
 from typing import Any, TypeVar
 
-from .performance import Line, Task, evaluate_batch, failed
+from behaviors.robot_description import RobotFile
+
+from .performance import UNCHANGED, Line, Task, evaluate_batch, failed
 from .result_file import ResultFile, key_of, read_lines
 
 BATCH = 2
@@ -63,10 +65,16 @@ class Swept:
     eval_s: float
 
 
-def plan(kinds: Sequence[str], seeds: Iterable[int], policies: Sequence[str], eyes: str) -> list[Task]:
-    """Return the tasks of a sweep: every policy in every scenario."""
+def plan(
+    kinds: Sequence[str],
+    seeds: Iterable[int],
+    policies: Sequence[str],
+    eyes: str,
+    robot: RobotFile = UNCHANGED,
+) -> list[Task]:
+    """Return the tasks of a sweep: every policy in every scenario, with a robot of which the missions believe this."""
     cases = product(kinds, seeds, policies)
-    return [Task(index, kind, seed, policy, eyes) for index, (kind, seed, policy) in enumerate(cases)]
+    return [Task(index, kind, seed, policy, eyes, robot) for index, (kind, seed, policy) in enumerate(cases)]
 
 
 def workers(number: int) -> AbstractContextManager[Executor]:

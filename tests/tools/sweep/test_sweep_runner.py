@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from behaviors.executive import Executive
+from behaviors.robot_description import RobotFile, RobotTable
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.tools.sweep import policies
@@ -181,3 +182,11 @@ def test_usage_errors_list_the_valid_choices(words, hint, tmp_path, monkeypatch,
     monkeypatch.chdir(tmp_path)
     assert main(["sweep", *words]) == USAGE
     assert hint in capsys.readouterr().err
+
+
+def test_missions_believe_the_robot_file():
+    plain, askew = (
+        evaluate(plan(["open"], [100], ["adaptive"], "geometric", robot)[0])
+        for robot in (RobotFile(), RobotFile(robot=RobotTable(axle_track_mm=150.0)))
+    )
+    assert plain != askew

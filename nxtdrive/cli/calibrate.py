@@ -1,0 +1,177 @@
+"""``nxtdrive calibrate``: measures how the robot is built."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import os
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import DONE, NOT_ACHIEVED
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number, writing
+from nxtdrive.cli.output import complain, make_console, print_line, write_json, write_line
+
+if TYPE_CHECKING:
+    from behaviors.robot_description import RobotFile
+    from nxtdrive.tools.calibrate.session import Outcome
+    from nxtdrive.transports.address import Address
+
+DESCRIPTION = """\
+Measure how the robot is built, and write it to a robot file: the camera's field
+of view, place, angles and latency; the wheels' diameter, mismatch and track; the
+sonar's place; the motors' directions. The robot drives before a sheet of markers:
+print it with --sheet, hang it on a wall with its middle as high as the lens, and
+put the robot one metre before it, with a metre of free floor all round. sim:// has
+such a room and does it by itself. Values that are not sure enough are refused, and
+the file stays as it was."""
+EXAMPLES = """\
+  nxtdrive calibrate --sheet sheet.pdf
+  nxtdrive calibrate
+  nxtdrive calibrate --nxt usb:// --camera 0 --robot my-robot.toml
+  nxtdrive calibrate camera wheels --nxt usb:// --camera 0"""
+
+ALL = "all"
+CHOICES = ("camera", "wheels", "sonar", "motors", ALL)
+SIMULATED_ROOM = "calibration"
+DEFAULT_FILE = Path("robot.toml")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "what", metavar="WHAT", nargs="*", help=f"what to calibrate: {', '.join(CHOICES)} (default: {ALL})"
+    )
+    add_brick_arguments(parser)
+    parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
+    parser.add_argument(
+        "--robot",
+        metavar="FILE",
+        type=Path,
+        help="the robot file to write; if it exists, its other values are kept (default: $NXT_ROBOT, else robot.toml)",
+    )
+    parser.add_argument(
+        "--sheet", metavar="FILE", type=Path, help="write the sheet of markers, *.pdf or *.png, and end"
+    )
+    parser.add_argument(
+        "--sheet-height-mm",
+        metavar="MM",
+        type=number("height", float, 20, 2000),
+        default=200.0,
+        help="the middle of the sheet above the floor (default: 200)",
+    )
+    parser.add_argument("--yes", action="store_true", help="do not ask before the robot drives")
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Calibrate; returns the exit code."""
+    if args.sheet:
+        return _write_sheet(args.sheet)
+    from behaviors.robot_description import CALIBRATED
+    from nxtdrive.mission.assembly import open_robot
+    from nxtdrive.mission.setup import usual_robot
+    from nxtdrive.tools.calibrate.course import CalibrationRefused
+    from nxtdrive.tools.calibrate.session import calibrate
+    from nxtdrive.tools.calibrate.verdict import write_robot_file
+
+    for each in args.what:
+        if each not in CHOICES:
+            raise ConfigError(f"there is no {each!r} to calibrate.", remedy=f"Known: {', '.join(CHOICES)}.")
+    wanted = args.what or [ALL]
+    what = [each for each in CALIBRATED if each in wanted or ALL in wanted]
+    path = args.robot or usual_robot() or DEFAULT_FILE
+    before = _before(path)
+    address = _address(args.nxt)
+    if address.scheme != "sim" and not args.yes:
+        _ask()
+    say = (lambda _: None) if args.json else print_line
+    with open_robot(address, args.camera) as robot:
+        try:
+            outcome = calibrate(
+                robot.brick,
+                robot.camera,
+                before,
+                what,
+                datetime.datetime.now().astimezone().date(),
+                say,
+                args.sheet_height_mm,
+            )
+        except CalibrationRefused as refusal:
+            complain(f"{refusal} {path} was left as it is.")
+            return NOT_ACHIEVED
+    with writing(path):
+        write_robot_file(path, outcome.file)
+    _tell(outcome, path, as_json=args.json)
+    return DONE
+
+
+def _write_sheet(path: Path) -> int:
+    from nxtdrive.recording.output_file import write_file
+    from nxtdrive.tools.calibrate.sheet import sheet_bytes
+
+    content = sheet_bytes(path.suffix)
+    with writing(path):
+        write_file(path, content)
+    write_line(f"{path}: print it at 100 %; the line below the markers must be 100 mm long.")
+    return DONE
+
+
+def _before(path: Path) -> RobotFile:
+    """Return the robot file so far; one without values if there is none."""
+    from behaviors.robot_description import RobotFile, RobotFileError, load_robot_file
+
+    if not os.path.lexists(path):
+        return RobotFile()
+    try:
+        return load_robot_file(path)
+    except RobotFileError as error:
+        raise ConfigError(str(error)) from None
+
+
+def _address(text: str) -> Address:
+    """Return the brick's address; a simulated one without a room is put before the sheet."""
+    from nxtdrive.transports.address import Address
+
+    address = Address.parse(text)
+    return replace(address, target=SIMULATED_ROOM) if address.scheme == "sim" and not address.target else address
+
+
+def _ask() -> None:
+    if not sys.stdin.isatty():
+        raise ConfigError("the robot drives to be calibrated, and there is nobody to ask.", remedy="Add --yes.")
+    sys.stderr.write(
+        "The robot will drive up to 0.7 m towards the sheet, 1 m back, and turn full circles. "
+        "Is it one metre before the sheet, with free floor all round? [y/N] "
+    )
+    sys.stderr.flush()
+    if input().strip().lower() not in ("y", "yes"):
+        raise ConfigError("the robot may not drive.", remedy="Clear the floor, then answer y.")
+
+
+def _tell(outcome: Outcome, path: Path, *, as_json: bool) -> None:
+    if as_json:
+        values = {line.key: line.after for line in outcome.lines}
+        errors = {line.key: line.standard_error for line in outcome.lines if line.standard_error is not None}
+        known = {"file": str(path), "values": values, "standard_errors": errors, "views": outcome.views}
+        write_json({**known, "misfit_px": outcome.misfit_px}, indent=2)
+        return
+    from rich.table import Table
+
+    table = Table("", "before", "measured", "uncertain by")
+    for line in outcome.lines:
+        unsure = "" if line.standard_error is None else f"{line.standard_error:.2g}"
+        table.add_row(line.key, _short(line.before), _short(line.after), unsure)
+    make_console().print(table)
+    if outcome.misfit_px:
+        before_px, after_px = outcome.misfit_px
+        frames = f"({outcome.views} frames)"
+        write_line(f"Markers were missed by {before_px:.1f} px before, and by {after_px:.1f} px now {frames}.")
+    write_line(f"Written to {path}. Missions use it with --robot {path}, or with NXT_ROBOT={path} in the environment.")
+
+
+def _short(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value).lower()

@@ -1,0 +1,128 @@
+"""``nxtdrive calibrate``: the sheet, the robot file, and what is refused."""
+
+import json
+import re
+
+import cv2
+import numpy as np
+import pytest
+from PIL import Image
+
+from behaviors.robot_description import CALIBRATED, load_robot_file
+from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("NXT_ROBOT", raising=False)
+    return tmp_path
+
+
+def test_the_sheet_has_its_true_size_and_its_markers(here):
+    assert main(["calibrate", "--sheet", "sheet.png"]) == DONE
+    with Image.open("sheet.png") as sheet:
+        assert sheet.info["dpi"] == pytest.approx((300, 300), abs=0.1)
+        assert [each / 300 * 25.4 for each in sheet.size] == pytest.approx([297, 210], abs=0.1)
+        picture = np.asarray(sheet)
+    detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50))
+    corners, ids, _ = detector.detectMarkers(picture)
+    assert sorted(ids.ravel()) == [40, 41, 42, 43, 44, 45]
+    assert [np.linalg.norm(quad[0][0] - quad[0][1]) / 300 * 25.4 for quad in corners] == pytest.approx(
+        [80] * 6, abs=0.3
+    )
+
+
+def test_the_sheet_is_a_page_of_a4_as_pdf(here):
+    assert main(["calibrate", "--sheet", "sheet.pdf"]) == DONE
+    box = re.search(rb"MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]", (here / "sheet.pdf").read_bytes())
+    assert [float(each) / 72 * 25.4 for each in box.groups()] == pytest.approx([297, 210], abs=0.2)
+
+
+def test_a_sheet_of_another_kind_is_refused(capsys):
+    assert main(["calibrate", "--sheet", "sheet.doc"]) == USAGE
+    assert "Use .pdf" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("what", ["camera", "motors"])
+def test_without_a_sheet_in_view_nothing_is_written(here, capsys, what):
+    (here / "robot.toml").write_text("[robot]\nradius_mm = 140.0\n")
+    assert main(["calibrate", what, "--nxt", "sim://open"]) == NOT_ACHIEVED
+    assert "sees no marker" in capsys.readouterr().err
+    assert (here / "robot.toml").read_text() == "[robot]\nradius_mm = 140.0\n"
+
+
+@pytest.mark.parametrize("words", [["windows"], ["camera", "--robot", "bad.toml"]])
+def test_what_cannot_be_is_refused(here, words):
+    (here / "bad.toml").write_text("[robot]\nradius_mm = -1\n")
+    assert main(["calibrate", *words]) == USAGE
+
+
+def test_a_real_robot_does_not_drive_without_being_asked(capsys):
+    assert main(["calibrate", "--nxt", "usb://"]) == USAGE
+    assert "--yes" in capsys.readouterr().err
+
+
+def test_the_directions_of_the_motors_are_found_alone(here):
+    assert main(["calibrate", "motors", "--nxt", "sim://calibration"]) == DONE
+    file = load_robot_file(here / "robot.toml")
+    assert not file.robot.left_reversed | file.robot.right_reversed
+    assert 0 < file.calibration.motors.measured["dead_zone_percent"] < 40
+    assert file.calibration.missing == ["camera", "wheels", "sonar"]
+
+
+def test_exchanged_motors_are_noticed(here, capsys):
+    (here / "robot.toml").write_text('[robot]\nleft = "C"\nright = "B"\n')
+    assert main(["calibrate", "motors"]) == NOT_ACHIEVED
+    assert 'set left = "B" and right = "C"' in capsys.readouterr().err
+
+
+def test_the_file_of_another_brick_is_not_overwritten(here, capsys):
+    (here / "robot.toml").write_text('[calibration]\nbrick_id = "0016530A1B2C"\n')
+    assert main(["calibrate"]) == NOT_ACHIEVED
+    assert "Name another file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "verdict", "said"),
+    [
+        (None, "warning", "there is no robot file"),
+        ("[robot]\n", "warning", "camera not calibrated"),
+        ("[robot]\nradius_mm = 1\n", "problem", "robot.radius_mm"),
+        (
+            "".join(f"[calibration.{each}]\ndate = 2026-01-02\nmethod = 'm'\n" for each in CALIBRATED),
+            "ok",
+            "camera 2026-01-02, wheels 2026-01-02",
+        ),
+    ],
+)
+def test_the_doctor_says_what_is_calibrated(here, monkeypatch, capsys, text, verdict, said):
+    if text is not None:
+        (here / "robot.toml").write_text(text)
+        monkeypatch.setenv("NXT_ROBOT", "robot.toml")
+    main(["doctor", "--nxt", "sim://", "--json"])
+    findings = {each["topic"]: each for each in json.loads(capsys.readouterr().out)["findings"]}
+    assert findings["calibration"]["verdict"] == verdict
+    assert said in findings["calibration"]["text"]
+
+
+@pytest.mark.slow
+def test_a_simulated_robot_calibrates_itself(here, capsys):
+    (here / "robot.toml").write_text(
+        "[robot]\nradius_mm = 140.0\nwheel_diameter_mm = 60.0\n[camera]\nhfov_deg = 66.0\n"
+    )
+    assert main(["calibrate", "--json"]) == DONE
+    said = json.loads(capsys.readouterr().out)
+    before_px, after_px = said["misfit_px"]
+    assert after_px < 1 < before_px
+    file = load_robot_file(here / "robot.toml")
+    assert file.robot.radius_mm == 140.0
+    assert file.robot.wheel_diameter_mm == pytest.approx(56.0, rel=0.01)
+    assert file.robot.axle_track_mm == pytest.approx(112.0, rel=0.01)
+    assert file.robot.sonar_forward_mm == pytest.approx(100.0, abs=10)
+    assert file.camera.hfov_deg == pytest.approx(60.0, rel=0.02)
+    assert file.camera.forward_mm == pytest.approx(60.0, abs=10)
+    assert (file.camera.tilt_deg, file.camera.roll_deg) == pytest.approx((0, 0), abs=1)
+    assert not file.robot.left_reversed | file.robot.right_reversed
+    assert file.calibration.missing == []
+    assert file.calibration.camera.standard_uncertainty["hfov_deg"] < 0.5

@@ -1,0 +1,105 @@
+"""What is refused, and the robot file that is written."""
+
+import datetime
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from behaviors.robot_description import (
+    CalibrationTable,
+    CameraTable,
+    MeasuredTable,
+    RobotFile,
+    RobotTable,
+    load_robot_file,
+)
+from nxtdrive.tools.calibrate.camera_and_wheels import NAMES, Estimate
+from nxtdrive.tools.calibrate.course import CalibrationRefused
+from nxtdrive.tools.calibrate.least_squares import fit
+from nxtdrive.tools.calibrate.sonar_place import estimate_sonar
+from nxtdrive.tools.calibrate.track import Track
+from nxtdrive.tools.calibrate.verdict import check, described, write_robot_file
+
+GOOD = Estimate(dict.fromkeys(NAMES, 1.0), dict.fromkeys(NAMES, 0.001), 0.2, 200, converged=True)
+finite = st.floats(-20, 20)
+
+
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [
+        (replace(GOOD, views=10), "only 10 frames"),
+        (replace(GOOD, converged=False), "no values fit"),
+        (replace(GOOD, residual_px=3.0), "miss the markers by 3.0 px"),
+        (replace(GOOD, standard_errors={**GOOD.standard_errors, "hfov_deg": 3.0}), "hfov_deg is uncertain by 3"),
+    ],
+)
+def test_what_is_not_good_enough_is_refused(found, said):
+    with pytest.raises(CalibrationRefused, match=said):
+        check(found, 320)
+
+
+def test_what_is_good_enough_is_not_refused():
+    check(GOOD, 320)
+
+
+def test_a_value_that_no_robot_has_is_refused():
+    with pytest.raises(CalibrationRefused, match=r"robot\.wheel_diameter_mm"):
+        described(RobotFile(), {"robot": {"wheel_diameter_mm": 2.0}})
+
+
+def test_values_that_were_not_measured_are_kept():
+    before = RobotFile(robot=RobotTable(radius_mm=140.0, axle_track_mm=100.0), camera=CameraTable(tilt_deg=3.0))
+    after = described(before, {"robot": {"axle_track_mm": 120.0}, "calibration": {"brick_name": "NXT"}})
+    assert (after.robot.radius_mm, after.robot.axle_track_mm, after.camera.tilt_deg) == (140.0, 120.0, 3.0)
+    assert after.robot.model_fields_set == {"radius_mm", "axle_track_mm"}
+
+
+@settings(max_examples=25)
+@given(
+    roll=finite, mismatch=finite, name=st.text(max_size=15), error=st.floats(0, 1e-3), reversed_=st.booleans(),
+    method=st.text(max_size=20),
+)  # fmt: skip
+def test_a_robot_file_is_read_as_it_was_written(tmp_path_factory, roll, mismatch, name, error, reversed_, method):
+    path = tmp_path_factory.getbasetemp() / "robot.toml"
+    camera = MeasuredTable(
+        date=datetime.date(2026, 1, 2), method=method, standard_uncertainty={"roll_deg": error}, measured={}
+    )
+    file = RobotFile(
+        robot=RobotTable(left="A", left_reversed=reversed_, wheel_mismatch_percent=mismatch),
+        camera=CameraTable(roll_deg=roll),
+        calibration=CalibrationTable(brick_name=name, camera=camera),
+    )
+    write_robot_file(path, file)
+    assert load_robot_file(path) == file
+
+
+def test_a_line_is_fitted_in_spite_of_outliers():
+    rng = np.random.default_rng(1)
+    x = np.linspace(0, 10, 200)
+    y = 3 * x + 2 + rng.normal(0, 0.1, x.size)
+    y[::20] += 50
+    found = fit(lambda p: p[0] * x + p[1] - y, np.zeros(2), np.full(2, 100.0), np.full(2, 1e-4))
+    assert found.converged
+    for value, error, true in zip(found.values, found.standard_errors, (3, 2), strict=True):
+        assert abs(value - true) < max(5 * error, 0.05)
+
+
+@given(st.floats(-50, 200), st.floats(-5, 5))
+def test_the_place_of_the_sonar_is_found(forward_mm, turn_deg):
+    values = {"wheel_mismatch_percent": 0.0, "wheel_diameter_mm": 56.0, "axle_track_mm": 112.0}
+    values |= {"sheet_x_mm": 1300.0, "sheet_y_mm": 0.0, "sheet_turn_deg": turn_deg}
+    mm_per_deg, track = math.pi * 56 / 360, Track((640, 480))
+    for i in range(60):
+        track.counts.append((i * 0.1, i * 10.0, i * 10.0))
+        wall_mm = (1300.0 - i * 10.0 * mm_per_deg) * math.cos(math.radians(turn_deg))
+        track.ranges.append((i * 0.1, wall_mm - forward_mm * math.cos(math.radians(turn_deg))))
+    found = estimate_sonar(track, values)
+    assert found.forward_mm == pytest.approx(forward_mm, abs=0.5)
+
+
+def test_without_echoes_there_is_no_place_of_the_sonar():
+    assert estimate_sonar(Track((640, 480)), GOOD.values) is None

@@ -1,0 +1,1 @@
+"""``nxtdrive calibrate``: measures how the robot is built."""

@@ -1,0 +1,227 @@
+"""The course before the marker sheet: drives it, and records what wheels, camera and sonar say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from behaviors.ports import StopReason
+from firmware_protocol.errors import NXTError
+from nxtdrive.motion.outputs import sample
+from nxtdrive.ports import output_port
+
+from .sheet import Seen, find_sheet
+from .track import Track, View
+
+if TYPE_CHECKING:
+    from behaviors.robot_description import RobotTable
+    from nxtdrive.brick import Brick
+    from nxtdrive.motion.rover import Rover
+    from nxtdrive.vision.camera import Camera
+
+SLOW_DEG_S, FULL_TURN_DEG_S = 20.0, 25.0
+"""Turn rates: with the sheet in view the frame must not blur."""
+CREEP_MM_S = 100.0
+SAMPLE_S = 0.02
+SAMPLES = 3
+"""Readings of the wheels between two frames, and the time between them: faster changes than that are not known."""
+FRAME_S = 3.0
+MIDDLE, EDGE = 0.1, 0.3
+"""How far from the middle of the frame the sheet's middle is when it is centred, and where a turn to one side ends, as
+shares of the frame's width."""
+NEAR_SHARE, FAR_SHARE = 0.6, 0.19
+"""Width of the sheet in the frame from near and from far."""
+FEW, MANY = 2, 4
+"""Markers in view at the end of a turn to one side, and those needed to drive on."""
+AWAY_DEG = 150.0
+"""After a turn by this, as far as is known yet, the sheet has left the frame and comes back from the other side."""
+FARTHEST_MM, BACK_MM = 700.0, 250.0
+"""Longest drive towards the sheet, and how far behind its start the robot then drives back."""
+REST_S = 0.6
+TRIAL_MM = 120.0
+"""How far the robot drives to tell forward from back."""
+
+
+class CalibrationRefused(NXTError):
+    """What was measured is not good enough to be used."""
+
+
+class Course:
+    """Drives before the sheet and records.
+
+    Args:
+        brick: The brick.
+        camera: Its camera.
+        rover: The same brick as a vehicle, by what is believed of it so far.
+        robot: What is believed.
+
+    Attributes:
+        track: What was recorded so far.
+    """
+
+    def __init__(self, brick: Brick, camera: Camera, rover: Rover, robot: RobotTable) -> None:
+        self._brick, self._camera, self._rover = brick, camera, rover
+        self._ports = output_port(robot.left), output_port(robot.right)
+        self._signs = [-1 if each else 1 for each in (robot.left_reversed, robot.right_reversed)]
+        self._sonar = bool(robot.ultrasonic)
+        self.track = Track(camera.size)
+
+    def drive_all(self, say: Callable[[str], None]) -> float:
+        """Drive the whole course; the robot is at rest afterwards.
+
+        Returns:
+            When the small turns and straight drives were over; full turns follow.
+
+        Raises:
+            CalibrationRefused: The sheet is not in view, or something is in the way.
+        """
+        try:
+            say("looking for the sheet")
+            self._centre()
+            self._look_aside()
+            say("driving towards it")
+            self._drive(CREEP_MM_S, lambda seen: self._share(seen) > NEAR_SHARE, FARTHEST_MM)
+            driven_mm = self._rover.pose().x_mm
+            self._look_aside()
+            say("driving back")
+            self._drive(-CREEP_MM_S, lambda seen: self._share(seen) < FAR_SHARE, driven_mm + BACK_MM)
+            self._look_aside()
+            settled_s = self._brick.now()
+            say("turning full circles")
+            for sign in (1, -1):
+                self._circle(sign)
+                self._turn(SLOW_DEG_S * -sign, self._is_centred)
+                self._rest()
+            self._look_aside()
+        finally:
+            self._rover.stop()
+        return settled_s
+
+    def column(self) -> float:
+        """Return where the middle of the sheet is at rest, as a share of the frame's width, positive right.
+
+        Raises:
+            CalibrationRefused: It is not in view.
+        """
+        return self._off(self._found())
+
+    def approaches(self) -> bool:
+        """Drive a little forward and back, and return whether the sheet became larger on the way out."""
+        before = self._share(self._found())
+        self._rover.straight(TRIAL_MM)
+        after = self._share(self._found())
+        self._rover.straight(-TRIAL_MM)
+        return after > before
+
+    def _found(self) -> Seen:
+        """Look at the sheet, at rest."""
+        seen = self._rest()
+        if not seen.markers:
+            raise CalibrationRefused(
+                "the camera sees no marker of the sheet.",
+                remedy="Print it (nxtdrive calibrate --sheet sheet.pdf), hang it at the lens's height and put the "
+                "robot one metre before it.",
+            )
+        return seen
+
+    def _centre(self) -> None:
+        """Turn until the sheet is in the middle of the frame."""
+        off = self._off(self._found())
+        if abs(off) > MIDDLE:
+            self._turn(SLOW_DEG_S if off > 0 else -SLOW_DEG_S, self._is_centred)
+        self._rest()
+
+    def _look_aside(self) -> None:
+        """Turn to both sides until the sheet is at the edge of the frame, and back."""
+        for sign in (1, -1):
+            self._turn(SLOW_DEG_S * sign, self._leaves(sign))
+            self._rest()
+        self._turn(SLOW_DEG_S, self._is_centred)
+        self._rest()
+
+    def _leaves(self, sign: int) -> Callable[[Seen], bool]:
+        """Return a function that says whether the sheet leaves the frame in a turn, to the right for sign 1."""
+        whole = False
+
+        def leaves(seen: Seen) -> bool:
+            nonlocal whole
+            whole = whole or self._is_centred(seen)
+            return -sign * self._off(seen) > EDGE or (whole and seen.markers <= FEW)
+
+        return leaves
+
+    def _circle(self, sign: int) -> None:
+        """Turn once round, until the sheet is back in the middle of the frame."""
+        begin_deg = self._rover.pose().heading_deg
+
+        def back(seen: Seen) -> bool:
+            turned_deg = abs(self._rover.pose().heading_deg - begin_deg)
+            return turned_deg > AWAY_DEG and seen.markers >= MANY and sign * self._off(seen) < MIDDLE
+
+        self._turn(FULL_TURN_DEG_S * sign, back, most_s=1.4 * 360 / FULL_TURN_DEG_S)
+
+    def _turn(self, rate_deg_s: float, done: Callable[[Seen], bool], most_s: float = 12.0) -> None:
+        end_s = self._brick.now() + most_s
+        while not done(self._step(0.0, rate_deg_s)):
+            if self._brick.now() >= end_s:
+                raise CalibrationRefused(
+                    "a turn did not bring the sheet to where it should be in the frame.",
+                    remedy="Clear the floor round the robot, and see that nothing but the sheet has such markers.",
+                )
+        self._rover.stop()
+
+    def _drive(self, speed_mm_s: float, done: Callable[[Seen], bool], most_mm: float) -> None:
+        begin = self._rover.pose()
+        while True:
+            seen = self._step(speed_mm_s, 0.0)
+            here = self._rover.pose()
+            driven_mm = ((here.x_mm - begin.x_mm) ** 2 + (here.y_mm - begin.y_mm) ** 2) ** 0.5
+            if done(seen) or seen.markers < MANY or driven_mm >= most_mm:
+                break
+        self._rest()
+
+    def _rest(self) -> Seen:
+        """Stand still for a moment, looking."""
+        self._rover.stop()
+        end_s = self._brick.now() + REST_S
+        while True:
+            seen = self._look()
+            if self._brick.now() >= end_s:
+                return seen
+
+    def _step(self, speed_mm_s: float, turn_deg_s: float) -> Seen:
+        objection = self._rover.drive(speed_mm_s, turn_deg_s)
+        if objection in (StopReason.CONTACT, StopReason.STALLED):
+            raise CalibrationRefused(f"the robot was stopped: {objection}.", remedy="Clear the floor and start again.")
+        return self._look()
+
+    def _look(self) -> Seen:
+        """Read the wheels until the next frame, and find the sheet in it."""
+        for _ in range(SAMPLES):
+            self._count()
+            self._brick.sleep(SAMPLE_S)
+        frame = self._camera.read(FRAME_S)
+        self._count()
+        seen = find_sheet(frame.image)
+        if seen.markers:
+            self.track.views.append(View(frame.time_s, seen))
+        if self._sonar and (range_mm := self._rover.range_mm()) is not None:
+            self.track.ranges.append((self._brick.now(), range_mm))
+        return seen
+
+    def _count(self) -> None:
+        reading = sample(self._brick.link, *self._ports)
+        left, right = (sign * angle for sign, angle in zip(self._signs, reading.angles_deg, strict=True))
+        self.track.counts.append((reading.time_s, left, right))
+
+    def _off(self, seen: Seen) -> float:
+        """Return how far right of the frame's middle the sheet is, as a share of the frame's width."""
+        return float(seen.in_frame_px[:, 0].mean()) / self.track.size[0] - 0.5 if seen.markers else 0.0
+
+    def _is_centred(self, seen: Seen) -> bool:
+        return seen.markers >= MANY and abs(self._off(seen)) < MIDDLE
+
+    def _share(self, seen: Seen) -> float:
+        """Return the sheet's width in the frame as a share of the frame's."""
+        columns = seen.in_frame_px[:, 0]
+        return float(columns.max() - columns.min()) / self.track.size[0] if seen.markers else 0.0

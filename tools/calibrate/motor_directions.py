@@ -1,0 +1,77 @@
+"""Finds which way the motors drive, and the least power at which they turn, by what the camera and the counts say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from nxtdrive.motion.outputs import sample
+from nxtdrive.ports import output_port
+
+from .course import CalibrationRefused
+
+if TYPE_CHECKING:
+    from behaviors.robot_description import OutputPort, RobotTable
+    from nxtdrive.brick import Brick
+
+TURN_DEG, RATE_DEG_S = 45.0, 90.0
+"""How far and how fast each wheel turns."""
+LEAST_SHARE = 0.02
+"""The sheet moves at least this share of the frame's width then."""
+POWERS = range(2, 41, 2)
+TRY_S, TURNS_DEG = 0.3, 3
+"""How long each power is tried, and from which turn on the motor counts as turning."""
+
+Column = Callable[[], float]
+"""Returns where the middle of the sheet is, as a share of the frame's width, positive right of its middle."""
+
+
+def is_reversed(brick: Brick, port: OutputPort, sign: int, column: Column) -> bool:
+    """Turn one wheel forward and back, and return whether positive power drives it backwards.
+
+    Args:
+        brick: The brick.
+        port: The wheel's motor.
+        sign: 1 for the left wheel, which turns the robot to the right when it drives forward; -1 for the right one.
+        column: Says where the sheet is in the frame.
+
+    Raises:
+        CalibrationRefused: The sheet did not move in the frame.
+    """
+    before = column()
+    motor = brick.motor(port)
+    motor.run_angle(RATE_DEG_S, TURN_DEG)
+    moved = column() - before
+    motor.run_angle(RATE_DEG_S, -TURN_DEG)
+    if abs(moved) < LEAST_SHARE:
+        raise CalibrationRefused(
+            f"the picture did not move when the motor on port {port} turned.",
+            remedy="Check the ports with `nxtdrive motor`, and that the wheels touch the floor.",
+        )
+    return moved * sign > 0
+
+
+def dead_zone_percent(brick: Brick, robot: RobotTable) -> int:
+    """Return the least power at which both wheels turn, unregulated; the robot turns a little and back.
+
+    Raises:
+        CalibrationRefused: They did not turn at 40 % of the power.
+    """
+    ports = [output_port(robot.left), output_port(robot.right)]
+    signs = (-1 if robot.left_reversed else 1, 1 if robot.right_reversed else -1)  # the robot turns on the spot
+    way = 1
+    motors = [brick.motor(port) for port in (robot.left, robot.right)]
+    for power in POWERS:
+        before = sample(brick.link, *ports).angles_deg
+        for motor, sign in zip(motors, signs, strict=True):
+            motor.dc(way * sign * power)
+        brick.sleep(TRY_S)
+        after = sample(brick.link, *ports).angles_deg
+        for motor in motors:
+            motor.brake()
+        way = -way  # so that the sheet stays in view
+        if all(abs(now - then) >= TURNS_DEG for now, then in zip(after, before, strict=True)):
+            return power
+    raise CalibrationRefused(
+        f"the wheels do not turn at {POWERS[-1]} % of the power.", remedy="Charge the battery, and free the wheels."
+    )

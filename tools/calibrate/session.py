@@ -1,0 +1,176 @@
+"""One calibration from the first look to the robot file."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from behaviors.robot_description import RobotFile, RobotTable
+from firmware_protocol.printable import printable
+from nxtdrive.mission.setup import build_robot
+
+from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate, estimate, misfit_px
+from .course import CalibrationRefused, Course
+from .motor_directions import dead_zone_percent, is_reversed
+from .sonar_place import SonarEstimate, estimate_sonar
+from .verdict import believed_values, check, described, measured, rounded
+
+if TYPE_CHECKING:
+    from nxtdrive.brick import Brick
+    from nxtdrive.vision.camera import Camera
+
+METHOD = "marker sheet"
+SHEET_HEIGHT_MM = 200.0
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One value in the report.
+
+    Attributes:
+        key: Its name in the robot file, with its table.
+        before: What was believed.
+        after: What was measured.
+        standard_error: How uncertain that is; None where it is certain.
+    """
+
+    key: str
+    before: object
+    after: object
+    standard_error: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a calibration found.
+
+    Attributes:
+        file: The new robot file.
+        lines: Its new values.
+        misfit_px: By how much the markers were missed with what was believed, and with what was measured; None if only
+            the motors were calibrated.
+        views: Frames in which the sheet was seen.
+    """
+
+    file: RobotFile
+    lines: list[Line]
+    misfit_px: tuple[float, float] | None
+    views: int
+
+
+def calibrate(
+    brick: Brick,
+    camera: Camera,
+    before: RobotFile,
+    what: Collection[str],
+    today: datetime.date,
+    say: Callable[[str], None] = lambda _: None,
+    sheet_height_mm: float = SHEET_HEIGHT_MM,
+) -> Outcome:
+    """Calibrate before the marker sheet; the robot is at rest afterwards.
+
+    Args:
+        brick: The brick.
+        camera: Its camera.
+        before: What is believed so far.
+        what: Some of `behaviors.robot_description.CALIBRATED`; the others keep their values.
+        today: The date for the file.
+        say: Called with what is being done.
+        sheet_height_mm: The middle of the sheet above the floor.
+
+    Raises:
+        CalibrationRefused: What was measured cannot be used; it says what to do.
+    """
+    device = brick.info()
+    identity = device.bluetooth_address.replace(":", "")
+    if before.calibration.brick_id not in ("", identity):
+        raise CalibrationRefused(
+            f"the robot file describes the brick {before.calibration.brick_id}, and this one is {identity}.",
+            remedy="Name another file with --robot.",
+        )
+    robot, new = before.robot, _Values(today)
+    if "motors" in what:
+        say("turning each wheel")
+        robot, power = _motors(brick, camera, robot)
+        directions = {"left_reversed": robot.left_reversed, "right_reversed": robot.right_reversed}
+        new.add("motors", "robot", directions, {}, dead_zone_percent=float(power))
+    misfit, views = None, 0
+    if {"camera", "wheels", "sonar"} & set(what):
+        course = Course(brick, camera, build_robot(brick, robot), robot)
+        settled_s = course.drive_all(say)
+        say("computing")
+        found = estimate(course.track, robot, before.camera, settled_s)
+        check(found, camera.size[0])
+        _add(new, what, found, estimate_sonar(course.track, found.values), sheet_height_mm)
+        believed_px = misfit_px(course.track, believed_values(robot, before.camera), found.values)
+        misfit, views = (believed_px, found.residual_px), found.views
+    new.tables["calibration"] |= {"format": 1, "brick_id": identity, "brick_name": printable(device.name)}
+    file = described(before, new.tables)
+    return Outcome(file, list(new.lines(before, file)), misfit, views)
+
+
+class _Values:
+    """New values for a robot file.
+
+    Args:
+        today: The date for the file.
+
+    Attributes:
+        tables: The values by their table.
+    """
+
+    def __init__(self, today: datetime.date) -> None:
+        self.tables: dict[str, dict[str, object]] = {"camera": {}, "robot": {}, "calibration": {}}
+        self._errors: dict[str, float] = {}
+        self._today = today
+
+    def add(
+        self, group: str, table: str, values: Mapping[str, object], errors: Mapping[str, float], **others: float
+    ) -> None:
+        """Add the values of a group with their standard errors, and others that only the group's own table has."""
+        self.tables[table] |= values
+        self.tables["calibration"][group] = measured(METHOD, errors, self._today, **others)
+        self._errors |= errors
+
+    def lines(self, before: RobotFile, after: RobotFile) -> Iterator[Line]:
+        """Yield the report's lines."""
+        for name in ("camera", "robot"):
+            old, new = getattr(before, name), getattr(after, name)
+            for key in self.tables[name]:
+                yield Line(f"{name}.{key}", getattr(old, key), getattr(new, key), self._errors.get(key))
+
+
+def _add(
+    new: _Values, what: Collection[str], found: Estimate, heard: SonarEstimate | None, sheet_height_mm: float
+) -> None:
+    """Add what was found before the sheet."""
+    errors = found.standard_errors
+    if "camera" in what:
+        values = rounded(found.values, CAMERA_KEYS)
+        values["height_mm"] = round(sheet_height_mm + found.values["above_mm"], 1)
+        new.add("camera", "camera", values, {key: errors[key] for key in CAMERA_KEYS})
+    if "wheels" in what:
+        # the track is the one that fits how far the robot turns, which includes slip
+        values = {**rounded(found.values, WHEEL_KEYS), "turn_slip_percent": 0.0}
+        new.add("wheels", "robot", values, {key: errors[key] for key in WHEEL_KEYS})
+    if "sonar" in what and heard is not None:
+        values = {"sonar_forward_mm": round(heard.forward_mm, 1)}
+        noise_mm = round(heard.noise_mm, 1)
+        new.add("sonar", "robot", values, {"sonar_forward_mm": heard.standard_error_mm}, noise_mm=noise_mm)
+
+
+def _motors(brick: Brick, camera: Camera, robot: RobotTable) -> tuple[RobotTable, int]:
+    """Return how the motors are mounted, and the least power at which they turn."""
+    plain = robot.model_copy(update={"left_reversed": False, "right_reversed": False})
+    course = Course(brick, camera, build_robot(brick, plain), plain)
+    left = is_reversed(brick, robot.left, 1, course.column)
+    right = is_reversed(brick, robot.right, -1, course.column)
+    robot = robot.model_copy(update={"left_reversed": left, "right_reversed": right})
+    if left and right and not Course(brick, camera, build_robot(brick, robot), robot).approaches():
+        raise CalibrationRefused(
+            f"the motor on port {robot.left} drives the right wheel and that on port {robot.right} the left one.",
+            remedy=f'Exchange the cables, or set left = "{robot.right}" and right = "{robot.left}" in [robot].',
+        )
+    return robot, dead_zone_percent(brick, robot)

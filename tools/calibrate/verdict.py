@@ -1,0 +1,149 @@
+"""Whether what was estimated can be used, and the robot file that it makes."""
+
+from __future__ import annotations
+
+import datetime
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from pydantic import BaseModel, ValidationError
+
+from behaviors.mission_mistakes import mistakes
+from behaviors.robot_description import CameraTable, MeasuredTable, RobotFile, RobotTable
+
+from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate
+from .course import CalibrationRefused
+
+FEWEST_VIEWS = 60
+MOST_RESIDUAL = 1.0 / 320
+"""Largest distance between predicted and measured corners, over the frame's width."""
+UNSURE = {
+    "hfov_deg": 0.8,
+    "yaw_deg": 1.5,
+    "tilt_deg": 1.0,
+    "roll_deg": 1.0,
+    "forward_mm": 15.0,
+    "right_mm": 15.0,
+    "latency_s": 0.02,
+    "wheel_diameter_mm": 0.4,
+    "wheel_mismatch_percent": 0.4,
+    "axle_track_mm": 1.0,
+}
+"""Standard errors beyond these are of no use."""
+DIGITS = {"latency_s": 4, "wheel_diameter_mm": 2, "wheel_mismatch_percent": 2, "hfov_deg": 2}
+REMEDY = (
+    "Hang the sheet flat and upright in good light, put the robot one metre before it with free floor all round, "
+    "and start again."
+)
+
+
+def check(found: Estimate, width_px: int) -> None:
+    """Refuse an estimate that is not good enough.
+
+    Raises:
+        CalibrationRefused: It says why, and what to do.
+    """
+    for reason in _objections(found, width_px):
+        raise CalibrationRefused(reason, remedy=REMEDY)
+
+
+def _objections(found: Estimate, width_px: int) -> Iterator[str]:
+    if found.views < FEWEST_VIEWS:
+        yield f"the sheet was seen in only {found.views} frames; {FEWEST_VIEWS} are needed."
+    if not found.converged:
+        yield "no values fit what the camera saw."
+    if found.residual_px > MOST_RESIDUAL * width_px:
+        yield (
+            f"the best values still miss the markers by {found.residual_px:.1f} px; the sheet may be bent or printed "
+            "in another size, or the wheels slip."
+        )
+    for key, most in UNSURE.items():
+        if found.standard_errors[key] > most:
+            yield f"{key} is uncertain by {found.standard_errors[key]:.2g}, more than {most:g}."
+
+
+def rounded(values: Mapping[str, float], keys: tuple[str, ...]) -> dict[str, float]:
+    """Return the values of some keys, with as many digits as make sense."""
+    return {key: round(values[key], DIGITS.get(key, 1)) + 0.0 for key in keys}
+
+
+def described(before: RobotFile, changes: Mapping[str, Mapping[str, object]]) -> RobotFile:
+    """Return a robot file with new values for some keys of its tables.
+
+    Args:
+        before: The file so far.
+        changes: New values by the name of the table.
+
+    Raises:
+        CalibrationRefused: A value cannot be that of a robot.
+    """
+    tables = {name: {**table, **changes.get(name, {})} for name, table in before.model_dump(exclude_unset=True).items()}
+    tables = {**{name: dict(table) for name, table in changes.items()}, **tables}
+    try:
+        return RobotFile.model_validate(tables)
+    except ValidationError as error:
+        found = "; ".join(mistakes(error, RobotFile))
+        raise CalibrationRefused(f"what was measured cannot be: {found}.", remedy=REMEDY) from None
+
+
+def measured(method: str, errors: Mapping[str, float], date: datetime.date, **others: float) -> dict[str, object]:
+    """Return a table that says how some values were measured."""
+    significant = {key: float(f"{error:.2g}") for key, error in errors.items()}
+    return MeasuredTable(date=date, method=method, standard_uncertainty=significant, measured=others).model_dump(
+        exclude_unset=True
+    )
+
+
+def toml_text(file: RobotFile) -> str:
+    """Return a robot file's text."""
+    lines = ["# How this robot is built, written by `nxtdrive calibrate`; see docs/calibration.md."]
+    for name, table in (("robot", file.robot), ("camera", file.camera)):
+        if table.model_fields_set:
+            lines += ["", f"[{name}]", *_keys(table)]
+    lines += ["", "[calibration]"]
+    groups = []
+    for key, value in file.calibration:
+        if isinstance(value, MeasuredTable):
+            groups += ["", f"[calibration.{key}]", *_keys(value)]
+        elif value is not None:
+            lines.append(f"{key} = {_value(value)}")
+    return "\n".join([*lines, *groups, ""])
+
+
+def _keys(table: BaseModel) -> Iterator[str]:
+    for key in type(table).model_fields:
+        if key in table.model_fields_set:
+            yield f"{key} = {_value(getattr(table, key))}"
+
+
+def _value(value: object) -> str:
+    match value:
+        case bool():
+            return str(value).lower()
+        case datetime.date():
+            return value.isoformat()
+        case dict():
+            return "{ " + ", ".join(f"{key} = {_value(each)}" for key, each in value.items()) + " }" if value else "{}"
+        case str():
+            return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return repr(value)
+
+
+def write_robot_file(path: Path, file: RobotFile) -> None:
+    """Write a robot file as a whole, in place of one that exists.
+
+    Raises:
+        OSError: It cannot be written; what was there before is left as it is.
+    """
+    from nxtdrive.recording.output_file import write_file
+
+    beside = path.with_name(f".{path.name}.new")
+    write_file(beside, toml_text(file).encode())
+    beside.replace(path)
+
+
+def believed_values(robot: RobotTable, camera: CameraTable) -> dict[str, float]:
+    """Return what is believed, by the names of the estimated values."""
+    values = {**camera.model_dump(), **robot.model_dump()}
+    return {key: float(values[key]) for key in (*CAMERA_KEYS, *WHEEL_KEYS)}
