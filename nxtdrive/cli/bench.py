@@ -14,7 +14,8 @@ from nxtdrive.cli.options import add_json_argument
 
 DESCRIPTION = """\
 Measure this machine, area by area: protocol (encoding and requests, next to bare
-struct), import, simulation (with and without a camera), detectors, doors (of the
+struct), import, simulation (with and without a camera), firmware (the simulated
+brick's telegrams, passes, memory and programs), detectors, doors (of the
 simulated brick), behaviors (facts, frames, decisions, missions per minute; also
 called mind), motion, nxt-python (its turns and ours), sensors, web (delays and
 CPU time of the page), classroom (CPU time and lag of twelve simulated robots);

@@ -71,6 +71,7 @@ AREAS: dict[str, tuple[str, str]] = {
     "protocol": ("bench", "measure_protocol"),
     "import": ("bench", "measure_import"),
     "simulation": ("bench", "measure_simulation"),
+    "firmware": ("bench_firmware", "measure_firmware"),
     "detectors": ("bench", "measure_detectors"),
     "doors": ("bench_doors", "measure_doors"),
     "behaviors": ("bench_behaviors", "measure_behaviors"),

@@ -10,10 +10,11 @@ from collections.abc import Callable, Iterator, Mapping
 
 from sim_backend.firmware.vm import aggregates
 from sim_backend.firmware.vm.data import ERR_ARG, NONE, Data, Place, ProgramError
-from sim_backend.firmware.vm.instructions import MANY, Instruction, Translation, sized_arguments
+from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.memory import Array
-from sim_backend.firmware.vm.numbers import single
+from sim_backend.firmware.vm.numbers import SCALARS, single
+from sim_backend.firmware.vm.operands import INTEGERS
 from sim_backend.firmware.vm.rxe import Type, size_of
 
 _NUMBER = re.compile(
@@ -48,6 +49,45 @@ def _replace(data: Data, arguments: tuple[int, ...]) -> None:
     values = data.array(new)
     for i in range(min(values.length, array.length - first)):
         aggregates.move(data, _element(target, array, first + i), _element(new, values, i))
+
+
+def _index_number(machine: Machine, instruction: Instruction) -> Translation:
+    """Fast for numbers."""
+    target, array, index = instruction.arguments
+    operands = machine.operands
+    if _is_simple(machine, array, index) and operands.scalars(target) and not _truncates(machine, target, array + 1):
+        read = operands.function(f"element_{instruction.at}", machine.data.element_reader(array))
+        statement = operands.assignment(target, f"{read}({_value_or_0(machine, index)})")
+        if statement:
+            return statement
+    return lambda: _index(machine.data, instruction.arguments)
+
+
+def _replace_number(machine: Machine, instruction: Instruction) -> Translation:
+    """Fast if an integer is replaced by a number in the same array."""
+    target, array, index, new = instruction.arguments[:4]
+    data, operands = machine.data, machine.operands
+    integers = data.kind(new) in INTEGERS and data.kind(array + 1) in INTEGERS
+    if integers and target == array and _is_simple(machine, array, index):
+        write = operands.function(f"element_{instruction.at}", data.element_writer(array))
+        return Effect((f"{write}({_value_or_0(machine, index)}, {operands.value(new)})",))
+    return lambda: _replace(data, instruction.arguments)
+
+
+def _is_simple(machine: Machine, array: int, index: int) -> bool:
+    """Whether a variable is an array of numbers, and an index is a number or omitted."""
+    data = machine.data
+    if array >= len(data.variables) or data.kind(array) != Type.ARRAY or data.kind(array + 1) not in SCALARS:
+        return False
+    return index == NONE or machine.operands.scalars(index)
+
+
+def _truncates(machine: Machine, target: int, source: int) -> bool:
+    return machine.data.kind(source) == Type.FLOAT != machine.data.kind(target)
+
+
+def _value_or_0(machine: Machine, index: int) -> str:
+    return "0" if index == NONE else machine.operands.integer(index)
 
 
 def _size(data: Data, arguments: tuple[int, ...]) -> None:
@@ -223,8 +263,8 @@ def _translator(function: Callable[[Data, tuple[int, ...]], None], *, sized: boo
 
 
 TABLE: Mapping[tuple[int, int], Translate] = {
-    (0x15, 3): _translator(_index),
-    (0x16, MANY): _translator(_replace),
+    (0x15, 3): _index_number,
+    (0x16, MANY): _replace_number,
     (0x17, 2): _translator(_size),
     (0x18, MANY): _translator(_build, sized=True),
     (0x19, MANY): _translator(_subset),

@@ -13,7 +13,7 @@ from types import CodeType
 from typing import Any, NamedTuple
 
 from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError
-from sim_backend.firmware.vm.instructions import Instruction, Next, Step, Translation
+from sim_backend.firmware.vm.instructions import Effect, Instruction, Next, Step, Translation
 from sim_backend.firmware.vm.memory import OutOfMemory
 
 LONGEST = 20
@@ -81,6 +81,9 @@ class Compiler:
             at = instruction.following
             if isinstance(translation, str):
                 lines.append(translation)
+            elif isinstance(translation, Effect):
+                quiet = False
+                lines.extend(translation.statements)
             elif not isinstance(translation, Next):
                 quiet = False
                 lines.append(f"{self._named(instruction, translation)}()")

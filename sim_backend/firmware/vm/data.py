@@ -8,11 +8,12 @@ Source: LEGO's executable file specification; conversions are in docs/firmware.m
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Callable
 from functools import cached_property, partial
 from typing import NamedTuple, Protocol
 
-from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, Array, Memory
+from sim_backend.firmware.vm.memory import DESCRIPTOR, INDEX, NOT_AN_OFFSET, Array, Memory
 from sim_backend.firmware.vm.numbers import SCALARS, Number
 from sim_backend.firmware.vm.rxe import Type, following, size_of
 
@@ -118,6 +119,48 @@ class Data:
     def integer_or(self, argument: int, default: int) -> int:
         """The same, or `default` if the argument is omitted."""
         return default if argument == NONE else self.integer(argument)
+
+    def element_reader(self, array: int) -> Callable[[int], Number]:
+        """A fast function for the elements of a variable that is an array of numbers.
+
+        It raises ProgramError for an element that is not there.
+        """
+        find, unpack, pool = self._finder(array), SCALARS[self.kind(array + 1)].unpack_from, self.memory.pool
+
+        def read(number: int) -> Number:
+            at = find(number)
+            if at is None:
+                raise ProgramError(ERR_ARG, f"an array has no element {number}")
+            value: Number = unpack(pool, at)[0]
+            return value
+
+        return read
+
+    def element_writer(self, array: int) -> Callable[[int, int], None]:
+        """A fast function that sets elements of a variable that is an array of integers; nothing beyond its end."""
+        layout, pool, find = SCALARS[self.kind(array + 1)], self.memory.pool, self._finder(array)
+        pack, mask = struct.Struct(layout.format.upper()).pack_into, (1 << 8 * layout.size) - 1
+
+        def write(number: int, value: int) -> None:
+            at = find(number)
+            if at is not None:
+                pack(pool, at, value & mask)
+
+        return write
+
+    def _finder(self, array: int) -> Callable[[int], int | None]:
+        """A function for the place in the pool of an element of an array; None beyond its end."""
+        memory, pool, base = self.memory, self.memory.pool, self.memory.base
+        variable, data = base + self.variables[array].data, self.variables[array + 1].data
+        index, descriptor = INDEX.unpack_from, DESCRIPTOR.unpack_from
+
+        def find(number: int) -> int | None:
+            found = base + memory.descriptors + DESCRIPTOR.size * index(pool, variable)[0]
+            offset, element, length, _, _ = descriptor(pool, found)
+            number &= 0xFFFF
+            return base + (data + offset + number * element & 0xFFFF) if number < length else None
+
+        return find
 
     def index(self, place: Place) -> int:
         """Number of the descriptor of an array.

@@ -57,6 +57,7 @@ _NARROW: Mapping[Type, Callable[[int], int]] = {
     Type.SWORD: s16,
 }
 _SIGNED_OUTPUT_FIELDS = ("power", "turn")
+_ALL_FLAGS = int(~OutputFlag(0))
 _LIVE = ("actual_speed", "count", "overloaded", "block", "rotation")
 """Read-only fields of the motor's control."""
 
@@ -133,7 +134,7 @@ class Devices:
         port, field = _normal(port, field, OUTPUT_FIELDS)
         output, name = self.output.outputs[port], OUTPUT_FIELDS[field]
         if name == "flags":
-            output.flags = value & int(~OutputFlag(0))
+            output.flags = value & _ALL_FLAGS
         elif name == "tacho_limit":
             output.tacho_limit = s32(value) & 0xFFFF_FFFF
         elif name not in _LIVE:

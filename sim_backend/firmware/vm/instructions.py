@@ -58,9 +58,19 @@ class Next(NamedTuple):
     word: int | str | Step
 
 
-Translation = str | Action | Next
-"""What an instruction is translated to: a statement, which must change nothing but its target variable; a function; or
-the choice of the next instruction."""
+class Effect(NamedTuple):
+    """What an instruction is translated to that changes more than one variable.
+
+    Attributes:
+        statements: Statements that do it.
+    """
+
+    statements: tuple[str, ...]
+
+
+Translation = str | Effect | Action | Next
+"""What an instruction is translated to: a statement, which must change nothing but its target variable; statements or
+a function with further effects; or the choice of the next instruction."""
 
 
 def decode(code: Sequence[int], at: int, *, checks_short_forms: bool) -> Instruction:

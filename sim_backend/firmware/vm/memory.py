@@ -30,8 +30,9 @@ _OFFSET = 0xFFFF
 """Bits of an offset, and of the size of an array."""
 _BEHIND = 0xA0000
 """Bytes of memory behind the pool: numbers of descriptors have 16 bits."""
-_DESCRIPTOR = struct.Struct("<HHHHH")
-_INDEX = struct.Struct("<H")
+DESCRIPTOR = struct.Struct("<HHHHH")
+INDEX = struct.Struct("<H")
+"""Layout of a descriptor, and of the number of one."""
 
 
 class OutOfMemory(Exception):
@@ -121,7 +122,7 @@ class Memory:
     def _list(self) -> Iterator[int]:
         """Numbers of the arrays in the order of the list; a damaged list ends after as many as there can be."""
         index = self._head
-        for _ in range(POOL_SIZE // _DESCRIPTOR.size):
+        for _ in range(POOL_SIZE // DESCRIPTOR.size):
             if index == _NONE:
                 return
             yield index
@@ -202,7 +203,7 @@ class Memory:
 
     def index(self, offset: int) -> int:
         """Number of the descriptor of the array at `offset`."""
-        return int(_INDEX.unpack_from(self.pool, self.base + (offset & _OFFSET))[0])
+        return int(INDEX.unpack_from(self.pool, self.base + (offset & _OFFSET))[0])
 
     def array(self, index: int) -> Array:
         """The descriptor of an array.
@@ -211,7 +212,7 @@ class Memory:
             OutOfMemory: It is outside of the pool.
         """
         self.spend(1)
-        return Array(*_DESCRIPTOR.unpack_from(self.pool, self._descriptor(index)))
+        return tuple.__new__(Array, DESCRIPTOR.unpack_from(self.pool, self._descriptor(index)))
 
     def spend(self, accesses: int) -> None:
         """Count work.
@@ -225,11 +226,11 @@ class Memory:
 
     def describe(self, index: int, array: Array) -> None:
         """Change a descriptor."""
-        _DESCRIPTOR.pack_into(self.pool, self._descriptor(index), *array)
+        DESCRIPTOR.pack_into(self.pool, self._descriptor(index), *array)
 
     def _descriptor(self, index: int) -> int:
-        at = self.base + self.descriptors + _DESCRIPTOR.size * index
-        if at + _DESCRIPTOR.size > len(self.pool):
+        at = self.base + self.descriptors + DESCRIPTOR.size * index
+        if at + DESCRIPTOR.size > len(self.pool):
             raise OutOfMemory(f"there is no array {index}")
         return at
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from sim_backend.firmware.vm.data import ERR_ARG, NONE, Place, ProgramError
-from sim_backend.firmware.vm.instructions import MANY, Instruction, Translation, sized_arguments
+from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.rxe import Type
 
@@ -37,8 +37,11 @@ def _set_input(machine: Machine, instruction: Instruction) -> Translation:
 def _set_output(machine: Machine, instruction: Instruction) -> Translation:
     """Set several fields of one port, or of each port in an array."""
     ports, *pairs = sized_arguments(machine.program.code, instruction) or (NONE,)
-    data, put = machine.data, machine.devices.put_output
+    data, operands, put = machine.data, machine.operands, machine.devices.put_output
     values = list(zip(pairs[::2], pairs[1::2], strict=False))
+    if operands.scalars(ports) and all(field <= _LAST_FIELD for field, _ in values):
+        name, port = operands.function("put_output", put), operands.integer(ports)
+        return Effect(tuple(f"{name}({port}, {field}, {operands.integer(value)})" for field, value in values))
 
     def run() -> None:
         places = data.parts(Place(ports)) if data.kind(ports) == Type.ARRAY else [Place(ports)]

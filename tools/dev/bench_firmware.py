@@ -1,0 +1,157 @@
+"""Measure the simulated firmware: telegrams, passes, memory, and programs against real time. Times are CPU time."""
+
+from __future__ import annotations
+
+import statistics
+import time
+import tracemalloc
+from collections.abc import Callable, Iterable, Mapping
+
+from firmware_protocol.direct import GetBatteryLevel, GetInputValues, GetOutputState, SetOutputState, StartProgram
+from firmware_protocol.enums import InputPort, OutputMode, OutputPort, RegulationMode, RunState
+from sim_backend.devices.analog import AnalogInput
+from sim_backend.firmware.bench_motor import BenchMotor
+from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.vm.rxe import Type
+
+from .bench import REPEATS, Figure
+from .faults.assembler import Variables, Words, assemble, instruction
+
+TELEGRAMS, PASSES, PROGRAM_MS, BRICKS = 3_000, 3_000, 2_000, 10
+TELEGRAMS_GOAL, PASSES_GOAL, MEMORY_GOAL_MB, PROGRAMS_GOAL = 150_000, 50, 6, 200
+
+_START_MS = 20
+_PASSES_PER_S = 1000
+_ADD, _MUL, _INDEX, _REPLACE, _MOVE, _SET, _TO_TEXT, _JOIN = 0x00, 0x03, 0x15, 0x16, 0x1B, 0x1C, 0x1F, 0x21
+_JUMP, _BRANCH_IF, _SET_OUTPUT, _GET_INPUT, _GET_OUTPUT, _WAIT, _TICK = 0x25, 0x26, 0x31, 0x32, 0x33, 0x34, 0x35
+_NONE, _LESS = 0xFFFF, 0
+_SCALED, _ROTATION, _POWER = 4, 14, 2
+
+
+def measure_firmware() -> Iterable[Figure]:
+    """Measure one brick in this process; takes some 10 s."""
+    yield _goal("telegrams of a brick in process, median of three kinds", _telegrams_hz(), "1/s", TELEGRAMS_GOAL)
+    yield _goal("passes with three regulated motors / real time", _passes_ratio(), "x", PASSES_GOAL)
+    megabytes = _brick_mb()
+    goal = f"<= {MEMORY_GOAL_MB}"
+    yield Figure("memory of a brick that runs a program", megabytes, "MB", goal, megabytes <= MEMORY_GOAL_MB)
+    ratios = {name: _program_ratio(content) for name, content in programs().items()}
+    for name, ratio in ratios.items():
+        yield Figure(f"program that {name} / real time", ratio, "x")
+    yield _goal("programs / real time, median", statistics.median(ratios.values()), "x", PROGRAMS_GOAL)
+    yield _goal("programs / real time, slowest", min(ratios.values()), "x", PROGRAMS_GOAL)
+
+
+def programs() -> Mapping[str, bytes]:
+    """Return endless programs by what they do."""
+    return {
+        "counts": _loop(lambda count, one, *_: [instruction(_ADD, count, count, one)]),
+        "waits": _loop(
+            lambda count, one, limit, *_: [instruction(_ADD, count, count, one), instruction(_WAIT, _NONE, limit)]
+        ),
+        "polls a sensor": _loop(lambda count, _, limit, port, *__: _poll(_GET_INPUT, _SCALED, count, port, limit)),
+        "polls a motor": _loop(lambda count, _, limit, port, *__: _poll(_GET_OUTPUT, _ROTATION, count, port, limit)),
+        "polls the time": _loop(
+            lambda count, _, limit, *__: [
+                instruction(_TICK, count),
+                instruction(_BRANCH_IF, -2, limit, count, flags=_LESS),
+            ]
+        ),
+        "calculates with floats": _loop(
+            lambda *numbers: [
+                instruction(_MUL, numbers[5], numbers[5], numbers[6]),
+                instruction(_ADD, numbers[5], numbers[5], numbers[6]),
+            ]
+        ),
+        "fills an array": _loop(_fill),
+        "joins texts": _loop(lambda count, _, __, ___, text, *____: _join(count, text)),
+        "sets motors": _loop(lambda count, _, __, port, *___: [instruction(_SET_OUTPUT, port, _POWER, count)]),
+    }
+
+
+def _loop(body: Callable[..., list[Words]]) -> bytes:
+    """Return a program that repeats instructions on: count, 1, limit, port 0, text, two floats, array."""
+    variables = Variables()
+    numbers = [variables.number(value) for value in (0, 1, 3, 0)]
+    text = variables.text(b"text\0")
+    floats = [variables.number(value, Type.FLOAT) for value in (1.0, 0.5)]
+    lines = body(*numbers, text, *floats, variables.array([0] * 50, Type.SLONG))
+    return assemble(variables, [*lines, instruction(_JUMP, -sum(map(len, lines)))])
+
+
+def _poll(opcode: int, field: int, count: int, port: int, limit: int) -> list[Words]:
+    return [instruction(opcode, count, port, field), instruction(_BRANCH_IF, -4, limit, count, flags=_LESS)]
+
+
+def _fill(count: int, one: int, limit: int, _: int, __: int, ___: int, ____: int, array: int) -> list[Words]:
+    return [
+        instruction(_REPLACE, array, array, limit, count),
+        instruction(_INDEX, count, array, limit),
+        instruction(_ADD, count, count, one),
+    ]
+
+
+def _join(count: int, text: int) -> list[Words]:
+    return [instruction(_TO_TEXT, text, count), instruction(_JOIN, text, text, text)]
+
+
+def _brick(program: bytes | None = None) -> SimBrick:
+    """Return a brick with motors and a sensor, which runs a program."""
+    brick = SimBrick()
+    for port in "ABC":
+        brick.attach_motor(port, BenchMotor())
+    brick.attach_sensor(1, AnalogInput(lambda: 512))
+    if program is not None:
+        handle = brick.loader.create("bench.rxe", len(program)).handle
+        brick.loader.write(handle, program)
+        brick.loader.close(handle)
+        brick.receive(StartProgram("bench.rxe").encode())
+        brick.tick(_START_MS)
+    return brick
+
+
+def _cpu_s(action: Callable[[], object]) -> float:
+    """Return the shortest CPU time of several; the others were disturbed."""
+    times = []
+    for _ in range(REPEATS):
+        begun = time.process_time()
+        action()
+        times.append(time.process_time() - begun)
+    return min(times)
+
+
+def _telegrams_hz() -> float:
+    brick = _brick()
+    rates = []
+    for telegram in (GetBatteryLevel(), GetOutputState(OutputPort.A), GetInputValues(InputPort.IN_1)):
+        request = telegram.encode()
+        rates.append(TELEGRAMS / _cpu_s(lambda: [brick.receive(request) for _ in range(TELEGRAMS)]))  # noqa: B023 - called at once
+    return statistics.median(rates)
+
+
+def _passes_ratio() -> float:
+    brick = _brick()
+    mode = OutputMode.MOTOR_ON | OutputMode.REGULATED
+    brick.receive(SetOutputState(OutputPort.ALL, 75, mode, RegulationMode.SPEED, 0, RunState.RUNNING, 0).encode())
+    return PASSES / _PASSES_PER_S / _cpu_s(lambda: brick.tick(PASSES))
+
+
+def _brick_mb() -> float:
+    content = programs()["counts"]
+    _brick(content)
+    tracemalloc.start()
+    bricks = [_brick(content) for _ in range(BRICKS)]
+    used = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    return used / len(bricks) / 1e6
+
+
+def _program_ratio(content: bytes) -> float:
+    brick = _brick(content)
+    if not brick.command.active:
+        raise RuntimeError("a program of the benchmark does not run")
+    return PROGRAM_MS / 1000 / _cpu_s(lambda: brick.tick(PROGRAM_MS))
+
+
+def _goal(name: str, value: float, unit: str, goal: float) -> Figure:
+    return Figure(name, value, unit, f">= {goal:g}", value >= goal)
