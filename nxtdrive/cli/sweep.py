@@ -95,8 +95,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the sweep, or draw a map; returns the exit code."""
     from nxtdrive.tools.sweep.policies import ALL_NAMES, NAMES
     from nxtdrive.tools.sweep.runner import plan
-    from sim_backend.scenarios.classes import ALL_CLASSES, CLASSES
-    from sim_backend.scenarios.realities import REALITIES
+    from sim_backend.scenarios.classes import ALL_CLASSES, CLASSES, REALITY_CLASSES
 
     if args.map:
         return _draw_map(args)
@@ -107,7 +106,7 @@ def run(args: argparse.Namespace) -> int:
     seeds, policies = SUITES[args.suite]
     first, last = args.seeds or seeds
     tasks = plan(
-        _known("class", args.classes or list(REALITIES if args.suite == "reality" else CLASSES), ALL_CLASSES),
+        _known("class", args.classes or list(REALITY_CLASSES if args.suite == "reality" else CLASSES), ALL_CLASSES),
         range(first, last + 1),
         _known("profile", args.profiles or policies or NAMES, ALL_NAMES),
         args.eyes,

@@ -9,10 +9,14 @@ Source of the classes and their ranges: docs/evaluation.md.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from copy import deepcopy
+from dataclasses import replace
 from random import Random
 
 from .changes import CHANGES
-from .extras import Draw, Extras
+from .effects import EFFECTS, PLAIN, draw_plain
+from .extras import NO_EXTRAS, Draw, Extras
 from .handicaps import HANDICAPS
 from .realities import REALITIES
 from .room_builder import RoomBuilder
@@ -46,8 +50,9 @@ CLASSES: dict[str, Draw] = {
 }
 """A function per class that draws a room from a random generator; see docs/evaluation.md."""
 
-ALL_CLASSES = CLASSES | REALITIES
-"""With the classes that switch on one effect of reality each; see docs/reality.md."""
+REALITY_CLASSES = (*REALITIES, *EFFECTS)
+"""The classes of the suite `reality`, which come closer to real robots; see docs/reality.md."""
+ALL_CLASSES = (*CLASSES, *REALITY_CLASSES)
 
 
 def draw_room(kind: str, seed: int) -> tuple[RoomBuilder, Extras]:
@@ -57,9 +62,25 @@ def draw_room(kind: str, seed: int) -> tuple[RoomBuilder, Extras]:
         KeyError: There is no such class.
         RuntimeError: No sound room was found: the class's ranges are wrong.
     """
-    random = Random(f"{kind}-{seed}")
+    random, name = Random(f"{kind}-{seed}"), f"{kind}-{seed}"
+    if kind not in EFFECTS:
+        draw = CLASSES.get(kind) or REALITIES[kind]
+        return _sound(lambda: draw(random), name)
+    # the same room for all effects
+    plain = Random(f"{PLAIN}-{seed}")
+    room, _ = _sound(lambda: (draw_plain(plain), NO_EXTRAS), name)
+
+    def switched_on() -> tuple[RoomBuilder, Extras]:
+        builder = replace(deepcopy(room), random=random)
+        return builder, EFFECTS[kind](builder)
+
+    return _sound(switched_on, name)
+
+
+def _sound(draw: Callable[[], tuple[RoomBuilder, Extras]], name: str) -> tuple[RoomBuilder, Extras]:
+    """Draw until the mission can be solved."""
     for _ in range(TRIES):
-        builder, extras = ALL_CLASSES[kind](random)
+        builder, extras = draw()
         if builder.sound():
             return builder, extras
-    raise RuntimeError(f"no sound room for {kind}-{seed} in {TRIES} tries")
+    raise RuntimeError(f"no sound room for {name} in {TRIES} tries")

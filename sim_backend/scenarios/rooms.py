@@ -36,8 +36,14 @@ def _far(random: Random) -> tuple[RoomBuilder, Extras]:
 
 def _clutter(random: Random) -> tuple[RoomBuilder, Extras]:
     builder = furnished(random, 2800.0, 3800.0)
-    for i in range(random.randint(4, 8)):
-        low = random.random() < 0.3
+    add_boxes(builder, random.randint(4, 8))
+    return builder, NO_EXTRAS
+
+
+def add_boxes(builder: RoomBuilder, number: int) -> None:
+    """Add boxes anywhere in the room, some of them lower than the camera."""
+    for i in range(number):
+        low = builder.random.random() < 0.3
         builder.boxes.append(
             {
                 "name": f"box{i}",
@@ -47,7 +53,6 @@ def _clutter(random: Random) -> tuple[RoomBuilder, Extras]:
                 "facing_deg": builder.between(0, 90),
             }
         )
-    return builder, NO_EXTRAS
 
 
 def _absent(random: Random) -> tuple[RoomBuilder, Extras]:
