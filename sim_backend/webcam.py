@@ -154,8 +154,10 @@ class Webcam:
     def _expose(self, index: int) -> None:
         world = self._world
         viewpoint, now_ms = world.viewpoint(), self._now_ms()
-        light = world.surroundings.brightness((viewpoint.x_mm, viewpoint.y_mm), now_ms)
-        brightness = self._metering.brightness(light, now_ms / 1000.0)
+        brightness = world.file.light.exposure
+        if self._adapts:
+            light = world.surroundings.brightness((viewpoint.x_mm, viewpoint.y_mm), now_ms)
+            brightness = self._metering.brightness(light, now_ms / 1000.0)
         turn_rate_deg_s = world.robot.turn_rate_deg_s
         self._exposures.append(Exposure(index, world.panels(), viewpoint, turn_rate_deg_s, brightness))
 

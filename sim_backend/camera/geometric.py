@@ -201,8 +201,8 @@ class GeometricSensor:
         if not panel.shows_front_to(viewpoint.x_mm, viewpoint.y_mm):
             return None
         (right0, depth0), (right1, depth1) = (in_level_frame(*foot, viewpoint) for foot in panel.feet_mm)
-        corners = [in_camera_frame(*corner, viewpoint) for corner in _corners(panel)]
-        if min(depth0, depth1, *(corner[2] for corner in corners)) < NEAR_MM:
+        depths = () if viewpoint.level else (in_camera_frame(*corner, viewpoint)[2] for corner in _corners(panel))
+        if min(depth0, depth1, *depths) < NEAR_MM:
             return None
         points = _grid(panel)
         free = self._in_frame(points, viewpoint) & ~_covered(points, panel, panels, viewpoint)

@@ -10,10 +10,13 @@ from collections.abc import Callable
 from random import Random
 from typing import Any
 
+from sim_backend.world.placement import misplaced
+
 from .extras import NO_EXTRAS, Extras
 from .room_builder import FREE_START_MM, ROBOT_RADIUS_MM, RoomBuilder
 from .rooms import add_boxes, furnished
 
+PLAIN = "plain"
 BUMPER_PORT, SONAR_PORT = 1, 4
 
 Effect = Callable[[RoomBuilder], Extras]
@@ -21,10 +24,12 @@ Effect = Callable[[RoomBuilder], Extras]
 
 
 def draw_plain(random: Random) -> RoomBuilder:
-    """Draw the room of a seed: both targets near its walls and a few boxes."""
-    builder = furnished(random, 2600.0, 3600.0)
-    add_boxes(builder, random.randint(2, 4))
-    return builder
+    """Draw a room with both targets near its walls and a few boxes, none of them around a target."""
+    while True:
+        builder = furnished(random, 2600.0, 3600.0)
+        add_boxes(builder, random.randint(2, 4))
+        if not any(misplaced(builder.world(PLAIN))):
+            return builder
 
 
 def _plain(_builder: RoomBuilder) -> Extras:
@@ -158,7 +163,6 @@ def _fails(port: int, *faults: str) -> Effect:
     return switch_on
 
 
-PLAIN = "plain"
 EFFECTS: dict[str, Effect] = {
     PLAIN: _plain,
     "mounted": _camera(right_mm=(-30, 30), yaw_deg=(-5, 5), tilt_deg=(-6, 6), roll_deg=(-5, 5)),

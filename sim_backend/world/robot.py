@@ -181,7 +181,9 @@ class RobotBody:
         if self._carpets and (ground := self._ground_here()) is not self._ground:
             self._enter(ground)
         before = self._angles
-        self._angles = self._geared(self.left, before[0]), self._geared(self.right, before[1])
+        self._angles = (self.left.angle, self.right.angle)
+        if self._robot.backlash_deg:
+            self._angles = self._geared(self.left, before[0]), self._geared(self.right, before[1])
         left = self._wheel_speed(self.left, before[0], self._angles[0], duration_s) * self._held[0]
         right = self._wheel_speed(self.right, before[1], self._angles[1], duration_s) * self._held[1]
         if self.lifted:

@@ -1,0 +1,68 @@
+"""Print what each effect of reality does to each profile, as the table of docs/reality.md.
+
+::
+
+    nxtdrive sweep --suite reality --seeds 21000-21019 --profiles thesis,adaptive --out reality.jsonl --resume
+    python -m tools.dev.reality_table reality.jsonl
+
+An effect's cost is the difference to the same missions without it, in the class `plain`; classes with rooms of their
+own have none.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from nxtdrive.cli.output import write_line
+from sim_backend.scenarios.classes import REALITY_CLASSES
+from sim_backend.scenarios.effects import EFFECTS, PLAIN
+
+from ..sweep.performance import Line
+from ..sweep.result_file import read_lines
+from ..sweep.summary import Estimate, by, difference, figures
+
+
+def rows(lines: Sequence[Line]) -> Iterator[str]:
+    """Yield the lines of the Markdown table, one for each class with missions."""
+    policies = by(lines, "policy")
+    yield "| class | seeds | " + " | ".join(f"{policy} | wrong stops, contacts" for policy in policies) + " |"
+    yield "|---|---|" + "---|---|" * len(policies)
+    plain = {policy: by(done, "class").get(PLAIN, []) for policy, done in policies.items()}
+    for kind, done in by(lines, "class").items():
+        cells = [_cells(kind, by(done, "policy").get(policy, []), plain[policy]) for policy in policies]
+        seeds = len({line["seed"] for line in done})
+        yield f"| `{kind}` | {seeds} | " + " | ".join(cells) + " |"
+
+
+def _cells(kind: str, lines: Sequence[Line], plain: Sequence[Line]) -> str:
+    """Return success with its cost, and the mishaps a mission, of one policy in one class."""
+    if not lines:
+        return " | "
+    found = figures(lines)
+    success = f"{found['success'].mean:.2f} {_interval(found['success'])}"
+    if kind in EFFECTS and kind != PLAIN:
+        cost = difference([{**line, "class": PLAIN} for line in lines], plain)
+        success = f"{found['success'].mean:.2f}, {cost.mean:+.2f} {_interval(cost, '+')}"
+    wrong = sum(target["wrong_stops"] for line in lines for target in line["targets"]) / len(lines)
+    return f"{success} | {wrong:.1f}, {found['contacts'].mean:.1f}"
+
+
+def _interval(estimate: Estimate, sign: str = "") -> str:
+    return f"[{estimate.low:{sign}.2f}, {estimate.high:{sign}.2f}]"
+
+
+def main(path: Path) -> None:
+    """Print the table of a sweep's file."""
+    order = {kind: place for place, kind in enumerate(REALITY_CLASSES)}
+    lines = sorted(
+        (line for line in read_lines(path) if line["class"] in order),
+        key=lambda line: (order[line["class"]] if line["class"] != PLAIN else -1, line["seed"]),
+    )
+    for row in rows(lines):
+        write_line(row)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
