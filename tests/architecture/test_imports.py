@@ -26,7 +26,8 @@ LIBRARIES = {
     "nxtdrive": DRIVER | {"PIL", "mcap", "pytest"},
     "tools": DRIVER
     | {"anyio", "distributed", "matplotlib", "pygame", "segno", "starlette", "textual", "tomlkit", "uvicorn"}
-    | {"PIL", "selenium"},  # tools/dev: pictures of the page
+    | {"PIL", "selenium"}  # tools/dev: pictures of the page
+    | {"skimage"},  # tools/dev: photographs to look for
 }
 """Package -> what it may import besides the standard library and the other packages."""
 

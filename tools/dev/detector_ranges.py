@@ -43,6 +43,7 @@ SAME_BEARING_DEG = 5.0
 SAME_DISTANCE = 1.5
 """A detection within these errors, in degrees and as a ratio, counts as the target."""
 
+WEBCAM = LensEffects(jpeg_quality=80)
 FLOORS = ("floor", "carpet")
 
 
@@ -79,17 +80,22 @@ class Rooms:
         size: Width and height of the frames.
         hfov_deg: Horizontal view.
         seed: The same seed gives the same rooms.
+        lens: The webcam's imperfections.
     """
 
-    def __init__(self, size: tuple[int, int], hfov_deg: float, seed: int) -> None:
+    def __init__(self, size: tuple[int, int], hfov_deg: float, seed: int, lens: LensEffects = WEBCAM) -> None:
         self._rng = random.Random(seed)  # noqa: S311 - a repeatable draw
         self.pinhole = Pinhole.from_hfov(size[0], hfov_deg)
         textures = TextureLibrary(seed)
-        lens = LensEffects(jpeg_quality=80)
         self._cameras = [SimCamera(size, hfov_deg, seed=seed, lens=lens, textures=textures, floor=f) for f in FLOORS]
 
     def view(
-        self, texture: str | None, others: Sequence[str], distance_mm: float = 0.0, slant_deg: float = 0.0
+        self,
+        texture: str | None,
+        others: Sequence[str],
+        distance_mm: float = 0.0,
+        slant_deg: float = 0.0,
+        width_mm: float = A4_WIDTH_MM,
     ) -> View:
         """Render a room with the sheet `texture` at `distance_mm` from the lens, turned by `slant_deg` to either side.
 
@@ -102,7 +108,8 @@ class Rooms:
         if texture is not None:
             x, y = _ahead(lens, distance_mm, bearing_deg)
             facing = lens.heading_deg + 180 + rng.choice((-slant_deg, slant_deg))
-            panels.append(picture_panel(texture, x, y, facing, bottom_mm=LENS_HEIGHT_MM - A4_HEIGHT_MM / 2))
+            bottom_mm = LENS_HEIGHT_MM - A4_HEIGHT_MM / 2
+            panels.append(picture_panel(texture, x, y, facing, width_mm=width_mm, bottom_mm=bottom_mm))
         return View(rng.choice(self._cameras).frame(panels, lens), bearing_deg, distance_mm)
 
     def _walls(self, clear_mm: float) -> Iterable[Panel]:

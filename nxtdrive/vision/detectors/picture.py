@@ -9,8 +9,9 @@ import cv2
 
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.detection import Detection, Image
-from nxtdrive.vision.detectors.correlation import CorrelationMatcher, distinct, pyramid
+from nxtdrive.vision.detectors.correlation import CorrelationMatcher, distinct
 from nxtdrive.vision.detectors.features import FeatureMatcher, keypoints
+from nxtdrive.vision.detectors.frame_pyramid import pyramid
 from nxtdrive.vision.detectors.spec import DetectorSpec
 from nxtdrive.vision.sources import read_image
 
@@ -26,7 +27,7 @@ class PictureDetector:
     Args:
         pictures: BGR photographs of the same target, each cropped to the target, seen from the front.
         use_features: Try features, too; without them detection takes a third less time and misses pictures that are
-            tilted or partly covered.
+            turned by more than 20 degrees or partly covered.
 
     Raises:
         ConfigError: There is no picture, or one is too small or without contrast.
@@ -42,8 +43,8 @@ class PictureDetector:
 
     def detect(self, image: Image) -> list[Detection]:
         """Return all places where the picture is found, best first."""
-        levels = pyramid(image)
-        found = [detection for matcher in self._correlation for detection in matcher.match(image, levels)]
+        frame = pyramid(image)
+        found = [detection for matcher in self._correlation for detection in matcher.match(frame)]
         if not found and self._features:
             seen = keypoints(image)
             found = [detection for matcher in self._features for detection in matcher.match(image, seen)]

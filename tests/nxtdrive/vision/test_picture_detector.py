@@ -69,10 +69,57 @@ def detector_without_features(picture):
     return PictureDetector([picture], use_features=False)
 
 
+@pytest.mark.parametrize("roll_deg", [-15, -10, -5, 5, 10, 15])
+@pytest.mark.parametrize("distance_mm", [500, 1500, 3000])
+def test_a_rolled_camera_sees_it_as_far_as_a_level_one(detector, scene, roll_deg, distance_mm):
+    bearing_deg, depth_mm = locate(detector, scene.render(distance_mm, 3, roll_deg=roll_deg))
+    assert bearing_deg == pytest.approx(3, abs=0.5)
+    assert depth_mm == pytest.approx(distance_mm, rel=0.05)
+
+
+GAINS = {
+    "a third of the light": (0.33, 0.33, 0.33),
+    "lamp light": (0.5, 0.9, 1.3),
+    "shade": (1.35, 1.0, 0.6),
+    "three times the light": (3.0, 3.0, 3.0),
+}
+
+
+@pytest.mark.parametrize("light", sorted(GAINS))
+@pytest.mark.parametrize("distance_mm", [600, 1500, 2500])
+def test_it_bears_exposure_and_white_balance(detector, scene, light, distance_mm):
+    frame = scene.render(distance_mm, 2).astype(np.float32) * np.array(GAINS[light], np.float32)
+    bearing_deg, depth_mm = locate(detector, frame.clip(0, 255).astype(np.uint8))
+    assert bearing_deg == pytest.approx(2, abs=0.5)
+    assert depth_mm == pytest.approx(distance_mm, rel=0.06)
+
+
+@pytest.mark.parametrize("place", [(-0.2, -0.2), (0.0, 0.0), (0.2, 0.25)])
+@pytest.mark.parametrize("distance_mm", [700, 1400, 2200])
+def test_it_bears_glare_on_a_fifth_of_the_print(detector, scene, place, distance_mm):
+    frame = scene.render(distance_mm)
+    height = PINHOLE.focal_px * 297 / distance_mm
+    width = height * scene.picture.shape[1] / scene.picture.shape[0]
+    centre = round(160 + place[0] * width), round(120 + place[1] * height)
+    radius = (0.2 * width * height / math.pi) ** 0.5
+    cv2.circle(frame, centre, round(radius), (255, 255, 255), -1, cv2.LINE_AA)
+    bearing_deg, depth_mm = locate(detector, cv2.GaussianBlur(frame, (0, 0), 0.7))
+    assert bearing_deg == pytest.approx(0, abs=0.7)
+    assert depth_mm == pytest.approx(distance_mm, rel=0.08)
+
+
+@pytest.mark.slow
+def test_it_finds_nothing_in_other_pictures_in_any_light(detector, distractors):
+    for gain in sorted(GAINS.values()):
+        for name, image in distractors.items():
+            lit = (image.astype(np.float32) * np.array(gain, np.float32)).clip(0, 255).astype(np.uint8)
+            assert detector.detect(lit) == [], (name, gain)
+
+
 def test_without_features_it_needs_the_whole_picture_upright(astronaut, scene):
     detector = detector_without_features(astronaut)
     assert detector.detect(scene.render(700))
-    assert not detector.detect(scene.render(700, roll_deg=20))
+    assert not detector.detect(scene.render(700, roll_deg=45))
 
 
 @pytest.mark.parametrize("change", ["dark", "bright", "blue cast", "soft"])

@@ -1,0 +1,159 @@
+"""Aligns a picture with places in a frame: many proposals at once, by inverse compositional Gauss-Newton steps.
+
+A proposal is off by some pixels, a tenth in size and some degrees of roll. A few steps towards the best normalised
+correlation find its centre, width, height, roll and shear to a fraction of a pixel. The derivatives belong to the
+picture, so they are computed once. Source: Baker and Matthews 2004, "Lucas-Kanade 20 years on", section 3.2, and
+Evangelidis and Psarakis 2008 for the normalised correlation as the criterion.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Poses = NDArray[np.float64]
+"""(N, 2, 3): the affine map of each place, from the picture (x and y from -0.5 to 0.5) to the frame, in pixels."""
+
+ROBUST_SD = 2.0
+"""Differences beyond this many standard deviations pull no stronger: glare covers part of the picture."""
+
+LEAST_LIT = 0.6
+"""Least share of a place that must be free of glare."""
+
+BLUR_PX = 0.6
+"""Standard deviation of the blur of the template: a lens blurs the frame, and steps reach farther on soft edges."""
+
+STEP_LIMIT = 0.25
+"""A step moves, stretches or turns by at most this share of the picture."""
+
+
+@dataclass(frozen=True, slots=True)
+class Canvas:
+    """Gray images below each other, so that one call samples from all of them.
+
+    Attributes:
+        gray: The images, each with a border that repeats its rim.
+        lit: 1 where `gray` is to be compared, 0 in glare; None where there is no glare.
+        origins: (levels, 2): where the corner of each image lies, in pixels of `gray`.
+        scales: Size of the frame divided by the size of each image.
+    """
+
+    gray: NDArray[np.float32]
+    lit: NDArray[np.float32] | None
+    origins: NDArray[np.float64]
+    scales: NDArray[np.float64]
+
+    def sample(
+        self, points: NDArray[np.float64], levels: NDArray[np.intp]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
+        """Return the gray values (N, M) and their `lit` at `points` (N, 2, M) of the frame, each row on its level."""
+        places = (points / self.scales[levels][:, None, None] + (self.origins[levels] - 0.5)[:, :, None]).astype(
+            np.float32
+        )
+        x, y = places[:, 0], places[:, 1]
+        gray = cv2.remap(self.gray, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        lit = None if self.lit is None else cv2.remap(self.lit, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(gray, np.float32), None if lit is None else np.asarray(lit, np.float32)
+
+
+def canvas_of(levels: Sequence[tuple[cv2.typing.MatLike, cv2.typing.MatLike | None, float]], border: int = 8) -> Canvas:
+    """Put gray images below each other, given with their `lit` and their scales."""
+    width = max(gray.shape[1] for gray, _, _ in levels) + 2 * border
+
+    def stacked(images: Iterable[cv2.typing.MatLike]) -> NDArray[np.float32]:
+        edges = ((border, border, border, width - image.shape[1] - border) for image in images)
+        rows = [cv2.copyMakeBorder(i, *e, cv2.BORDER_REPLICATE) for i, e in zip(images, edges, strict=True)]
+        return np.vstack(rows).astype(np.float32)
+
+    heights = [gray.shape[0] + 2 * border for gray, _, _ in levels]
+    origins = np.array([(border, sum(heights[:number]) + border) for number in range(len(levels))], np.float64)
+    lit = [each for _, each, _ in levels if each is not None]
+    scales = np.array([scale for _, _, scale in levels])
+    return Canvas(stacked([gray for gray, _, _ in levels]), stacked(lit) if lit else None, origins, scales)
+
+
+def grid(width: int, height: int) -> NDArray[np.float64]:
+    """Return (3, width * height): x, y and 1 of the centres of a picture's pixels."""
+    x, y = np.meshgrid((np.arange(width) + 0.5) / width - 0.5, (np.arange(height) + 0.5) / height - 0.5)
+    return np.stack([x.ravel(), y.ravel(), np.ones(width * height)])
+
+
+class Aligner:
+    """Aligns one gray template.
+
+    Args:
+        gray: The template; its size sets the resolution of the comparison.
+    """
+
+    def __init__(self, gray: cv2.typing.MatLike) -> None:
+        height, width = gray.shape
+        gray = np.asarray(cv2.GaussianBlur(gray, (0, 0), BLUR_PX), np.float32)
+        self._grid = grid(width, height)
+        self._template = _unit(gray.reshape(1, -1).astype(np.float32))[0]
+        scaled = self._template.reshape(gray.shape).astype(np.float64)
+        down, across = np.gradient(scaled)
+        moves = np.concatenate([across.ravel() * width * self._grid, down.ravel() * height * self._grid]).T
+        moves -= moves.mean(axis=0)
+        moves -= np.outer(self._template, self._template @ moves)
+        # Directions in which the picture looks the same have no derivative; the ridge keeps them still.
+        normal = moves.T @ moves
+        ridge = 1e-3 * np.trace(normal) / len(normal) * np.eye(len(normal))
+        self._solver = np.linalg.solve(normal + ridge, moves.T)
+
+    def align(
+        self, canvas: Canvas, poses: Poses, levels: NDArray[np.intp], steps: int
+    ) -> tuple[Poses, NDArray[np.float64]]:
+        """Return the poses after some steps, and the normalised correlation of each.
+
+        Args:
+            canvas: The frame.
+            poses: Where to begin.
+            levels: On which level of the canvas each is compared.
+            steps: Number of steps.
+        """
+        best, best_scores = poses, np.full(len(poses), -1.0)
+        steps = steps if len(poses) else -1
+        for step in range(steps + 1):
+            difference, scores = self._compared(*canvas.sample(poses @ self._grid, levels))
+            better = scores > best_scores
+            best_scores = np.where(better, scores, best_scores)
+            best = np.where(better[:, None, None], poses, best)
+            if step < steps:
+                poses = self._moved(poses, difference)
+        return best, best_scores
+
+    def _compared(
+        self, seen: NDArray[np.float32], lit: NDArray[np.float32] | None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the differences (N, M) of samples from the template, and the correlation of each row."""
+        if lit is None:
+            seen = _unit(seen)
+            scores = seen @ self._template
+            return seen / np.maximum(scores, 0.2)[:, None] - self._template, scores
+        share = np.maximum(lit.mean(axis=1, keepdims=True), 1e-6)
+        centred = (seen - (seen * lit).mean(axis=1, keepdims=True) / share) * lit
+        template = (self._template - (self._template * lit).mean(axis=1, keepdims=True) / share) * lit
+        norms = np.maximum(np.linalg.norm(centred, axis=1), np.sqrt(lit.shape[1]))
+        lengths = np.maximum(np.linalg.norm(template, axis=1), 1e-6)
+        scores = (centred * template).sum(axis=1) / norms / lengths
+        difference = centred * (lengths / norms / np.maximum(scores, 0.2))[:, None] - template
+        return difference, np.where(share[:, 0] >= LEAST_LIT, scores, 0.0)
+
+    def _moved(self, poses: Poses, difference: NDArray[np.float64]) -> Poses:
+        limit = ROBUST_SD * 1.5 * np.median(np.abs(difference), axis=1, keepdims=True)
+        change = np.clip(np.clip(difference, -limit, limit) @ self._solver.T, -STEP_LIMIT, STEP_LIMIT)
+        steps = np.tile(np.eye(3), (len(poses), 1, 1))
+        steps[:, :2] += change.reshape(-1, 2, 3)
+        return np.asarray(poses @ np.linalg.inv(steps))
+
+
+def _unit(rows: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return rows of mean 0 and norm 1; flat rows stay near 0."""
+    centred = rows - rows.mean(axis=1, keepdims=True)
+    norms = np.sqrt((centred * centred).sum(axis=1, keepdims=True))
+    return np.asarray(centred / np.maximum(norms, np.float32(math.sqrt(rows.shape[1]))), np.float32)

@@ -1,0 +1,170 @@
+"""Makes the pyramid of a frame that correlation works on: gray levels without glare, and the colours.
+
+Glare is white and hides what it lies on. Where a frame has little white, that is replaced by the mean of its
+surroundings, so that it tells correlation nothing, and marked, so that comparisons leave it out. A frame with much
+white is overexposed; there the picture is cut at white instead.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from nxtdrive.vision.detection import Image
+from nxtdrive.vision.detectors.alignment import Canvas, Poses, canvas_of
+from nxtdrive.vision.detectors.resemblance import CUT, WHITE
+
+WORK_WIDTH = 320
+"""Proposals are made on a copy of the frame at most this wide."""
+
+LEAST_SIDE = 14
+"""The coarsest level is at least this wide and high, in pixels."""
+
+STEPS = (2, 1, 1, 1, 1)
+"""Places are proposed at every second pixel of the finest level only: the alignment finds the one between them."""
+
+GLARE_SPREAD_PX = 12.0
+"""Glare is replaced by the mean of what lies within about this distance, on the finest level."""
+
+NEXT_TO, LARGE_GLARE, RIM = (np.ones((side, side), np.uint8) for side in (3, 9, 17))
+BRIGHT = 150
+"""Around white of the size `LARGE_GLARE`, in pixels of the finest level, glare goes on where all channels are above
+this value."""
+
+OVEREXPOSED = 0.2
+"""From this share of white pixels on, the picture is compared as an overexposed frame shows it."""
+
+COLORED = 0.03
+"""So large a share of a frame may have a channel cut by things of strong colours."""
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """One level of the pyramid.
+
+    Attributes:
+        gray: The gray frame.
+        spectrum: Its Fourier transform.
+        sums: Integral image.
+        squares: Integral image of the squares.
+        scale: Size of the frame divided by the size of this level.
+        step: Distance in pixels between the places that are proposed.
+    """
+
+    gray: NDArray[np.float32]
+    spectrum: NDArray[np.float32]
+    sums: NDArray[np.float64]
+    squares: NDArray[np.float64]
+    scale: float
+    step: int
+
+
+@dataclass(frozen=True, slots=True)
+class Pyramid:
+    """What all matchers need of a frame.
+
+    Attributes:
+        levels: Gray, the finest first, at most `WORK_WIDTH` wide.
+        canvas: The same levels for the alignment.
+        colors: The frame in colour and its smaller copies, with their scales, the finest first.
+        lit: 1 where the finest level is free of glare, else 0; None without glare.
+        overexposed: Whether much of the frame is white.
+    """
+
+    levels: list[Level]
+    canvas: Canvas
+    colors: list[tuple[Image, float]]
+    lit: NDArray[np.float32] | None
+    overexposed: bool
+
+
+def pyramid(image: Image) -> Pyramid:
+    """Return the levels of a BGR frame."""
+    scale = max(1.0, image.shape[1] / WORK_WIDTH)
+    colors = [(image, 1.0)]
+    work = image
+    if scale > 1:
+        size = (round(image.shape[1] / scale), max(1, round(image.shape[0] / scale)))
+        work = _u8(cv2.resize(image, size, interpolation=cv2.INTER_AREA))
+        colors.append((work, scale))
+    overexposed, glare = _glare(work)
+    gray = cv2.cvtColor(work if glare is None else _filled(work, glare), cv2.COLOR_BGR2GRAY)
+    lit: list[NDArray[np.float32] | None] = [None if glare is None else (1 - glare).astype(np.float32)]
+    levels = [_level(gray, scale, STEPS[0])]
+    while len(levels) < len(STEPS) and min(gray.shape) >= 2 * LEAST_SIDE:
+        size = gray.shape[1] // 2, gray.shape[0] // 2
+        gray = cv2.resize(gray, size, interpolation=cv2.INTER_AREA)
+        last = lit[-1]
+        smaller = None if last is None else cv2.resize(last, size, interpolation=cv2.INTER_AREA)
+        lit.append(None if smaller is None else smaller.astype(np.float32))
+        work = _u8(cv2.resize(work, size, interpolation=cv2.INTER_AREA))
+        colors.append((work, scale * 2 ** len(levels)))
+        levels.append(_level(gray, colors[-1][1], STEPS[len(levels)]))
+    canvas = canvas_of([(level.gray, each, level.scale) for level, each in zip(levels, lit, strict=True)])
+    return Pyramid(levels, canvas, colors, lit[0], overexposed)
+
+
+def _glare(image: Image) -> tuple[bool, cv2.typing.MatLike | None]:
+    """Return whether a frame is overexposed, and otherwise where it shows glare: white, and its bright rim.
+
+    Glare is white in all channels; where single channels are cut much more often, it is the exposure.
+    """
+    blue, green, red = cv2.split(image)
+    least, most = cv2.min(cv2.min(blue, green), red), cv2.max(cv2.max(blue, green), red)
+    white = (least > WHITE).astype(np.uint8)
+    share, cut = float(white.mean()), float((most > CUT).mean())
+    if share == 0 or share > OVEREXPOSED or cut > 2 * share + COLORED:
+        return share > OVEREXPOSED, None
+    bright = (least > BRIGHT).astype(np.uint8)
+    rim = cv2.bitwise_and(cv2.dilate(cv2.erode(white, LARGE_GLARE), RIM), bright)
+    return False, cv2.bitwise_or(rim, cv2.dilate(white, NEXT_TO))
+
+
+def _filled(image: Image, glare: cv2.typing.MatLike) -> Image:
+    """Return the image with glare replaced by the mean of what surrounds it."""
+    lit = np.asarray(1 - glare, np.float32)
+    around = cv2.GaussianBlur(image * lit[:, :, None], (0, 0), GLARE_SPREAD_PX)
+    weight = cv2.GaussianBlur(lit, (0, 0), GLARE_SPREAD_PX)
+    mean = np.array(cv2.mean(image)[:3], np.float32)
+    fill = (around + 1e-3 * mean) / (weight[:, :, None] + 1e-3)
+    return np.where(glare[:, :, None] > 0, fill, image).clip(0, 255).astype(np.uint8)
+
+
+def _level(gray: cv2.typing.MatLike, scale: float, step: int) -> Level:
+    sums, squares = cv2.integral2(gray, sdepth=cv2.CV_64F, sqdepth=cv2.CV_64F)
+    wide = gray.astype(np.float32)
+    return Level(wide, spectrum(wide, wide.shape), sums.astype(np.float64), squares.astype(np.float64), scale, step)
+
+
+def spectrum(gray: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """Return the Fourier transform of an image, padded with zeros to a shape, as `cv2.dft` packs it."""
+    down, right = shape[0] - gray.shape[0], shape[1] - gray.shape[1]
+    padded = cv2.copyMakeBorder(gray, 0, down, 0, right, cv2.BORDER_CONSTANT, value=0.0) if down or right else gray
+    return np.asarray(cv2.dft(padded), np.float32)
+
+
+def straightened(
+    frame: Pyramid, pose: Poses, width: int, height: int
+) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
+    """Return what the frame shows at a pose, at a size: the colours, and which of them are free of glare."""
+    tall = float(np.hypot(*pose[:, 1]))
+    fine = [number for number, (_, scale) in enumerate(frame.colors) if tall / scale >= height - 0.5]
+    image, scale = frame.colors[fine[-1] if fine else 0]
+    to_pixels = np.array([[1 / width, 0, 0.5 / width - 0.5], [0, 1 / height, 0.5 / height - 0.5], [0, 0, 1]])
+
+    def warped(source: cv2.typing.MatLike, scale: float) -> NDArray[np.float32]:
+        matrix = (pose / scale) @ to_pixels
+        matrix[:, 2] -= 0.5
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        straight = cv2.warpAffine(source, matrix, (width, height), flags=flags, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(straight, np.float32)
+
+    return warped(image, scale), None if frame.lit is None else warped(frame.lit, frame.levels[0].scale)
+
+
+def _u8(array: cv2.typing.MatLike) -> Image:
+    """Return the array as uint8, which OpenCV's stubs do not say it is."""
+    return array.astype(np.uint8, copy=False)

@@ -1,0 +1,315 @@
+"""Measure the detectors with twenty prints in the conditions of a living room.
+
+    python -m tools.dev.living_room [--frames 10] [--rooms 1000] [--only fox,map] [--half tune|report] [--detector haar]
+
+For every print and condition: the range, which is the distance up to which 90 % of the frames find the print where it
+is. Each condition is applied to the same rendered frames, so that only the condition differs. The tables of
+docs/vision.md come from here.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import random
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+import cv2
+import numpy as np
+
+from nxtdrive.vision.detection import Detection, Detector
+from nxtdrive.vision.detectors import make_detector
+from nxtdrive.vision.geometry import A4_HEIGHT_MM, Pinhole
+from nxtdrive.vision.sources import read_image
+from sim_backend.camera.lens import PERFECT
+from sim_backend.camera.textures import Image
+
+from .detector_ranges import Rooms
+from .prints import write_distractors, write_prints
+
+SIZE = (320, 240)
+MARGIN = (32, 40)
+"""The rooms are rendered larger by this on every side, so that a rolled frame has no empty corners."""
+
+HFOV_DEG = 60.0
+DISTANCES_M = (0.5, 0.8, 1.2, 1.6, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0)
+SHARE = 0.9
+OFF_PX, OFF_SHARE = 6.0, 0.25
+"""A detection is right if its centre is this near to the print's (or within this share of its height)."""
+
+SAME_SIZE = 1.35
+TURN_PX = 3.5
+"""Smear of a turn at the mission's 36 degrees a second, in a fiftieth of a second."""
+
+SEEDS = {"tune": 1000, "report": 2000}
+"""Rooms that thresholds were chosen in, and rooms that are reported."""
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """One frame's conditions.
+
+    Attributes:
+        roll_deg: The camera is rolled by this, clockwise.
+        gain: Factor of the pixel values of blue, green, red, before they are cut at 255.
+        smear_px: Horizontal blur.
+        jpeg: Quality.
+        glare: Share of the print that a reflection makes white.
+    """
+
+    roll_deg: float = 0.0
+    gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    smear_px: float = 0.0
+    jpeg: int = 80
+    glare: float = 0.0
+
+
+def _gray(gain: float) -> tuple[float, float, float]:
+    return gain, gain, gain
+
+
+def _mixture(rng: random.Random) -> Camera:
+    """Draw what a living room may show: a little of everything."""
+    light, warm = math.exp(rng.uniform(-0.7, 0.7)), math.exp(rng.uniform(-0.25, 0.25))
+    return Camera(
+        roll_deg=rng.uniform(-10, 10),
+        gain=(light / warm, light, light * warm),
+        smear_px=rng.choice((0.0, 0.0, 2.0)),
+        jpeg=rng.choice((30, 50, 80)),
+        glare=rng.choice((0.0, 0.0, 0.1)),
+    )
+
+
+CONDITIONS: dict[str, Callable[[random.Random], Camera]] = {
+    "ideal": lambda _: Camera(),
+    "roll 5": lambda rng: Camera(roll_deg=rng.choice((-5, 5))),
+    "roll 10": lambda rng: Camera(roll_deg=rng.choice((-10, 10))),
+    "roll 15": lambda rng: Camera(roll_deg=rng.choice((-15, 15))),
+    "light x1/3": lambda _: Camera(gain=_gray(3 ** (-1 / 2.2))),
+    "light x3": lambda _: Camera(gain=_gray(3 ** (1 / 2.2))),
+    "pixels x1/3": lambda _: Camera(gain=_gray(1 / 3)),
+    "pixels x3": lambda _: Camera(gain=_gray(3.0)),
+    "warm": lambda _: Camera(gain=(0.6, 0.9, 1.2)),
+    "cool": lambda _: Camera(gain=(1.25, 1.0, 0.7)),
+    "turn": lambda _: Camera(smear_px=TURN_PX),
+    "JPEG 20": lambda _: Camera(jpeg=20),
+    "glare": lambda _: Camera(glare=0.2),
+    "living room": _mixture,
+}
+"""Light x3 is three times the light on the sensor of a camera with gamma 2.2; pixels x3 is three times the values."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """A clean frame with a margin, and where the print is in it: centre and height in pixels."""
+
+    image: Image
+    u: float
+    v: float
+    height_px: float
+
+
+def taken(shot: Shot, camera: Camera, rng: random.Random, width_share: float) -> tuple[Image, float, float]:
+    """Return the frame that the camera takes, and the print's centre in it."""
+    frame = _glared(shot, camera.glare, rng, width_share) if camera.glare else shot.image
+    centre = frame.shape[1] / 2, frame.shape[0] / 2
+    turn = cv2.getRotationMatrix2D((centre[0] - 0.5, centre[1] - 0.5), camera.roll_deg, 1.0)
+    if camera.roll_deg:
+        frame = np.asarray(cv2.warpAffine(frame, turn, frame.shape[1::-1], flags=cv2.INTER_CUBIC), np.uint8)
+    u, v = turn @ (shot.u, shot.v, 1.0)
+    frame = frame[MARGIN[1] : MARGIN[1] + SIZE[1], MARGIN[0] : MARGIN[0] + SIZE[0]]
+    light = cv2.GaussianBlur(frame, (5, 5), 0.6).astype(np.float32)
+    if camera.smear_px:
+        light = np.asarray(cv2.filter2D(light, -1, _smear(camera.smear_px)), np.float32)
+    noise = np.random.default_rng(rng.randrange(1 << 30)).normal(0, 4.0, light.shape)
+    seen = (light * np.array(camera.gain, np.float32) + noise).clip(0, 255).astype(np.uint8)
+    packed = cv2.imencode(".jpg", seen, [cv2.IMWRITE_JPEG_QUALITY, camera.jpeg])[1]
+    return np.asarray(cv2.imdecode(packed, cv2.IMREAD_COLOR), np.uint8), u - MARGIN[0], v - MARGIN[1]
+
+
+def _glared(shot: Shot, share: float, rng: random.Random, width_share: float) -> Image:
+    """Return the frame with a white ellipse of `share` of the print's area somewhere on it, its edge soft."""
+    high, wide = shot.height_px, shot.height_px * width_share
+    stretch = math.exp(rng.uniform(-0.3, 0.3))
+    radius = math.sqrt(share * high * wide / math.pi)
+    u = shot.u + rng.uniform(-0.5, 0.5) * max(0.0, wide - 2 * radius * stretch)
+    v = shot.v + rng.uniform(-0.5, 0.5) * max(0.0, high - 2 * radius / stretch)
+    mask = np.zeros(shot.image.shape[:2], np.float32)
+    axes = round(16 * radius * stretch), round(16 * radius / stretch)
+    cv2.ellipse(mask, (round(16 * u), round(16 * v)), axes, 0, 0, 360, 1.0, -1, cv2.LINE_8, 4)
+    mask = np.asarray(cv2.GaussianBlur(mask, (0, 0), max(0.5, 0.1 * radius)), np.float32)
+    return np.asarray(shot.image + mask[:, :, None] * (255.0 - shot.image), np.uint8)
+
+
+def _smear(length_px: float) -> cv2.typing.MatLike:
+    reach = math.ceil((length_px - 1) / 2)
+    kernel: cv2.typing.MatLike = np.ones((1, 2 * reach + 1), np.float32)
+    kernel[0, [0, -1]] = (length_px - 2 * reach + 1) / 2
+    return np.asarray(kernel / kernel.sum(), np.float32)
+
+
+class LivingRoom:
+    """Render prints in rooms, and measure detectors on them.
+
+    Args:
+        files: The prints.
+        distractors: Further sheets that hang in the rooms.
+        seed: Of the rooms.
+    """
+
+    def __init__(self, files: Mapping[str, Path], distractors: Sequence[str], seed: int) -> None:
+        self._files = files
+        self._distractors = distractors
+        self._seed = seed
+        self._size = SIZE[0] + 2 * MARGIN[0], SIZE[1] + 2 * MARGIN[1]
+        focal_px = Pinhole.from_hfov(SIZE[0], HFOV_DEG).focal_px
+        self._hfov_deg = 2 * math.degrees(math.atan(self._size[0] / 2 / focal_px))
+        self._focal_px = focal_px
+
+    def shots(self, name: str, distance_m: float, frames: int) -> list[Shot]:
+        """Render clean frames with a print at a distance."""
+        rooms = Rooms(self._size, self._hfov_deg, self._seed + round(100 * distance_m), PERFECT)
+        rng = random.Random(f"{self._seed} {distance_m}")  # noqa: S311 - a repeatable draw
+        width_mm, distance_mm = A4_HEIGHT_MM * self.width_share(name), 1000 * distance_m
+        texture = str(self._files[name])
+        taken = []
+        for _ in range(frames):
+            view = rooms.view(texture, self._others(name, rng), distance_mm, rng.uniform(0, 15), width_mm)
+            bearing = math.radians(view.bearing_deg)
+            depth_mm = view.distance_mm * math.cos(bearing)
+            u = self._size[0] / 2 + self._focal_px * math.tan(bearing)
+            height_px = self._focal_px * A4_HEIGHT_MM / depth_mm
+            taken.append(Shot(np.asarray(view.image, np.uint8), u, self._size[1] / 2, height_px))
+        return taken
+
+    def rooms(self, name: str, frames: int) -> Iterable[Image]:
+        """Render frames of rooms without the print, each in a condition of its own."""
+        rooms = Rooms(self._size, self._hfov_deg, self._seed, PERFECT)
+        rng = random.Random(f"{self._seed} rooms")  # noqa: S311 - a repeatable draw
+        draws = list(CONDITIONS.values())
+        for number in range(frames):
+            view = rooms.view(None, self._others(name, rng))
+            camera = draws[number % len(draws)](rng)
+            shot = Shot(np.asarray(view.image, np.uint8), 192.0, 160.0, 60.0)
+            yield taken(shot, camera, rng, 0.7)[0]
+
+    def width_share(self, name: str) -> float:
+        """Return a print's width as a share of its height."""
+        height, width = read_image(self._files[name]).shape[:2]
+        return float(width / height)
+
+    def _others(self, name: str, rng: random.Random) -> list[str]:
+        """Draw six sheets that are not the print."""
+        sheets = [str(file) for other, file in self._files.items() if other != name]
+        return rng.sample([*sheets, *self._distractors], 6)
+
+
+def is_right(found: Detection, u: float, v: float, height_px: float) -> bool:
+    """Whether a detection is the print: at its place and of its size."""
+    if found.quad is None:
+        (x, y), high = found.centre, float(found.box[3])
+    else:
+        (ax, ay), (bx, by), (cx, cy), (dx, dy) = found.quad
+        x, y = (ax + bx + cx + dx) / 4, (ay + by + cy + dy) / 4
+        high = (math.dist((ax, ay), (dx, dy)) + math.dist((bx, by), (cx, cy))) / 2
+    near = math.dist((x, y), (u, v)) <= max(OFF_PX, OFF_SHARE * height_px)
+    return near and 1 / SAME_SIZE <= high / height_px <= SAME_SIZE
+
+
+def range_m(rates: Sequence[float]) -> float:
+    """Return up to which distance the rate is at least `SHARE`, by interpolation; 0 if it nowhere is.
+
+    One cell may fall short before it, if the next is good again: a few frames make a rate uncertain.
+    """
+    good = [rate >= SHARE for rate in rates]
+    last = -1
+    for index, fine in enumerate(good):
+        if not fine and not (index + 1 < len(good) and good[index + 1]):
+            break
+        last = index
+    if last < 0:
+        return 0.0
+    if last + 1 == len(rates):
+        return DISTANCES_M[last]
+    high, low = max(rates[last], SHARE), rates[last + 1]
+    share = (high - SHARE) / (high - low) if high > low else 0.0
+    return DISTANCES_M[last] + share * (DISTANCES_M[last + 1] - DISTANCES_M[last])
+
+
+def measure_ranges(
+    room: LivingRoom, name: str, detector: Detector, frames: int, wanted: Sequence[str]
+) -> tuple[dict[str, float], list[float]]:
+    """Return the range of a print in every condition, and the CPU time of each look in ms."""
+    rates: dict[str, list[float]] = {condition: [] for condition in wanted}
+    times_ms: list[float] = []
+    width_share = room.width_share(name)
+    for distance_m in DISTANCES_M:
+        shots = room.shots(name, distance_m, frames)
+        for condition in wanted:
+            rng = random.Random(f"{condition} {distance_m}")  # noqa: S311 - a repeatable draw
+            hits = 0
+            if len(rates[condition]) >= 2 and max(rates[condition][-2:]) < SHARE / 2:
+                rates[condition].append(0.0)
+                continue
+            for shot in shots:
+                frame, u, v = taken(shot, CONDITIONS[condition](rng), rng, width_share)
+                start_s = time.thread_time()
+                found = detector.detect(frame)
+                times_ms.append(1000 * (time.thread_time() - start_s))
+                hits += any(is_right(one, u, v, shot.height_px) for one in found)
+            rates[condition].append(hits / frames)
+    return {condition: range_m(each) for condition, each in rates.items()}, times_ms
+
+
+def measure_alarms(room: LivingRoom, name: str, detector: Detector, frames: int) -> tuple[int, list[float]]:
+    """Return in how many rooms without the print it was found, and the CPU time of each look in ms."""
+    alarms, times_ms = 0, []
+    for frame in room.rooms(name, frames):
+        start_s = time.thread_time()
+        alarms += bool(detector.detect(frame))
+        times_ms.append(1000 * (time.thread_time() - start_s))
+    return alarms, times_ms
+
+
+def _summary(times_ms: list[float]) -> str:
+    if not times_ms:
+        return "-"
+    return f"{median(times_ms):.1f} / {sorted(times_ms)[int(0.95 * (len(times_ms) - 1))]:.1f}"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(prog="living_room", description="How well prints are found in a living room.")
+    parser.add_argument("--frames", type=int, default=10, help="per distance")
+    parser.add_argument("--rooms", type=int, default=100, help="without the print, for false alarms; per print")
+    parser.add_argument("--seeds", choices=SEEDS, default="report", help="which rooms")
+    parser.add_argument("--only", default="", help="prints, with commas")
+    parser.add_argument("--conditions", default=",".join(CONDITIONS), help="with commas")
+    parser.add_argument("--detector", choices=("picture", "haar"), default="picture")
+    args = parser.parse_args(argv)
+    wanted = args.conditions.split(",") if args.conditions else []
+    with tempfile.TemporaryDirectory() as text:
+        folder = Path(text)
+        files = write_prints(folder)
+        room = LivingRoom(files, write_distractors(folder), SEEDS[args.seeds])
+        print(f"| print | {' | '.join(wanted)} | ms with, median / 95 % | false alarms | ms without |")
+        print("|---" * (len(wanted) + 4) + "|")
+        for name in args.only.split(",") if args.only else files:
+            spec = {"detector": "picture", "pictures": [str(files[name])]} if args.detector == "picture" else {}
+            detector = make_detector(spec or {"detector": "haar"}).detector
+            ranges, with_ms = measure_ranges(room, name, detector, args.frames, wanted) if wanted else ({}, [])
+            alarms, without_ms = measure_alarms(room, name, detector, args.rooms)
+            cells = [f"{ranges[one]:.1f}" for one in wanted]
+            tail = [_summary(with_ms), f"{alarms} in {args.rooms}", _summary(without_ms)]
+            print(f"| {name} | {' | '.join([*cells, *tail])} |", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
