@@ -67,7 +67,7 @@ def test_the_built_in_mission_shows_every_behaviour_in_one_go(capsys):
     assert [str(folder / name) for name in FILES] == lines[-6:]
     records = _journal(folder)
     entered = [record["to"] for record in records if record["kind"] == "transition"]
-    assert {"move_to", "wait", "gave_up", "reached"} <= set(entered)
+    assert {"move_to", "wait", "left", "reached"} <= set(entered)
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert summary["achieved"] is True
     assert [target["fate"] for target in summary["targets"]] == ["reached", "reached"]
