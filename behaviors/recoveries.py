@@ -138,8 +138,8 @@ RESCAN = Recovery(
 )
 CHANGE_TARGET = Recovery(
     "change_target",
-    label="give up",
-    describe=lambda choice: "leave this target for now" + (f" and go for {choice.instead}" if choice.instead else ""),
+    label="leave it",
+    describe=lambda choice: "leave this target" + (f" and go for {choice.instead}" if choice.instead else ""),
     color=(40, 40, 200),
     marker="triangle_down",
     leads_to=("left", "gave_up"),

@@ -15,6 +15,8 @@ from nxtdrive.recording.progress_lines import ProgressLines
 
 MOST = 16
 """Numbers on a map, at most."""
+QUIET = ("search", "verify", "gave_up", "distrusted")
+"""States into which a transition gets no number: there is one for what led to it."""
 SAME_PLACE_MM = 300.0
 """Where there are more events than numbers, equal ones no farther apart than this share one."""
 
@@ -94,7 +96,7 @@ class EventReader:
         if record.kind is Kind.CHOICE:
             self._choice = str(record.data["choice"])
             return None
-        if not words or record.data.get("to") in ("search", "verify", "distrusted"):
+        if not words or record.data.get("to") in QUIET:
             return None
         kind, detail = _kind(record), ""
         recovery = None

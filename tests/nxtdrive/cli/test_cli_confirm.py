@@ -61,7 +61,7 @@ def test_enter_confirms_what_is_proposed(asked):
     assert choice == DUE.proposed
     assert "lena: it went out of view on the way there" in shown
     assert "proposed: 1, the target was recognised but not reached" in shown
-    for candidate in ("wait up to 15.0 s", "turn +90° and move off", "leave this target for now"):
+    for candidate in ("wait up to 15.0 s", "turn +90° and move off", "leave this target"):
         assert candidate in shown
 
 

@@ -124,7 +124,7 @@ def test_the_legend_has_what_occurs_and_nothing_else():
     assert {"path: drive to a target", "failed, then: wait", "target reached", "echo of the sonar"} <= set(legend)
     assert "lena, where the camera saw it" in legend
     assert len(legend) == len(set(legend))
-    for absent in ("path: search", "path: wait", "path: go round", "failed, then: give up", "outage", "true room"):
+    for absent in ("path: search", "path: wait", "path: go round", "failed, then: leave it", "outage", "true room"):
         assert not any(text.startswith(absent) for text in legend), absent
 
 
@@ -138,7 +138,7 @@ def test_paths_of_different_states_differ_also_in_grey():
 
     styles = [path_style(state) for state in (*PATHS, *RECOVERIES)]
     for one, other in combinations(styles, 2):
-        assert (one.width, one.dash) != (other.width, other.dash) or one.text.endswith("give up"), (one, other)
+        assert (one.width, one.dash) != (other.width, other.dash) or one.text.endswith("leave it"), (one, other)
 
 
 @pytest.mark.parametrize("recovery", sorted(RECOVERIES))

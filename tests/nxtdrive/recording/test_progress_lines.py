@@ -53,6 +53,38 @@ def test_targets_that_are_searched_for_and_reached_are_named():
     assert lines == ["   57.7 s  searching for lena", "   57.7 s  lena reached"]
 
 
+@pytest.mark.parametrize(
+    ("transition", "says"),
+    [
+        (("arrive", "verify", "doubted", "doubtful"), "lena: standing before it, to make sure that it is the target"),
+        (("arrive", "retreat", "backing_off", "contact"), "backing off: it touched something"),
+        (("detour", "retreat", "backing_off", "stalled"), "backing off: something holds its wheels"),
+        (("select", "gave_up"), "lena given up: it had its last turn"),
+        (
+            ("trusted", "distrusted", "map_distrusted", "no_way"),
+            "the map shows no path past what is in the way; relying on camera and sonar for now",
+        ),
+    ],
+)
+def test_what_the_chart_tells_is_printed(transition, says):
+    assert _lines(_transition(*transition)) == [f"   57.7 s  {says}"]
+
+
+@pytest.mark.parametrize(
+    "transition",
+    [
+        ("select", "left"),
+        ("held", "held", "contact", "contact"),
+        ("clear", "held", "obstacle", "obstacle_ahead"),
+        ("detour", "detour", "replanned", "path_renewed"),
+        ("seeing", "blind", "camera_lost", "camera_lost"),
+        ("verify", "arrive", "moved_off", "out_of_reach"),
+    ],
+)
+def test_what_other_lines_tell_already_is_not_printed_again(transition):
+    assert _lines(_transition(*transition)) == []
+
+
 def test_an_outage_says_what_happened_and_the_seconds_left():
     lines = _lines(
         _transition("up", "down", "link_lost", "link_lost", error="The brick has gone away."),
