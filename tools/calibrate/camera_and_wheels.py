@@ -48,7 +48,7 @@ CAMERA_KEYS = ("hfov_deg", "yaw_deg", "tilt_deg", "roll_deg", "forward_mm", "rig
 WHEEL_KEYS = ("wheel_diameter_mm", "wheel_mismatch_percent", "axle_track_mm")
 LATENCIES_S = (0.05, 0.2, 0.4)
 """First guesses of the latency; the one that fits best counts."""
-FEW_VIEWS, MANY_VIEWS = 60, 250
+FEW_VIEWS, MANY_VIEWS = 60, 200
 """Views used to find the first guess, and the best values."""
 SLIP_EVERY_DEG, SLIP_DEG = 300.0, 0.05
 """Length of a stretch of motion, as the sum of both wheels' turns, and the standard deviation of the turn by slipping

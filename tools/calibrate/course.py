@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -29,13 +30,15 @@ FRAME_S = 3.0
 MIDDLE, EDGE = 0.1, 0.3
 """How far from the middle of the frame the sheet's middle is when it is centred, and where a turn to one side ends, as
 shares of the frame's width."""
-NEAR_SHARE, FAR_SHARE = 0.6, 0.19
+NEAR_SHARE, FAR_SHARE = 0.6, 0.2
 """Width of the sheet in the frame from near and from far."""
-FEW, MANY = 2, 4
-"""Markers in view at the end of a turn to one side, and those needed to drive on."""
+MANY, LACKING = 4, 4
+"""So many markers show where the sheet is. Frames in a row with fewer mean that it leaves the frame; in one frame, the
+detector may have missed some."""
+APPROACHES = 2
 AWAY_DEG = 150.0
 """After a turn by this, as far as is known yet, the sheet has left the frame and comes back from the other side."""
-FARTHEST_MM, BACK_MM = 700.0, 250.0
+FARTHEST_MM, BACK_MM = 700.0, 100.0
 """Longest drive towards the sheet, and how far behind its start the robot then drives back."""
 REST_S = 0.6
 TRIAL_MM = 120.0
@@ -65,6 +68,7 @@ class Course:
         self._signs = [-1 if each else 1 for each in (robot.left_reversed, robot.right_reversed)]
         self._sonar = bool(robot.ultrasonic)
         self.track = Track(camera.size)
+        self._lacking = 0
 
     def drive_all(self, say: Callable[[str], None]) -> float:
         """Drive the whole course; the robot is at rest afterwards.
@@ -79,13 +83,13 @@ class Course:
             say("looking for the sheet")
             self._centre()
             self._look_aside()
-            say("driving towards it")
-            self._drive(CREEP_MM_S, lambda seen: self._share(seen) > NEAR_SHARE, FARTHEST_MM)
-            driven_mm = self._rover.pose().x_mm
-            self._look_aside()
-            say("driving back")
-            self._drive(-CREEP_MM_S, lambda seen: self._share(seen) < FAR_SHARE, driven_mm + BACK_MM)
-            self._look_aside()
+            for _ in range(APPROACHES):
+                say("driving towards it")
+                driven_mm = self._drive(CREEP_MM_S, lambda seen: self._share(seen) > NEAR_SHARE, FARTHEST_MM)
+                self._look_aside()
+                say("driving back")
+                self._drive(-CREEP_MM_S, lambda seen: self._share(seen) < FAR_SHARE, driven_mm + BACK_MM)
+                self._look_aside()
             settled_s = self._brick.now()
             say("turning full circles")
             for sign in (1, -1):
@@ -146,7 +150,7 @@ class Course:
         def leaves(seen: Seen) -> bool:
             nonlocal whole
             whole = whole or self._is_centred(seen)
-            return -sign * self._off(seen) > EDGE or (whole and seen.markers <= FEW)
+            return -sign * self._off(seen) > EDGE or (whole and self._lacking >= LACKING)
 
         return leaves
 
@@ -170,15 +174,17 @@ class Course:
                 )
         self._rover.stop()
 
-    def _drive(self, speed_mm_s: float, done: Callable[[Seen], bool], most_mm: float) -> None:
+    def _drive(self, speed_mm_s: float, done: Callable[[Seen], bool], most_mm: float) -> float:
+        """Drive straight; returns how far."""
         begin = self._rover.pose()
         while True:
             seen = self._step(speed_mm_s, 0.0)
             here = self._rover.pose()
-            driven_mm = ((here.x_mm - begin.x_mm) ** 2 + (here.y_mm - begin.y_mm) ** 2) ** 0.5
-            if done(seen) or seen.markers < MANY or driven_mm >= most_mm:
+            driven_mm = math.hypot(here.x_mm - begin.x_mm, here.y_mm - begin.y_mm)
+            if (done(seen) and seen.markers >= MANY) or self._lacking >= LACKING or driven_mm >= most_mm:
                 break
         self._rest()
+        return driven_mm
 
     def _rest(self) -> Seen:
         """Stand still for a moment, looking."""
@@ -203,6 +209,7 @@ class Course:
         frame = self._camera.read(FRAME_S)
         self._count()
         seen = find_sheet(frame.image)
+        self._lacking = 0 if seen.markers >= MANY else self._lacking + 1
         if seen.markers:
             self.track.views.append(View(frame.time_s, seen))
         if self._sonar and (range_mm := self._rover.range_mm()) is not None:

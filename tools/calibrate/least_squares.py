@@ -13,7 +13,7 @@ Residuals = Callable[[Array], Array]
 
 STEPS = 60
 """Steps at most; a fit that needs more has not found the minimum."""
-ENOUGH = 1e-8
+ENOUGH = 1e-5
 """A step that lowers the cost by less than this share of it is the last."""
 DAMPING, HARDER, EASIER = 1e-3, 10.0, 0.2
 """Damping of the first step, and its factors after a step that failed and one that helped."""

@@ -24,7 +24,9 @@ FIRST_ID = 40
 """The last ids of the dictionary; missions that use markers rarely have so many."""
 RULE_MM = 100.0
 """A line of this length shows whether the sheet was printed at its true size."""
-ENLARGED, MARGIN_PX = 2, 12
+COARSE_PX = 500
+"""In frames narrower than this, far markers are too small to be found as they are."""
+ENLARGED, MARGIN_PX = 3, 12
 """The part of a frame with markers, and this much round them, is searched again so many times larger: fits of the edges
 find the corners of small markers to a tenth of a pixel there."""
 DPI = 300
@@ -68,16 +70,16 @@ def marker_centres() -> dict[int, tuple[float, float]]:
 
 def find_sheet(image: Image) -> Seen:
     """Find the sheet's markers in a frame, BGR."""
-    grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-    rough, ids, _ = _detector(cv2.aruco.CORNER_REFINE_NONE).detectMarkers(grey)
+    grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8)
+    height, width = grey.shape
+    finer = 2 if width < COARSE_PX else 1
+    rough, ids, _ = _detector(cv2.aruco.CORNER_REFINE_NONE).detectMarkers(_larger(grey, finer))
     if ids is None:
         return NOTHING
-    height, width = grey.shape
-    (left, top), (right, bottom) = (each(np.concatenate(rough), axis=(0, 1)) for each in (np.min, np.max))
+    (left, top), (right, bottom) = (each(np.concatenate(rough), axis=(0, 1)) / finer for each in (np.min, np.max))
     x0, y0 = max(0, int(left) - MARGIN_PX), max(0, int(top) - MARGIN_PX)
     part = grey[y0 : min(height, int(bottom) + MARGIN_PX), x0 : min(width, int(right) + MARGIN_PX)]
-    enlarged = cv2.resize(part, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_CUBIC)
-    corners, ids, _ = _detector(cv2.aruco.CORNER_REFINE_APRILTAG).detectMarkers(enlarged)
+    corners, ids, _ = _detector(cv2.aruco.CORNER_REFINE_APRILTAG).detectMarkers(_larger(part, ENLARGED))
     on_sheet, in_frame, centres = [], [], marker_centres()
     half = MARKER_MM / 2
     for quad, number in zip(corners, () if ids is None else ids.ravel(), strict=True):
@@ -136,6 +138,10 @@ def _caption(draw: ImageDraw.ImageDraw, per_mm: float) -> None:
         draw.line([(x, top - tick), (x, top + tick)], 0, line)
     words = f"This line is {RULE_MM:g} mm long: print at 100 %. Hang it upright and flat, lens-high, on a wall."
     draw.text((right + 4 * per_mm, top), words, 0, font(BUNDLED, round(3.2 * per_mm)), anchor="lm")
+
+
+def _larger(grey: NDArray[np.uint8], times: int) -> NDArray[np.uint8]:
+    return np.asarray(cv2.resize(grey, None, fx=times, fy=times, interpolation=cv2.INTER_CUBIC), np.uint8)
 
 
 @cache
