@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import datetime
+import math
 import os
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,7 +34,8 @@ EXAMPLES = """\
   nxtdrive calibrate --sheet sheet.pdf
   nxtdrive calibrate
   nxtdrive calibrate --nxt usb:// --camera 0 --robot my-robot.toml
-  nxtdrive calibrate camera wheels --nxt usb:// --camera 0"""
+  nxtdrive calibrate camera wheels --nxt usb:// --camera 0
+  nxtdrive calibrate wheels --ruler --nxt usb://"""
 
 ALL = "all"
 CHOICES = ("camera", "wheels", "sonar", "motors", ALL)
@@ -63,6 +66,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=200.0,
         help="the middle of the sheet above the floor (default: 200)",
     )
+    parser.add_argument(
+        "--ruler",
+        action="store_true",
+        help="with `wheels`: measure a straight drive and turns yourself, without a camera",
+    )
     parser.add_argument("--yes", action="store_true", help="do not ask before the robot drives")
     add_json_argument(parser)
 
@@ -71,42 +79,73 @@ def run(args: argparse.Namespace) -> int:
     """Calibrate; returns the exit code."""
     if args.sheet:
         return _write_sheet(args.sheet)
-    from behaviors.robot_description import CALIBRATED
-    from nxtdrive.mission.assembly import open_robot
     from nxtdrive.mission.setup import usual_robot
     from nxtdrive.tools.calibrate.course import CalibrationRefused
-    from nxtdrive.tools.calibrate.session import calibrate
     from nxtdrive.tools.calibrate.verdict import write_robot_file
 
-    for each in args.what:
-        if each not in CHOICES:
-            raise ConfigError(f"there is no {each!r} to calibrate.", remedy=f"Known: {', '.join(CHOICES)}.")
-    wanted = args.what or [ALL]
-    what = [each for each in CALIBRATED if each in wanted or ALL in wanted]
     path = args.robot or usual_robot() or DEFAULT_FILE
-    before = _before(path)
-    address = _address(args.nxt)
+    what, before, address = _wanted(args), _before(path), _address(args.nxt)
     if address.scheme != "sim" and not args.yes:
         _ask()
-    say = (lambda _: None) if args.json else print_line
-    with open_robot(address, args.camera) as robot:
-        try:
-            outcome = calibrate(
-                robot.brick,
-                robot.camera,
-                before,
-                what,
-                datetime.datetime.now().astimezone().date(),
-                say,
-                args.sheet_height_mm,
-            )
-        except CalibrationRefused as refusal:
-            complain(f"{refusal} {path} was left as it is.")
-            return NOT_ACHIEVED
+    try:
+        outcome = _by_ruler(address, before) if args.ruler else _before_the_sheet(args, address, before, what)
+    except CalibrationRefused as refusal:
+        complain(f"{refusal} {path} was left as it is.")
+        return NOT_ACHIEVED
     with writing(path):
         write_robot_file(path, outcome.file)
     _tell(outcome, path, as_json=args.json)
     return DONE
+
+
+def _wanted(args: argparse.Namespace) -> list[str]:
+    """Return what is to be calibrated."""
+    from behaviors.robot_description import CALIBRATED
+
+    for each in args.what:
+        if each not in CHOICES:
+            raise ConfigError(f"there is no {each!r} to calibrate.", remedy=f"Known: {', '.join(CHOICES)}.")
+    if args.ruler and args.what != ["wheels"]:
+        raise ConfigError("--ruler is for the wheels alone.", remedy="Write: nxtdrive calibrate wheels --ruler.")
+    wanted = args.what or [ALL]
+    return [each for each in CALIBRATED if each in wanted or ALL in wanted]
+
+
+def _before_the_sheet(args: argparse.Namespace, address: Address, before: RobotFile, what: list[str]) -> Outcome:
+    from nxtdrive.mission.assembly import open_robot
+    from nxtdrive.tools.calibrate.session import calibrate
+
+    say: Callable[[str], None] = (lambda _: None) if args.json else print_line
+    with open_robot(address, args.camera) as robot:
+        return calibrate(robot.brick, robot.camera, before, what, _today(), say, args.sheet_height_mm)
+
+
+def _by_ruler(address: Address, before: RobotFile) -> Outcome:
+    from nxtdrive.brick import open_brick
+    from nxtdrive.tools.calibrate.ruler import calibrate_by_ruler
+
+    with open_brick(address) as brick:
+        return calibrate_by_ruler(brick, before, _today(), _ask_number)
+
+
+def _today() -> datetime.date:
+    return datetime.datetime.now().astimezone().date()
+
+
+def _ask_number(question: str) -> float:
+    """Ask for a number until there is one; Enter alone is 0."""
+    while True:
+        sys.stderr.write(f"{question} ")
+        sys.stderr.flush()
+        try:
+            answer = input().strip()
+            value = float(answer or "0")
+        except EOFError:
+            raise ConfigError("--ruler asks how far the robot drove.", remedy="Run it in a terminal.") from None
+        except ValueError:
+            value = math.nan
+        if math.isfinite(value):
+            return value
 
 
 def _write_sheet(path: Path) -> int:

@@ -106,6 +106,42 @@ def test_the_doctor_says_what_is_calibrated(here, monkeypatch, capsys, text, ver
     assert said in findings["calibration"]["text"]
 
 
+WORLD = """
+[floor]
+size_mm = [3000, 2000]
+[robot]
+start_mm = [600, 1000]
+wheel_diameter_mm = 58.0
+track_mm = 105.0
+slip = { jitter_percent = 0 }
+"""
+
+
+def test_wheels_are_measured_by_ruler(here, monkeypatch, capsys):
+    (here / "world.toml").write_text(WORLD)
+    # what a ruler says of wheels that are larger than the usual 56 mm, and nearer than the usual 112 mm
+    driven_mm, over_deg = 1000 * 58 / 56, 1800 * (58 / 56 * 112 / 105 - 1)
+    answers = iter(["", f"{driven_mm}", "", "so-so", f"{over_deg}"])
+    monkeypatch.setattr("builtins.input", lambda: next(answers))
+    assert main(["calibrate", "wheels", "--ruler", "--nxt", "sim://world.toml"]) == DONE
+    file = load_robot_file(here / "robot.toml")
+    assert file.robot.wheel_diameter_mm == pytest.approx(58.0, abs=0.1)
+    assert file.robot.axle_track_mm == pytest.approx(105.0, abs=0.3)
+    assert file.calibration.wheels.method == "ruler"
+
+
+def test_a_ruler_in_centimetres_is_refused(here, monkeypatch, capsys):
+    answers = iter(["", "100", "", "0"])
+    monkeypatch.setattr("builtins.input", lambda: next(answers))
+    assert main(["calibrate", "wheels", "--ruler", "--nxt", "sim://open"]) == NOT_ACHIEVED
+    assert "is 10% of what the wheels counted" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("what", [[], ["camera"], ["wheels", "motors"]])
+def test_a_ruler_measures_wheels_alone(what):
+    assert main(["calibrate", *what, "--ruler"]) == USAGE
+
+
 @pytest.mark.slow
 def test_a_simulated_robot_calibrates_itself(here, capsys):
     (here / "robot.toml").write_text(
