@@ -267,3 +267,9 @@ def test_a_system_call_without_its_arguments_goes_on(firmware):
     code = [instruction(SYSTEM_CALL, 24, 4), instruction(SET, 3, 0x77), SPIN]
     outcome = Outcome(assemble(variables, code), firmware)
     assert (outcome.status, outcome.numbers[3]) == (RUNNING, 0x77)
+
+
+@pytest.mark.parametrize("count", [3, 0x6000, 0xC000, 0xFFFF])
+def test_more_descriptors_than_there_are_make_a_program_fail(count):
+    content = program([SPIN], texts=1)
+    assert Outcome(changed(content, descriptor(content, 0, 2), "<H", count)).status == FAILED

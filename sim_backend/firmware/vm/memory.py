@@ -226,7 +226,7 @@ class Memory:
 
     def describe(self, index: int, array: Array) -> None:
         """Change a descriptor."""
-        DESCRIPTOR.pack_into(self.pool, self._descriptor(index), *array)
+        DESCRIPTOR.pack_into(self.pool, self._descriptor(index), *(value & _OFFSET for value in array))
 
     def _descriptor(self, index: int) -> int:
         at = self.base + self.descriptors + DESCRIPTOR.size * index

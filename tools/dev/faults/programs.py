@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import cache
 from random import Random
 
 from firmware_protocol.direct import GetBatteryLevel, MessageRead, MessageWrite, StartProgram
@@ -19,6 +20,7 @@ from sim_backend.firmware.vm.syscalls import CALLS
 from .assembler import Variables, Words, assemble, instruction
 from .campaign import Campaign, Tally, Violation
 from .hostile import mutated, peak_memory_kb
+from .program_mutation import compiled_programs, damaged
 
 BATCH = 20
 """Programs that one brick gets."""
@@ -33,6 +35,8 @@ MEMORY_LIMIT_KB = 64 * 1024
 """Most memory that a batch may need."""
 
 NAME = "a.rxe"
+_COMPILED_SHARE = 0.7
+_compiled = cache(compiled_programs)
 _CALL = 0x28
 _ENDS = (instruction(0x2A, 0, 0), instruction(0x25, 0), instruction(0x25, -6))
 _FORMS = {
@@ -81,9 +85,7 @@ def run(seed: int, numbers: range) -> Tally:
     brick = _brick(rng)
     before_kb = peak_memory_kb()
     for number in numbers:
-        content = random_program(rng)
-        for _ in range(rng.choice((0, 0, 0, 1, 3))):
-            content = mutated(rng, content)
+        content = _content(rng)
         begun = time.process_time()
         try:
             outcome = _try(brick, rng, content)
@@ -100,6 +102,16 @@ def run(seed: int, numbers: range) -> Tally:
         else:
             tally.outcomes[outcome] += 1
     return tally
+
+
+def _content(rng: Random) -> bytes:
+    """Return a damaged compiled program, or one of random instructions, of which some are damaged, too."""
+    if rng.random() < _COMPILED_SHARE:
+        return damaged(rng, rng.choice(_compiled()))
+    content = random_program(rng)
+    for _ in range(rng.choice((0, 0, 0, 1, 3))):
+        content = mutated(rng, content)
+    return content
 
 
 def _brick(rng: Random) -> SimBrick:
@@ -180,7 +192,7 @@ def _instruction(rng: Random, numbers: list[int], texts: list[int], calls: dict[
 CAMPAIGN = Campaign(
     promise="No program file makes the simulated brick fail, hang or grow: it ends with an error, or runs.",
     unit="programs",
-    count=20_000,
+    count=100_000,
     batch=BATCH,
     run=run,
 )
