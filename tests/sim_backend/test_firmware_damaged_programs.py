@@ -93,9 +93,12 @@ def test_the_comparisons_that_do_not_exist_never_hold(firmware, flags):
     assert (outcome.status, *outcome.numbers) == (RUNNING, 0, 0x22, 0, 0x77)
 
 
-@pytest.mark.parametrize(("field", "status"), [(15, RUNNING), (44, RUNNING), (45, FAILED), (0xFFFF, FAILED)])
-def test_a_field_beyond_all_those_of_three_ports_is_an_error_of_setting_an_output(field, status):
-    code = [instruction(SET_OUTPUT, 0, field, 1), SPIN]
+@pytest.mark.parametrize(
+    ("port", "field", "status"),
+    [(0, 44, RUNNING), (0, 45, FAILED), (0, 0xFFFF, FAILED), (2, 14, RUNNING), (2, 15, FAILED), (3, 45, RUNNING)],
+)
+def test_a_field_beyond_those_of_the_last_port_is_an_error_of_setting_an_output(port, field, status):
+    code = [instruction(SET, 0, port), instruction(SET_OUTPUT, 0, field, 1), SPIN]
     assert Outcome(program(code)).status == status
 
 

@@ -50,20 +50,21 @@ class Call:
         return s16(first), s16(second)
 
     def content(self, position: int) -> bytes:
-        """The stored bytes of an array."""
-        return self._data.bytes_of(self.members[position])
+        """The stored bytes of an array; none if the argument is missing."""
+        return b"" if self.members[position] == NONE else self._data.bytes_of(self.members[position])
 
     def text(self, position: int) -> bytes:
         """The bytes of a text before its closing zero."""
-        return self._data.text(self.members[position])
+        return self.content(position).split(b"\0")[0]
 
     def put(self, position: int, value: int) -> None:
         """Return a number."""
         self._data.put(self.members[position], value)
 
     def put_bytes(self, position: int, content: bytes) -> None:
-        """Return an array of bytes."""
-        self._data.set_bytes(self.members[position], content)
+        """Return an array of bytes, unless the argument is missing."""
+        if self.members[position] != NONE:
+            self._data.set_bytes(self.members[position], content)
 
     def resize(self, position: int, count: int) -> None:
         """Set the length of an array; new elements keep what was in memory."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from sim_backend.firmware.vm.data import ERR_ARG, NONE, Place, ProgramError
+from sim_backend.firmware.vm.devices import OUTPUT_FIELDS
 from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.rxe import Type
 
-_LAST_FIELD = 44
-"""The largest number of a field that an instruction may set: 15 for each of three ports, of which 15 count."""
+_PORTS = 3
 
 
 def _read(machine: Machine, instruction: Instruction, get: Callable[[int, int], int]) -> Translation:
@@ -39,7 +39,7 @@ def _set_output(machine: Machine, instruction: Instruction) -> Translation:
     ports, *pairs = sized_arguments(machine.program.code, instruction) or (NONE,)
     data, operands, put = machine.data, machine.operands, machine.devices.put_output
     values = list(zip(pairs[::2], pairs[1::2], strict=False))
-    if operands.scalars(ports) and all(field <= _LAST_FIELD for field, _ in values):
+    if operands.scalars(ports) and all(field < len(OUTPUT_FIELDS) for field, _ in values):
         name, port = operands.function("put_output", put), operands.integer(ports)
         return Effect(tuple(f"{name}({port}, {field}, {operands.integer(value)})" for field, value in values))
 
@@ -48,7 +48,7 @@ def _set_output(machine: Machine, instruction: Instruction) -> Translation:
         for place in places:
             port = data.integer(place.entry, place.offset)
             for field, source in values:
-                if field > _LAST_FIELD:
+                if 0 <= port < _PORTS <= port + field / len(OUTPUT_FIELDS):
                     raise ProgramError(ERR_ARG, f"there is no field {field}")
                 put(port, field, data.integer(source))
 
