@@ -27,7 +27,7 @@ from ..sweep.summary import Estimate, by, difference, figures
 def rows(lines: Sequence[Line]) -> Iterator[str]:
     """Yield the lines of the Markdown table, one for each class with missions."""
     policies = by(lines, "policy")
-    yield "| class | seeds | " + " | ".join(f"{policy} | wrong stops, contacts" for policy in policies) + " |"
+    yield "| class | seeds | " + " | ".join(f"{policy} | wrong stops, contacts, seconds" for policy in policies) + " |"
     yield "|---|---|" + "---|---|" * len(policies)
     plain = {policy: by(done, "class").get(PLAIN, []) for policy, done in policies.items()}
     for kind, done in by(lines, "class").items():
@@ -46,7 +46,7 @@ def _cells(kind: str, lines: Sequence[Line], plain: Sequence[Line]) -> str:
         cost = difference([{**line, "class": PLAIN} for line in lines], plain)
         success = f"{found['success'].mean:.2f}, {cost.mean:+.2f} {_interval(cost, '+')}"
     wrong = sum(target["wrong_stops"] for line in lines for target in line["targets"]) / len(lines)
-    return f"{success} | {wrong:.1f}, {found['contacts'].mean:.1f}"
+    return f"{success} | {wrong:.1f}, {found['contacts'].mean:.1f}, {found['duration_s'].mean:.0f}"
 
 
 def _interval(estimate: Estimate, sign: str = "") -> str:

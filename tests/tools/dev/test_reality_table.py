@@ -30,8 +30,8 @@ def test_an_effect_costs_what_the_same_rooms_lost():
     lines = [line("plain", seed, "thesis", True, True) for seed in (1, 2, 3)]
     lines += [line("lens", seed, "thesis", True, False) for seed in (1, 2)]
     head, body = cells(lines)
-    assert head == ["class", "seeds", "thesis", "wrong stops, contacts"]
-    assert body["`lens`"] == ["`lens`", "2", "0.50, -0.50 [-0.50, -0.50]", "0.0, 2.0"]
+    assert head == ["class", "seeds", "thesis", "wrong stops, contacts, seconds"]
+    assert body["`lens`"] == ["`lens`", "2", "0.50, -0.50 [-0.50, -0.50]", "0.0, 2.0, 10"]
     assert body["`plain`"][1:3] == ["3", "1.00 [1.00, 1.00]"]
 
 
