@@ -74,8 +74,8 @@ class DetectorLaw:
     smear: Falloff
     bearing_sd_deg: float
     distance_sd: float
-    dark: Falloff = Falloff(-3.7, -0.35)
-    glare: Falloff = Falloff(1.22, 0.08)
+    dark: Falloff = Falloff(-99.0, -1.0)
+    glare: Falloff = Falloff(99.0, 1.0)
 
     def hit_rate(self, height_px: float, slant_deg: float, hidden: float, smear: float) -> float:
         """Probability of a detection in one frame, 0..1."""
@@ -101,8 +101,11 @@ PICTURE_LAW = DetectorLaw(
     smear=Falloff(0.254, 0.0156),
     bearing_sd_deg=0.063,
     distance_sd=0.024,
+    dark=Falloff(-2.76, -0.032),
+    glare=Falloff(1.58, 0.096),
 )
-"""The `picture` detector on "lena" and "rilakkuma". Source: tools/dev/fit_geometric.py, 600 frames in each sweep."""
+"""The `picture` detector on "lena" and "rilakkuma". Source: tools/dev/fit_geometric.py, 600 frames in each sweep, 100 for
+`dark` and `glare`."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -135,7 +135,7 @@ def test_light_that_drifts_comes_and_goes():
 
 
 def test_detections_become_rarer_in_the_dark_and_in_glare():
-    rates = [PICTURE_LAW.visibility(brightness) for brightness in (0.03, 0.08, 0.3, 1.0, 2.3, 4.0)]
+    rates = [PICTURE_LAW.visibility(brightness) for brightness in (0.1, 0.148, 0.3, 1.0, 3.0, 5.0)]
     assert rates[0] < 0.1 < rates[1] < 0.9 < rates[2] <= rates[3] == 1.0
     assert rates[5] < 0.1 < rates[4] < 0.9
 

@@ -49,6 +49,7 @@ class Setup:
     slant_deg: float = 0.0
     covered: float = 0.0
     turn_rate_deg_s: float = 0.0
+    brightness: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +57,7 @@ class Trial:
     """The true geometry and the detector's errors: bearing in degrees, and log of the distance ratio."""
 
     sight: Sight
+    setup: Setup
     errors: tuple[float, float] | None
 
 
@@ -86,8 +88,8 @@ class BenchSetup:
         sights = self._sensor.sights(panels, LENS, name, setup.turn_rate_deg_s)
         if not sights:
             return None
-        image = self._camera.frame(panels, LENS, setup.turn_rate_deg_s)
-        return Trial(sights[0], self._errors(name, image, sights[0]))
+        image = self._camera.frame(panels, LENS, setup.turn_rate_deg_s, setup.brightness)
+        return Trial(sights[0], setup, self._errors(name, image, sights[0]))
 
     def _errors(self, name: str, image: np.ndarray, sight: Sight) -> tuple[float, float] | None:
         target = self._targets[name]
@@ -144,7 +146,7 @@ def sweep(bench: BenchSetup, trials: int, make: Callable[[], Setup]) -> list[Tri
 
 
 def fit_law(trials: int, seed: int = 1) -> DetectorLaw:
-    """Measure all four sweeps and the errors, and fit the model."""
+    """Measure all six sweeps and the errors, and fit the model."""
     rng = random.Random(seed)  # noqa: S311 - a repeatable draw
     bench = BenchSetup(seed)
 
@@ -156,8 +158,15 @@ def fit_law(trials: int, seed: int = 1) -> DetectorLaw:
     covered = sweep(bench, trials, lambda: Setup(near(), covered=rng.uniform(0.02, 0.95)))
     turning = sweep(bench, trials, lambda: Setup(near(), turn_rate_deg_s=rng.uniform(0.0, 720.0)))
 
+    dim = sweep(bench, trials, lambda: Setup(near(), brightness=2 ** rng.uniform(-6.0, 0.0)))
+    glaring = sweep(bench, trials, lambda: Setup(near(), brightness=2 ** rng.uniform(0.0, 3.0)))
+
     def curve(done: list[Trial], quantity: Callable[[Sight], float], sign: int) -> Falloff:
         return fit([quantity(trial.sight) for trial in done], [trial.errors is not None for trial in done], sign)
+
+    def light(done: list[Trial], sign: int) -> Falloff:
+        levels = [math.log2(trial.setup.brightness) for trial in done]
+        return fit(levels, [trial.errors is not None for trial in done], sign)
 
     errors = [trial.errors for trial in sizes if trial.errors is not None]
     return DetectorLaw(
@@ -166,6 +175,8 @@ def fit_law(trials: int, seed: int = 1) -> DetectorLaw:
         hidden=curve(covered, lambda sight: sight.hidden, 1),
         smear=curve(turning, lambda sight: sight.smear, 1),
         bearing_sd_deg=round(pstdev(bearing for bearing, _ in errors), 3),
+        dark=light(dim, -1),
+        glare=light(glaring, 1),
         distance_sd=round(pstdev(ratio for _, ratio in errors), 3),
     )
 
@@ -173,7 +184,7 @@ def fit_law(trials: int, seed: int = 1) -> DetectorLaw:
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the model in use and the measured one."""
     parser = argparse.ArgumentParser(prog="fit_geometric", description="Fit the geometric eyes to the real detector.")
-    parser.add_argument("--trials", type=int, default=200, help="frames in each of the four sweeps")
+    parser.add_argument("--trials", type=int, default=200, help="frames in each of the six sweeps")
     arguments = parser.parse_args(argv)
     print(f"in use:   {PICTURE_LAW}")
     print(f"measured: {fit_law(arguments.trials)}")
