@@ -90,7 +90,8 @@ class SoundModule:
         self._ends_ms = NEVER
         self._wave_ms = self._waves_begin_ms = self._waves_end_ms = 0.0
         self._samples_end_ms = self._rounds_ms = 0.0
-        self._unfinished: int | None = None
+        self._unfinished = False
+        self._queue: list[float] = []
         self._notes: list[tuple[int, int]] = []
         self._next_note = 0
 
@@ -131,7 +132,7 @@ class SoundModule:
         if self.flags & SoundFlag.UPDATE:
             self._update(now_ms)
         elif self.state == SoundState.STOP:
-            self.tone, self.from_file, self._unfinished = None, False, None
+            self.tone, self.from_file, self._unfinished, self._queue = None, False, False, []
             self._silence()
         elif self.state in (SoundState.TONE, SoundState.FILE):
             self.flags |= SoundFlag.RUNNING
@@ -164,30 +165,38 @@ class SoundModule:
         if kind == _MELODY:
             notes = self._loader.read(handle, max(size, 0))[1]
             self._notes = list(_NOTE.iter_unpack(notes[: len(notes) // _NOTE.size * _NOTE.size]))
-        sampled = kind >> 8 == _SOUND >> 8 and size > 0
-        buffers = max(size // _BUFFER, 1)
-        if not (self._notes or (sampled and (buffers >= _QUEUED or self._unfinished or self.mode == SoundMode.LOOP))):
-            self._silence()
-            return
-        self.flags, self.state = int(SoundFlag.RUNNING), int(SoundState.FILE)
         if self._notes:
+            self.flags, self.state = int(SoundFlag.RUNNING), int(SoundState.FILE)
             self.tone, self.from_file, self._next_note = None, False, 0
             self._play_note(now_ms)
-            if self._unfinished is not None:
-                self._ends_ms, self._unfinished = NEVER, None
+            if self._unfinished:
+                self._ends_ms, self._unfinished = NEVER, False
+        elif kind >> 8 == _SOUND >> 8 and size > 0:
+            self._play_samples(kind, rate, size, now_ms)
+        if not self.state:
+            self._silence()
+
+    def _play_samples(self, kind: int, rate: int, size: int, now_ms: int) -> None:
+        """Queue the buffers of a file; the firmware takes the hand-over of the last one for the end."""
+        sample_ms = _period_ms(_SAMPLE_CLOCKS, min(max(rate, _SLOWEST), _FASTEST))
+        buffers = max(size // _BUFFER, 1)
+        buffer_ms = min(size, _BUFFER) * (2 if kind == _COMPRESSED else 1) * sample_ms
+        queue = [] if self._unfinished else [end_ms for end_ms in self._queue if end_ms > now_ms]
+        places = _QUEUED - self._unfinished
+        handed_ms = float(now_ms)
+        for _ in range(buffers):
+            handed_ms = handed_ms if len(queue) < places else queue[-places]
+            queue.append(max(handed_ms, queue[-1] if queue else now_ms) + buffer_ms)
+        if handed_ms <= now_ms and not self._unfinished and self.mode != SoundMode.LOOP and buffers < _QUEUED:
             return
-        self.from_file = True
+        self.flags, self.state, self.from_file = int(SoundFlag.RUNNING), int(SoundState.FILE), True
         if kind not in (_SOUND, _COMPRESSED):
             self._ends_ms = NEVER
             return
-        sample_ms = _period_ms(_SAMPLE_CLOCKS, min(max(rate, _SLOWEST), _FASTEST))
-        buffer = min(size, _BUFFER) * (2 if kind == _COMPRESSED else 1)
-        self._rounds_ms = buffers * buffer * sample_ms
-        self._samples_end_ms = (
-            now_ms + ((max(buffers, _QUEUED) - _QUEUED + (self._unfinished or 0)) * buffer - _QUEUED) * sample_ms
-        )
+        self._queue, self._unfinished = queue[-_QUEUED:], True
+        self._rounds_ms = buffers * buffer_ms
+        self._samples_end_ms = handed_ms - _QUEUED * sample_ms
         self._ends_ms = max(now_ms + 1, ceil(self._samples_end_ms))
-        self._unfinished = int(buffers >= _QUEUED)
 
     def _continue(self, now_ms: int) -> None:
         """The last buffer was handed over: play the next note or the sound anew, or end."""
@@ -203,7 +212,7 @@ class SoundModule:
             self._ends_ms = max(now_ms + 1, ceil(self._samples_end_ms))
         else:
             self._silence()
-            self._unfinished = None
+            self._unfinished = False
 
     def _play_note(self, now_ms: int) -> None:
         frequency_hz, duration_ms = self._notes[self._next_note % len(self._notes)]

@@ -110,7 +110,7 @@ def test_the_sample_rate_of_the_map_is_used_once():
     speaker = Loudspeaker()
     speaker.store("a.rso", SAMPLES, bytes(700))
     speaker.put(SampleRate=4000)
-    for passes in (131, 66):
+    for passes in (131, 96):  # the second one waits for the last slow pieces of the first
         speaker.play("a.rso")
         assert speaker.passes_until_idle() == passes
 
@@ -168,3 +168,21 @@ def test_the_bench_tells_what_sounds():
     assert speaker.bench.control("!sound") == "file playing"
     speaker.send(PlayTone(30000, 5))
     assert speaker.bench.control("!sound") == "tone hz=30000 ms=5 vol=4 playing"
+
+
+@pytest.mark.parametrize(
+    ("first", "loop", "wait", "second", "passes"),
+    [
+        (400, True, 11, 40, 1), (400, True, 11, 64, 1), (400, True, 11, 128, 32), (400, True, 11, 300, 96),  # replaced
+        (64, True, 11, 40, 1), (128, False, 11, 40, 20), (128, False, 21, 40, 10), (128, False, 46, 40, 0),  # ended
+        (128, False, 46, 128, 17), (128, False, 11, 200, 84), (192, False, 46, 128, 49), (400, False, 136, 40, 23),
+    ],
+)  # fmt: skip
+def test_the_pieces_of_a_file_queue_behind_those_of_the_file_before(first, loop, wait, second, passes):
+    speaker = Loudspeaker()
+    speaker.store("first.rso", SAMPLES, bytes(first), rate=2000)
+    speaker.store("second.rso", SAMPLES, bytes(second), rate=2000)
+    speaker.play("first.rso", loop=loop)
+    speaker.bench.control(f"!tick {wait}")
+    speaker.play("second.rso")
+    assert speaker.passes_until_idle() == passes
