@@ -253,7 +253,9 @@ class I2CBus(Wires):
 
     def _read(self) -> Steps:
         """Read the bytes that are wanted; all but the last are acknowledged."""
+        self.set_data(False)
         yield from _pause(_TURN_PAUSE)
+        self.set_data(True)
         while self._unread:
             for bits_left in reversed(range(BYTE_BITS)):
                 yield from self._pulse()
