@@ -12,8 +12,9 @@ LONG_PRESS_MS = 2000
 
 
 class ButtonState(IntFlag):
-    """State byte of the map; events last until the next sample."""
+    """State byte of the map; events last until the next sample, `NEW_PRESS` only for one pass."""
 
+    NEW_PRESS = 0x01
     SHORT_RELEASE = 0x02
     LONG_PRESS = 0x04
     LONG_RELEASE = 0x08
@@ -46,7 +47,7 @@ class Button:
         if pressed and not before:
             self._pressed_ms = now_ms
             self.presses = self.presses + 1 & 0xFF
-            self.state = int(ButtonState.PRESSED)
+            self.state = int(ButtonState.PRESSED | ButtonState.NEW_PRESS)
         elif pressed and held_ms == LONG_PRESS_MS:
             self.long_presses = self.long_presses + 1 & 0xFF
             self.state |= ButtonState.LONG_PRESS
@@ -87,10 +88,15 @@ class ButtonModule:
     def hold(self, mask: int) -> None:
         """Hold the buttons of `mask` (bit 0 exit, 1 right, 2 left, 3 enter) and release the others."""
         self._mask = mask
-        self.due_ms = (self._clock.now_ms // SAMPLE_MS + 1) * SAMPLE_MS
+        self.due_ms = min(self.due_ms, (self._clock.now_ms // SAMPLE_MS + 1) * SAMPLE_MS)
 
     def run(self, now_ms: int) -> None:
         """Sample all buttons; repeat while one is pressed or has an event to clear."""
+        if now_ms % SAMPLE_MS:
+            for button in self.buttons:
+                button.state &= ~ButtonState.NEW_PRESS
+            self.due_ms = now_ms + 1
+            return
         before = sum(button.pressed << number for number, button in enumerate(self.buttons))
         for number, button in enumerate(self.buttons):
             button.sample(bool(self._mask >> number & 1), now_ms)
@@ -98,4 +104,5 @@ class ButtonModule:
             self._on_press(new)
         if self.buttons[0].state & ButtonState.LONG_PRESS:
             self._on_long_exit()
-        self.due_ms = now_ms + SAMPLE_MS if any(button.state for button in self.buttons) else NEVER
+        steady = new == 0 and any(button.state for button in self.buttons)
+        self.due_ms = now_ms + 1 if new else now_ms + SAMPLE_MS if steady else NEVER

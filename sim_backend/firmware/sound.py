@@ -31,6 +31,7 @@ _BUFFER = 64
 _QUEUED = 2
 """Buffers or waves that still play when the last one was handed over, which is the end for the firmware."""
 
+_CLICK = b"! Click.rso\0"
 _HEADER = struct.Struct(">HHHH")
 _NOTE = struct.Struct(">HH")
 _SOUND, _COMPRESSED, _MELODY = 0x0100, 0x0101, 0x0600
@@ -126,6 +127,15 @@ class SoundModule:
         self.mode = int(SoundMode.LOOP if loop else SoundMode.ONCE)
         self.flags |= SoundFlag.UPDATE
         self.due_ms = self._clock.now_ms + 1
+
+    def click(self) -> None:
+        """Play the sound of a key; without that file only name and mode of the map change."""
+        self.name = _CLICK + self.name[len(_CLICK) :]
+        self.mode = int(SoundMode.ONCE)
+        status, handle, _ = self._loader.open_read(unpack_name(_CLICK))
+        if not status:
+            self._loader.close(handle)
+            self.play_file(unpack_name(_CLICK), loop=False)
 
     def run(self, now_ms: int) -> None:
         """Start, continue, stop or end a sound."""

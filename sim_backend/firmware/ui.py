@@ -179,8 +179,11 @@ class UiModule:
         if self.state == UiState.RUNNING and (buttons & _EXIT_BUTTON or self._run is _Run.MESSAGE):
             self._skip_message()
         for bit, key in _KEYS:
-            if buttons & bit and not self._disabled(key):
+            disabled = self._disabled(key)
+            if buttons & bit and not disabled:
                 self.button = key
+            if buttons & bit and not (disabled and self.state == UiState.RUNNING):
+                self._sound.click()
         self.wake()
 
     def _skip_message(self) -> None:

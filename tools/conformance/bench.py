@@ -41,13 +41,7 @@ class Bench:
     """
 
     def __init__(self, brick: SimBrick) -> None:
-        self.motors = [BenchMotor() for _ in "ABC"]
-        self.readings = [FULL_SCALE] * 4
-        self._devices = [GenericI2CDevice() for _ in self.readings]
-        self._attached, self._silent = [False] * 4, [False] * 4
-        self._plug_in(brick)
-        self._clocks = [0] * 4
-        self._stream, self._frames, self._position, self._crossed = b"", list[bytes](), _RING_START, False
+        self._set_up(brick)
         self._lines: dict[str, Callable[..., str]] = {
             "!tick": self._tick,
             "!sensor": self._sensor,
@@ -74,8 +68,14 @@ class Bench:
             "!bt": self._bluetooth,
         }
 
-    def _plug_in(self, brick: SimBrick) -> None:
+    def _set_up(self, brick: SimBrick) -> None:
+        """Attach new motors and sensors to a brick that was just switched on."""
         self.brick = brick
+        self.motors = [BenchMotor() for _ in "ABC"]
+        self.readings = [FULL_SCALE] * 4
+        self._devices = [GenericI2CDevice() for _ in self.readings]
+        self._attached, self._silent, self._clocks = [False] * 4, [False] * 4, [0] * 4
+        self._stream, self._frames, self._position, self._crossed = b"", list[bytes](), _RING_START, False
         for port, motor in zip("ABC", self.motors, strict=True):
             brick.attach_motor(port, motor)
         for index, channel in enumerate(brick.low_speed.channels):
@@ -110,7 +110,10 @@ class Bench:
             raise NotSupportedOnBench(f"the control line {line!r} cannot be carried out: {error}") from error
 
     def _tick(self, passes: str) -> str:
-        self.brick.tick(_count(passes))
+        end_ms = self.brick.now_ms + _count(passes)
+        while self._frames and self.brick.now_ms < end_ms:
+            self._take_frame()  # replies are not recorded
+        self.brick.tick(max(end_ms - self.brick.now_ms, 0))
         return f"ok t={self.brick.now_ms}"
 
     def _sensor(self, port: str, raw: str) -> str:
@@ -262,8 +265,7 @@ class Bench:
         return "ok"
 
     def _reboot(self) -> str:
-        self._stream, self._frames, self._position, self._crossed = b"", [], _RING_START, False
-        self._plug_in(self.brick.power_cycle())
+        self._set_up(self.brick.power_cycle())
         return "ok"
 
     def _bluetooth(self, *stream: str) -> str:
@@ -280,17 +282,22 @@ class Bench:
         passes = len(self._frames) - waiting if self._stream else _PATIENCE
         replies = b""
         while self._frames and passes > 0:
-            framed = self._frames[0]
-            end = self._position + len(framed)
-            if len(framed) <= BLUETOOTH.buffer and not self._crossed and self._position // _RING != (end - 1) // _RING:
-                self._crossed = True
-                self.brick.tick()
-            else:
-                self._crossed, self._position = False, end
-                replies += self.brick.receive_bluetooth(self._frames.pop(0))
-                self.brick.tick(max(1, -(-(len(framed) - LENGTH_SIZE) // BLUETOOTH.buffer)))
+            replies += self._take_frame()
             passes -= 1
         return replies.hex()
+
+    def _take_frame(self) -> bytes:
+        """Run the pass in which the firmware takes the next telegram from the radio, and return the reply."""
+        framed = self._frames[0]
+        end = self._position + len(framed)
+        if len(framed) <= BLUETOOTH.buffer and not self._crossed and self._position // _RING != (end - 1) // _RING:
+            self._crossed = True
+            self.brick.tick()
+            return b""
+        self._crossed, self._position = False, end
+        reply = self.brick.receive_bluetooth(self._frames.pop(0))
+        self.brick.tick(max(1, -(-(len(framed) - LENGTH_SIZE) // BLUETOOTH.buffer)))
+        return reply
 
 
 def _raised_elsewhere(error: Exception) -> bool:
