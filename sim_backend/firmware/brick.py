@@ -98,7 +98,7 @@ class SimBrick:
         self.sound = SoundModule(clock, self.loader)
         self.display = DisplayModule(self._show_status)
         self.io_control = IoControl()
-        self.ui = UiModule(clock, self.io_control, self.sound)
+        self.ui = UiModule(clock, self.io_control, self.sound, self.loader.restore_settings)
         self.radio = Radio(clock, name.encode("latin-1"), address)
         self.button = ButtonModule(clock, self.ui.press, self.ui.switch_off)
         self.command = CommandModule(

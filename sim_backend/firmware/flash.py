@@ -123,6 +123,10 @@ class Flash:
         self._count()
         for file in self.files:
             del file.content[file.data_size :]
+        self.restore_settings()
+
+    def restore_settings(self) -> None:
+        """Create the file of the settings if it is missing."""
         if all(file.name != SETTINGS for file in self.files):
             size = len(self._settings)
             settings = File(SETTINGS, size, content=bytearray(self._settings), data_size=size)

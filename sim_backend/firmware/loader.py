@@ -292,6 +292,11 @@ class Loader:
             if not handle.keep:
                 self.close(number)
 
+    def restore_settings(self) -> None:
+        """Create the file of the settings if it is missing."""
+        self.flash.restore_settings()
+        self.free_flash = self.flash.free
+
     def erase(self) -> None:
         """Delete all files and close all handles."""
         for handle in self._table:

@@ -5,7 +5,7 @@ Source: docs/firmware.md section 1, 5.2 (Ui map) and section 8.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import Enum, IntEnum, auto
 from typing import Protocol
 
@@ -57,14 +57,18 @@ _RUNNING_FLAGS = int(UiFlag.DISABLE_LEFT_RIGHT_ENTER | UiFlag.DISABLE_EXIT)
 """Set while a program runs."""
 
 _EXIT_BUTTON = 1
-_EXIT_KEY = 4
-_KEYS = ((_EXIT_BUTTON, _EXIT_KEY), (2, 3), (4, 1), (8, 2))
+_EXIT_KEY, _ENTER_KEY = 4, 2
+_KEYS = ((_EXIT_BUTTON, _EXIT_KEY), (2, 3), (4, 1), (8, _ENTER_KEY))
 """Bits of the button module (exit, right, left, enter), and their values in the map's Button."""
 
 
 class UiState(IntEnum):
     """State byte of the map; the simulated states only."""
 
+    START = 0
+    LOGO = 2
+    MELODY = 3
+    ENTRY = 4
     MENU = 5
     DRAWING = 6
     WAITING = 7
@@ -72,6 +76,18 @@ class UiState(IntEnum):
     RUNNING = 14
     LOW_BATTERY = 15
 
+
+_STARTING = {
+    UiState.START: (UiState.LOGO, 2791),
+    UiState.LOGO: (UiState.MELODY, 897),
+    UiState.MELODY: (UiState.ENTRY, 1),
+    UiState.ENTRY: (UiState.MENU, 1),
+    UiState.MENU: (UiState.DRAWING, 1),
+    UiState.DRAWING: (UiState.WAITING, 1),
+}
+"""States of a start: the next one, and how long it lasts in ms."""
+
+_SLEEP_MINUTES = 10
 
 _IN_MENU = (UiState.MENU, UiState.DRAWING, UiState.WAITING)
 
@@ -124,11 +140,11 @@ class UiModule:
     programs: Programs
     buttons: Sequence[Button]
 
-    def __init__(self, clock: Clock, io_control: IoControl, sound: SoundModule) -> None:
-        self._clock, self._io_control, self._sound = clock, io_control, sound
+    def __init__(self, clock: Clock, io_control: IoControl, sound: SoundModule, on_restart: Callable[[], None]) -> None:
+        self._clock, self._io_control, self._sound, self._on_restart = clock, io_control, sound, on_restart
         self.due_ms = NEVER
         self.battery = Battery()
-        self.sleep_minutes, self.volume = 10, MAX_VOLUME
+        self.sleep_minutes, self.volume = _SLEEP_MINUTES, MAX_VOLUME
         self.flags = int(UiFlag.ENABLE_STATUS)
         self.state = int(UiState.WAITING)
         self.button = self.error = self.pointer = self.force_off = 0
@@ -139,7 +155,7 @@ class UiModule:
         self._run, self._file = _Run.TONE, bytes(NAME_SIZE)
         self._menu_opened_ms = self._delay_ms = self._message_ends_ms = 0
         self._off_ms = NEVER
-        self._warned = self._exit_pressed = False
+        self._warned = self._exit_pressed = self._starting = False
         self._schedule()
 
     @property
@@ -204,7 +220,7 @@ class UiModule:
 
     def switch_off(self) -> None:
         """Switch the brick off."""
-        self.force_off = 1
+        self.force_off = int(self._off_ms == NEVER)
         self.wake()
 
     def wake(self) -> None:
@@ -239,6 +255,8 @@ class UiModule:
         self._schedule()
 
     def _take_key(self) -> None:
+        if self._off_ms != NEVER and self.button == _ENTER_KEY:
+            self._next_step_ms, self._starting = self._clock.now_ms + 1, True
         self.button = 0
         self._timer_started_ms = self._clock.now_ms
         if self.state == UiState.LOW_BATTERY:
@@ -262,7 +280,9 @@ class UiModule:
 
     def _advance(self, now_ms: int) -> None:
         self._next_step_ms = NEVER
-        if self.state == UiState.OPENING:
+        if self._starting:
+            self._start(now_ms)
+        elif self.state == UiState.OPENING:
             self.state, self._run, self._exit_pressed = int(UiState.RUNNING), _Run.TONE, False
             self._file, self._next_step_ms = self.program_name, now_ms + _FADE_MS + self._delay_ms
         elif self.state == UiState.RUNNING:
@@ -271,6 +291,23 @@ class UiModule:
             self.state, self._next_step_ms = int(UiState.DRAWING), now_ms + _DRAWING_MS
         elif self.state == UiState.DRAWING:
             self.state = int(UiState.WAITING)
+
+    def _start(self, now_ms: int) -> None:
+        """Start again after the brick was switched off: as at power-on, but the other modules go on."""
+        if self._off_ms != NEVER and self.state != UiState.START:
+            self.state, self._next_step_ms = int(UiState.START), now_ms + 1
+            return
+        if self.state == UiState.START:
+            self._on_restart()
+            self.flags, self.sleep_minutes = int(UiFlag.BUSY), _SLEEP_MINUTES
+            self.battery.bars, self._off_ms, self._io_control.display_on = 0, NEVER, True
+        if self.state == UiState.WAITING:
+            self.flags, self._starting = int(UiFlag.ENABLE_STATUS), False
+            return
+        state, wait_ms = _STARTING[UiState(self.state)]
+        self.state, self._next_step_ms = int(state), now_ms + wait_ms
+        if state == UiState.WAITING:
+            self.flags = int(UiFlag.ENABLE_STATUS | UiFlag.BUSY)
 
     def _continue(self, now_ms: int) -> None:
         """Go on with a file: open it, wait for its end, show a message, go back to the menu."""
@@ -331,10 +368,12 @@ class UiModule:
             self._warned = True
             self.flags |= int(UiFlag.BUSY)
             self.state, self._next_step_ms = int(UiState.LOW_BATTERY), NEVER
-        if self.sleep_minutes and self.sleep_timer >= self.sleep_minutes:
+        if self.sleep_minutes and self.sleep_timer >= self.sleep_minutes and self._off_ms == NEVER:
             self.force_off = 1
         if self.force_off and self._off_ms == NEVER:
-            self._off_ms = now_ms
+            self._off_ms, self.force_off = now_ms, 0
+            if self.state in _IN_MENU:
+                self.state, self._next_step_ms = int(UiState.DRAWING), NEVER
             if self.programs.active:
                 self.programs.stop()
         if now_ms >= self._off_ms + _DISPLAY_OFF_MS and self.state != UiState.LOW_BATTERY:
@@ -348,9 +387,9 @@ class UiModule:
 
     def _schedule(self) -> None:
         now_ms, due = self._clock.now_ms, self._next_step_ms
-        if self.sleep_minutes and not self.force_off:
+        if self.sleep_minutes and self._off_ms == NEVER:
             due = min(due, self._timer_started_ms + self.sleep_ms)
-        if self._off_ms != NEVER and not self._io_control.power_word:
+        if self._off_ms != NEVER and now_ms < self._off_ms + _POWER_OFF_MS:
             due = min(due, now_ms + 1)
         if not self.battery.settled or not self.flags & (UiFlag.ENABLE_STATUS | UiFlag.UPDATE):
             due = min(due, next_sample_ms(now_ms))

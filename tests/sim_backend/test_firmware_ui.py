@@ -260,3 +260,40 @@ def test_the_display_stays_on_at_power_off_during_the_battery_popup():
     ask(bench, UI.field("ForceOff").write(1))
     bench.brick.tick(7)
     assert bench.control("!power").startswith("power=5a display=1")
+
+
+def test_enter_starts_a_brick_again_that_switched_itself_off():
+    bench = Bench(SimBrick())
+    ask(bench, system.DeleteUserFlash())
+    ask(bench, direct.KeepAlive())
+    ui = bench.brick.ui
+    ui.set_sleep_minutes(1)
+    bench.control("!tick 60010")
+    assert bench.control("!power").startswith("power=5a display=0")
+    assert (ui.state, ui.force_off, bench.brick.loader.flash.files) == (6, 0, [])
+    bench.control("!button 1")
+    bench.control("!tick 100")
+    assert ui.state == 6
+    bench.control("!button 8")
+    bench.control("!tick 10")
+    assert (ui.state, ui.flags, ui.sleep_minutes) == (2, 0x40, 10)
+    assert [file.name for file in bench.brick.loader.flash.files] == ["NVConfig.sys"]
+    assert bench.control("!power").startswith("power=5a display=1")
+    bench.control("!tick 3700")
+    assert (ui.state, ui.flags) == (7, 0x80)
+
+
+def test_a_key_that_is_taken_clicks():
+    bench = Bench(SimBrick())
+    sound = bench.brick.sound
+    sound.mode = 2
+    bench.control("!button 2")
+    bench.control("!tick 2")
+    assert (sound.name.rstrip(b"\0"), sound.mode) == (b"! Click.rso\0o", 0)
+
+
+def test_a_new_press_shows_for_one_pass():
+    bench = Bench(SimBrick())
+    bench.control("!tick 10")
+    bench.control("!button 1")
+    assert [bench.telegram("0194010004002000" + "0100")[-2:] for _ in range(4)] == ["00", "00", "81", "80"]
