@@ -77,7 +77,7 @@ class UiState(IntEnum):
     LOW_BATTERY = 15
 
 
-_STARTING = {
+_STARTING: dict[int, tuple[UiState, int]] = {
     UiState.START: (UiState.LOGO, 2791),
     UiState.LOGO: (UiState.MELODY, 897),
     UiState.MELODY: (UiState.ENTRY, 1),
@@ -88,7 +88,6 @@ _STARTING = {
 """States of a start: the next one, and how long it lasts in ms."""
 
 _SLEEP_MINUTES = 10
-
 _IN_MENU = (UiState.MENU, UiState.DRAWING, UiState.WAITING)
 
 
@@ -294,9 +293,6 @@ class UiModule:
 
     def _start(self, now_ms: int) -> None:
         """Start again after the brick was switched off: as at power-on, but the other modules go on."""
-        if self._off_ms != NEVER and self.state != UiState.START:
-            self.state, self._next_step_ms = int(UiState.START), now_ms + 1
-            return
         if self.state == UiState.START:
             self._on_restart()
             self.flags, self.sleep_minutes = int(UiFlag.BUSY), _SLEEP_MINUTES
@@ -304,7 +300,8 @@ class UiModule:
         if self.state == UiState.WAITING:
             self.flags, self._starting = int(UiFlag.ENABLE_STATUS), False
             return
-        state, wait_ms = _STARTING[UiState(self.state)]
+        off = self._off_ms != NEVER
+        state, wait_ms = (UiState.START, 1) if off else _STARTING.get(self.state, (UiState.WAITING, 1))
         self.state, self._next_step_ms = int(state), now_ms + wait_ms
         if state == UiState.WAITING:
             self.flags = int(UiFlag.ENABLE_STATUS | UiFlag.BUSY)
