@@ -44,6 +44,9 @@ class ApproachNumbers:
         retreat_mm: The robot backs off this far from what it touched.
         contradictions: Echoes in a row that contradict the apparent distance before an arrival fails; one may be of
             something that passes behind.
+        size_share: Where the sonar hears something farther away, a distance by size of this share of what it should be
+            is believed.
+        checks: An arrival is believed after this many frames at rest, each with an echo.
         echo_s: Without an echo in a frame, the last one counts for this time; single echoes drop out.
     """
 
@@ -63,6 +66,8 @@ class ApproachNumbers:
     clearance_mm: float = 20.0
     retreat_mm: float = 80.0
     contradictions: int = 4
+    size_share: float = 0.75
+    checks: int = 3
     echo_s: float = 1.0
 
 
@@ -90,7 +95,13 @@ class ApproachSkill:
         self._echo: tuple[float, float] | None = None
         self._contradictions = 0
         self._stood_s: float | None = None
+        self._rested = 0
         self._driven: deque[tuple[float, Pose, float]] = deque()
+
+    @property
+    def _arrive_mm(self) -> float:
+        """From how near a stop counts as far as the camera is known."""
+        return self._perception.world.scale.assured_mm(self._perception.target, self._perception.profile.arrive_mm)
 
     def call(self) -> Fact:
         """Drive for one slice.
@@ -150,12 +161,14 @@ class ApproachSkill:
             self._echo = (observation.time_s, observation.range_mm)
         if self._verifier.verdict is Verdict.MISTAKEN:
             return self._mistaken(observation)
-        if sighting is None or sighting.distance_mm > self._perception.profile.arrive_mm:
+        if sighting is None or self._farthest_mm(sighting, observation.time_s) > self._arrive_mm:
             return None
         decide = (
             self._stood_s is not None and observation.time_s - self._stood_s >= N.decide_s and self._verifier.odds > 0
         )
         if not decide and self._verifier.verdict is not Verdict.REAL:
+            return None
+        if self._rested < N.checks:
             return None
         if self._contradicted(sighting, echo_mm := self._echo_of(sighting, observation.time_s)):
             return self._mismatch(sighting, echo_mm)
@@ -167,6 +180,18 @@ class ApproachSkill:
         if echo_mm is None:
             return self._perception.target in self._perception.world.mismatched
         return contradicts(echo_mm, sighting.distance_mm, self._perception.profile.sonar_tolerance_mm)
+
+    def _farthest_mm(self, sighting: Sighting, now_s: float) -> float:
+        """Return how far away the target is at most, by its size and by the sonar.
+
+        An echo from farther away than the target looks may be of what is behind it; but then the size says enough from
+        a little nearer.
+        """
+        echo_mm = self._echo_of(sighting, now_s)
+        if echo_mm is None or self._contradicted(sighting, echo_mm):
+            return sighting.distance_mm
+        heard_mm = echo_mm + self._perception.world.scale.sonar_ahead_mm
+        return max(sighting.distance_mm, min(heard_mm, sighting.distance_mm / N.size_share))
 
     def _echo_of(self, sighting: Sighting, now_s: float) -> float | None:
         """Return the echo from where the target is seen; None if the sonar has nothing to say about that."""
@@ -203,7 +228,7 @@ class ApproachSkill:
             and observation.range_mm <= min(N.blocked_mm if hides else N.beside_mm, distance_mm - N.before_mm)
         )
         self._blocked_echoes = self._blocked_echoes + 1 if before else 0
-        if self._blocked_echoes >= N.echoes and distance_mm > perception.profile.arrive_mm:
+        if self._blocked_echoes >= N.echoes and distance_mm > self._arrive_mm:
             return self._blocked(observation, hides=hides)
         if self._trusts_map and distance_mm > N.map_ends_mm and abs(bearing_deg) <= N.ahead_deg:
             remembered_mm = self._remembered_mm(known, distance_mm)
@@ -268,14 +293,15 @@ class ApproachSkill:
         """Steer to the target; stand before what is doubtful."""
         perception, profile = self._perception, self._perception.profile
         sighting = observation.sighting
-        known_mm = sighting.distance_mm if sighting else distance_mm
-        if known_mm <= profile.arrive_mm:
+        known_mm = self._farthest_mm(sighting, observation.time_s) if sighting else distance_mm
+        if known_mm <= self._arrive_mm:
             return self._stand(observation, bearing_deg)
+        self._rested = 0
         if self._stands:
             self._stands = False
             perception.context.report(Fact(Event.MOVED_OFF, Reason.OUT_OF_REACH, {"distance_mm": known_mm}))
         ahead = max(0.0, 1.0 - abs(bearing_deg) / SKILLS.sharp_deg)
-        near = min(1.0, max(N.slowest, (distance_mm - profile.arrive_mm) / N.slow_mm))
+        near = min(1.0, max(N.slowest, (distance_mm - self._arrive_mm) / N.slow_mm))
         speed_mm_s = profile.cruise_mm_s * ahead * near
         if ahead < 0.5:
             self._driven.clear()
@@ -313,6 +339,7 @@ class ApproachSkill:
             perception.drive(0.0, steering_deg_s(bearing_deg))
         else:
             perception.context.body.stop()
+            self._rested += 1
         if not self._stands:
             self._stands = True
             measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds}

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
-from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from behaviors.adaptive.attempts import Attempts
 from behaviors.adaptive.belief import Belief
+from behaviors.adaptive.camera_scale import CameraScale
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.recent_echoes import RecentEchoes
+from behaviors.adaptive.trail import Trail
 from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.mission import Mission
+from behaviors.plausibility import LENS_BEHIND_SONAR_MM
 from behaviors.ports import Glimpse, Point, Pose, Sighting
 
 RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "color": 17.0}
@@ -31,7 +32,6 @@ class WorldNumbers:
         farthest_mm: No detector finds a target from farther away, at 320 x 240 pixels. Source: docs/vision.md section
             1.2, from the front.
         half_view_share: A target nearer to the frame's edge than this share of the field of view is partly outside.
-        trail_s: Poses are kept this long: far longer than a frame is under way.
         renew_every_s: Beliefs age in steps of this time.
         new_look_s: A sighting this long after the last one is new evidence, not the same look again.
         settles: Weight of a new sighting in the estimate of a target's place, 0..1.
@@ -53,7 +53,6 @@ class WorldNumbers:
 
     farthest_mm: float = 4500.0
     half_view_share: float = 0.42
-    trail_s: float = 3.0
     renew_every_s: float = 5.0
     new_look_s: float = 1.0
     settles: float = 0.4
@@ -94,34 +93,6 @@ class TargetEstimate:
     distance_mm: float
 
 
-class Trail:
-    """Recent poses, to tell from where a frame was taken."""
-
-    def __init__(self) -> None:
-        self._poses: deque[tuple[float, Pose]] = deque()
-
-    def add(self, time_s: float, pose: Pose) -> None:
-        """Add the present pose."""
-        self._poses.append((time_s, pose))
-        while self._poses[0][0] < time_s - N.trail_s:
-            self._poses.popleft()
-
-    def at(self, time_s: float) -> Pose:
-        """Return the pose at a time, interpolated; before and after what is known, the oldest and the newest."""
-        i = bisect_left(self._poses, time_s, key=lambda each: each[0])
-        if i == 0:
-            return self._poses[0][1]
-        if i == len(self._poses):
-            return self._poses[-1][1]
-        (then_s, then), (now_s, now) = self._poses[i - 1], self._poses[i]
-        share = (time_s - then_s) / (now_s - then_s)
-        return Pose(
-            then.x_mm + share * (now.x_mm - then.x_mm),
-            then.y_mm + share * (now.y_mm - then.y_mm),
-            then.heading_deg + share * (now.heading_deg - then.heading_deg),
-        )
-
-
 @dataclass(slots=True)
 class _Unseen:
     """Looks without a sighting that have not updated the belief yet."""
@@ -142,6 +113,7 @@ class WorldModel:
         trail: Recent poses.
         echoes: Recent echoes.
         attempts: What was tried where, and what failed.
+        scale: How wrong distances by apparent size are.
         pose: Where the robot is.
         known: The targets that were seen, by name, until there is a reason to forget them.
         beliefs: Where each target may be, by name.
@@ -158,6 +130,7 @@ class WorldModel:
         self.trail = Trail()
         self.echoes = RecentEchoes(mission.robot.sonar_forward_mm)
         self.attempts = Attempts()
+        self.scale = CameraScale(_sonar_ahead_mm(mission))
         self.pose = Pose()
         self._now_s = 0.0
         self.known: dict[str, TargetEstimate] = {}
@@ -204,7 +177,8 @@ class WorldModel:
         self._now_s = now_s
         self.trail.add(now_s, pose)
         self.echoes.add(now_s, pose, range_mm)
-        believed = {name: sighting for name, sighting in glance.seen.items() if self._believes(sighting)}
+        seen = {name: self.scale.corrected(sighting) for name, sighting in glance.seen.items()}
+        believed = {name: sighting for name, sighting in seen.items() if self._believes(sighting)}
         self._renew(now_s)
         self.floor.fade(now_s)
         self.floor.stands_on(pose)
@@ -215,6 +189,8 @@ class WorldModel:
         for target in looked_for:
             if target in believed:
                 self._see(target, believed[target])
+                if not self.oblique(target, believed[target]):
+                    self.scale.learn(glance.seen[target], self.trail.at(glance.time_s), range_mm)
             else:
                 self._miss(target, self.camera.view_at(self.trail.at(glance.time_s)))
         return believed
@@ -393,3 +369,10 @@ class WorldModel:
             for belief in self.beliefs.values():
                 belief.renew(now_s - self._renewed_s)
             self._renewed_s = now_s
+
+
+def _sonar_ahead_mm(mission: Mission) -> float:
+    """Return how far the sonar is in front of the lens, by common builds unless the lens's place is known."""
+    if "forward_mm" not in mission.camera.model_fields_set:
+        return LENS_BEHIND_SONAR_MM
+    return mission.robot.sonar_forward_mm - mission.camera.forward_mm

@@ -1,0 +1,168 @@
+"""How wrong distances by apparent size are: learned while driving, from echoes and from how a picture grows.
+
+A wrong field of view makes all distances by size wrong by one factor, which belongs to the robot; a wrong `height_mm`
+makes those of its target wrong. Both are learned as one factor for each target, and a new target begins with that of
+the last one.
+
+What gives the echo may stand before the target or behind it. As the robot drives up to it, echo and size change in
+proportion all the same; so the offset between both is estimated beside the factor.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from behaviors.ports import Pose, Sighting
+
+
+@dataclass(frozen=True, slots=True)
+class ScaleNumbers:
+    """The numbers of the estimate.
+
+    Attributes:
+        prior_sd: Standard deviation of the factor before anything was measured: a webcam's field of view by its data
+            sheet may be wrong by this.
+        target_sd: Targets differ by this: their heights are measured by ruler.
+        least_sd: The factor is never known better.
+        growth_sd: Error of the wheels' distance: diameters are measured by ruler.
+        size_sd: Noise of one distance by size, as a share.
+        echo_mm: Noise of an echo.
+        offset_mm: Standard deviation of the offset between the target and what gives the echo.
+        gate: An echo that is more standard deviations away than this is of something else than the last one.
+        ahead_deg: A target within this bearing is straight ahead.
+        nearest_echo_mm: Echoes are compared with a target from this near,
+        farthest_echo_mm: up to this far, by its size.
+        apart_mm: Echoes are compared this far apart; nearer to each other they say the same.
+        stretch_mm: A picture's growth is measured over a stretch of this length,
+        longest_mm: and up to this length, since wheels slip.
+        straight_deg: On which the robot turns no more than this.
+        sure: A stop may be this much farther away than it should be, with a chance of about 2 %.
+    """
+
+    prior_sd: float = 0.15
+    target_sd: float = 0.05
+    least_sd: float = 0.03
+    growth_sd: float = 0.06
+    size_sd: float = 0.02
+    echo_mm: float = 30.0
+    offset_mm: float = 250.0
+    gate: float = 3.0
+    ahead_deg: float = 6.0
+    nearest_echo_mm: float = 250.0
+    farthest_echo_mm: float = 1000.0
+    apart_mm: float = 60.0
+    stretch_mm: float = 250.0
+    longest_mm: float = 800.0
+    straight_deg: float = 15.0
+    sure: float = 1.15
+
+
+N = ScaleNumbers()
+
+
+@dataclass(slots=True)
+class _Estimate:
+    """Factor and offset of one target, with their variances and covariance; and the last measurements."""
+
+    factor: float
+    variance: float
+    offset_mm: float = 0.0
+    offset_variance: float = N.offset_mm**2
+    covariance: float = 0.0
+    begin: tuple[Pose, float] | None = None
+    heard_at: Pose | None = None
+
+    def forget_offset(self) -> None:
+        """Take the next echo for one of something else."""
+        self.offset_mm, self.offset_variance, self.covariance = 0.0, N.offset_mm**2, 0.0
+
+    def update(self, by_factor: float, by_offset: float, measured: float, variance: float) -> None:
+        """Update with a measurement of `by_factor` times the factor plus `by_offset` times the offset."""
+        to_factor = self.variance * by_factor + self.covariance * by_offset
+        to_offset = self.covariance * by_factor + self.offset_variance * by_offset
+        total = by_factor * to_factor + by_offset * to_offset + variance
+        surprise = measured - by_factor * self.factor - by_offset * self.offset_mm
+        if abs(surprise) > N.gate * math.sqrt(total):
+            self.forget_offset()
+            return
+        self.factor += to_factor / total * surprise
+        self.offset_mm += to_offset / total * surprise
+        self.variance = max(N.least_sd**2, self.variance - to_factor**2 / total)
+        self.offset_variance = max(N.echo_mm**2, self.offset_variance - to_offset**2 / total)
+        limit = 0.99 * math.sqrt(self.variance * self.offset_variance)
+        self.covariance = min(limit, max(-limit, self.covariance - to_factor * to_offset / total))
+
+
+class CameraScale:
+    """The factor for each target.
+
+    Args:
+        sonar_ahead_mm: The sonar in front of the lens.
+
+    Attributes:
+        sonar_ahead_mm: See above.
+    """
+
+    def __init__(self, sonar_ahead_mm: float) -> None:
+        self.sonar_ahead_mm = sonar_ahead_mm
+        self._estimates: dict[str, _Estimate] = {}
+        self._last = _Estimate(1.0, N.prior_sd**2)
+
+    def corrected(self, sighting: Sighting) -> Sighting:
+        """Return a sighting with the distance that is to be believed."""
+        return replace(sighting, distance_mm=sighting.distance_mm * self._of(sighting.target).factor)
+
+    def assured_mm(self, target: str, arrive_mm: float) -> float:
+        """Return from how near a stop for a target counts: nearer than asked while the factor is uncertain."""
+        return arrive_mm * min(1.0, N.sure * math.exp(-2.0 * math.sqrt(self._of(target).variance)))
+
+    def learn(self, sighting: Sighting, pose: Pose, range_mm: float | None) -> None:
+        """Update with a distance by size as measured.
+
+        Args:
+            sighting: It is not seen from far aside.
+            pose: Where the robot was then.
+            range_mm: The echo, or None.
+        """
+        estimate = self._of(sighting.target)
+        if abs(sighting.bearing_deg) > N.ahead_deg:
+            estimate.begin = None
+            return
+        before = estimate.variance
+        self._grow(estimate, pose, sighting.distance_mm)
+        if range_mm is not None:
+            self._hear(estimate, pose, sighting.distance_mm, range_mm + self.sonar_ahead_mm)
+        if estimate.variance != before:
+            self._last = estimate
+
+    def _of(self, target: str) -> _Estimate:
+        if target not in self._estimates:
+            variance = min(N.prior_sd**2, self._last.variance + N.target_sd**2)
+            self._estimates[target] = _Estimate(self._last.factor, variance)
+        return self._estimates[target]
+
+    def _grow(self, estimate: _Estimate, pose: Pose, distance_mm: float) -> None:
+        """Compare how much nearer it looks with how far the robot has driven straight."""
+        if estimate.begin is not None:
+            then, then_mm = estimate.begin
+            driven_mm = math.hypot(pose.x_mm - then.x_mm, pose.y_mm - then.y_mm)
+            nearer_mm = then_mm - distance_mm
+            if abs(pose.heading_deg - then.heading_deg) > N.straight_deg or driven_mm > N.longest_mm:
+                estimate.begin = None
+            elif driven_mm >= N.stretch_mm and nearer_mm > driven_mm / 2:
+                factor = driven_mm / nearer_mm
+                noise = N.size_sd * math.hypot(then_mm, distance_mm) / nearer_mm
+                if noise < N.prior_sd:
+                    estimate.update(1.0, 0.0, factor, N.growth_sd**2 + noise**2)
+                    estimate.begin = None
+        if estimate.begin is None:
+            estimate.begin = pose, distance_mm
+
+    def _hear(self, estimate: _Estimate, pose: Pose, distance_mm: float, echo_mm: float) -> None:
+        at = estimate.heard_at
+        near = at is not None and math.hypot(pose.x_mm - at.x_mm, pose.y_mm - at.y_mm) < N.apart_mm
+        if near or not N.nearest_echo_mm <= distance_mm <= N.farthest_echo_mm:
+            return
+        estimate.heard_at = pose
+        estimate.update(distance_mm, 1.0, echo_mm, N.echo_mm**2 + (N.size_sd * distance_mm) ** 2)
