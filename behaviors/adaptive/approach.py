@@ -16,7 +16,7 @@ from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.plausibility import contradicts
 from behaviors.ports import Pose, Sighting, StopReason
 from behaviors.skills import N as SKILLS
-from behaviors.skills import sighted, steering_deg_s
+from behaviors.skills import sighted
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +46,7 @@ class ApproachNumbers:
             something that passes behind.
         size_share: Where the sonar hears something farther away, a distance by size of this share of what it should be
             is believed.
+        hysteresis: Once the robot stands, a target this many times farther away is still near enough.
         checks: An arrival is believed after this many frames at rest, each with an echo.
         echo_s: Without an echo in a frame, the last one counts for this time; single echoes drop out.
     """
@@ -68,6 +69,7 @@ class ApproachNumbers:
     contradictions: int = 4
     size_share: float = 0.75
     checks: int = 3
+    hysteresis: float = 1.04
     echo_s: float = 1.0
 
 
@@ -101,7 +103,10 @@ class ApproachSkill:
     @property
     def _arrive_mm(self) -> float:
         """From how near a stop counts as far as the camera is known."""
-        return self._perception.world.scale.assured_mm(self._perception.target, self._perception.profile.arrive_mm)
+        assured_mm = self._perception.world.scale.assured_mm(
+            self._perception.target, self._perception.profile.arrive_mm
+        )
+        return N.hysteresis * assured_mm if self._stands else assured_mm
 
     def call(self) -> Fact:
         """Drive for one slice.
@@ -143,7 +148,7 @@ class ApproachSkill:
         if self._should_be_seen(bearing_deg, distance_mm):
             self._verifier.frame(hit=sighting is not None)
         elif sighting is None:
-            self._seen_s = max(self._seen_s, observation.time_s - self._perception.profile.lost_after_s / 2)
+            self._seen_s = max(self._seen_s, observation.time_s - self._perception.lost_after_s / 2)
             self._verifier.forget_misses()
 
     def _should_be_seen(self, bearing_deg: float, distance_mm: float) -> bool:
@@ -221,7 +226,7 @@ class ApproachSkill:
         """Return a failure when it cannot go on."""
         perception, now_s = self._perception, observation.time_s
         unseen_s = now_s - self._seen_s
-        hides = unseen_s > perception.profile.lost_after_s / 2
+        hides = unseen_s > perception.lost_after_s / 2
         before = (
             observation.range_mm is not None
             and abs(bearing_deg) <= N.ahead_deg
@@ -236,7 +241,7 @@ class ApproachSkill:
                 measured = {"range_mm": remembered_mm, "hides": False, "remembered": True}
                 blocker = Blocker(remembered_mm)
                 return Failure(Event.ARRIVE_FAILED, Reason.BLOCKED_LONG, measured, blocker, mapped=True)
-        if unseen_s >= perception.profile.lost_after_s:
+        if unseen_s >= perception.lost_after_s:
             return self._lost(observation, bearing_deg, distance_mm, unseen_s)
         if now_s - self._begun_s >= perception.profile.approach_limit_s:
             return _failed(Reason.APPROACH_TIMEOUT, observation)
@@ -307,7 +312,7 @@ class ApproachSkill:
             self._driven.clear()
         else:
             self._driven.append((observation.time_s, perception.world.pose, known_mm))
-        stop = perception.drive(speed_mm_s, steering_deg_s(bearing_deg))
+        stop = perception.drive(speed_mm_s, perception.steering_deg_s(bearing_deg))
         if stop is None:
             return None
         if stop is StopReason.CONTACT:
@@ -336,7 +341,7 @@ class ApproachSkill:
         """Near enough: stand and look until it is clear what this is."""
         perception = self._perception
         if abs(bearing_deg) > N.ahead_deg:
-            perception.drive(0.0, steering_deg_s(bearing_deg))
+            perception.drive(0.0, perception.steering_deg_s(bearing_deg))
         else:
             perception.context.body.stop()
             self._rested += 1

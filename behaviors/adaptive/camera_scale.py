@@ -55,7 +55,7 @@ class ScaleNumbers:
     stretch_mm: float = 250.0
     longest_mm: float = 800.0
     straight_deg: float = 15.0
-    sure: float = 1.15
+    sure: float = 1.1
 
 
 N = ScaleNumbers()

@@ -12,7 +12,7 @@ from behaviors.adaptive.retreat import Retreat
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Failure
 from behaviors.ports import Point, StopReason
-from behaviors.skills import sighted, steering_deg_s
+from behaviors.skills import sighted
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,8 +84,15 @@ class FollowPathSkill:
             if fact is not None:
                 perception.context.body.stop()
                 return fact
-        perception.context.body.stop()
+        self._make_room()
         return Fact(Event.RECOVERY_DONE, Reason.THERE, {"travel_s": perception.now() - begun_s})
+
+    def _make_room(self) -> None:
+        """Stop, and without a sonar back off: the robot may stand beside something that it would touch in a turn."""
+        body = self._perception.context.body
+        body.stop()
+        if self._perception.sonar.deaf:
+            body.straight(-N.retreat_mm)
 
     def _leg(self, point: Point) -> Fact | None:
         """Drive to the next waypoint; None when it was reached or the path was planned again."""
@@ -112,7 +119,7 @@ class FollowPathSkill:
         share = max(0.0, 1.0 - abs(bearing_deg) / N.pivot_deg)
         if observation.range_mm is not None and observation.range_mm < N.slow_mm:
             share *= N.slow_share
-        return self._perception.profile.cruise_mm_s * share, steering_deg_s(
+        return self._perception.profile.cruise_mm_s * share, self._perception.steering_deg_s(
             bearing_deg, N.steer_per_s, N.steer_limit_deg_s
         )
 
@@ -164,5 +171,6 @@ class FollowPathSkill:
         """There is no path; from far enough along the old one it is worth looking round, too."""
         world = self._perception.world
         if math.dist(world.here, self._begin) >= N.far_enough_mm:
+            self._make_room()
             return Fact(Event.RECOVERY_DONE, Reason.NO_WAY, {"stops": self._stops})
         return Failure(Event.RECOVERY_FAILED, Reason.NO_WAY, {"range_mm": observation.range_mm, "stops": self._stops})

@@ -100,6 +100,7 @@ class OccupancyGrid:
         radius_mm: The robot's.
         sonar_forward_mm: The sonar in front of the axle.
         forgotten: How often its obstacles were forgotten.
+        unheard: Whether it has to do without a sonar now.
     """
 
     def __init__(self, robot: RobotTable = USUAL_ROBOT) -> None:
@@ -107,6 +108,7 @@ class OccupancyGrid:
         self._beam_deg = robot.sonar_cone_deg / 2
         self.evidence: Grid = np.zeros((CELLS, CELLS), np.float32)
         self.forgotten = 0
+        self.unheard = False
         self._time_s = -math.inf
         self._last: tuple[Pose, float] | None = None
 

@@ -24,6 +24,7 @@ class PlannerNumbers:
         tight: Cost of a cell within the inflation, in cells of free floor.
         doubtful: Cost of a cell that may be occupied.
         unknown: Cost of a cell that is not known.
+        unknown_unheard: The same without a sonar, which would hear in time what stands there.
         few_places: A robot that can reach fewer places than this is walled in.
         few_spacing_mm: Spacing of the places that are counted for it.
         touched: A cell with less evidence, either way, counts as never looked at and does not extend the map.
@@ -37,6 +38,7 @@ class PlannerNumbers:
     tight: float = 2.0
     doubtful: float = 5.0
     unknown: float = 1.4
+    unknown_unheard: float = 8.0
     few_places: int = 6
     few_spacing_mm: float = 400.0
     touched: float = 0.05
@@ -64,7 +66,8 @@ class PathPlanner:
         self._start = (i - self._window[0].start, j - self._window[1].start)
         self._pace = CELL_MM / speed_mm_s
         self._field = _spread(self._cost, self._start)
-        self._free = floor.evidence[self._window] < -N.free
+        # without a sonar no floor but that which was driven over becomes known
+        self._free = (floor.evidence[self._window] < -N.free) | floor.unheard
 
     def seconds_to(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the driving time to each of the points (n, 2); infinity where no path leads."""
@@ -146,7 +149,7 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
     solid = part > GRID.solid
     blocked = _grown(solid, floor.radius_mm + N.clearance_mm)
     cost = np.ones(part.shape)
-    cost[np.abs(part) <= N.touched] = N.unknown
+    cost[np.abs(part) <= N.touched] = N.unknown_unheard if floor.unheard else N.unknown
     cost[_grown(solid, N.inflation_mm)] = N.tight
     cost[_grown((part > GRID.hint) & ~solid, floor.radius_mm)] = N.doubtful
     cost[blocked] = np.inf

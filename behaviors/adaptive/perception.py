@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+from behaviors.adaptive.sonar_trust import SonarTrust
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.failures import Blocker
 from behaviors.mission import AdaptiveParameters
 from behaviors.ports import Sighting, StopReason
-from behaviors.skills import SkillContext, note_look
+from behaviors.skills import N as SKILLS
+from behaviors.skills import SkillContext, note_look, steering_deg_s
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
 
@@ -18,9 +21,19 @@ class PerceptionNumbers:
 
     Attributes:
         unheard_mm: Something that holds or touches the robot and gives no echo is about this far ahead of the sonar.
+        step_mm: The robot drives no farther than this from one look to the next, however slow the link.
+        corrects: Share of a bearing's error that it corrects at most from one look to the next, so as not to swerve.
+        lost_frames: A target is lost only after this many frames without it.
+        longest_step_s: What takes longer is a pause.
+        deaf_share: Share of its speed at which the robot drives while the sonar seems dead.
     """
 
     unheard_mm: float = 150.0
+    step_mm: float = 150.0
+    corrects: float = 0.6
+    lost_frames: float = 4.0
+    longest_step_s: float = 2.0
+    deaf_share: float = 0.6
 
 
 N = PerceptionNumbers()
@@ -54,6 +67,9 @@ class Perception:
         profile: The mission's numbers.
         world: Is updated with what is perceived.
         queue: Tells which target is looked for.
+
+    Attributes:
+        sonar: Whether the sonar works.
     """
 
     def __init__(
@@ -63,6 +79,9 @@ class Perception:
         self.profile = profile
         self.world = world
         self._queue = queue
+        self.sonar = SonarTrust()
+        self._looked_s = -math.inf
+        self._step_s = 0.0
         self._range_mm: float | None = None
 
     @property
@@ -85,19 +104,40 @@ class Perception:
         context.check_time()
         looked_for = [self.target, *self._others()]
         glimpse = context.eyes.glance(looked_for)
-        self._range_mm = range_mm = context.body.range_mm()
+        range_mm = context.body.range_mm()
         pose = context.body.pose()
         now_s = self.now()
-        seen = self.world.perceive(now_s, pose, range_mm, looked_for, glimpse)
+        if now_s - self._looked_s <= N.longest_step_s:
+            self._step_s += (now_s - self._looked_s - self._step_s) / 2
+        self._looked_s = now_s
+        self._range_mm = range_mm = self.sonar.believed(now_s, pose, range_mm)
+        seen = self.world.perceive(now_s, pose, range_mm, looked_for, glimpse, hears=not self.sonar.deaf)
         sighting = seen.get(self.target)
         note_look(context, pose, range_mm, sighting)
         return Observation(now_s, sighting, range_mm)
 
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
-        """Drive on as `Body.drive` does, and report when the safety stop holds the robot and when it lets go."""
+        """Drive on as `Body.drive` does, slower without a sonar and on a slow link.
+
+        Reports when the safety stop holds the robot and when it lets go.
+        """
+        if speed_mm_s > 0:
+            share = N.deaf_share if self.sonar.deaf else 1.0
+            speed_mm_s = min(share * speed_mm_s, N.step_mm / max(self._step_s, 0.01))
         stop = self.context.body.drive(speed_mm_s, turn_deg_s)
         self.context.watch.update(stop, {"range_mm": self._range_mm})
         return stop
+
+    @property
+    def lost_after_s(self) -> float:
+        """After this time without a sighting a target is lost, but not after a single frame on a slow link."""
+        return max(self.profile.lost_after_s, N.lost_frames * self._step_s)
+
+    def steering_deg_s(
+        self, bearing_deg: float, per_s: float = SKILLS.steer_per_s, limit_deg_s: float = SKILLS.steer_limit_deg_s
+    ) -> float:
+        """Return how fast to turn towards a bearing: slower where looks are far apart, as on a slow link."""
+        return steering_deg_s(bearing_deg, min(per_s, N.corrects / max(self._step_s, 0.01)), limit_deg_s)
 
     def _others(self) -> list[str]:
         """Return the other targets that are not reached yet."""

@@ -31,7 +31,7 @@ class ScanNumbers:
     """
 
     step_deg: float = 6.0
-    slowest_deg_s: float = 8.0
+    slowest_deg_s: float = 10.0
     full_deg: float = 330.0
     known_deg: float = 25.0
     remembered_share: float = 0.9

@@ -159,7 +159,14 @@ class WorldModel:
         return self.pose.x_mm, self.pose.y_mm
 
     def perceive(
-        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], glance: Glimpse
+        self,
+        now_s: float,
+        pose: Pose,
+        range_mm: float | None,
+        looked_for: Sequence[str],
+        glance: Glimpse,
+        *,
+        hears: bool = True,
     ) -> Mapping[str, Sighting]:
         """Update with a frame and an echo.
 
@@ -169,6 +176,7 @@ class WorldModel:
             range_mm: The sonar's echo, or None.
             looked_for: Targets that were looked for in the frame.
             glance: What the frame showed.
+            hears: Whether the sonar works, so that silence means that nothing is near.
 
         Returns:
             The sightings that are not of a known look-alike.
@@ -182,9 +190,10 @@ class WorldModel:
         self._renew(now_s)
         self.floor.fade(now_s)
         self.floor.stands_on(pose)
+        self.floor.unheard = not hears
         if range_mm is not None:
             self.floor.echo(pose, range_mm)
-        else:
+        elif hears:
             self.floor.no_echo(pose)
         for target in looked_for:
             if target in believed:

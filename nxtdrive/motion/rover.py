@@ -28,6 +28,9 @@ from nxtdrive.sensors import Compass, Sensor, Touch, Ultrasonic
 
 __all__ = ["DriveSettings", "Rover", "SafetyLimits"]
 
+ROUND_TRIPS = 1.5
+"""A reading of the wheels that is no older than this many round trips is as good as a new one."""
+
 REST_S = 0.03
 """Wheels whose counts have not changed for this time stand."""
 TRIPS = 9
@@ -191,7 +194,7 @@ class Rover:
         self._link.motions.claim(self._ports)
         if self._correction is not None and not self._driving:
             self.pose()
-        elif (speed_mm_s or turn_deg_s) and self._unread_for_s > WATCH_S:
+        elif (speed_mm_s or turn_deg_s) and self._unread_for_s > max(WATCH_S, ROUND_TRIPS * self._link.latency_s):
             self._read_wheels()
         if speed_mm_s > 0 and (objection := self._monitor.watch(self._odometry.pose)) is not None:
             self.stop()

@@ -180,3 +180,15 @@ def test_a_skill_that_fails_at_once_leads_to_no_second_decision_at_once(bench):
     begun_s = perception.now()
     assert bench.profile.skill("arrive", None).call().event is Event.ARRIVE_FAILED
     assert perception.now() - begun_s < LEAST_S, "the decision was made long ago"
+
+
+@pytest.mark.parametrize(("round_trip_ms", "slow"), [(2.0, False), (300.0, True)])
+def test_on_a_slow_link_it_steers_gently_and_a_target_is_not_lost_after_one_frame(round_trip_ms, slow):
+    scenario = draw_scenario("open", 100)
+    simulation = Simulation(scenario.world, seed=100)
+    with Brick(SimTransport(simulation, latency_ms=round_trip_ms)) as brick:
+        perception = Bench(brick, simulation).profile._perception
+        for _ in range(6):
+            perception.step()
+        assert (perception.lost_after_s > perception.profile.lost_after_s) == slow
+        assert (perception.steering_deg_s(10.0, 2.0) < 20.0) == slow

@@ -1,0 +1,65 @@
+"""Whether the sonar works: one that hears nothing any more, or always the same, has no say."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from behaviors.angles import wrapped_deg
+from behaviors.ports import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class SonarNumbers:
+    """The numbers of the doubt in a sonar.
+
+    Attributes:
+        deaf_s: A sonar that has heard nothing for this time may be dead; in a room there is mostly something in range.
+        stuck_mm: The same echo over a path of this length is no echo; a sonar measures centimetres.
+        stuck_deg: So is the same echo over turns of this much in all.
+        fresh: This many echoes that differ are believed again.
+    """
+
+    deaf_s: float = 5.0
+    stuck_mm: float = 200.0
+    stuck_deg: float = 40.0
+    fresh: int = 3
+
+
+N = SonarNumbers()
+
+
+class SonarTrust:
+    """Judges the echoes of one mission."""
+
+    def __init__(self) -> None:
+        self._heard_s = -math.inf
+        self._now_s = 0.0
+        self._pose: Pose | None = None
+        self._last_mm: float | None = None
+        self._path_mm = self._turn_deg = 0.0
+        self._fresh = N.fresh
+
+    @property
+    def deaf(self) -> bool:
+        """Whether it has had nothing to say for some time: then silence does not mean that the way is free."""
+        return self._now_s - self._heard_s > N.deaf_s
+
+    def believed(self, now_s: float, pose: Pose, range_mm: float | None) -> float | None:
+        """Return an echo, or None if there is none or the sonar is stuck."""
+        self._now_s = now_s
+        if range_mm is None:
+            return None
+        if range_mm == self._last_mm and self._pose is not None:
+            self._path_mm += math.hypot(pose.x_mm - self._pose.x_mm, pose.y_mm - self._pose.y_mm)
+            self._turn_deg += abs(wrapped_deg(pose.heading_deg - self._pose.heading_deg))
+        else:
+            self._path_mm = self._turn_deg = 0.0
+            self._fresh += 1
+        self._pose, self._last_mm = pose, range_mm
+        if self._path_mm > N.stuck_mm or self._turn_deg > N.stuck_deg:
+            self._fresh = 0
+        if self._fresh < N.fresh:
+            return None
+        self._heard_s = now_s
+        return range_mm

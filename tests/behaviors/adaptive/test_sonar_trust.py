@@ -1,0 +1,64 @@
+"""A sonar that hears nothing any more, or always the same, has no say."""
+
+import numpy as np
+
+from behaviors.adaptive.occupancy_grid import OccupancyGrid, cell
+from behaviors.adaptive.path_planner import PathPlanner
+from behaviors.adaptive.sonar_trust import N as SONAR
+from behaviors.adaptive.sonar_trust import SonarTrust
+from behaviors.adaptive.world_model import WorldModel
+from behaviors.mission import Mission
+from behaviors.ports import Glimpse, Pose
+
+
+def _drive(trust, range_mm, *, begin_s=0.0, steps=40, step_mm=20.0):
+    heard = [trust.believed(begin_s + 0.1 * i, Pose(begin_s * 200 + step_mm * i), range_mm(i)) for i in range(steps)]
+    return heard[-1]
+
+
+def test_a_sonar_that_hears_different_things_is_believed():
+    trust = SonarTrust()
+    assert _drive(trust, lambda i: 2000.0 - 20.0 * i) == 1220.0
+    assert not trust.deaf
+
+
+def test_a_sonar_at_rest_may_always_hear_the_same():
+    assert _drive(SonarTrust(), lambda _: 700.0, step_mm=0.0) == 700.0
+
+
+def test_a_sonar_that_repeats_its_last_echo_on_the_way_is_not_believed_until_it_hears_something_else():
+    trust = SonarTrust()
+    assert _drive(trust, lambda _: 700.0, steps=100) is None
+    assert trust.deaf
+    assert _drive(trust, lambda i: 900.0 - 10.0 * i, begin_s=10.0, steps=5) == 860.0
+    assert not trust.deaf
+
+
+def test_a_sonar_that_has_heard_nothing_for_some_time_is_deaf():
+    trust = SonarTrust()
+    _drive(trust, lambda i: 2000.0 - i)
+    _drive(trust, lambda _: None, begin_s=4.0, steps=round(5.0 * SONAR.deaf_s))
+    assert not trust.deaf
+    _drive(trust, lambda _: None, begin_s=4.0, steps=round(12.0 * SONAR.deaf_s))
+    assert trust.deaf
+
+
+def test_the_silence_of_a_dead_sonar_clears_nothing():
+    table = {"mission": {"targets": ["a"]}, "target": {"a": {"detector": "marker", "id": 0}}}
+    world = WorldModel(Mission.model_validate(table))
+    for i in range(10):
+        world.perceive(0.1 * i, Pose(heading_deg=5.0 * i), None, [], Glimpse(0.1 * i, {}), hears=False)
+    x, y = cell(800.0, 0.0)
+    assert world.floor.evidence[x, y] == 0.0
+
+
+def test_without_a_sonar_a_path_keeps_to_floor_that_was_driven_over():
+    floor = OccupancyGrid()
+    for x_mm, y_mm in [*((50.0 * i, 0.0) for i in range(17)), *((800.0, 50.0 * i) for i in range(17))]:
+        floor.stands_on(Pose(x_mm, y_mm))
+    diagonal, corner = np.array([[800.0, 800.0]]), np.array([[800.0, 0.0]])
+    heard_s = PathPlanner(floor, (0.0, 0.0), 200.0).seconds_to(diagonal)
+    floor.unheard = True
+    planner = PathPlanner(floor, (0.0, 0.0), 200.0)
+    assert planner.seconds_to(diagonal) > heard_s
+    assert planner.seconds_to(corner) < planner.seconds_to(np.array([[400.0, 500.0]]))
