@@ -139,11 +139,18 @@ class TimedWorldModel(WorldModel):
         self.times_s: list[float] = []
 
     def perceive(
-        self, now_s: float, pose: Pose, range_mm: float | None, looked_for: Sequence[str], glance: Glimpse
+        self,
+        now_s: float,
+        pose: Pose,
+        range_mm: float | None,
+        looked_for: Sequence[str],
+        glance: Glimpse,
+        *,
+        hears: bool = True,
     ) -> Mapping[str, Sighting]:
         """Update with a frame and an echo."""
         begun_s = cpu_s()
-        believed = super().perceive(now_s, pose, range_mm, looked_for, glance)
+        believed = super().perceive(now_s, pose, range_mm, looked_for, glance, hears=hears)
         self.times_s.append(cpu_s() - begun_s)
         return believed
 

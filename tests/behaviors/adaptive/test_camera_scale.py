@@ -53,7 +53,7 @@ def test_the_next_target_begins_with_what_was_learned():
     scale = CameraScale(AHEAD_MM)
     _approach(scale, 1.2)
     assert _factor(scale, "window") == _factor(scale)
-    assert scale.assured_mm("window", ARRIVE_MM) == ARRIVE_MM
+    assert scale.assured_mm("window", ARRIVE_MM) > 0.9 * ARRIVE_MM
 
 
 @pytest.mark.parametrize("offset_mm", [-350.0, -250.0, 300.0, 600.0])
