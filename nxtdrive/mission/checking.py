@@ -55,7 +55,9 @@ def check_mission(path: Path, robot: Path | None = None) -> Findings:
         targets = valid_targets(path, [PICTURES])
     else:
         targets = mission.target
-        found.warnings = list(warnings(mission))
+        from nxtdrive.mission.picture_checks import picture_warnings
+
+        found.warnings = [*warnings(mission), *picture_warnings(mission)]
     found.mistakes += make_detectors(targets)[1]
     return found
 

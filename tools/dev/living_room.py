@@ -38,7 +38,7 @@ MARGIN = (32, 40)
 """The rooms are rendered larger by this on every side, so that a rolled frame has no empty corners."""
 
 HFOV_DEG = 60.0
-DISTANCES_M = (0.5, 0.8, 1.2, 1.6, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0)
+DISTANCES_M = (0.6, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5)
 SHARE = 0.9
 OFF_PX, OFF_SHARE = 6.0, 0.25
 """A detection is right if its centre is this near to the print's (or within this share of its height)."""

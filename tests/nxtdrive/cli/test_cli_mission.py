@@ -3,13 +3,13 @@
 import json
 
 import cv2
-import numpy as np
 import pytest
 
 from behaviors.diagram import mermaid, transition_table
 from behaviors.mission import AdaptiveParameters, MissionError, ThesisParameters, load_mission
 from nxtdrive.cli.main import DONE, USAGE, exit_code, main
 from nxtdrive.cli.mission_template import meanings, template
+from sim_backend.bundled import PICTURES
 
 GOOD = '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "color"\ncolor = "red"\n'
 BAD = '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "color"\ncolor = "mauve"\n[thesis]\nwait_ms = 3\n'
@@ -83,7 +83,7 @@ def test_mistakes_in_keys_ports_and_pictures_are_found_in_one_pass(tmp_path, cap
 
 def _picture(folder, width, height):
     path = folder / f"{width}x{height}.png"
-    cv2.imwrite(str(path), np.random.default_rng(0).integers(0, 256, (height, width, 3), np.uint8))
+    cv2.imwrite(str(path), cv2.resize(cv2.imread(str(PICTURES / "lena.png")), (width, height)))
     return path.name
 
 

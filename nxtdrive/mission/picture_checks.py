@@ -1,0 +1,71 @@
+"""Warn of photographs that will be hard to find, by trying the detector on them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import permutations
+from pathlib import Path
+
+from behaviors.mission import Mission, PictureTarget
+from firmware_protocol.errors import CameraError, ConfigError
+from nxtdrive.mission.truth import shows
+from nxtdrive.vision.detection import Image
+from nxtdrive.vision.detectors.picture import PictureDetector
+from nxtdrive.vision.detectors.prospect import USUAL_HEIGHT_PX, prospect
+from nxtdrive.vision.geometry import Pinhole
+from nxtdrive.vision.sources import read_image
+
+FRAME_WIDTH = 320
+LEAST_RANGE_M = 1.2
+"""A print that is found from nearer only is worth a warning whatever the reason: the robot hardly meets it."""
+
+
+def picture_warnings(mission: Mission) -> Iterator[str]:
+    """Yield a warning for each target whose photographs are hard to find or resemble another target's.
+
+    Photographs that cannot be used are left out; they are reported as mistakes.
+    """
+    pictures: dict[str, list[Image]] = {}
+    for name in dict.fromkeys(mission.mission.targets):
+        target = mission.target[name]
+        if isinstance(target, PictureTarget):
+            pictures[name] = [image for file in target.pictures if (image := _usable(file)) is not None]
+            if pictures[name]:
+                yield from _hard_to_find(mission, name, pictures[name])
+    for name, other in permutations([name for name, images in pictures.items() if images], 2):
+        if any(shows(front, PictureDetector(pictures[name])) for front in pictures[other]):
+            yield (
+                f"target.{name}: its picture resembles that of target.{other}, which will be taken for it. "
+                f"Choose pictures that differ more."
+            )
+
+
+def _usable(file: str) -> Image | None:
+    try:
+        image = read_image(Path(file))
+        PictureDetector([image], use_features=False)
+    except (CameraError, ConfigError):
+        return None
+    return image
+
+
+def _hard_to_find(mission: Mission, name: str, pictures: list[Image]) -> Iterator[str]:
+    """Warn if no photograph of a target is found from as far as most prints are."""
+    prospects = [prospect(picture) for picture in pictures]
+    best = min(prospects, key=lambda each: each.height_px or math.inf)
+    pinhole = Pinhole.from_hfov(FRAME_WIDTH, mission.camera.hfov_deg)
+    height_mm = mission.target[name].height_mm
+    usual_m = pinhole.distance_mm(USUAL_HEIGHT_PX, height_mm) / 1000
+    range_m = 0.0 if best.height_px is None else pinhole.distance_mm(best.height_px, height_mm) / 1000
+    if best.hard:
+        far = f"only up to about {range_m:.1f} m" if best.height_px else "only from very near"
+        yield (
+            f"target.{name}: the picture will be hard to find: {far}, where most prints of its size are found up to "
+            f"{usual_m:.1f} m. The reason: {'; '.join(best.reasons)}."
+        )
+    elif range_m < LEAST_RANGE_M:
+        yield (
+            f"target.{name}: a print of {height_mm:g} mm is small: it is found only up to about {range_m:.1f} m. "
+            f"Print it larger, and set height_mm."
+        )

@@ -1,0 +1,102 @@
+"""Predicts how far the `picture` detector will see a print, and says why not farther.
+
+The detector itself is tried on small frames that show the picture smaller and smaller, as a webcam would: softened, dim
+and with noise. What limits it is then measured on the photograph. docs/vision.md shows how well this predicts the
+ranges in rendered rooms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from nxtdrive.vision.detection import Image
+from nxtdrive.vision.detectors.correlation import CorrelationMatcher
+from nxtdrive.vision.detectors.frame_pyramid import pyramid
+from nxtdrive.vision.detectors.resemblance import distinctness
+
+HEIGHTS_PX = (18, 21, 25, 30, 36, 43, 52, 62, 75)
+"""Apparent heights that are tried, in pixels of a frame 320 wide."""
+
+USUAL_HEIGHT_PX = 21
+"""Most prints are found from this apparent height on."""
+
+TRIALS = 4
+GAIN, SOFTNESS_PX, NOISE = 0.8, 0.7, 5.0
+SMALL_HEIGHT = 24
+FAINT_SD, ALIKE_WAVES, KEPT_CONTRAST = 16.0, 10.0, 0.6
+
+
+@dataclass(frozen=True, slots=True)
+class Prospect:
+    """How well a print will be found.
+
+    Attributes:
+        height_px: Apparent height from which on it is found, in pixels of a frame 320 wide; None if at none tried.
+        reasons: What limits it, in plain words with what to do; empty if it is found as most prints are.
+    """
+
+    height_px: int | None
+    reasons: tuple[str, ...]
+
+    @property
+    def hard(self) -> bool:
+        """Whether it is found only from clearly nearer than most prints."""
+        return self.height_px is None or self.height_px > 1.4 * USUAL_HEIGHT_PX
+
+
+def prospect(picture: Image) -> Prospect:
+    """Try the detector on a picture, BGR and at least 40 pixels high and wide; takes some tenths of a second."""
+    matcher = CorrelationMatcher(picture)
+    height_px = next((height for height in HEIGHTS_PX if _found(matcher, picture, height)), None)
+    found = Prospect(height_px, tuple(_reasons(picture)))
+    return found if found.hard else Prospect(height_px, ())
+
+
+def _found(matcher: CorrelationMatcher, picture: Image, height: int) -> bool:
+    """Whether the picture is found in all frames but one in which it is `height` pixels high."""
+    rng = np.random.default_rng(height)
+    missed = 0
+    for _ in range(TRIALS):
+        place, frame = _frame(picture, height, rng)
+        hits = (one.centre for one in matcher.match(pyramid(frame)))
+        missed += not any(abs(u - place[0]) < height / 4 and abs(v - place[1]) < height / 4 for u, v in hits)
+        if missed > 1:
+            return False
+    return True
+
+
+def _frame(picture: Image, height: int, rng: np.random.Generator) -> tuple[tuple[float, float], Image]:
+    """Return where the picture is, and a frame that shows it before a wall."""
+    width = max(4, round(height * picture.shape[1] / picture.shape[0]))
+    small = cv2.resize(picture, (width * 3, height * 3), interpolation=cv2.INTER_AREA)
+    size = width + 60, height + 60
+    wall = rng.uniform(60, 190, 3) + cv2.resize(rng.normal(0, 12, (6, 6, 3)), size, interpolation=cv2.INTER_CUBIC)
+    left, top = 30 + rng.uniform(-1, 1), 30 + rng.uniform(-1, 1)
+    large = cv2.resize(wall.clip(0, 255).astype(np.uint8), (size[0] * 3, size[1] * 3))
+    shift = np.array([[1, 0, 3 * left], [0, 1, 3 * top]])
+    cv2.warpAffine(small, shift, large.shape[1::-1], dst=large, borderMode=cv2.BORDER_TRANSPARENT)
+    frame = cv2.GaussianBlur(cv2.resize(large, size, interpolation=cv2.INTER_AREA), (0, 0), SOFTNESS_PX)
+    seen = frame.astype(np.float32) * GAIN + rng.normal(0, NOISE, frame.shape)
+    return (left + width / 2, top + height / 2), seen.clip(0, 255).astype(np.uint8)
+
+
+def _reasons(picture: Image) -> list[str]:
+    """Say what makes a picture hard to find."""
+    size = max(4, round(SMALL_HEIGHT * picture.shape[1] / picture.shape[0])), SMALL_HEIGHT
+    small, whole = _gray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA)), _gray(picture)
+    reasons = []
+    if small.std() < FAINT_SD:
+        reasons.append("it has little contrast from afar: choose a picture with dark and bright parts")
+    if small.std() < KEPT_CONTRAST * whole.std():
+        reasons.append("its details are small: choose one with large shapes, or print it larger")
+    if distinctness(picture) < ALIKE_WAVES:
+        reasons.append("it has few details, so much else resembles it: choose one with more shapes")
+    return reasons or ["other things resemble it: choose another picture, or print it larger"]
+
+
+def _gray(picture: cv2.typing.MatLike) -> NDArray[np.uint8]:
+    return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)
