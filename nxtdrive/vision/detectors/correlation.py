@@ -41,15 +41,15 @@ KEPT_HEIGHT = 160
 LENS_BLUR_PX = 0.8
 """Standard deviation of a camera's blur, with that of reading between its pixels."""
 
-SURE = 0.7
-CHANCE_AREA = 16.0
+SURE = 0.75
+CHANCE_AREA = 20.0
 CHANCE_WAVES, MOST_CHANCE = 1.3, 0.17
 CORE_EXTRA = 0.08
 """A score is accepted from ``SURE + CHANCE_AREA / area + CHANCE_WAVES / distinctness`` on, with the compared area in
 square pixels: the fewer pixels and details, the better the matches that chance finds. The core has less to tell it from
 other things. Source: docs/vision.md."""
 
-LEAST_HEIGHT_PX = 13
+LEAST_HEIGHT_PX = 15
 MOST_ROLL_DEG, MOST_SHEAR_DEG = 22.0, 10.0
 NARROWEST, WIDEST = 0.4, 1.15
 """Bounds of a place's width relative to its height, as a factor of the picture's: from 66 degrees to the side on."""
@@ -128,10 +128,12 @@ class _Part:
 
     def score(self, frame: Pyramid, pose: Poses) -> float | None:
         """Return how well the colours at a pose resemble the part's, 0..1; None if chance may do as well."""
-        picture = self._at(max(4, min(FINE_HEIGHT, round(float(np.hypot(*pose[:, 1]))))))
+        width_px, height_px = (float(side) for side in np.hypot(*pose[:, :2]))
+        picture = self._at(max(4, min(FINE_HEIGHT, round(height_px))))
         seen, lit = straightened(frame, pose, picture.shape[1], picture.shape[0])
         score, share = resemblance(seen, picture, lit)
-        needed = self._sure + CHANCE_AREA / (share * picture.shape[0] * picture.shape[1])
+        area = share * picture.shape[0] ** 2 * width_px / height_px  # as it appears: seen from the side it is less
+        needed = self._sure + CHANCE_AREA / area
         return score if score >= needed else None
 
     def _at(self, height: int) -> NDArray[np.float32]:
