@@ -15,7 +15,7 @@ from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import NAME_SIZE, unpack_name
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
-from sim_backend.firmware.vm.machine import Machine
+from sim_backend.firmware.vm.machine import Machine, Outcome
 from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, POOL_SIZE, Layout, Memory, OutOfMemory, fresh_pool
 from sim_backend.firmware.vm.opcodes import OPCODES
 from sim_backend.firmware.vm.rxe import BadProgram, Fault, parse
@@ -112,7 +112,7 @@ class CommandModule:
         return self._in_map(0 if self._memory is None else self._memory.descriptors)
 
     def _in_map(self, offset: int) -> int:
-        if self._memory is None or not self._dialect.shows_offsets:
+        if self._memory is None or not (self._machine or self._dialect.keeps_offsets):
             return NOT_AN_OFFSET
         return _POOL_AT + self._memory.base + offset & 0xFFFF
 
@@ -189,10 +189,12 @@ class CommandModule:
         outcome = self._machine.run(now_ms)
         if outcome is None:
             self.due_ms = self._machine.due_ms
+        elif outcome is Outcome.ERROR and self._dialect.tells_faults:
+            self._end(self._machine.error & 0xFF)
         else:
             self._end(ProgramStatus(outcome))
 
-    def _end(self, status: ProgramStatus | Fault) -> None:
+    def _end(self, status: int) -> None:
         self.status, self._phase = int(status), _Phase.ENDED
         self._on_end()
         self.wake()

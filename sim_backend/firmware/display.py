@@ -121,8 +121,18 @@ class DisplayModule:
                 self.point(left, y - b)
                 self.point(left, y + b)
 
-    def text(self, x: int, y: int, characters: bytes) -> None:
-        """Draw text into the line of eight pixels that contains `y`; characters replace what was there."""
+    def text(self, x: int, y: int, characters: bytes, *, anywhere: bool = False) -> None:
+        """Draw text into the line of eight pixels that contains `y`; characters replace what was there.
+
+        Args:
+            x: Its left edge; nothing is drawn for a negative one.
+            y: Its lower edge if it can be `anywhere`.
+            characters: The text; it ends at the edge of the screen.
+            anywhere: Whether it need not fill a line of eight pixels; then it may use the last column, too.
+        """
+        if anywhere:
+            self._text_anywhere(x, y, characters)
+            return
         if not 0 <= y < DISPLAY_HEIGHT or x < 0:
             return
         start = _START + (DISPLAY_HEIGHT - 1 - y) // _LINE * DISPLAY_WIDTH
@@ -133,4 +143,13 @@ class DisplayModule:
             if x + CELL_WIDTH > DISPLAY_WIDTH - 1:
                 return
             self.memory[start + x : start + x + CELL_WIDTH] = columns
+            x += CELL_WIDTH
+
+    def _text_anywhere(self, x: int, y: int, characters: bytes) -> None:
+        for columns in filter(None, map(glyph, characters)):
+            if not 0 <= x <= DISPLAY_WIDTH - CELL_WIDTH:
+                return
+            for column, bits in enumerate(columns):
+                for row in range(_LINE):
+                    self.set(x + column, y + _LINE - 1 - row, bits >> row & 1)
             x += CELL_WIDTH

@@ -61,6 +61,7 @@ class Output:
         regulation: As commanded.
         turn: As commanded, percent.
         options: Byte 29 of the map.
+        max_speed, max_acceleration: Fields of programs for firmware 1.32, without effect.
         tacho_limit: As commanded, degrees.
     """
 
@@ -70,6 +71,7 @@ class Output:
         self.p_gain, self.i_gain, self.d_gain = control.gains
         self.mode = self.power = self.run_state = self.regulation = self.turn = self.tacho_limit = self.flags = 0
         self.options = 0
+        self.max_speed, self.max_acceleration = 80, 20
 
     @property
     def at_rest(self) -> bool:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from firmware_protocol import iomap
-from sim_backend.firmware.vm.dialect import Dialect, Timing
+from sim_backend.firmware.vm.dialect import ENHANCED, Dialect, Timing
 from sim_backend.firmware.vm.memory import Layout
 from sim_backend.firmware.vm.rxe import Type
 
@@ -115,7 +115,7 @@ _V1_29 = Version(
         Timing(instructions=54, turns=2_000),
         copies_arrays=True,
         system_calls=48,
-        missing=frozenset(),
+        missing=ENHANCED,
     ),
     map_sizes={},
     map_presets={},
@@ -142,7 +142,7 @@ _V1_05 = replace(
         Timing(instructions=1 << 30, turns=49),
         copies_arrays=False,
         system_calls=34,
-        missing=frozenset({0x34, 0x36, 0x37}),
+        missing=ENHANCED | {0x34, 0x36, 0x37},
         checks_short_forms=True,
         runs_past_end=True,
     ),
@@ -162,7 +162,18 @@ _V1_32 = replace(
     counts_full_ring=True,
     wraps_write_port=True,
     sectors=410,
-    dialect=_V1_29.dialect._replace(shows_offsets=False, tells_faults=True),
+    pool=_V1_29.pool._replace(clump=48),
+    dialect=_V1_29.dialect._replace(
+        missing=frozenset(),
+        tells_faults=True,
+        keeps_offsets=False,
+        decimals=4,
+        signed_constants=True,
+        replaces_arrays=True,
+        enhanced_calls=True,
+        scans_integers=True,
+        system_calls=100,
+    ),
     map_sizes={"Comm.mod": 1900, "Input.mod": 420, "Low Speed.mod": 172, "Ui.mod": 44},
     map_presets={
         "Comm.mod": {1896: bytes.fromhex("c0080002")},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from sim_backend.firmware.cint import divide
+from sim_backend.firmware.cint import divide, s16
 from sim_backend.firmware.vm import aggregates, scalars
 from sim_backend.firmware.vm.aggregates import COMPARISONS, comparable
 from sim_backend.firmware.vm.data import Place
@@ -151,6 +151,8 @@ def _range(kind: int) -> tuple[int, int] | tuple[()]:
 
 def _set(machine: Machine, instruction: Instruction) -> Translation:
     target, value = instruction.arguments
+    if machine.dialect.signed_constants and machine.data.kind(target) in SIGNED:
+        value = s16(value)
     statement = machine.operands.assignment(target, str(value), value, value)
     return statement or (lambda: machine.data.put(target, value))
 

@@ -20,6 +20,7 @@ from sim_backend.firmware.vm.rxe import Type, size_of
 _NUMBER = re.compile(
     rb"\s*([+-]?(?:0[xX][0-9a-fA-F]+|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|inf(?:inity)?|nan))", re.IGNORECASE
 )
+_INTEGER = re.compile(rb"\s*([+-]?\d+)")
 _DIGITS = re.compile(rb"\s*[+-]?\d*\.?\d*")
 
 
@@ -35,15 +36,21 @@ def _index(data: Data, arguments: tuple[int, ...]) -> None:
     aggregates.move(data, Place(target), _element(Place(source), array, number))
 
 
-def _replace(data: Data, arguments: tuple[int, ...]) -> None:
-    """Copy an array with some elements replaced: by one value, or by those of an array."""
+def _replace(data: Data, arguments: tuple[int, ...], *, whole: bool) -> None:
+    """Copy an array with some elements replaced: by one value, or by those of an array.
+
+    Args:
+        data: The variables.
+        arguments: Target, source, index, new value or values.
+        whole: Whether an array can be one value, where the elements are arrays.
+    """
     target, source, index, new = (Place(argument) for argument in arguments[:4])
     if target != source:
         aggregates.move(data, target, source)
     first, array = data.integer_or(index.entry, 0) & 0xFFFF, data.array(target)
     if first >= array.length:
         return
-    if data.kind(new.entry) != Type.ARRAY:
+    if data.kind(new.entry) != Type.ARRAY or (whole and _depth(data, new.entry) < _depth(data, target.entry)):
         aggregates.move(data, _element(target, array, first), new)
         return
     values = data.array(new)
@@ -71,7 +78,8 @@ def _replace_number(machine: Machine, instruction: Instruction) -> Translation:
     if integers and target == array and _is_simple(machine, array, index):
         write = operands.function(f"element_{instruction.at}", data.element_writer(array))
         return Effect((f"{write}({_value_or_0(machine, index)}, {operands.value(new)})",))
-    return lambda: _replace(data, instruction.arguments)
+    whole = machine.dialect.replaces_arrays
+    return lambda: _replace(data, instruction.arguments, whole=whole)
 
 
 def _is_simple(machine: Machine, array: int, index: int) -> bool:
@@ -143,24 +151,28 @@ def _initialise(data: Data, arguments: tuple[int, ...]) -> None:
         aggregates.move(data, _element(Place(target), data.array(Place(target)), i), Place(value))
 
 
-def _number_to_text(data: Data, arguments: tuple[int, ...]) -> None:
-    target, source = arguments
-    data.set_bytes(target, format_number(data.get(source)) + b"\0")
+def _number_to_text(machine: Machine, instruction: Instruction) -> Translation:
+    data, decimals, (target, source) = machine.data, machine.dialect.decimals, instruction.arguments
+    return lambda: data.set_bytes(target, format_number(data.get(source), decimals) + b"\0")
 
 
-def format_number(value: float) -> bytes:
-    """A number as text: a float with up to two decimals."""
+def format_number(value: float, decimals: int) -> bytes:
+    """A number as text: a float with up to so many decimals."""
     if isinstance(value, float):
-        text = f"{value:.2f}"
+        text = f"{value:.{decimals}f}"
         return (text.rstrip("0").rstrip(".") if "." in text else text).encode()
     return str(value).encode()
 
 
-def _text_to_number(data: Data, arguments: tuple[int, ...]) -> None:
+def _text_to_number(data: Data, arguments: tuple[int, ...], *, scans_integers: bool) -> None:
     """Convert a text to a number: target, offset after it, text, offset, default."""
     target, past, source, offset, default = arguments[:5]
     start, text = data.integer_or(offset, 0) & 0xFFFF, data.text(source)
-    found = _NUMBER.match(text, start) if start < len(text) else None
+    found = (
+        (_INTEGER if scans_integers and data.kind(target) != Type.FLOAT else _NUMBER).match(text, start)
+        if start < len(text)
+        else None
+    )
     data.put(target, _float(found[1]) if found else 0 if default == NONE else data.get(default))
     digits = _DIGITS.match(text, start)
     end = digits.end() if found and digits else 0
@@ -262,6 +274,11 @@ def _translator(function: Callable[[Data, tuple[int, ...]], None], *, sized: boo
     return translate
 
 
+def _conversion(machine: Machine, instruction: Instruction) -> Translation:
+    data, scans_integers = machine.data, machine.dialect.scans_integers
+    return lambda: _text_to_number(data, instruction.arguments, scans_integers=scans_integers)
+
+
 TABLE: Mapping[tuple[int, int], Translate] = {
     (0x15, 3): _index_number,
     (0x16, MANY): _replace_number,
@@ -271,8 +288,8 @@ TABLE: Mapping[tuple[int, int], Translate] = {
     (0x1A, 3): _translator(_initialise),
     (0x1D, 2): _translator(_flatten),
     (0x1E, MANY): _translator(_unflatten),
-    (0x1F, 2): _translator(_number_to_text),
-    (0x20, MANY): _translator(_text_to_number),
+    (0x1F, 2): _number_to_text,
+    (0x20, MANY): _conversion,
     (0x21, MANY): _translator(_join_texts, sized=True),
     (0x22, MANY): _translator(_part_of_text),
     (0x23, 2): _translator(_text_to_bytes),

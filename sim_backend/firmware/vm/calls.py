@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from sim_backend.firmware.cint import s16
 from sim_backend.firmware.vm.data import NONE, Place
 from sim_backend.firmware.vm.numbers import Number
+from sim_backend.firmware.vm.rxe import Type
 
 if TYPE_CHECKING:
     from sim_backend.firmware.vm.machine import Machine
@@ -48,6 +49,10 @@ class Call:
         """Two signed numbers, such as a point; those that a damaged program lacks are 0."""
         first, second = (*self.numbers(position)[:2], 0, 0)[:2]
         return s16(first), s16(second)
+
+    def is_array(self, position: int) -> bool:
+        """Whether an argument is an array."""
+        return self._data.kind(self.members[position]) == Type.ARRAY
 
     def content(self, position: int) -> bytes:
         """The stored bytes of an array; none if the argument is missing."""

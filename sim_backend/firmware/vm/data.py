@@ -61,8 +61,8 @@ class ProgramError(Exception):
         self.code = code
 
 
-ERR_ARG, ERR_INSTR = -1, -2
-"""Error codes: an illegal argument, an illegal instruction."""
+ERR_ARG, ERR_INSTR, ERR_MEM = -1, -2, -5
+"""Error codes: an illegal argument, an illegal instruction, no memory."""
 
 
 class Data:

@@ -46,17 +46,21 @@ OUTPUT_FIELDS = (
 )
 """Attribute names of the fields of a port, in the order of their numbers."""
 
+_ENHANCED_OUTPUT_FIELDS = (*OUTPUT_FIELDS, "options", "max_speed", "max_acceleration")
+"""Those of firmware 1.32."""
+
 _INPUT_TYPES = (Type.UBYTE, Type.UBYTE, Type.UWORD, Type.UWORD, Type.SWORD, Type.UBYTE)
 _OUTPUT_TYPES = (
     *(Type.UBYTE, Type.UBYTE, Type.SBYTE, Type.SBYTE, Type.SLONG, Type.ULONG, Type.UBYTE, Type.SBYTE),
     *(Type.UBYTE, Type.UBYTE, Type.UBYTE, Type.UBYTE, Type.UBYTE, Type.SLONG, Type.SLONG),
+    *(Type.UBYTE, Type.SBYTE, Type.SBYTE),
 )
 _NARROW: Mapping[Type, Callable[[int], int]] = {
     Type.UBYTE: lambda value: value & 0xFF,
     Type.UWORD: lambda value: value & 0xFFFF,
     Type.SWORD: s16,
 }
-_SIGNED_OUTPUT_FIELDS = ("power", "turn")
+_SIGNED_OUTPUT_FIELDS = ("power", "turn", "max_speed", "max_acceleration")
 _ALL_FLAGS = int(~OutputFlag(0))
 _LIVE = ("actual_speed", "count", "overloaded", "block", "rotation")
 """Read-only fields of the motor's control."""
@@ -86,33 +90,50 @@ class Devices:
         matches = matcher(pattern.decode("latin-1"))
         return next((live for name, live in self.maps.items() if matches(name)), None)
 
+    def module_of(self, number: int) -> LiveMap | None:
+        """The IO map of a module by its number."""
+        return next((live for live in self.maps.values() if live.layout.module_id == number), None)
+
+    @property
+    def output_fields(self) -> Sequence[str]:
+        """Names of the fields of an output port."""
+        return _ENHANCED_OUTPUT_FIELDS if self.output.shows_options else OUTPUT_FIELDS
+
+    def _split(self, argument: int) -> tuple[bool, int, int]:
+        """Whether an input field is meant, the port, and the field."""
+        index = argument - FIRST_FIELD
+        if index < _OUTPUTS:
+            return True, *divmod(index, len(INPUT_FIELDS))
+        return False, *divmod(index - _OUTPUTS, len(self.output_fields))
+
     def field_type(self, argument: int) -> Type:
         """Type of the field an argument names; a byte if there is none."""
-        inputs, port, field = _split(argument)
-        if not _exists(inputs, port, field):
+        inputs, port, field = self._split(argument)
+        fields = INPUT_FIELDS if inputs else self.output_fields
+        if not _exists(inputs, port, field, fields):
             return Type.UBYTE
-        return _INPUT_TYPES[field % len(_INPUT_TYPES)] if inputs else _OUTPUT_TYPES[field % len(_OUTPUT_TYPES)]
+        return (_INPUT_TYPES if inputs else _OUTPUT_TYPES)[field % len(fields)]
 
     def get_field(self, argument: int) -> int:
         """The field an argument names."""
-        inputs, port, field = _split(argument)
+        inputs, port, field = self._split(argument)
         return self.get_input(port, field) if inputs else self.get_output(port, field)
 
     def put_field(self, argument: int, value: int) -> None:
         """Set the field an argument names."""
-        inputs, port, field = _split(argument)
+        inputs, port, field = self._split(argument)
         (self.put_input if inputs else self.put_output)(port, field, value)
 
     def get_input(self, port: int, field: int) -> int:
         """A field of an input port, 0..3, or of the ports after it; 0 if there is none."""
-        if not _exists(True, port, field):
+        if not _exists(True, port, field, INPUT_FIELDS):
             return 0
         port, field = _normal(port, field, INPUT_FIELDS)
         return int(getattr(self.input.ports[port], INPUT_FIELDS[field]))
 
     def put_input(self, port: int, field: int, value: int) -> None:
         """Set a field of an input port; types, modes and validity take effect in the next pass."""
-        if not _exists(True, port, field):
+        if not _exists(True, port, field, INPUT_FIELDS):
             return
         port, field = _normal(port, field, INPUT_FIELDS)
         narrow = _NARROW[_INPUT_TYPES[field]]
@@ -121,18 +142,18 @@ class Devices:
 
     def get_output(self, port: int, field: int) -> int:
         """A field of an output port, 0..2, or of the ports after it; 0 if there is none."""
-        if not _exists(False, port, field):
+        if not _exists(False, port, field, self.output_fields):
             return 0
-        port, field = _normal(port, field, OUTPUT_FIELDS)
-        output, name = self.output.outputs[port], OUTPUT_FIELDS[field]
+        port, field = _normal(port, field, self.output_fields)
+        output, name = self.output.outputs[port], self.output_fields[field]
         return int(getattr(output.control if name in _LIVE else output, name))
 
     def put_output(self, port: int, field: int, value: int) -> None:
         """Set a field of an output port; flags replace pending ones."""
-        if not _exists(False, port, field):
+        if not _exists(False, port, field, self.output_fields):
             return
-        port, field = _normal(port, field, OUTPUT_FIELDS)
-        output, name = self.output.outputs[port], OUTPUT_FIELDS[field]
+        port, field = _normal(port, field, self.output_fields)
+        output, name = self.output.outputs[port], self.output_fields[field]
         if name == "flags":
             output.flags = value & _ALL_FLAGS
         elif name == "tacho_limit":
@@ -142,20 +163,12 @@ class Devices:
         self.output.wake()
 
 
-def _exists(inputs: bool, port: int, field: int) -> bool:
+def _exists(inputs: bool, port: int, field: int, fields: Sequence[str]) -> bool:
     """Whether there is such a port, and such a field of it or of the ports after it: the firmware counts through."""
-    ports, fields = (4, INPUT_FIELDS) if inputs else (3, OUTPUT_FIELDS)
+    ports = 4 if inputs else 3
     return 0 <= port < ports and 0 <= port * len(fields) + field < ports * len(fields)
 
 
 def _normal(port: int, field: int, fields: Sequence[str]) -> tuple[int, int]:
     """Port and field that are meant by a field that may be one of the ports after it."""
     return divmod(port * len(fields) + field, len(fields))
-
-
-def _split(argument: int) -> tuple[bool, int, int]:
-    """Whether an input field is meant, the port, and the field."""
-    index = argument - FIRST_FIELD
-    if index < _OUTPUTS:
-        return True, *divmod(index, len(INPUT_FIELDS))
-    return False, *divmod(index - _OUTPUTS, len(OUTPUT_FIELDS))

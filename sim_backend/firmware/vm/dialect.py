@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+ENHANCED = frozenset({*range(0x0A, 0x11), *range(0x64, 0x8A)})
+"""Opcodes that only firmware 1.32 has."""
+
 
 class Timing(NamedTuple):
     """How much runs in a pass of one millisecond.
@@ -29,8 +32,13 @@ class Dialect(NamedTuple):
         checks_short_forms: Whether the size of an instruction in a short form counts, and forms that do not exist add.
         runs_past_end: Whether the instruction directly behind a clump belongs to it, too; then a clump that ends before
             it begins has no end.
-        shows_offsets: Whether the Command map tells where the program's variables and array descriptors are.
-        tells_faults: Whether ProgStatus tells why a program cannot be started, not only that.
+        keeps_offsets: Whether the Command map still tells after a program where its variables and descriptors were.
+        tells_faults: Whether ProgStatus tells why a program cannot be started or ended with an error, not only that.
+        decimals: Most decimals of a float that becomes a text.
+        signed_constants: Whether the constant of SET has a sign if its target has one.
+        enhanced_calls: Whether it has the community's system calls, and texts are drawn at every height.
+        scans_integers: Whether a text is read as an integer, without 0x and exponent, if the target is no float.
+        replaces_arrays: Whether an array can replace an element that is an array.
     """
 
     timing: Timing
@@ -39,5 +47,10 @@ class Dialect(NamedTuple):
     missing: frozenset[int]
     checks_short_forms: bool = False
     runs_past_end: bool = False
-    shows_offsets: bool = True
+    keeps_offsets: bool = True
     tells_faults: bool = False
+    decimals: int = 2
+    signed_constants: bool = False
+    replaces_arrays: bool = False
+    enhanced_calls: bool = False
+    scans_integers: bool = False

@@ -25,7 +25,7 @@ def _drawing(draw: Callable[[Call], int | None], options_at: int) -> Function:
 
 def _text(call: Call) -> None:
     """Draw a text: status, point, text, options."""
-    call.devices.display.text(*call.pair(1), call.text(2))
+    call.devices.display.text(*call.pair(1), call.text(2), anywhere=call.machine.dialect.enhanced_calls)
 
 
 def _point(call: Call) -> None:
@@ -50,7 +50,14 @@ def _rectangle(call: Call) -> None:
 
 def _picture(call: Call) -> int:
     """Draw a picture file: status, point, file name, parameters, options."""
-    return draw_picture(call.devices.display, call.devices.loader, call.text(2), call.pair(1), call.numbers(3))
+    return draw_picture(
+        call.devices.display,
+        call.devices.loader,
+        call.text(2),
+        call.pair(1),
+        call.numbers(3),
+        enhanced=call.machine.dialect.enhanced_calls,
+    )
 
 
 def _screen_mode(call: Call) -> None:

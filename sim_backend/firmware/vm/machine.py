@@ -15,16 +15,16 @@ from functools import partial
 
 from sim_backend.firmware.module import NEVER
 from sim_backend.firmware.vm.blocks import FAILURES, LONGEST, Block, Compiler
-from sim_backend.firmware.vm.data import ERR_INSTR, Data, ProgramError
+from sim_backend.firmware.vm.data import ERR_ARG, ERR_INSTR, ERR_MEM, Data, ProgramError
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Translation, decode
-from sim_backend.firmware.vm.memory import Memory
+from sim_backend.firmware.vm.memory import Memory, OutOfMemory
 from sim_backend.firmware.vm.operands import Operands
 from sim_backend.firmware.vm.rxe import Program
 
 TURN = 20
-"""Most instructions of a turn."""
+"""Most instructions of a turn, unless the program changes it."""
 
 QUEUE_GREW = -2
 """Largest next word of an instruction that appended a clump to the queue: -2 minus the word."""
@@ -60,15 +60,16 @@ class Task:
         missing: Number of clumps that must end before it starts.
         wake_ms: Pass in which a sleeping one continues.
         link: Number of the clump behind it that waits for the same mutex.
+        turn: Most instructions of its turn.
         blocks: Compiled code by its first word.
         cut_blocks: Compiled code that is limited to a number of instructions, by first word and number.
     """
 
-    __slots__ = ("blocks", "cut_blocks", "link", "missing", "number", "pc", "wake_ms")
+    __slots__ = ("blocks", "cut_blocks", "link", "missing", "number", "pc", "turn", "wake_ms")
 
     def __init__(self, number: int, start: int, missing: int) -> None:
         self.number, self.pc, self.missing = number, start, missing
-        self.wake_ms, self.link = 0, _NO_CLUMP
+        self.wake_ms, self.link, self.turn = 0, _NO_CLUMP, TURN
         self.blocks: dict[int, Block] = {}
         self.cut_blocks: dict[tuple[int, int], Block] = {}
 
@@ -87,6 +88,8 @@ class Machine:
         sending: Whether it sent something over Bluetooth; to nowhere, since nothing is connected.
         semaphores: Two bytes of the firmware for programs.
         asked_time: Number of instructions of this turn that asked for the time.
+        free: Number of instructions just run that take no time.
+        error: Code of the error that ended the program, a negative number of eight bits.
     """
 
     def __init__(
@@ -111,7 +114,7 @@ class Machine:
         self.tasks = [Task(i, clump.start, clump.fire_count) for i, clump in enumerate(program.clumps)]
         self.queue = deque(task for task in self.tasks if not task.missing)
         self._sleeping: list[Task] = []
-        self.now_ms = self.asked_time = 0
+        self.now_ms = self.asked_time = self.free = self.error = 0
         self._stopped = False
         if self.queue:
             self.task = self.queue[0]
@@ -125,7 +128,8 @@ class Machine:
         self._wake()
         try:
             self._run_turns()
-        except FAILURES:
+        except FAILURES as failure:
+            self.error = _error_code(failure)
             return Outcome.ERROR
         return Outcome.OK if self._stopped or not (self.queue or self._sleeping) else None
 
@@ -135,7 +139,7 @@ class Machine:
             self.task = queue[0]
             self.asked_time = 0
             alone = len(queue) == 1 and turns > 2 * instructions
-            done, ended = self._turn(instructions if alone else min(instructions, TURN))
+            done, ended = self._turn(instructions if alone else min(instructions, self.task.turn))
             instructions -= done
             turns -= max(1, -(-done // TURN)) + self.asked_time
             if not ended:
@@ -164,7 +168,8 @@ class Machine:
                 if pc == END_TURN:
                     return most - left - 1, True
                 pc = QUEUE_GREW - pc
-                excess = max(0, left - (left - most) % TURN)
+                left, self.free = left + self.free, 0
+                excess = max(0, left - (left - most) % task.turn)
                 left, most = left - excess, most - excess
         task.pc = pc
         return most - left, False
@@ -278,6 +283,29 @@ class Machine:
         if not task.missing:
             self.restart(task)
 
+    def start(self, number: int) -> None:
+        """Start a clump that does not run."""
+        task = self.clump(number)
+        if task is not None and task not in self.queue and task not in self._sleeping:
+            self.restart(task)
+
+    def halt(self, number: int, following: int) -> int:
+        """End a clump; the next word of code is `following`, unless it is the current one."""
+        task = self.clump(number)
+        if task is self.task:
+            return self.suspend(following)
+        if task is not None:
+            for tasks in (self.queue, self._sleeping):
+                if task in tasks:
+                    tasks.remove(task)
+        return following
+
+    def set_turn(self, number: int, instructions: int) -> None:
+        """Set how many instructions a turn of a clump has, at least one."""
+        task = self.clump(number)
+        if task is not None:
+            task.turn, self._spins = max(instructions & 0xFF, 1), frozenset()
+
     def restart(self, task: Task) -> None:
         """Start a clump from its beginning."""
         task.pc = self.program.clumps[task.number].start
@@ -314,3 +342,9 @@ class Machine:
     def stop(self) -> None:
         """End the program."""
         self._stopped = True
+
+
+def _error_code(failure: Exception) -> int:
+    if isinstance(failure, ProgramError):
+        return failure.code
+    return ERR_MEM if isinstance(failure, OutOfMemory) else ERR_ARG

@@ -9,10 +9,11 @@ from collections.abc import Mapping
 
 from sim_backend.firmware.vm.arithmetic import TABLE as ARITHMETIC
 from sim_backend.firmware.vm.arrays import TABLE as ARRAYS
+from sim_backend.firmware.vm.enhanced import TABLE as ENHANCED
 from sim_backend.firmware.vm.flow import TABLE as FLOW
 from sim_backend.firmware.vm.machine import Translate
 from sim_backend.firmware.vm.ports import TABLE as PORTS
 from sim_backend.firmware.vm.syscalls import TABLE as SYSCALLS
 
-OPCODES: Mapping[tuple[int, int], Translate] = {**ARITHMETIC, **ARRAYS, **FLOW, **PORTS, **SYSCALLS}
+OPCODES: Mapping[tuple[int, int], Translate] = {**ARITHMETIC, **ARRAYS, **ENHANCED, **FLOW, **PORTS, **SYSCALLS}
 """Opcode and number of arguments to the function that translates it."""

@@ -15,7 +15,7 @@ from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.loader import Loader
 
 _DESCRIPTION, _SPRITE, _MAP, _COPY, _PIXEL, _LINE, _RECTANGLE, _CIRCLE, _NUMBER = range(9)
-_WORDS = {_SPRITE: 3, _MAP: 2, _COPY: 8, _PIXEL: 4, _LINE: 5, _RECTANGLE: 5, _NUMBER: 4}
+_WORDS = {_SPRITE: 3, _MAP: 2, _COPY: 8, _PIXEL: 4, _LINE: 5, _RECTANGLE: 5, _CIRCLE: 4, _NUMBER: 4}
 """Least number of words after the opcode; an instruction with fewer does nothing."""
 _NUMBERS = range(1, 11)
 """Numbers that sprites and maps may have."""
@@ -37,8 +37,15 @@ class _Picture:
     """A picture that is being drawn at a point."""
 
     def __init__(
-        self, display: DisplayModule, content: bytes, origin: Sequence[int], parameters: Sequence[int]
+        self,
+        display: DisplayModule,
+        content: bytes,
+        origin: Sequence[int],
+        parameters: Sequence[int],
+        *,
+        enhanced: bool,
     ) -> None:
+        self._enhanced = enhanced
         self._display, self._content, (self._x, self._y), self._parameters = display, content, origin, parameters
         self._sprites: dict[int, _Sprite] = {}
         self._maps: dict[int, list[tuple[int, int]]] = {}
@@ -58,7 +65,7 @@ class _Picture:
                 self._maps[words[0]] = list(zip(words[2::2], words[3::2], strict=False))[: words[1]]
         elif opcode == _COPY:
             self._copy(self._value(words[1]), *(s16(self._value(word)) for word in words[2:8]))
-        elif opcode in (_PIXEL, _LINE, _RECTANGLE, _NUMBER):
+        elif opcode in (_PIXEL, _LINE, _RECTANGLE, _CIRCLE, _NUMBER):
             values = [s16(self._value(word)) for word in words[1:]]
             at = x + values[0], y + values[1]
             if opcode == _PIXEL:
@@ -67,8 +74,10 @@ class _Picture:
                 display.line(*at, x + values[2], y + values[3])
             elif opcode == _RECTANGLE:
                 display.rectangle(*at, values[2], values[3])
+            elif opcode == _CIRCLE:
+                display.circle(*at, values[2])
             else:
-                display.text(*at, str(values[2]).encode())
+                display.text(*at, str(values[2]).encode(), anywhere=self._enhanced)
 
     def _value(self, word: int) -> int:
         """A number, or a parameter, perhaps mapped."""
@@ -109,16 +118,22 @@ def _interpolate(table: Sequence[tuple[int, int]], value: int) -> int:
 
 
 def draw_picture(
-    display: DisplayModule, loader: Loader, name: bytes, origin: Sequence[int], parameters: Sequence[int]
+    display: DisplayModule,
+    loader: Loader,
+    name: bytes,
+    origin: Sequence[int],
+    parameters: Sequence[int],
+    *,
+    enhanced: bool,
 ) -> int:
     """Draw a picture file, which must be contiguous; returns the status, which is FD also when all was drawn."""
     status, content = loader.linear_content(name.decode("latin-1"))
     if status:
         return status
-    picture, at = _Picture(display, content, origin, parameters), 0
+    picture, at = _Picture(display, content, origin, parameters, enhanced=enhanced), 0
     while at + _HEADER.size <= len(content):
         size, opcode = _HEADER.unpack_from(content, at)
-        if opcode > _NUMBER or opcode == _CIRCLE or size % 2:
+        if size % 2 or (not enhanced and (opcode > _NUMBER or opcode == _CIRCLE)):
             break
         picture.draw(opcode, at + _HEADER.size, size - 2)
         at += 2 + size

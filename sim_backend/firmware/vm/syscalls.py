@@ -14,6 +14,7 @@ from firmware_protocol.direct import LS_LIMIT
 from firmware_protocol.status import Status
 from sim_backend.firmware.analog import FULL_SCALE
 from sim_backend.firmware.cint import divide, s16
+from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.mailboxes import LOG
 from sim_backend.firmware.names import NAME_LIMIT
 from sim_backend.firmware.sound import MAX_VOLUME
@@ -32,6 +33,9 @@ _BUTTON_COUNT, RECORD_LIMIT = 4, 60
 _MINUTE_MS = 60_000
 _NO_PORT = 0xDF
 _NO_BUTTON = -17
+_NOT_CONNECTED = 0x9500
+_LAST_CALL = 47
+"""The last of LEGO's calls."""
 _MAP_LIMIT = 64
 _COLOR_TYPES, _COLORS = range(13, 18), 4
 
@@ -39,8 +43,9 @@ _COLOR_TYPES, _COLORS = range(13, 18), 4
 def _call(machine: Machine, instruction: Instruction) -> Translation:
     """Run the system call that an instruction names."""
     name, cluster = instruction.arguments
-    function = CALLS.get(name) if name < machine.dialect.system_calls else None
-    if function is None:
+    calls = {**CALLS, **ENHANCED_CALLS} if machine.dialect.enhanced_calls else CALLS
+    function = calls.get(name, _nothing if name > _LAST_CALL else None)
+    if function is None or name >= machine.dialect.system_calls:
         raise ProgramError(ERR_INSTR, f"system call {name} is not known")
     data = machine.data
     call = Call(machine, data.members(cluster) if cluster < len(data.variables) else ())
@@ -94,6 +99,7 @@ def _read_button(call: Call) -> None:
 def _ls_write(call: Call) -> None:
     """Start an I2C transaction: status, port, bytes to send, number of bytes to read."""
     port, size, bus = call.number(1), call.number(3), call.devices.low_speed
+    port = port % len(bus.channels) if call.machine.dialect.enhanced_calls else port
     message = call.content(2)
     if port >= len(bus.channels):
         call.put(0, _NO_PORT)
@@ -142,11 +148,16 @@ def _keep_alive(call: Call) -> None:
 
 def _io_map_read(call: Call) -> None:
     """Read an IO map: status, module, offset, count, bytes."""
-    live, at, size = call.devices.module(call.text(1)), call.number(2), call.number(3)
-    if size > _MAP_LIMIT:
+    if call.number(3) > _MAP_LIMIT and not call.machine.dialect.enhanced_calls:
         call.put_bytes(4, b"")
         call.put(0, Status.ILLEGAL_SIZE)
-    elif live is None:
+    else:
+        _read_map(call, call.devices.module(call.text(1)))
+
+
+def _read_map(call: Call, live: LiveMap | None) -> None:
+    at, size = call.number(2), call.number(3)
+    if live is None:
         call.put(0, Status.MODULE_NOT_FOUND)
     elif at + size > live.size:
         call.put(0, Status.OUT_OF_BOUNDARY)
@@ -157,10 +168,15 @@ def _io_map_read(call: Call) -> None:
 
 def _io_map_write(call: Call) -> None:
     """Write an IO map: status, module, offset, bytes."""
-    live, at, new = call.devices.module(call.text(1)), call.number(2), call.content(3)
-    if len(new) > _MAP_LIMIT:
+    if len(call.content(3)) > _MAP_LIMIT and not call.machine.dialect.enhanced_calls:
         call.put(0, Status.ILLEGAL_SIZE)
-    elif live is None:
+    else:
+        _write_map(call, call.devices.module(call.text(1)))
+
+
+def _write_map(call: Call, live: LiveMap | None) -> None:
+    at, new = call.number(2), call.content(3)
+    if live is None:
         call.put(0, Status.MODULE_NOT_FOUND)
     elif at + len(new) > live.size:
         call.put(0, Status.OUT_OF_BOUNDARY)
@@ -247,6 +263,43 @@ def _log(call: Call) -> None:
         call.put(0, Status.OUT_OF_MEMORY)
 
 
+def _nothing(_: Call) -> None:
+    """A call that is not simulated."""
+
+
+def _far_connection(call: Call) -> None:
+    """Connect to a brick, as `_radio_connection`; that nothing is done is told in two bytes."""
+    nobody = not call.text(2) and 0 < call.number(3) < CONNECTIONS
+    call.put(0, 1 if nobody or not call.number(1) else _NOT_CONNECTED)
+
+
+def _high_speed_write(call: Call) -> None:
+    """Send bytes on the high speed port: number of bytes, bytes."""
+    call.put(0, len(call.content(1)) if call.is_array(1) else Status.ILLEGAL_SIZE)
+
+
+def _high_speed_read(call: Call) -> None:
+    """Fetch bytes that the high speed port received: number of bytes, bytes. Nothing is ever received."""
+    if call.is_array(1):
+        call.put_bytes(1, b"")
+
+
+def _high_speed_status(call: Call) -> None:
+    """Ask for the high speed port: whether it is sending, whether there are bytes."""
+    call.put(0, 0)
+    call.put(1, 0)
+
+
+def _io_map_read_by_number(call: Call) -> None:
+    """Read an IO map: status, number of the module, offset, count, bytes."""
+    _read_map(call, call.devices.module_of(call.number(1)))
+
+
+def _io_map_write_by_number(call: Call) -> None:
+    """Write an IO map: status, number of the module, offset, bytes."""
+    _write_map(call, call.devices.module_of(call.number(1)))
+
+
 CALLS: Mapping[int, Function] = {
     **FILES,
     9: _play_file,
@@ -279,6 +332,16 @@ CALLS: Mapping[int, Function] = {
     46: _set_sleep_time,
 }
 """Number of each call to its function. Those of the high speed port are the ones of I2C."""
+
+ENHANCED_CALLS: Mapping[int, Function] = {
+    36: _far_connection,
+    37: _high_speed_write,
+    38: _high_speed_read,
+    39: _high_speed_status,
+    78: _io_map_read_by_number,
+    79: _io_map_write_by_number,
+}
+"""Those of firmware 1.32 that are others there. Numbers up to 99 without an entry do nothing."""
 
 TABLE: Mapping[tuple[int, int], Translate] = {(0x28, 2): _call}
 """Opcode and number of arguments to the function that translates it."""

