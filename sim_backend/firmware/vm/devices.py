@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from random import Random
 
 from firmware_protocol.iomap import OutputFlag
@@ -94,7 +95,7 @@ class Devices:
         """The IO map of a module by its number."""
         return next((live for live in self.maps.values() if live.layout.module_id == number), None)
 
-    @property
+    @cached_property
     def output_fields(self) -> Sequence[str]:
         """Names of the fields of an output port."""
         return _ENHANCED_OUTPUT_FIELDS if self.output.shows_options else OUTPUT_FIELDS
@@ -171,4 +172,4 @@ def _exists(inputs: bool, port: int, field: int, fields: Sequence[str]) -> bool:
 
 def _normal(port: int, field: int, fields: Sequence[str]) -> tuple[int, int]:
     """Port and field that are meant by a field that may be one of the ports after it."""
-    return divmod(port * len(fields) + field, len(fields))
+    return (port, field) if field < len(fields) else divmod(port * len(fields) + field, len(fields))
