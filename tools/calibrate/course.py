@@ -27,10 +27,10 @@ SAMPLE_S = 0.02
 SAMPLES = 3
 """Readings of the wheels between two frames, and the time between them: faster changes than that are not known."""
 FRAME_S = 3.0
-MIDDLE, EDGE = 0.1, 0.3
+MIDDLE, EDGE = 0.1, 0.38
 """How far from the middle of the frame the sheet's middle is when it is centred, and where a turn to one side ends, as
 shares of the frame's width."""
-NEAR_SHARE, FAR_SHARE = 0.6, 0.2
+NEAR_SHARE, FAR_SHARE = 0.7, 0.2
 """Width of the sheet in the frame from near and from far."""
 MANY, LACKING = 4, 4
 """So many markers show where the sheet is. Frames in a row with fewer mean that it leaves the frame; in one frame, the
@@ -38,7 +38,7 @@ detector may have missed some."""
 APPROACHES = 2
 AWAY_DEG = 150.0
 """After a turn by this, as far as is known yet, the sheet has left the frame and comes back from the other side."""
-FARTHEST_MM, BACK_MM = 700.0, 100.0
+FARTHEST_MM, BACK_MM = 800.0, 100.0
 """Longest drive towards the sheet, and how far behind its start the robot then drives back."""
 REST_S = 0.6
 TRIAL_MM = 120.0

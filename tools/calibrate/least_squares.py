@@ -14,9 +14,10 @@ Residuals = Callable[[Array], Array]
 STEPS = 60
 """Steps at most; a fit that needs more has not found the minimum."""
 ENOUGH = 1e-5
-"""A step that lowers the cost by less than this share of it is the last."""
-DAMPING, HARDER, EASIER = 1e-3, 10.0, 0.2
-"""Damping of the first step, and its factors after a step that failed and one that helped."""
+"""A step that lowers the cost by less than this share of it is the last, unless it was damped."""
+DAMPING, HARDER, EASIER, UNDAMPED = 1e-4, 10.0, 0.1, 1e-8
+"""Damping of the first step, its factors after a step that failed and one that helped, and what counts as none: values
+that are hard to tell apart move by much smaller steps when damped."""
 MOST_DAMPING = 1e12
 HUBER = 2.5
 """A residual beyond this many standard deviations counts less: it is an error of another kind."""
@@ -67,10 +68,10 @@ def fit(residuals: Residuals, start: Array, prior_sd: Array, scales: Array, alik
         else:
             converged = True
             break
-        gained, cost = (cost - tried_cost) / cost, tried_cost
-        values, errors, damping = values + step, tried, max(damping * EASIER, 1e-9)
+        gained, cost, undamped = (cost - tried_cost) / cost, tried_cost, damping <= UNDAMPED
+        values, errors, damping = values + step, tried, max(damping * EASIER, UNDAMPED / 10)
         sharper = _spread(errors)
-        if gained < ENOUGH and sharper > 0.99 * sigma:
+        if gained < ENOUGH and undamped and sharper > 0.99 * sigma:
             converged = True
             break
         sigma = sharper

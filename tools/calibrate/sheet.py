@@ -29,7 +29,8 @@ COARSE_PX = 500
 ENLARGED, MARGIN_PX = 3, 12
 """The part of a frame with markers, and this much round them, is searched again so many times larger: fits of the edges
 find the corners of small markers to a tenth of a pixel there."""
-DPI = 300
+DPI = 254
+"""Ten pixels a millimetre, so that markers have their exact size."""
 MM_PER_INCH = 25.4
 
 Points = NDArray[np.float64]

@@ -22,13 +22,13 @@ def here(tmp_path, monkeypatch):
 def test_the_sheet_has_its_true_size_and_its_markers(here):
     assert main(["calibrate", "--sheet", "sheet.png"]) == DONE
     with Image.open("sheet.png") as sheet:
-        assert sheet.info["dpi"] == pytest.approx((300, 300), abs=0.1)
-        assert [each / 300 * 25.4 for each in sheet.size] == pytest.approx([297, 210], abs=0.1)
+        assert sheet.info["dpi"] == pytest.approx((254, 254), abs=0.1)
+        assert [each / 254 * 25.4 for each in sheet.size] == pytest.approx([297, 210], abs=0.1)
         picture = np.asarray(sheet)
     detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50))
     corners, ids, _ = detector.detectMarkers(picture)
     assert sorted(ids.ravel()) == [40, 41, 42, 43, 44, 45]
-    assert [np.linalg.norm(quad[0][0] - quad[0][1]) / 300 * 25.4 for quad in corners] == pytest.approx(
+    assert [np.linalg.norm(quad[0][0] - quad[0][1]) / 254 * 25.4 for quad in corners] == pytest.approx(
         [80] * 6, abs=0.3
     )
 
