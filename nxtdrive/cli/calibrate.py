@@ -183,7 +183,7 @@ def _ask() -> None:
     if not sys.stdin.isatty():
         raise ConfigError("the robot drives to be calibrated, and there is nobody to ask.", remedy="Add --yes.")
     sys.stderr.write(
-        "The robot will drive up to 0.7 m towards the sheet, 1 m back, and turn full circles. "
+        "The robot will drive up to 0.8 m towards the sheet, and back, and turn full circles. "
         "Is it one metre before the sheet, with free floor all round? [y/N] "
     )
     sys.stderr.flush()

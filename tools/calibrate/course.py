@@ -68,6 +68,7 @@ class Course:
         self._signs = [-1 if each else 1 for each in (robot.left_reversed, robot.right_reversed)]
         self._sonar = bool(robot.ultrasonic)
         self.track = Track(camera.size)
+        self._blocked = False
         self._lacking = 0
 
     def drive_all(self, say: Callable[[str], None]) -> float:
@@ -85,10 +86,10 @@ class Course:
             self._look_aside()
             for _ in range(APPROACHES):
                 say("driving towards it")
-                driven_mm = self._drive(CREEP_MM_S, lambda seen: self._share(seen) > NEAR_SHARE, FARTHEST_MM)
+                driven_mm = self.straight(CREEP_MM_S, lambda seen: self._share(seen) > NEAR_SHARE, FARTHEST_MM)
                 self._look_aside()
                 say("driving back")
-                self._drive(-CREEP_MM_S, lambda seen: self._share(seen) < FAR_SHARE, driven_mm + BACK_MM)
+                self.straight(-CREEP_MM_S, lambda seen: self._share(seen) < FAR_SHARE, driven_mm + BACK_MM)
                 self._look_aside()
             settled_s = self._brick.now()
             say("turning full circles")
@@ -174,14 +175,28 @@ class Course:
                 )
         self._rover.stop()
 
-    def _drive(self, speed_mm_s: float, done: Callable[[Seen], bool], most_mm: float) -> float:
-        """Drive straight; returns how far."""
+    def straight(self, speed_mm_s: float, done: Callable[[Seen], bool], most_mm: float) -> float:
+        """Drive straight until `done`, the sheet leaves the frame, or something is in the way.
+
+        Args:
+            speed_mm_s: Negative: back.
+            done: Says of a view of the sheet whether that is far enough.
+            most_mm: Longest way.
+
+        Returns:
+            How far it drove.
+        """
         begin = self._rover.pose()
         while True:
             seen = self._step(speed_mm_s, 0.0)
             here = self._rover.pose()
             driven_mm = math.hypot(here.x_mm - begin.x_mm, here.y_mm - begin.y_mm)
-            if (done(seen) and seen.markers >= MANY) or self._lacking >= LACKING or driven_mm >= most_mm:
+            if (
+                (done(seen) and seen.markers >= MANY)
+                or self._lacking >= LACKING
+                or self._blocked
+                or driven_mm >= most_mm
+            ):
                 break
         self._rest()
         return driven_mm
@@ -199,6 +214,7 @@ class Course:
         objection = self._rover.drive(speed_mm_s, turn_deg_s)
         if objection in (StopReason.CONTACT, StopReason.STALLED):
             raise CalibrationRefused(f"the robot was stopped: {objection}.", remedy="Clear the floor and start again.")
+        self._blocked = objection is StopReason.OBSTACLE
         return self._look()
 
     def _look(self) -> Seen:
