@@ -30,11 +30,11 @@ FRAME_S = 3.0
 MIDDLE, EDGE = 0.1, 0.38
 """How far from the middle of the frame the sheet's middle is when it is centred, and where a turn to one side ends, as
 shares of the frame's width."""
-NEAR_SHARE, FAR_SHARE = 0.7, 0.2
+NEAR_SHARE, FAR_SHARE = 0.58, 0.2
 """Width of the sheet in the frame from near and from far."""
-MANY, LACKING = 4, 4
-"""So many markers show where the sheet is. Frames in a row with fewer mean that it leaves the frame; in one frame, the
-detector may have missed some."""
+SOME, MANY, LACKING = 2, 4, 4
+"""So many markers show where the sheet is, at least, and so many that it is in view, wholly or nearly. Frames in a row
+with fewer mean that it leaves the frame; in one frame, the detector may have missed some."""
 APPROACHES = 2
 AWAY_DEG = 150.0
 """After a turn by this, as far as is known yet, the sheet has left the frame and comes back from the other side."""
@@ -150,7 +150,7 @@ class Course:
 
         def leaves(seen: Seen) -> bool:
             nonlocal whole
-            whole = whole or self._is_centred(seen)
+            whole = whole or seen.markers >= MANY
             return -sign * self._off(seen) > EDGE or (whole and self._lacking >= LACKING)
 
         return leaves
@@ -242,7 +242,7 @@ class Course:
         return float(seen.in_frame_px[:, 0].mean()) / self.track.size[0] - 0.5 if seen.markers else 0.0
 
     def _is_centred(self, seen: Seen) -> bool:
-        return seen.markers >= MANY and abs(self._off(seen)) < MIDDLE
+        return seen.markers >= SOME and abs(self._off(seen)) < MIDDLE
 
     def _share(self, seen: Seen) -> float:
         """Return the sheet's width in the frame as a share of the frame's."""
