@@ -107,7 +107,7 @@ def test_an_interrupted_search_goes_on_at_the_stop_where_it_was(perform, mission
 
 def _sonar_out(from_s, back_s=None):
     def arrange(simulation):
-        sonar = simulation.brick.low_speed.channels[3].bus.device
+        sonar = simulation.brick.low_speed.channels[3].bus.sensor.device
         simulation.at(round(from_s * 1000), lambda: simulation.brick.attach_sensor(4, None))
         if back_s is not None:
             simulation.at(round(back_s * 1000), lambda: simulation.brick.attach_sensor(4, sonar))

@@ -14,7 +14,8 @@ from sim_backend.camera.scene import Panel, Viewpoint, picture_panel
 from sim_backend.camera.sim_camera import SimCamera
 from sim_backend.camera.textures import SURFACES
 
-NAMES = sorted(path.stem for path in PICTURES.glob("*.png"))
+NAMES = sorted(path.stem for path in PICTURES.glob("*.png") if path.stem != "calibration-sheet")
+"""Pictures to search for; the marker sheet is not one, and its fine patterns blur from afar."""
 CASCADES = ("haarcascade_frontalface_default.xml", "haarcascade_frontalface_alt2.xml")
 ROOM = [
     Panel(4000.0, -3000.0, 4000.0, 3000.0, 0.0, 2500.0, "wall"),
