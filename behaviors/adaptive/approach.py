@@ -177,7 +177,8 @@ class ApproachSkill:
             return None
         if self._contradicted(sighting, echo_mm := self._echo_of(sighting, observation.time_s)):
             return self._mismatch(sighting, echo_mm)
-        measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds}
+        scale = round(self._perception.world.scale.factor(self._perception.target), 3)
+        measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds, "scale": scale}
         return sighted(sighting, Event.ARRIVED, Reason.WITHIN_REACH, **measured)
 
     def _contradicted(self, sighting: Sighting, echo_mm: float | None) -> bool:

@@ -113,6 +113,10 @@ class CameraScale:
         """Return a sighting with the distance that is to be believed."""
         return replace(sighting, distance_mm=sighting.distance_mm * self._of(sighting.target).factor)
 
+    def factor(self, target: str) -> float:
+        """Return by what distances by the size of a target have to be multiplied."""
+        return self._of(target).factor
+
     def assured_mm(self, target: str, arrive_mm: float) -> float:
         """Return from how near a stop for a target counts: nearer than asked while the factor is uncertain."""
         return arrive_mm * min(1.0, N.sure * math.exp(-2.0 * math.sqrt(self._of(target).variance)))

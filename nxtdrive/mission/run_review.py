@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections import Counter
 from collections.abc import Callable, Mapping
@@ -25,6 +26,10 @@ ROUND = (Reason.FULL_TURN_WITHOUT_SIGHTING, Reason.NEVER_SEEN)
 STOPPED = (Reason.BLOCKED_SHORT, Reason.BLOCKED_LONG)
 STOPPED_TWICE = 2
 """A target before which the robot was stopped so often may be nearer than its size says."""
+
+SCALE_TOLERANCE = 0.25
+"""A person is told when driving showed that distances by size are wrong by more: a field of view from a data sheet and
+a height by ruler together may be wrong by less."""
 
 
 class RunReview:
@@ -78,6 +83,7 @@ class RunReview:
         target, data = record.target, cast("Mapping[str, Any]", record.data)
         if data["to"] == "reached":
             self._arrive(record.time_s, target, data["evidence"]["sighting"]["distance_mm"])
+            self._scaled(target, data["evidence"].get("scale", 1.0))
         elif data["event"] == Event.SEARCH_FAILED and data["reason"] in ROUND:
             if target not in self._seen and self._truth is not None:
                 self._missing(target, self._truth)
@@ -152,6 +158,17 @@ class RunReview:
             f"{distance_mm / 1000:.1f} m. Is height_mm = {height_mm:g} right? "
             f"If the sonar heard {target}, it is about {fits_mm:g} mm high.",
         )
+
+    def _scaled(self, target: str, factor: float) -> None:
+        """Say so if driving showed that distances by size are wrong by more than a webcam's data sheet may be."""
+        if abs(math.log(factor)) > math.log(1.0 + SCALE_TOLERANCE):
+            height_mm = self._mission.target[target].height_mm
+            self._hint(
+                target,
+                f"{target}: while driving, its size in the picture gave {1 / factor:.2g} times the true distance. Is "
+                f"height_mm = {height_mm:g} right? It may be about {height_mm * factor:.2g} mm high; or "
+                f"hfov_deg = {self._mission.camera.hfov_deg:g} is wrong, which `nxtdrive calibrate camera` measures.",
+            )
 
     def _end(self) -> None:
         for target, times in self._stopped.items():

@@ -45,6 +45,7 @@ class VideoRecorder:
         self._part = path.with_name(f"{path.name}.mkv")
         self._fps = fps
         self._writer: cv2.VideoWriter | None = None
+        self._begun = False
         self._slot = 0
         self._shown: Image | None = None
 
@@ -89,10 +90,13 @@ class VideoRecorder:
         if self._writer is not None:
             self._writer.release()
             self._writer = None
+        if self._begun:
             self._part.unlink(missing_ok=True)
+            self._begun = False
 
     def _open(self, image: Image) -> None:
         height, width = image.shape[:2]
+        self._begun = True  # Ctrl-C may come between the file and the writer
         self._writer = cv2.VideoWriter(str(self._part), cv2.VideoWriter.fourcc(*"VP80"), self._fps, (width, height))
         if not self._writer.isOpened():
             raise ConfigError(f"{self._path}: the video cannot be written.", remedy="Name a file in another folder.")

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any
 
+from sim_backend.world.placement import misplaced
 from sim_backend.world.world_file import Box, Picture, Wall, WorldFile
 
 from .floor_plan import FloorPlan, Goal, Obstacle, Point
@@ -123,7 +124,7 @@ class RoomBuilder:
         return FloorPlan(world.floor.size_mm, tuple(standing(world)))
 
     def sound(self) -> bool:
-        """Return whether the start is free and away from the targets, and each target present can be reached."""
+        """Return whether the start is free and away from the targets, and each target is visible and can be reached."""
         plan = self.plan()
         radius_mm = ROBOT_RADIUS_MM + CLEARANCE_MM
         wanted = [self.pictures[name] for name in (self.first, self.second) if name in self.pictures]
@@ -132,6 +133,7 @@ class RoomBuilder:
             plan.passable(self.start_mm, self.start_mm, ROBOT_RADIUS_MM + FREE_START_MM)
             and all(math.dist(self.start_mm, goal.at_mm) >= HEAD_START_MM for goal in goals)
             and all(plan.path(self.start_mm, goal, radius_mm) is not None for goal in goals)
+            and not any(misplaced(self.world("")))
         )
 
     def world(self, title: str) -> WorldFile:

@@ -10,23 +10,35 @@ from behaviors.journal import Kind
 from behaviors.mission import Mission
 
 TRUE_HEIGHT_MM = 297.0
+LENS_FORWARD_MM = 60.0
 
 
-def _mission(mission: Mission, height_mm: float, profile: str = "adaptive", **adaptive: object) -> Mission:
-    table = mission.mission.model_copy(update={"profile": profile, "time_limit_s": 20.0})
+def _mission(
+    mission: Mission, height_mm: float, profile: str = "adaptive", time_limit_s: float = 20.0, **adaptive: object
+) -> Mission:
+    table = mission.mission.model_copy(update={"profile": profile, "time_limit_s": time_limit_s})
     target = {name: each.model_copy(update={"height_mm": height_mm}) for name, each in mission.target.items()}
     update = {"mission": table, "target": target, "adaptive": mission.adaptive.model_copy(update=adaptive)}
     return mission.model_copy(update=update)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("height_mm", [12.0, 20.0, 30.0, 60.0, 100.0, 150.0])
+@pytest.mark.parametrize("height_mm", [12.0, 20.0, 30.0, 60.0])
 def test_a_target_that_is_higher_than_its_mission_says_is_not_reached_from_afar(perform, mission_for, height_mm):
     done = perform("open", _mission(mission_for("lena"), height_mm))
     assert done.report.ending is Ending.TIME_UP
     failures = [record.data["evidence"] for record in done.of(Kind.TRANSITION, reason=Reason.RANGE_MISMATCH)]
     assert failures
     assert failures[0]["range_mm"] > failures[0]["distance_mm"] + 250
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("height_mm", [100.0, 150.0, 2 * TRUE_HEIGHT_MM])
+def test_a_stop_before_a_target_of_another_height_is_at_the_target(perform, mission_for, height_mm):
+    done = perform("open", _mission(mission_for("lena"), height_mm, time_limit_s=60.0))
+    assert done.report.achieved
+    x_mm = done.track[-1][1].x_mm
+    assert 2400.0 - 500.0 < x_mm + LENS_FORWARD_MM < 2400.0 - 200.0
 
 
 @pytest.mark.slow

@@ -96,7 +96,7 @@ def test_a_wrong_height_is_named_with_both_distances_and_the_height_that_fits(pe
     [hint] = _reviewed(perform, "open", _with(mission_for("lena"), 20.0, profile), geometric=False).hints
     assert "the sonar says 1.9 m, its size in the picture says 0.1 m" in hint
     assert "height_mm = 20" in hint
-    assert "about 290 mm high" in hint
+    assert "about 300 mm high" in hint
 
 
 @pytest.mark.slow
@@ -110,6 +110,7 @@ def test_the_truth_stands_beside_the_belief(perform, mission_for, height_mm, pro
 
 
 @pytest.mark.slow
-def test_a_height_that_is_too_large_is_told_when_the_mission_ends(perform, mission_for):
+def test_a_height_that_is_too_large_is_told_when_driving_has_shown_it(perform, mission_for):
     [hint] = _reviewed(perform, "open", _with(mission_for("lena"), 600.0, "adaptive", 120.0), geometric=False).hints
     assert "height_mm = 600" in hint
+    assert "nxtdrive calibrate camera" in hint

@@ -7,7 +7,7 @@ import contextlib
 from collections.abc import Callable
 
 import anyio
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from .hub import Client, Hub
 
@@ -68,7 +68,7 @@ async def _receive(
     page: WebSocket, client: Client, obey: Callable[[Client, str], None], both: anyio.CancelScope
 ) -> None:
     with contextlib.suppress(WebSocketDisconnect):
-        while True:
+        while page.application_state is WebSocketState.CONNECTED:  # a failed send leaves it disconnected
             text = await page.receive_text()
             try:
                 obey(client, text)
