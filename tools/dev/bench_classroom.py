@@ -66,7 +66,7 @@ def _on_missions(classroom: Classroom, profile: str) -> Iterator[None]:
     yield
     for station in classroom.stations:
         station.end_mission()
-    _await(lambda: not any(station.hub.running for station in classroom.stations))
+    _await(lambda: not any(station.busy for station in classroom.stations))
 
 
 @contextmanager

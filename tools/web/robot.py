@@ -60,6 +60,7 @@ class Robot:
         self._news = threading.Event()
         self._closing, self._beep = threading.Event(), threading.Event()
         self._wanted: queue.SimpleQueue[ShownMission] = queue.SimpleQueue()
+        self._latest: ShownMission | None = None
         self._run: ShownMission | None = None
         self._opened: queue.SimpleQueue[Exception | None] = queue.SimpleQueue()
         self._now: Callable[[], float] = lambda: 0.0
@@ -123,15 +124,16 @@ class Robot:
         """
         if self.controls.stopped:
             raise ValueError("The robot is stopped. Release the stop first.")
-        if ((run := self._run) and not run.over) or not self._wanted.empty():
+        if self.busy:
             raise ValueError("A mission is running. End it first.")
-        self._wanted.put(ShownMission(mission, self._hub, confirm=confirm, file=file))
+        self._latest = ShownMission(mission, self._hub, confirm=confirm, file=file)
+        self._wanted.put(self._latest)
         self._news.set()
 
     def stop_mission(self) -> None:
-        """End the running mission, if there is one; any thread."""
-        if run := self._run:
-            run.end()
+        """End the mission that runs or is about to, if there is one; any thread."""
+        if latest := self._latest:
+            latest.end()
 
     def pause_mission(self) -> None:
         """Let the robot stand, in the running mission, until `resume_mission`; any thread.
@@ -147,6 +149,11 @@ class Robot:
         """End the pause of the running mission, if there is one; any thread."""
         if run := self._run:
             run.resume()
+
+    @property
+    def busy(self) -> bool:
+        """Whether a mission runs or is about to."""
+        return self._latest is not None and not self._latest.over
 
     @property
     def alive(self) -> bool:
@@ -255,8 +262,9 @@ class Robot:
             recording = run.record(self._runs, watch=self._pictures.watch)
             shown.pursue(run, recording.folder.path.name)
         except NXTError as error:
-            shown.over = True
+            shown.over = True  # before clients know, who may start another one at once
             self._hub.tell("problem", {"text": str(error)})
         finally:
+            shown.over = True
             self._pictures.watch(None)
             self._run = None

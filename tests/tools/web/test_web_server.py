@@ -265,11 +265,12 @@ def test_a_damaged_run_is_listed_and_its_replay_says_why_not(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_stop_also_ends_a_mission_that_has_not_begun(tmp_path):
+@pytest.mark.parametrize("end", ["stop", "stop_mission"])
+def test_a_mission_that_has_not_begun_can_be_ended(tmp_path, end):
     server = _server(tmp_path, "sim://open?pace=fast")
     with _client(server).websocket_connect("/ws") as page:
         server.robot.start_mission(setup.load(_quick(tmp_path)), confirm=False)
-        server.robot.stop()
+        getattr(server.robot, end)()
         server.robot.open()
         try:
             assert _until(page, lambda each: each["type"] == "ended")["ending"] == "interrupted"

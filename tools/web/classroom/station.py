@@ -180,8 +180,13 @@ class Station:
         missions = self.server.missions
         self._robot.start_mission(missions.load(mission, profile), confirm=False, file=missions.file(mission))
 
+    @property
+    def busy(self) -> bool:
+        """Whether a mission runs or is about to."""
+        return self._robot.busy
+
     def end_mission(self) -> None:
-        """End the running mission, if there is one; any thread."""
+        """End the mission that runs or is about to, if there is one; any thread."""
         self._robot.stop_mission()
 
     def beep(self) -> None:
