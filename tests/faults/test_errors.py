@@ -7,7 +7,7 @@ import pytest
 from firmware_protocol.errors import BrickError, LinkTimeout
 from nxtdrive.tools.dev.faults import errors
 
-FEW = range(20 * len(errors.PROVOKED))
+FEW = range(30 * len(errors.PROVOKED))
 
 
 @pytest.fixture(autouse=True)
@@ -33,6 +33,18 @@ def test_what_is_left_behind_is_found(monkeypatch):
     violations = str(errors.CAMPAIGN.run(1, FEW).violations)
     assert "objects behind" in violations
     assert "bytes behind" in violations
+
+
+def test_what_is_kept_once_is_no_leak(monkeypatch):
+    kept = []
+
+    def keep_once(*_):
+        if len(kept) < 27:
+            kept.append(bytes(1_000_000 if len(kept) == 26 else 100))
+        raise LinkTimeout("too late.")
+
+    monkeypatch.setitem(errors.PROVOKED, "timeout", (keep_once, (LinkTimeout,)))
+    assert errors.CAMPAIGN.run(1, FEW).violations == []
 
 
 @pytest.mark.parametrize(("provoke", "text"), [(lambda *_: None, "no error"), (lambda *_: 1 / 0, "ZeroDivisionError")])
