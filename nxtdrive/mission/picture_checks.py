@@ -11,7 +11,7 @@ from behaviors.mission import Mission, PictureTarget
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.mission.truth import shows
 from nxtdrive.vision.detection import Image
-from nxtdrive.vision.detectors.picture import PictureDetector
+from nxtdrive.vision.detectors.picture import PictureDetector, check_picture
 from nxtdrive.vision.detectors.prospect import USUAL_HEIGHT_PX, prospect
 from nxtdrive.vision.geometry import Pinhole
 from nxtdrive.vision.sources import read_image
@@ -29,12 +29,14 @@ def picture_warnings(mission: Mission) -> Iterator[str]:
     pictures: dict[str, list[Image]] = {}
     for name in dict.fromkeys(mission.mission.targets):
         target = mission.target[name]
-        if isinstance(target, PictureTarget):
-            pictures[name] = [image for file in target.pictures if (image := _usable(file)) is not None]
-            if pictures[name]:
-                yield from _hard_to_find(mission, name, pictures[name])
-    for name, other in permutations([name for name, images in pictures.items() if images], 2):
-        if any(shows(front, PictureDetector(pictures[name])) for front in pictures[other]):
+        files = target.pictures if isinstance(target, PictureTarget) else []
+        usable = [image for file in files if (image := _usable(file)) is not None]
+        if usable:
+            pictures[name] = usable
+            yield from _hard_to_find(mission, name, usable)
+    detectors = {name: PictureDetector(images) for name, images in pictures.items()} if len(pictures) > 1 else {}
+    for name, other in permutations(pictures, 2):
+        if any(shows(front, detectors[name]) for front in pictures[other]):
             yield (
                 f"target.{name}: its picture resembles that of target.{other}, which will be taken for it. "
                 f"Choose pictures that differ more."
@@ -44,7 +46,7 @@ def picture_warnings(mission: Mission) -> Iterator[str]:
 def _usable(file: str) -> Image | None:
     try:
         image = read_image(Path(file))
-        PictureDetector([image], use_features=False)
+        check_picture(image)
     except (CameraError, ConfigError):
         return None
     return image

@@ -19,5 +19,4 @@ def configure() -> None:
     """
     os.environ.setdefault(FFMPEG_LOG, "-8")  # AV_LOG_QUIET; read when the first video or stream is opened
     cv2.setNumThreads(1)
-    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # quiet
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)

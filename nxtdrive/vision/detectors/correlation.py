@@ -21,6 +21,7 @@ from nxtdrive.vision.detectors.alignment import Aligner, Poses
 from nxtdrive.vision.detectors.frame_pyramid import Pyramid, straightened
 from nxtdrive.vision.detectors.proposals import Proposer
 from nxtdrive.vision.detectors.resemblance import distinctness, resemblance
+from nxtdrive.vision.detectors.scaling import at_height
 
 CORE = 0.6
 """Close up, the centre of the picture is searched for, too (this share of width and height): its rim may lie outside
@@ -64,8 +65,7 @@ class CorrelationMatcher:
 
     def __init__(self, picture: Image) -> None:
         if picture.shape[0] > KEPT_HEIGHT:
-            size = (max(1, round(picture.shape[1] * KEPT_HEIGHT / picture.shape[0])), KEPT_HEIGHT)
-            picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+            picture = at_height(picture, KEPT_HEIGHT)
         height, width = picture.shape[:2]
         y, x = round(height * (1 - CORE) / 2), round(width * (1 - CORE) / 2)
         self._ratio = width / height
@@ -121,9 +121,7 @@ class _Part:
         """Return what aligns the part at a height, `cut` as an overexposed frame shows it; made once."""
         key = (height, cut)
         if key not in self._aligners:
-            gray = self._grays[cut]
-            size = (max(4, round(height * gray.shape[1] / gray.shape[0])), height)
-            self._aligners[key] = Aligner(cv2.resize(gray, size, interpolation=cv2.INTER_AREA))
+            self._aligners[key] = Aligner(at_height(self._grays[cut], height))
         return self._aligners[key]
 
     def score(self, frame: Pyramid, pose: Poses) -> float | None:
@@ -139,8 +137,7 @@ class _Part:
     def _at(self, height: int) -> NDArray[np.float32]:
         """Return the part in colour at a height; cached, because few heights occur."""
         if height not in self._sizes:
-            size = (max(4, round(height * self._picture.shape[1] / self._picture.shape[0])), height)
-            small = np.asarray(cv2.resize(self._picture, size, interpolation=cv2.INTER_AREA), np.float32)
+            small = at_height(self._picture, height).astype(np.float32)
             soft = height < FINE_HEIGHT  # a smaller place is compared pixel by pixel, and a lens blurs those
             self._sizes[height] = np.asarray(
                 cv2.GaussianBlur(small, (0, 0), LENS_BLUR_PX) if soft else small, np.float32

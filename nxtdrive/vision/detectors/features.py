@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nxtdrive.vision.detection import Detection, Image, Quad, box_of
+from nxtdrive.vision.detectors.scaling import at_height
 
 WORK_WIDTH = 240
 """Keypoints are computed on a copy of the frame at most this wide, at half the cost of 320; smaller pictures are left
@@ -59,8 +60,7 @@ class FeatureMatcher:
 
     def __init__(self, picture: Image) -> None:
         self._ratio = picture.shape[1] / picture.shape[0]
-        size = (max(1, round(STRAIGHT_HEIGHT * self._ratio)), STRAIGHT_HEIGHT)
-        self._small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+        self._small = at_height(picture, STRAIGHT_HEIGHT)
         found = [_reference(picture, height) for height in REFERENCE_HEIGHTS if height <= 2 * picture.shape[0]]
         self._points = np.concatenate([points for points, _ in found])
         self._descriptors = np.concatenate([descriptors for _, descriptors in found])
@@ -121,10 +121,9 @@ def _sift(gray: cv2.typing.MatLike) -> tuple[NDArray[np.float32], NDArray[np.flo
 
 def _reference(picture: Image, height: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return keypoints of the picture at a height; positions are shares 0..1 of its width and height."""
-    width = max(1, round(height * picture.shape[1] / picture.shape[0]))
-    small = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
+    small = at_height(picture, height)
     points, descriptors = _sift(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
-    return (points / np.array([width, height])).astype(np.float32), descriptors
+    return (points / np.array(small.shape[1::-1])).astype(np.float32), descriptors
 
 
 def _plausible(corners: NDArray[np.float32], ratio: float) -> bool:

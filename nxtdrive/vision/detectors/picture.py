@@ -37,7 +37,7 @@ class PictureDetector:
         if not pictures:
             raise ConfigError("The picture detector needs at least one picture.", remedy="Give it a file.")
         for picture in pictures:
-            _check(picture)
+            check_picture(picture)
         self._correlation = [CorrelationMatcher(picture) for picture in pictures]
         self._features = [FeatureMatcher(picture) for picture in pictures] if use_features else []
 
@@ -63,7 +63,8 @@ def _read(path: Path) -> Image:
         raise ConfigError(*error.args, remedy=error.remedy) from None
 
 
-def _check(picture: Image) -> None:
+def check_picture(picture: Image) -> None:
+    """Raise a ConfigError if a picture is too small to be searched for, or of a single colour."""
     height, width = picture.shape[:2]
     if min(height, width) < SMALLEST_PX:
         raise ConfigError(

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from nxtdrive.vision.detectors.alignment import Poses
 from nxtdrive.vision.detectors.frame_pyramid import Level, Pyramid, spectrum
+from nxtdrive.vision.detectors.scaling import at_height
 
 HEIGHTS = (14, 18, 22)
 """Heights of the templates in pixels of a level; the next level down continues with twice the first."""
@@ -110,9 +111,7 @@ class Proposer:
 def _templates(gray: NDArray[np.float32]) -> Iterator[_Template]:
     for aspect, roll_deg in VIEWS:
         for height in HEIGHTS:
-            width = max(4, round(height * aspect * gray.shape[1] / gray.shape[0]))
-            small = cv2.resize(gray, (width, height), interpolation=cv2.INTER_AREA)
-            yield _Template(_rolled(small, roll_deg), aspect, roll_deg)
+            yield _Template(_rolled(at_height(gray, height, aspect), roll_deg), aspect, roll_deg)
 
 
 def _rolled(gray: cv2.typing.MatLike, roll_deg: float) -> NDArray[np.float32]:

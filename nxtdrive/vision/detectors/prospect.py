@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.detectors.correlation import CorrelationMatcher
 from nxtdrive.vision.detectors.frame_pyramid import pyramid
-from nxtdrive.vision.detectors.resemblance import distinctness
+from nxtdrive.vision.detectors.resemblance import DETAIL_HEIGHT, distinctness
+from nxtdrive.vision.detectors.scaling import at_height
 
 HEIGHTS_PX = (18, 21, 25, 30, 36, 43, 52, 62, 75)
 """Apparent heights that are tried, in pixels of a frame 320 wide."""
@@ -26,7 +27,6 @@ USUAL_HEIGHT_PX = 21
 
 TRIALS = 4
 GAIN, SOFTNESS_PX, NOISE = 0.8, 0.7, 5.0
-SMALL_HEIGHT = 24
 FAINT_SD, ALIKE_WAVES, KEPT_CONTRAST = 16.0, 10.0, 0.6
 
 
@@ -71,9 +71,9 @@ def _found(matcher: CorrelationMatcher, picture: Image, height: int) -> bool:
 
 def _frame(picture: Image, height: int, rng: np.random.Generator) -> tuple[tuple[float, float], Image]:
     """Return where the picture is, and a frame that shows it before a wall."""
-    width = max(4, round(height * picture.shape[1] / picture.shape[0]))
-    small = cv2.resize(picture, (width * 3, height * 3), interpolation=cv2.INTER_AREA)
-    size = width + 60, height + 60
+    small = at_height(picture, 3 * height)
+    width = small.shape[1] / 3
+    size = round(width) + 60, height + 60
     wall = rng.uniform(60, 190, 3) + cv2.resize(rng.normal(0, 12, (6, 6, 3)), size, interpolation=cv2.INTER_CUBIC)
     left, top = 30 + rng.uniform(-1, 1), 30 + rng.uniform(-1, 1)
     large = cv2.resize(wall.clip(0, 255).astype(np.uint8), (size[0] * 3, size[1] * 3))
@@ -86,8 +86,7 @@ def _frame(picture: Image, height: int, rng: np.random.Generator) -> tuple[tuple
 
 def _reasons(picture: Image) -> list[str]:
     """Say what makes a picture hard to find."""
-    size = max(4, round(SMALL_HEIGHT * picture.shape[1] / picture.shape[0])), SMALL_HEIGHT
-    small, whole = _gray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA)), _gray(picture)
+    small, whole = _gray(at_height(picture, DETAIL_HEIGHT)), _gray(picture)
     reasons = []
     if small.std() < FAINT_SD:
         reasons.append("it has little contrast from afar: choose a picture with dark and bright parts")

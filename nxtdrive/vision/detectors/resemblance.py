@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nxtdrive.vision.detection import Image
+from nxtdrive.vision.detectors.scaling import at_height
 
 WHITE = 243.0
 """A pixel whose channels are all above is overexposed; noise and JPEG keep some of those below 255."""
@@ -68,8 +69,7 @@ def distinctness(picture: Image) -> float:
 
     Chance matches a picture of few waves more often: a sunset is like any bright spot above something dark.
     """
-    size = (max(4, round(DETAIL_HEIGHT * picture.shape[1] / picture.shape[0])), DETAIL_HEIGHT)
-    gray = cv2.cvtColor(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY).astype(np.float64)
+    gray = cv2.cvtColor(at_height(picture, DETAIL_HEIGHT), cv2.COLOR_BGR2GRAY).astype(np.float64)
     power = np.abs(np.fft.fft2(gray - gray.mean())) ** 2
     return float(power.sum() ** 2 / max(1e-9, float((power**2).sum())))
 
