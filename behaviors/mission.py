@@ -18,6 +18,7 @@ from behaviors.mission_cross_checks import cross_checks
 from behaviors.mission_mistakes import mistakes
 from behaviors.plausibility import TOLERANCE_MM
 from behaviors.robot_description import (
+    ROBOT_VARIABLE,
     CameraTable,
     RobotFile,
     RobotFileError,
@@ -213,7 +214,7 @@ def load_mission(
         path: The TOML file.
         picture_folders: Where else pictures are looked for when they do not lie beside the file.
         robot: The robot file; by default the one that the mission names.
-        usual_robot: The robot file if neither is given.
+        usual_robot: The robot file if neither is given; ``$NXT_ROBOT`` names it.
 
     Returns:
         The mission; its pictures are absolute paths of files that exist.
@@ -246,7 +247,8 @@ def _robot_file(table: dict[str, Any], path: Path, robot: Path | None, usual: Pa
     try:
         return None if chosen is None else load_robot_file(chosen)
     except RobotFileError as error:
-        raise MissionError(str(error)) from None
+        origin = "" if robot else f"{path}: mission.robot_file: " if beside else f"{ROBOT_VARIABLE}: "
+        raise MissionError(f"{origin}{error}") from None
 
 
 def described_by(mission: Mission, described: RobotFile) -> Mission:

@@ -24,6 +24,8 @@ OutputPort = Literal["A", "B", "C"]
 InputPort = Literal[0, 1, 2, 3, 4]
 CALIBRATED = ("camera", "wheels", "sonar", "motors")
 """What can be calibrated."""
+ROBOT_VARIABLE = "NXT_ROBOT"
+"""The environment variable that names a robot file for missions that name none."""
 
 
 class RobotFileError(ValueError):

@@ -16,6 +16,8 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number, writing
 from nxtdrive.cli.output import complain, make_console, print_line, write_json, write_line
+from nxtdrive.cli.prompt import agrees, can_ask
+from nxtdrive.tools.calibrate import SHEET_HEIGHT_MM
 
 if TYPE_CHECKING:
     from behaviors.robot_description import RobotFile
@@ -41,6 +43,11 @@ ALL = "all"
 CHOICES = ("camera", "wheels", "sonar", "motors", ALL)
 SIMULATED_ROOM = "calibration"
 DEFAULT_FILE = Path("robot.toml")
+BEFORE_THE_SHEET = (
+    "The robot will drive up to 0.8 m towards the sheet, and back, and turn full circles. "
+    "Is it one metre before the sheet, with free floor all round?"
+)
+BY_RULER = "The robot will drive one metre ahead and turn on the spot. Is the floor before it free?"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -63,8 +70,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--sheet-height-mm",
         metavar="MM",
         type=number("height", float, 20, 2000),
-        default=200.0,
-        help="the middle of the sheet above the floor (default: 200)",
+        default=SHEET_HEIGHT_MM,
+        help=f"the middle of the sheet above the floor (default: {SHEET_HEIGHT_MM:g})",
     )
     parser.add_argument(
         "--ruler",
@@ -86,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
     path = args.robot or usual_robot() or DEFAULT_FILE
     what, before, address = _wanted(args), _before(path), _address(args.nxt)
     if address.scheme != "sim" and not args.yes:
-        _ask()
+        _ask(BY_RULER if args.ruler else BEFORE_THE_SHEET)
     try:
         outcome = _by_ruler(address, before) if args.ruler else _before_the_sheet(args, address, before, what)
     except CalibrationRefused as refusal:
@@ -179,15 +186,10 @@ def _address(text: str) -> Address:
     return replace(address, target=SIMULATED_ROOM) if address.scheme == "sim" and not address.target else address
 
 
-def _ask() -> None:
-    if not sys.stdin.isatty():
-        raise ConfigError("the robot drives to be calibrated, and there is nobody to ask.", remedy="Add --yes.")
-    sys.stderr.write(
-        "The robot will drive up to 0.8 m towards the sheet, and back, and turn full circles. "
-        "Is it one metre before the sheet, with free floor all round? [y/N] "
-    )
-    sys.stderr.flush()
-    if input().strip().lower() not in ("y", "yes"):
+def _ask(question: str) -> None:
+    if not can_ask():
+        raise ConfigError("the robot drives, and there is no terminal to ask in.", remedy="Add --yes.")
+    if not agrees(question):
         raise ConfigError("the robot may not drive.", remedy="Clear the floor, then answer y.")
 
 

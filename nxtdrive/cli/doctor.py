@@ -16,6 +16,7 @@ from firmware_protocol.errors import AddressError, ConfigError, NXTError
 from nxtdrive.cli.main import DONE, NO_BRICK
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_robot_argument
 from nxtdrive.cli.output import write_json, write_text
+from nxtdrive.cli.prompt import agrees, can_ask
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
@@ -38,6 +39,8 @@ EXAMPLES = """\
 
 PROBLEMS = 1
 """Exit code when at least one problem was found."""
+
+MAY_TURN = "Motors will turn a little. Lift the robot or clear the floor. Go on?"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -166,18 +169,10 @@ def _wiggle(brick: Brick, mission: Mission, *, asked: bool) -> Iterator[Finding]
     from nxtdrive.tools.doctor import brick as patient
     from nxtdrive.tools.doctor.finding import warning
 
-    if not asked and not _may_move():
+    if not asked and not (can_ask() and agrees(MAY_TURN)):
         yield warning("wiggle", "skipped: motors may not turn.", "Lift the robot, then run it with --wiggle --yes.")
         return
     yield from patient.wiggle(brick, mission)
-
-
-def _may_move() -> bool:
-    if not sys.stdin.isatty():
-        return False
-    sys.stderr.write("Motors will turn a little. Lift the robot or clear the floor. Go on? [y/N] ")
-    sys.stderr.flush()
-    return input().strip().lower() in ("y", "yes")
 
 
 def _fix_udev(*, install: bool) -> int:

@@ -16,6 +16,7 @@ from input_files.plain import MEGABYTE, InputFileError, read_bytes
 from nxtdrive.cli.main import DONE, USAGE, exit_code
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, on_brick, writing
 from nxtdrive.cli.output import complain, make_console, write_json, write_line
+from nxtdrive.cli.prompt import agrees, can_ask
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -120,10 +121,9 @@ def _check_deletion(name: str, *, force: bool) -> None:
     """
     if force or not name.lower().endswith(SYSTEM_SUFFIX):
         return
-    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+    if not can_ask():
         raise ConfigError("it is a system file of the brick.", remedy="Add --force to delete it.")
-    complain(f"{name} is a system file of the brick. Delete it? [y/N]", sender="")
-    if sys.stdin.readline().strip().lower() not in ("y", "yes"):
+    if not agrees(f"{name} is a system file of the brick. Delete it?"):
         raise ConfigError("you did not say yes.")
 
 

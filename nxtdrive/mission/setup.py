@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from behaviors.mission import BUILT_IN, Mission, MissionError, Target, load_mission
+from behaviors.robot_description import ROBOT_VARIABLE
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.mission.body import MissionBody, MissionClock
 from nxtdrive.motion.obstacle_monitor import SafetyLimits
@@ -34,10 +35,6 @@ SIMULATED, GEOMETRIC, FIRST_WEBCAM = "sim", "geometric", "0"
 
 PICTURES = Path(str(resources.files("sim_backend"))) / "pictures"
 """The built-in pictures; a mission may name them without having copies."""
-
-
-ROBOT_VARIABLE = "NXT_ROBOT"
-"""The environment variable that names a robot file for missions that name none."""
 
 
 def usual_robot() -> Path | None:

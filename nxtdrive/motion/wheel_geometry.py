@@ -11,6 +11,27 @@ Pair = tuple[float, float]
 """Of the left and of the right wheel."""
 
 
+def mm_per_degree(wheel_diameter_mm: float, mismatch_percent: float) -> Pair:
+    """Return the way of each wheel per degree.
+
+    Args:
+        wheel_diameter_mm: Mean of both wheels.
+        mismatch_percent: How much larger the right wheel is than the left one.
+    """
+    mean, share = math.pi * wheel_diameter_mm / 360.0, mismatch_percent / 200.0
+    return mean * (1 - share), mean * (1 + share)
+
+
+def motor_signs(reversed: Pair) -> tuple[int, int]:
+    """Return 1 for each motor that positive power turns forward, -1 for one that it turns backwards.
+
+    Args:
+        reversed: Whether positive power drives each wheel backwards.
+    """
+    left, right = (-1 if each else 1 for each in reversed)
+    return left, right
+
+
 @dataclass(frozen=True, slots=True)
 class WheelGeometry:
     """Two driven wheels.
@@ -49,11 +70,8 @@ class WheelGeometry:
         """
         in_range("wheel_mismatch_percent", mismatch_percent, -20, 20)
         in_range("turn_slip_percent", turn_slip_percent, -20, 50)
-        mean = math.pi * wheel_diameter_mm / 360.0
-        share = mismatch_percent / 200.0
-        left, right = (-1.0 if each else 1.0 for each in reversed)
         track_mm = axle_track_mm / (1 - turn_slip_percent / 100)
-        return cls((mean * (1 - share), mean * (1 + share)), (left, right), track_mm)
+        return cls(mm_per_degree(wheel_diameter_mm, mismatch_percent), motor_signs(reversed), track_mm)
 
     @property
     def mm_per_count(self) -> Pair:

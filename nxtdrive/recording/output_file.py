@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
-from contextlib import suppress
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +31,30 @@ def write_file(path: Path, content: bytes) -> None:
                 with suppress(OSError):
                     path.unlink()
             raise
+
+
+@contextmanager
+def draft(path: Path, content: bytes) -> Iterator[Path]:
+    """Write a hidden file beside another one, which may exist, to check it and to put it in that one's place.
+
+    Args:
+        path: The other file. The draft has its suffix, and its permissions if it exists.
+        content: What the draft has.
+
+    Returns:
+        The draft; it is removed afterwards if it is still there.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    beside = path.with_name(f".draft-{secrets.token_hex(8)}{path.suffix}")
+    try:
+        write_file(beside, content)
+        if path.exists():
+            shutil.copymode(path, beside)
+        yield beside
+    finally:
+        beside.unlink(missing_ok=True)
 
 
 def write_picture(path: Path, image: npt.NDArray[np.uint8]) -> None:

@@ -115,6 +115,24 @@ def test_an_echo_is_mapped_from_the_sonar(sonar_forward_mm):
     assert floor.evidence[cell(sonar_forward_mm + 400.0, 0.0)] > 0
 
 
+@pytest.mark.parametrize(
+    ("mission", "robot", "said"),
+    [
+        (MISSION, None, "NXT_ROBOT: .*gone.toml: cannot be read"),
+        (
+            MISSION.replace("[mission]", '[mission]\nrobot_file = "gone.toml"'),
+            None,
+            "m.toml: mission.robot_file: .*gone",
+        ),
+        (MISSION, "absent.toml", "absent.toml: cannot be read"),
+    ],
+)
+def test_a_robot_file_that_is_not_there_is_told_with_what_named_it(tmp_path, mission, robot, said):
+    path = _file(tmp_path, "m.toml", mission)
+    with pytest.raises(MissionError, match=said):
+        load_mission(path, robot=tmp_path / robot if robot else None, usual_robot=tmp_path / "gone.toml")
+
+
 @pytest.mark.parametrize("radius_mm", [90.0, 300.0])
 def test_the_robot_needs_as_much_room_as_it_is_large(radius_mm):
     floor = OccupancyGrid(RobotTable(radius_mm=radius_mm))

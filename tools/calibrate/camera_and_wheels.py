@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from behaviors.robot_description import CameraTable, RobotTable
+from nxtdrive.motion.wheel_geometry import mm_per_degree
 
 from .least_squares import Array, Fit, fit
 from .track import Track, at_times, poses, smoothed
@@ -116,10 +117,8 @@ class Corners:
 
     def predict(self, p: dict[str, float], slips: Array) -> tuple[Array, Array]:
         """Return the columns and rows of the corners."""
-        share = p["wheel_mismatch_percent"] / 200
-        mean = math.pi * p["wheel_diameter_mm"] / 360
-        slipped = self._slips @ np.radians(slips)
-        path = poses(self._counts, (mean * (1 - share), mean * (1 + share)), p["axle_track_mm"], slipped)
+        mm_per_deg = mm_per_degree(p["wheel_diameter_mm"], p["wheel_mismatch_percent"])
+        path = poses(self._counts, mm_per_deg, p["axle_track_mm"], self._slips @ np.radians(slips))
         x, y, heading = at_times(path, self._times - p["latency_s"])
         point_x, point_y, down = self._sheet(p)
         ahead = np.cos(heading) * (point_x - x) + np.sin(heading) * (point_y - y) - p["forward_mm"]

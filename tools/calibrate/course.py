@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from behaviors.ports import StopReason
 from firmware_protocol.errors import NXTError
 from nxtdrive.motion.outputs import sample
+from nxtdrive.motion.wheel_geometry import motor_signs
 from nxtdrive.ports import output_port
 
 from .sheet import Seen, find_sheet
@@ -65,7 +66,7 @@ class Course:
     def __init__(self, brick: Brick, camera: Camera, rover: Rover, robot: RobotTable) -> None:
         self._brick, self._camera, self._rover = brick, camera, rover
         self._ports = output_port(robot.left), output_port(robot.right)
-        self._signs = [-1 if each else 1 for each in (robot.left_reversed, robot.right_reversed)]
+        self._signs = motor_signs((robot.left_reversed, robot.right_reversed))
         self._sonar = bool(robot.ultrasonic)
         self.track = Track(camera.size)
         self._blocked = False

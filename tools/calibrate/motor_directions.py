@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from nxtdrive.motion.outputs import sample
+from nxtdrive.motion.wheel_geometry import motor_signs
 from nxtdrive.ports import output_port
 
 from .course import CalibrationRefused
@@ -58,7 +59,8 @@ def dead_zone_percent(brick: Brick, robot: RobotTable) -> int:
         CalibrationRefused: They did not turn at 40 % of the power.
     """
     ports = [output_port(robot.left), output_port(robot.right)]
-    signs = (-1 if robot.left_reversed else 1, 1 if robot.right_reversed else -1)  # the robot turns on the spot
+    left, right = motor_signs((robot.left_reversed, robot.right_reversed))
+    signs = (left, -right)  # the robot turns on the spot
     way = 1
     motors = [brick.motor(port) for port in (robot.left, robot.right)]
     for power in POWERS:

@@ -11,6 +11,7 @@ from behaviors.robot_description import RobotFile, RobotTable
 from firmware_protocol.printable import printable
 from nxtdrive.mission.setup import build_robot
 
+from . import SHEET_HEIGHT_MM
 from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate, estimate, misfit_px
 from .course import CalibrationRefused, Course
 from .motor_directions import dead_zone_percent, is_reversed
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from nxtdrive.vision.camera import Camera
 
 METHOD = "marker sheet"
-SHEET_HEIGHT_MM = 200.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nxtdrive.motion.wheel_geometry import mm_per_degree
+
 from .track import Track, at_times, poses
 
 STRAIGHT_DEG = 8.0
@@ -40,8 +42,8 @@ def estimate_sonar(track: Track, values: dict[str, float]) -> SonarEstimate | No
     """
     if not track.ranges:
         return None
-    share, mean = values["wheel_mismatch_percent"] / 200, math.pi * values["wheel_diameter_mm"] / 360
-    path = poses(np.asarray(track.counts), (mean * (1 - share), mean * (1 + share)), values["axle_track_mm"])
+    mm_per_deg = mm_per_degree(values["wheel_diameter_mm"], values["wheel_mismatch_percent"])
+    path = poses(np.asarray(track.counts), mm_per_deg, values["axle_track_mm"])
     times, ranges = np.asarray(track.ranges).T
     x, y, heading = at_times(path, times)
     turn = math.radians(values["sheet_turn_deg"])

@@ -136,11 +136,10 @@ def write_robot_file(path: Path, file: RobotFile) -> None:
     Raises:
         OSError: It cannot be written; what was there before is left as it is.
     """
-    from nxtdrive.recording.output_file import write_file
+    from nxtdrive.recording.output_file import draft
 
-    beside = path.with_name(f".{path.name}.new")
-    write_file(beside, toml_text(file).encode())
-    beside.replace(path)
+    with draft(path, toml_text(file).encode()) as beside:
+        beside.replace(path)
 
 
 def believed_values(robot: RobotTable, camera: CameraTable) -> dict[str, float]:

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import re
-import secrets
-import shutil
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from behaviors.mission import Mission
 from firmware_protocol.errors import ConfigError
 from nxtdrive.mission import setup
 from nxtdrive.mission.checking import Findings, check_mission
+from nxtdrive.recording.output_file import draft
 
 NAME = re.compile(r"\w[\w .-]*\.toml")
 
@@ -78,9 +75,10 @@ class Missions:
         Raises:
             OSError: The folder cannot be written.
         """
-        with self._draft(text.encode()) as draft:
-            found = check_mission(draft)
-        found.mistakes = [mistake.replace(str(draft), "The text") for mistake in found.mistakes]
+        beside = self.folder / "mission.toml"  # the missions' pictures lie there
+        with draft(beside, text.encode()) as file:
+            found = check_mission(file)
+        found.mistakes = [mistake.replace(str(file), "The text") for mistake in found.mistakes]
         return found
 
     def save(self, name: str, text: str, version: str) -> str:
@@ -99,24 +97,12 @@ class Missions:
         if not NAME.fullmatch(name):
             raise ValueError(f"{name!r} is no name for a mission file. Use letters and digits, and .toml at the end.")
         path, content = self.folder / name, text.encode()
-        with self._saving, self._draft(content) as draft:
+        with self._saving, draft(path, content) as file:
             if (_version(path.read_bytes()) if path.exists() else "") != version:
                 told = "has changed on the disk since it was opened" if version else "exists already"
                 raise Conflict(f"{name} {told}. Nothing was saved: open it again, or choose another name.")
-            if version:
-                shutil.copymode(path, draft)
-            draft.replace(path)
+            file.replace(path)
         return _version(content)
-
-    @contextmanager
-    def _draft(self, content: bytes) -> Iterator[Path]:
-        """Write a hidden file beside the missions, as their pictures lie there; it is gone afterwards."""
-        draft = self.folder / f".draft-{secrets.token_hex(8)}.toml"
-        try:
-            draft.write_bytes(content)
-            yield draft
-        finally:
-            draft.unlink(missing_ok=True)
 
 
 def _version(content: bytes) -> str:

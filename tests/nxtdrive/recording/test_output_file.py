@@ -1,0 +1,22 @@
+"""Files that are written as a whole or not at all."""
+
+import pytest
+
+from nxtdrive.recording.output_file import draft
+
+
+def test_a_draft_takes_the_place_of_a_file_and_keeps_its_permissions(tmp_path):
+    path = tmp_path / "robot.toml"
+    path.write_text("old")
+    path.chmod(0o600)
+    with draft(path, b"new") as beside:
+        assert path.read_text() == "old"
+        beside.replace(path)
+    assert (path.read_text(), path.stat().st_mode & 0o777) == ("new", 0o600)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_draft_that_is_not_used_is_removed(tmp_path):
+    with pytest.raises(ValueError, match="not good"), draft(tmp_path / "robot.toml", b"new"):
+        raise ValueError("not good")
+    assert list(tmp_path.iterdir()) == []
