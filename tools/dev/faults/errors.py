@@ -7,7 +7,7 @@ import logging
 import sys
 import tempfile
 from collections.abc import Callable
-from itertools import pairwise
+from functools import partial
 from pathlib import Path
 
 from behaviors.mission import MissionError, load_mission
@@ -26,7 +26,7 @@ from sim_backend.simulation import Simulation
 from sim_backend.world.loading import load_world
 
 from .campaign import Campaign, Tally, Violation
-from .memory import traced
+from .memory import least_growth
 from .wire import USB, Wire
 from .wire_transports import plug_in
 
@@ -35,9 +35,8 @@ WARM = 500
 GROWTH_BLOCKS = 5000
 """Growth of the number of Python's objects, roughly; half a megabyte."""
 TRACED, LEFT_BYTES = 1000, 10_000
-"""For two rows of errors at the end all allocations are traced, which takes five times as long, and what each row
-leaves is limited: to a megabyte in 100,000. A row may leave more when the next one does not: a cache that is filled
-once, or a thread of the same process, is no leak."""
+"""For two rows of errors at the end all allocations are traced, which takes five times as long, and what both leave
+is limited: to a megabyte in 100,000."""
 TIMEOUT_MS = 30
 
 Provoke = Callable[[Brick, Wire, Path], object]
@@ -125,13 +124,9 @@ def trials(_seed: int, numbers: range) -> Tally:
         _provoke(brick, wire, folder, most, tally)
         if (grown := _blocks() - blocks) > GROWTH_BLOCKS:
             tally.violations.append(Violation(numbers[-1], f"{len(most)} errors left {grown} objects behind"))
-        with traced() as used:
-            in_use = []
-            for row in (rest[:WARM], rest[WARM:-TRACED], rest[-TRACED:]):
-                _provoke(brick, wire, folder, row, tally)
-                in_use.append(used())
-            if (left := min(after - before for before, after in pairwise(in_use))) > LEFT_BYTES:
-                tally.violations.append(Violation(numbers[-1], f"{TRACED} errors left {left} bytes behind"))
+        rows = (rest[:WARM], rest[WARM:-TRACED], rest[-TRACED:])
+        if (left := least_growth(partial(_provoke, brick, wire, folder, row, tally) for row in rows)) > LEFT_BYTES:
+            tally.violations.append(Violation(numbers[-1], f"{TRACED} errors left {left} bytes behind"))
     return tally
 
 
