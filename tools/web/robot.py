@@ -59,9 +59,7 @@ class Robot:
         self._runs = runs
         self._news = threading.Event()
         self._closing, self._beep = threading.Event(), threading.Event()
-        self._wanted: queue.SimpleQueue[ShownMission] = queue.SimpleQueue()
-        self._latest: ShownMission | None = None
-        self._run: ShownMission | None = None
+        self._shown: ShownMission | None = None
         self._opened: queue.SimpleQueue[Exception | None] = queue.SimpleQueue()
         self._now: Callable[[], float] = lambda: 0.0
         self._pictures = PictureFeed(hub)
@@ -126,14 +124,13 @@ class Robot:
             raise ValueError("The robot is stopped. Release the stop first.")
         if self.busy:
             raise ValueError("A mission is running. End it first.")
-        self._latest = ShownMission(mission, self._hub, confirm=confirm, file=file)
-        self._wanted.put(self._latest)
+        self._shown = ShownMission(mission, self._hub, confirm=confirm, file=file)
         self._news.set()
 
     def stop_mission(self) -> None:
         """End the mission that runs or is about to, if there is one; any thread."""
-        if latest := self._latest:
-            latest.end()
+        if shown := self._shown:
+            shown.end()
 
     def pause_mission(self) -> None:
         """Let the robot stand, in the running mission, until `resume_mission`; any thread.
@@ -141,19 +138,19 @@ class Robot:
         Raises:
             ValueError: No mission is running.
         """
-        if (run := self._run) is None:
+        if (shown := self._shown) is None or shown.over:
             raise ValueError("No mission is running.")
-        run.pause()
+        shown.pause()
 
     def resume_mission(self) -> None:
         """End the pause of the running mission, if there is one; any thread."""
-        if run := self._run:
-            run.resume()
+        if shown := self._shown:
+            shown.resume()
 
     @property
     def busy(self) -> bool:
         """Whether a mission runs or is about to."""
-        return self._latest is not None and not self._latest.over
+        return self._shown is not None and not self._shown.over
 
     @property
     def alive(self) -> bool:
@@ -176,8 +173,8 @@ class Robot:
 
     def answer(self, question: int, choice: int) -> None:
         """Answer the question of a mission whose recoveries are confirmed; any thread."""
-        if run := self._run:
-            run.answer(question, choice)
+        if shown := self._shown:
+            shown.answer(question, choice)
 
     def _guarded(self) -> None:
         try:
@@ -202,15 +199,16 @@ class Robot:
             self._now = robot.brick.now
             self._opened.put(None)
             while not self._closing.is_set():
-                self._drive_by_hand(robot.brick)
-                if not self._wanted.empty():
-                    self._pursue(self._wanted.get(), robot)
+                if (shown := self._shown) and not shown.over:
+                    self._pursue(shown, robot)
+                else:
+                    self._drive_by_hand(robot.brick)
 
     def _drive_by_hand(self, brick: Brick) -> None:
         """Drive as the controls demand until a mission is wanted."""
         pilot = Pilot(brick, setup.build_rover(brick, self._mission), self.controls, rest=self._rest(brick))
         room = TrueRoom(brick, self._hub)
-        while not self._closing.is_set() and self._wanted.empty():
+        while not (self._closing.is_set() or self.busy):
             try:
                 if self._beep.is_set():
                     self._beep.clear()
@@ -254,7 +252,6 @@ class Robot:
         )
 
     def _pursue(self, shown: ShownMission, robot: OpenRobot) -> None:
-        self._run = shown
         if self.controls.stopped or self._closing.is_set():
             shown.end()  # what came before this moment did not find the mission
         try:
@@ -267,4 +264,3 @@ class Robot:
         finally:
             shown.over = True
             self._pictures.watch(None)
-            self._run = None
