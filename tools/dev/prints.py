@@ -152,7 +152,7 @@ DRAWINGS: dict[str, Callable[[], Image]] = {
     "map": draw_map,
 }
 
-BUILT_IN = tuple(file.stem for file in sorted(PICTURES.glob("*.png")))
+BUILT_IN = ("fox", "landscape", "lena", "rilakkuma")
 
 
 def write_prints(folder: Path) -> dict[str, Path]:

@@ -36,6 +36,9 @@ ALIGNED_AT = 0.55
 CHECKS = 6
 """So many of the best aligned proposals are checked in colour."""
 
+LEAST_RANGE = 16.0
+"""Range of gray that must be left below the median; a mostly black picture has none."""
+
 KEPT_HEIGHT = 160
 """The picture is stored at this height; no comparison needs more."""
 
@@ -110,7 +113,8 @@ class _Part:
         self.share = share
         self._picture = picture
         gray = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.float32)
-        self._grays = gray, np.minimum(gray, np.median(gray))
+        cut = np.minimum(gray, np.median(gray))
+        self._grays = gray, cut if np.ptp(cut) >= LEAST_RANGE else gray
         self.proposer = Proposer(*self._grays, share)
         self._aligners: dict[tuple[int, bool], Aligner] = {}
         self._sizes: dict[int, NDArray[np.float32]] = {}

@@ -141,6 +141,17 @@ def test_larger_frames_are_searched_as_well(detector, make_scene, astronaut, dis
     assert depth_mm == pytest.approx(3000, rel=0.08)
 
 
+def test_a_picture_that_is_mostly_black_is_found_in_an_overexposed_frame(make_scene, distractors):
+    picture = np.zeros((297, 210, 3), np.uint8)
+    cv2.circle(picture, (80, 100), 45, (200, 60, 255), -1)
+    cv2.rectangle(picture, (60, 180), (170, 250), (60, 160, 255), -1)
+    scene = make_scene(picture, distractors["brick"])
+    overexposed = scene.render(900)
+    overexposed[:70] = 255
+    _, depth_mm = locate(PictureDetector([picture]), overexposed)
+    assert depth_mm == pytest.approx(900, rel=0.08)
+
+
 def test_it_finds_nothing_in_other_pictures(detector, distractors):
     assert {name for name, image in distractors.items() if detector.detect(image)} == set()
 
