@@ -55,10 +55,12 @@ def _serving(browser: WebDriver, folder: Path, *words: str) -> Iterator[list[str
     lines = [server.stdout.readline()]
     while "PIN" not in lines[-1] if "--lan" in words else "http" not in lines[-1]:
         lines.append(server.stdout.readline())
-    yield lines
-    browser.get("about:blank")  # a page without a server would log errors
-    server.terminate()
-    server.communicate(timeout=20)
+    try:
+        yield lines
+        browser.get("about:blank")  # a page without a server would log errors
+    finally:
+        server.terminate()
+        server.communicate(timeout=60)
 
 
 @pytest.fixture

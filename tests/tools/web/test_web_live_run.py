@@ -44,7 +44,7 @@ def _start(tmp_path) -> Iterator[Start]:
 
 def _watch(address: str) -> ClientConnection:
     """Connect as soon as the page is served."""
-    return connect(f"ws{address}ws", open_timeout=20, max_size=None)
+    return connect(f"ws{address}ws", open_timeout=60, max_size=None)
 
 
 def _messages(page: ClientConnection) -> Iterator[dict[str, Any]]:

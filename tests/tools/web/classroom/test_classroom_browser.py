@@ -33,7 +33,7 @@ def url(tmp_path) -> Iterator[str]:
     assert server.stdout is not None
     yield re.findall(r"http\S+", server.stdout.readline())[0]
     server.terminate()
-    assert server.communicate(timeout=20)[0] == "ended; motors off\n"
+    assert server.communicate(timeout=60)[0] == "ended; motors off\n"
 
 
 def _until(browser: WebDriver, selector: str, text: str) -> None:
