@@ -152,7 +152,7 @@ def test_the_page_of_a_run_watches_it_and_stays_readable_after_its_end(browser, 
         browser.get(re.findall(r"http\S+", lines[-1])[0])
         _until(browser, "lines", "driving to it")
         assert not browser.find_element(By.ID, "pad").is_displayed()
-        assert _colours(browser, "camera") > 100
+        WebDriverWait(browser, WAIT_S).until(lambda page: _colours(page, "camera") > 100)
         _until(browser, "doing", "ended: achieved after")
         time.sleep(1.5)  # longer than the page waits before it would connect again
         assert "lena reached" in browser.find_element(By.ID, "lines").text
