@@ -1,6 +1,6 @@
-"""The direct commands, 0x00 to 0x21: what a program or a remote control does with a running brick.
+"""The direct commands, 0x00 to 0x25: what a program or a remote control does with a running brick.
 
-Source of all opcodes, layouts and remarks: docs/firmware.md section 4. Opcodes 0x12, 0x14 to 0x18 and those from 0x22
+Source of all opcodes, layouts and remarks: docs/firmware.md section 4. Opcodes 0x12, 0x14 to 0x18 and those from 0x26
 on are answered with UNKNOWN_OPCODE by every known firmware and therefore not declared.
 
 No ``from __future__ import annotations`` here: the declarations' annotations are read as objects.
@@ -23,6 +23,7 @@ from firmware_protocol.wire import (
     FileName,
     Hertz,
     InputPortField,
+    InterpreterStateField,
     Milliseconds16,
     Milliseconds32,
     Millivolts,
@@ -291,14 +292,14 @@ class DatalogRecord(Reply):
     data: Annotated[bytes, Block(60)]
 
 
-@direct(0x19, firmware_1_05=False)
+@direct(0x19, since="1.28")
 class DatalogRead(Command[DatalogRecord]):
     """Fetch data that a running program logs; MAILBOX_EMPTY if there is none."""
 
     remove: Bool
 
 
-@direct(0x1A, firmware_1_05=False)
+@direct(0x1A, since="1.28")
 class DatalogSetTimes(Command[Ack]):
     """Set the clock of the data log; it appears as SyncTime in the Command IO map."""
 
@@ -320,31 +321,31 @@ class BluetoothName(Reply):
     name: Annotated[str, Text(17)]
 
 
-@direct(0x1B, firmware_1_05=False)
+@direct(0x1B, since="1.28")
 class GetBluetoothContactCount(Command[BluetoothCount]):
     """Ask for the size of the table of known devices: 30."""
 
 
-@direct(0x1C, firmware_1_05=False)
+@direct(0x1C, since="1.28")
 class GetBluetoothContactName(Command[BluetoothName]):
     """Read one entry of the table of known devices."""
 
     index: U8
 
 
-@direct(0x1D, firmware_1_05=False)
+@direct(0x1D, since="1.28")
 class GetBluetoothConnectionCount(Command[BluetoothCount]):
     """Ask for the size of the table of connections: 4."""
 
 
-@direct(0x1E, firmware_1_05=False)
+@direct(0x1E, since="1.28")
 class GetBluetoothConnectionName(Command[BluetoothName]):
     """Read one entry of the table of connections."""
 
     index: U8
 
 
-@direct(0x1F, success=(Status.OK, Status.IN_PROGRESS), firmware_1_05=False)
+@direct(0x1F, success=(Status.OK, Status.IN_PROGRESS), since="1.28")
 class SetProperty(Command[Ack]):
     """Change a setting until power-off; unknown ones are answered with UNKNOWN_OPCODE."""
 
@@ -379,15 +380,71 @@ class PropertyValue(Reply):
         return int.from_bytes(self.value, "little")
 
 
-@direct(0x20, firmware_1_05=False)
+@direct(0x20, since="1.28")
 class GetProperty(Command[PropertyValue]):
     """Read a setting."""
 
     property: PropertyField
 
 
-@direct(0x21, firmware_1_05=False)
+@direct(0x21, since="1.28")
 class UpdateResetCount(Command[Ack]):
     """Zero TachoCount and the basis of the tacho limit; do it before every limited move (section 1, fact 12)."""
 
     port: OutputPortField
+
+
+@reply
+class Interpreter(Reply):
+    """State of the interpreter, and where the clump is that is next."""
+
+    state: InterpreterStateField
+    clump: U8  # 255 while every clump sleeps, or without a program
+    offset: U16  # words from the clump's beginning
+
+
+@direct(0x22, since="1.32")
+class SetInterpreterState(Command[Interpreter]):
+    """Pause, step or continue the program; ignored without one and in the states 0 and from 4 on.
+
+    In state 0, 5 or above the program neither runs nor ends until the brick is switched off. It cannot be stopped
+    while it is paused.
+    """
+
+    state: InterpreterStateField
+
+
+@direct(0x23, since="1.32")
+class GetInterpreterState(Command[Interpreter]):
+    """Ask what the interpreter does."""
+
+
+@reply
+class Breakpoints(Reply):
+    """A clump's four breakpoints; the first one is always empty."""
+
+    enabled_0: U8
+    offset_0: U16
+    enabled_1: U8
+    offset_1: U16
+    enabled_2: U8
+    offset_2: U16
+    enabled_3: U8
+    offset_3: U16
+
+
+@direct(0x24, since="1.32")
+class SetBreakpoint(Command[Breakpoints]):
+    """Store a breakpoint of a clump; numbers other than 1 to 3 are ignored. None was seen to stop a program."""
+
+    clump: U8
+    number: U8
+    enabled: U8
+    offset: U16
+
+
+@direct(0x25, since="1.32")
+class GetBreakpoints(Command[Breakpoints]):
+    """Ask for the breakpoints of a clump."""
+
+    clump: U8

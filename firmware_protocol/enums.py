@@ -114,6 +114,17 @@ class SensorMode(OpenEnum):
     ANGLE_STEPS = 0xE0
 
 
+class InterpreterState(OpenEnum):
+    """What the interpreter of firmware 1.32 does with the program."""
+
+    IDLE = 0
+    RUNNING = 1
+    STEP = 2
+    PAUSED = 3
+    STOPPING = 4
+    ENDED = 5
+
+
 class Property(OpenEnum):
     """What SetProperty and GetProperty address."""
 

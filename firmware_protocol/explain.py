@@ -17,7 +17,7 @@ from firmware_protocol.framing import LENGTH_SIZE
 from firmware_protocol.iomap import IO_MAPS
 from firmware_protocol.layout import Layout
 from firmware_protocol.status import Status
-from firmware_protocol.telegram import NO_REPLY, REPLY_HEADER, REQUEST_HEADER, Kind
+from firmware_protocol.telegram import NO_REPLY, OLDEST, REPLY_HEADER, REQUEST_HEADER, Kind
 from firmware_protocol.wire import Block, Number, Scalar, Tail, Text, WireType
 
 _KINDS = {Kind.DIRECT: "direct command", Kind.SYSTEM: "system command", Kind.REPLY: "reply"}
@@ -195,8 +195,8 @@ def _remarks(
     remarks = []
     if command is None:
         remarks.append("No command with this opcode is known.")
-    elif not command.firmware_1_05:
-        remarks.append("Firmware 1.05 does not know this command.")
+    elif command.since > OLDEST:
+        remarks.append(f"Firmware before {command.since} does not know this command.")
     if refused is not None:
         remarks.append(f"The brick refused. {refused.remedy}".rstrip())
     if headless or any(each.value is None for each in fields):

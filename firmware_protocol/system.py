@@ -193,7 +193,7 @@ class OpenAppendData(Command[AppendOpened]):
     name: FileName
 
 
-@system(0x8D, firmware_1_05=False)
+@system(0x8D, since="1.28")
 class CropDataFile(Command[FileHandle]):
     """Close a data file and shrink it to what was written."""
 
@@ -391,6 +391,23 @@ class Poll(Command[PollData]):
 
     buffer: U8
     size: U8
+
+
+@reply
+class FileRenamed(Reply):
+    """The handle that the search used, and the names as sent."""
+
+    handle: U8
+    old_name: FileName
+    renamed_to: FileName
+
+
+@system(0xA3, since="1.32")
+class RenameFile(Command[FileRenamed]):
+    """Rename a file that is not open, if none has the new name."""
+
+    name: FileName
+    new_name: FileName
 
 
 @system(0xA4)

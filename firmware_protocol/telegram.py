@@ -29,6 +29,9 @@ NO_REPLY = 0x80
 REQUEST_HEADER = 2
 """Number of bytes before a request's fields: kind, opcode."""
 
+OLDEST = "1.05"
+"""The oldest firmware whose commands are known."""
+
 REPLY_HEADER = 3
 """Number of bytes before a reply's fields: 0x02, opcode, status."""
 
@@ -122,8 +125,8 @@ class Command(Declared, Generic[R]):
     reply_type: ClassVar[type[Reply]]
     success: ClassVar[tuple[int, ...]]
     """Status bytes whose reply carries its fields; everything else is a refusal."""
-    firmware_1_05: ClassVar[bool]
-    """Whether firmware 1.05 knows this command; the extended ones came with 1.28."""
+    since: ClassVar[str]
+    """The first firmware that knows this command: 1.05, 1.28, or 1.32, which is the community's."""
 
     def encode(self, *, want_reply: bool = True) -> bytes:
         """The whole telegram.
@@ -219,21 +222,21 @@ def counted_reply(count: str) -> Callable[[C], C]:
 
 
 @dataclass_transform(eq_default=True)
-def direct(opcode: int, *, success: tuple[Status, ...] = (Status.OK,), firmware_1_05: bool = True) -> Callable[[C], C]:
+def direct(opcode: int, *, success: tuple[Status, ...] = (Status.OK,), since: str = OLDEST) -> Callable[[C], C]:
     """Declare a direct command (byte 0 = 0x00)."""
-    return _declare(Kind.DIRECT, opcode, success, firmware_1_05)
+    return _declare(Kind.DIRECT, opcode, success, since)
 
 
 @dataclass_transform(eq_default=True)
-def system(opcode: int, *, success: tuple[Status, ...] = (Status.OK,), firmware_1_05: bool = True) -> Callable[[C], C]:
+def system(opcode: int, *, success: tuple[Status, ...] = (Status.OK,), since: str = OLDEST) -> Callable[[C], C]:
     """Declare a system command (byte 0 = 0x01)."""
-    return _declare(Kind.SYSTEM, opcode, success, firmware_1_05)
+    return _declare(Kind.SYSTEM, opcode, success, since)
 
 
-def _declare(kind: Kind, opcode: int, success: tuple[Status, ...], firmware_1_05: bool) -> Callable[[C], C]:
+def _declare(kind: Kind, opcode: int, success: tuple[Status, ...], since: str) -> Callable[[C], C]:
     def declare(cls: C) -> C:
         made = _slotted(cls)
-        made.kind, made.opcode, made.success, made.firmware_1_05 = kind, opcode, success, firmware_1_05
+        made.kind, made.opcode, made.success, made.since = kind, opcode, success, since
         made.reply_type = made.__orig_bases__[0].__args__[0]
         if (kind, opcode) in COMMANDS:
             raise TypeError(f"{made.__name__}: opcode 0x{opcode:02X} is declared twice")

@@ -11,6 +11,7 @@ from typing import Annotated, Any, NamedTuple
 
 from firmware_protocol.enums import (
     InputPort,
+    InterpreterState,
     OutputMode,
     OutputPort,
     Property,
@@ -215,4 +216,5 @@ RegulationModeField = Annotated[RegulationMode, _named(RegulationMode)]
 RunStateField = Annotated[RunState, _named(RunState)]
 SensorTypeField = Annotated[SensorType, _named(SensorType)]
 SensorModeField = Annotated[SensorMode, _named(SensorMode)]
+InterpreterStateField = Annotated[InterpreterState, _named(InterpreterState)]
 PropertyField = Annotated[Property, _named(Property)]

@@ -13,6 +13,7 @@ from nxtdrive.cli.output import write_json, write_line, write_text
 if TYPE_CHECKING:
     from firmware_protocol.catalog import AnyCommand
     from firmware_protocol.telegram import Command
+    from nxtdrive.brick import Brick
 
 DESCRIPTION = """\
 Send a command and print the reply field by field. Fields are given as
@@ -49,11 +50,27 @@ def run(args: argparse.Namespace) -> int:
         raise LocalProtocolError("no command is named.", remedy="`nxtdrive send --list` prints all of them.")
     command = build(args.name, args.fields)
     with open_brick(args.nxt) as brick:
+        _require_known(type(command), brick)
         if args.no_reply:
             brick.link.send(command)
             return _sent(command, args.json)
         reply = brick.request(command)
     return _replied(type(command).encode_reply(reply), args.json)
+
+
+def _require_known(command: AnyCommand, brick: Brick) -> None:
+    """Refuse a command that the brick's firmware does not have; some of these it answers with bytes of no meaning."""
+    from firmware_protocol.system import GetVersions
+    from firmware_protocol.telegram import OLDEST
+
+    if command.since == OLDEST:
+        return
+    firmware = brick.request(GetVersions()).firmware
+    if firmware < command.since:
+        raise LocalProtocolError(
+            f"the brick's firmware {firmware} does not know {command.__name__}.",
+            remedy=f"Firmware {command.since} and later do; `nxtdrive send --list` prints all commands.",
+        )
 
 
 def _list(as_json: bool) -> int:

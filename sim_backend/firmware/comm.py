@@ -9,7 +9,14 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from firmware_protocol.direct import MESSAGE_LIMIT, KeepAlive, MessageRead, MessageWrite
+from firmware_protocol.direct import (
+    MESSAGE_LIMIT,
+    KeepAlive,
+    MessageRead,
+    MessageWrite,
+    SetBreakpoint,
+    SetInterpreterState,
+)
 from firmware_protocol.framing import LENGTH_LIMIT, LENGTH_SIZE
 from firmware_protocol.status import Status
 from firmware_protocol.system import Read, Write
@@ -26,6 +33,9 @@ _READ_OVERHEAD = 3
 
 _ERROR = 0x80
 """Bit of the status byte that marks a failure."""
+
+_EFFECTIVE = (KeepAlive, SetBreakpoint, SetInterpreterState)
+"""Direct commands that return values but also change something."""
 
 _SPLIT = 256
 """Length of a Bluetooth telegram that the firmware treats as two. Source: docs/firmware.md section 1, fact 20."""
@@ -50,7 +60,7 @@ class Comm:
         """
         self._handlers = handlers
         self._channel, self._limits = channel, limits
-        self._extended = version.extended_commands
+        self._known = version.commands_since
         self.inbox = bytearray(limits.buffer)
         self.outbox = bytearray(limits.buffer)
 
@@ -72,7 +82,7 @@ class Comm:
         if not telegram or kind not in (Kind.DIRECT, Kind.SYSTEM):
             return None
         command = COMMANDS.get((Kind(kind), opcode))
-        if command is None or command not in self._handlers or not (self._extended or command.firmware_1_05):
+        if command is None or command not in self._handlers or command.since not in self._known:
             reply = self._unknown(kind, opcode, len(telegram))
         elif not want_reply and _is_query(command):
             return None
@@ -135,4 +145,4 @@ class BluetoothComm(Comm):
 
 def _is_query(command: type[Command[Any]]) -> bool:
     """Whether a direct command only returns values; the firmware skips it when no reply is wanted."""
-    return command.kind == Kind.DIRECT and command.reply_type is not Ack and command is not KeepAlive
+    return command.kind == Kind.DIRECT and command.reply_type is not Ack and command not in _EFFECTIVE

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import Enum, auto
 
+from firmware_protocol.enums import InterpreterState
 from firmware_protocol.iomap import COMMAND, ProgramStatus
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.mailboxes import Mailboxes
@@ -15,13 +16,17 @@ from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import NAME_SIZE, unpack_name
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
-from sim_backend.firmware.vm.machine import Machine, Outcome
+from sim_backend.firmware.vm.machine import NOWHERE, Machine, Outcome
 from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, POOL_SIZE, Layout, Memory, OutOfMemory, fresh_pool
 from sim_backend.firmware.vm.opcodes import OPCODES
 from sim_backend.firmware.vm.rxe import BadProgram, Fault, parse
 
 _POOL_AT = COMMAND.field("MemoryPool").offset
 """Offset of the memory pool in the IO map."""
+
+
+BREAKPOINTS = 4
+"""Breakpoints of a clump."""
 
 
 class _Phase(Enum):
@@ -42,6 +47,7 @@ class CommandModule:
         file_name: 20 bytes, as commanded.
         program_name: Name that the last program was started by.
         mailboxes: The program's mailboxes, or None without a program.
+        breakpoints: Of each clump of the program, whether each is enabled, and its offset in words; without effect.
         sync_time: Time set for the data log.
         sync_tick: The brick's time at that moment.
     """
@@ -74,6 +80,8 @@ class CommandModule:
         self._memory: Memory | None = None
         self._machine: Machine | None = None
         self._handle: int | None = None
+        self._state = int(InterpreterState.IDLE)
+        self.breakpoints: list[list[tuple[int, int]]] = []
         self._pool = fresh_pool()
         self.due_ms = NEVER
         self.status = int(ProgramStatus.IDLE)
@@ -86,6 +94,28 @@ class CommandModule:
     def active(self) -> bool:
         """Whether a program is active; it still is in the pass after its end."""
         return self._phase is not _Phase.IDLE
+
+    @property
+    def state(self) -> int:
+        """State of the interpreter, see `InterpreterState`."""
+        if self._phase is _Phase.RUNNING:
+            return self._state
+        if self._phase is _Phase.ENDED:
+            return InterpreterState.STOPPING
+        return InterpreterState.IDLE if self.status == ProgramStatus.IDLE else InterpreterState.ENDED
+
+    @property
+    def place(self) -> tuple[int, int]:
+        """Number of the clump that is next, and its next word, counted from its beginning."""
+        return self._machine.place if self._machine else NOWHERE
+
+    def set_state(self, state: int) -> None:
+        """Set the state of the interpreter while a program runs or is paused."""
+        if InterpreterState.IDLE < self.state < InterpreterState.STOPPING and self._machine:
+            if self._state == InterpreterState.PAUSED:
+                self._machine.now_ms = self._clock.now_ms
+            self._state = state
+            self.wake()
 
     @property
     def tick(self) -> int:
@@ -146,17 +176,28 @@ class CommandModule:
         if self._phase is _Phase.ENDED:
             self._clear_away()
         elif self._phase is _Phase.RUNNING:
-            if self.deactivate:
-                self.deactivate = 0
-                self._end(ProgramStatus.ABORTED)
-            else:
-                self._execute(now_ms)
+            self._advance(now_ms)
         elif self.status == ProgramStatus.RESET:
             self.status = int(ProgramStatus.IDLE)
             self._reset_devices()
         elif self.activate and self.status == ProgramStatus.IDLE:
             self.activate = 0
             self._activate(now_ms)
+
+    def _advance(self, now_ms: int) -> None:
+        match self._state:
+            case InterpreterState.RUNNING | InterpreterState.STEP:
+                if self.deactivate:
+                    self.deactivate = 0
+                    self._end(ProgramStatus.ABORTED)
+                else:
+                    self._execute(now_ms)
+            case InterpreterState.STOPPING:
+                self._end(ProgramStatus.ABORTED)
+                self._clear_away()
+            case InterpreterState.IDLE if self.activate:
+                self.activate = 0
+                self._activate(now_ms)
 
     def _activate(self, now_ms: int) -> None:
         """Load the program into a fresh pool; it runs from the next pass on."""
@@ -174,7 +215,8 @@ class CommandModule:
             return
         self.mailboxes = Mailboxes(memory)
         self._machine = Machine(program, memory, self._equip(self.mailboxes), OPCODES, self._dialect)
-        self._phase, self.status = _Phase.RUNNING, int(ProgramStatus.RUNNING)
+        self._phase, self.status, self._state = _Phase.RUNNING, int(ProgramStatus.RUNNING), InterpreterState.RUNNING
+        self.breakpoints = [[(0, 0)] * BREAKPOINTS for _ in program.clumps]
         self._reset_devices()
         self.due_ms = now_ms + 1
 
@@ -186,9 +228,11 @@ class CommandModule:
     def _execute(self, now_ms: int) -> None:
         if self._machine is None:
             return
-        outcome = self._machine.run(now_ms)
+        steps = self._state == InterpreterState.STEP
+        outcome = self._machine.run(now_ms, most=1 if steps else None)
         if outcome is None:
-            self.due_ms = self._machine.due_ms
+            self._state = InterpreterState.PAUSED if steps else self._state
+            self.due_ms = NEVER if steps else self._machine.due_ms
         elif outcome is Outcome.ERROR and self._dialect.tells_faults:
             self._end(self._machine.error & 0xFF)
         else:
@@ -209,6 +253,7 @@ class CommandModule:
         if self._handle is not None:
             self._loader.close(self._handle)
         self._handle = self._machine = self.mailboxes = None
+        self.breakpoints = []
         self._phase = _Phase.IDLE
         if self.activate:
             self.wake()

@@ -105,6 +105,12 @@ class FileHandlers:
         """Continue a listing."""
         return _found(*self._loader.find_next(command.handle))
 
+    @handles(system.RenameFile)
+    def rename(self, command: system.RenameFile) -> HandlerResult:
+        """Rename a file; the reply has both names in any case."""
+        status, handle, _ = self._loader.rename(command.name, command.new_name)
+        return HandlerResult(status, bytes([handle]) + pack_name(command.name) + pack_name(command.new_name))
+
     @handles(system.DeleteUserFlash)
     def delete_user_flash(self, _: system.DeleteUserFlash) -> HandlerResult:
         """Delete all files."""

@@ -6,7 +6,7 @@ and leaks its own, and handles beyond the table can be "closed".
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from enum import Enum, auto
 from typing import NamedTuple
 
@@ -239,28 +239,39 @@ class Loader:
         return status
 
     def _remove(self, number: int, file: File) -> Status:
-        index = self._handles[number].index
-        uses = {Use.READ, Use.EXECUTE} | ({Use.WRITE} if self._version.writing_prevents_deletion else set())
-        if any(handle.use in uses and handle.index == index for handle in self._table):
+        if self._blocked(
+            number, {Use.READ, Use.EXECUTE} | ({Use.WRITE} if self._version.writing_prevents_deletion else set())
+        ):
             return Status.FILE_IS_BUSY
+        index = self._handles[number].index
         del self.flash.files[index]
         self.flash.release(file)
         self._shift(index + self._version.deletion_spares_found, -1)
         return Status.OK
 
-    def rename(self, name: str, new_name: str) -> Status:
-        """Rename a file that is not open."""
-        if self.flash.find(matcher(new_name)) < len(self.flash.files):
-            return Status.FILE_EXISTS
-        status, _, file = self._find(name)
-        if file is None:
-            return status
-        if any(handle.use != Use.FREE and handle.file is file for handle in self._table):
-            return Status.FILE_IS_BUSY
+    def _blocked(self, number: int, uses: Collection[Use]) -> bool:
+        """Whether a handle of one of these uses refers to the directory entry that a search found."""
+        index = self._handles[number].index
+        return any(handle.use in uses and handle.index == index for handle in self._table)
+
+    def rename(self, name: str, new_name: str) -> Opened:
+        """Rename a file, unless a handle in use refers to its directory entry; the handle is the search's."""
+        _, number = self._allocate("")
         if len(new_name) > NAME_LIMIT:
-            return Status.ILLEGAL_FILE_NAME
-        file.name = new_name
-        return Status.OK
+            return Opened(Status.ILLEGAL_FILE_NAME, number)
+        if self._is_there(new_name):
+            return Opened(Status.FILE_EXISTS, number)
+        if len(name) <= NAME_LIMIT and not self._is_there(name):
+            return Opened(Status.FILE_NOT_FOUND, number)
+        status, number, file = self._find(name)
+        if file is not None:
+            if self._blocked(number, {Use.READ, Use.WRITE, Use.EXECUTE}):
+                return Opened(Status.FILE_IS_BUSY, number)
+            file.name = new_name
+        return Opened(status, number)
+
+    def _is_there(self, name: str) -> bool:
+        return self.flash.find(matcher(name)) < len(self.flash.files)
 
     def open_handle(self, name: str) -> tuple[int, bool] | None:
         """Number of the handle that a file of exactly this name is open by, and whether for writing."""

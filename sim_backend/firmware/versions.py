@@ -5,7 +5,7 @@ Each field names a behaviour; modules read the field and never compare version n
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from firmware_protocol import iomap
@@ -21,7 +21,7 @@ class Version:
     Attributes:
         major: As GetVersions reports it.
         minor: As GetVersions reports it.
-        extended_commands: Whether it has the commands 0x19 to 0x21 and 0x8D, and the sync times in the Command map.
+        commands_since: The firmware versions whose commands it has (docs/protocol.md marks them).
         color_sensor: Whether it has the colour sensor and its variables in the Input map.
         evaluates_every_type: Whether inputs of every type are read, not only analog ones.
         absent_color: Value of a type of the colour sensor without a sensor, valid after the sensor's time to settle;
@@ -54,7 +54,7 @@ class Version:
 
     major: int
     minor: int
-    extended_commands: bool
+    commands_since: Collection[str]
     color_sensor: bool
     evaluates_every_type: bool
     absent_color: int | None
@@ -88,7 +88,7 @@ _TYPES_1_05 = bytes([Type.NOTHING, *range(1, Type.FLOAT)]).ljust(256, bytes([Typ
 _V1_29 = Version(
     major=1,
     minor=29,
-    extended_commands=True,
+    commands_since=("1.05", "1.28"),
     color_sensor=True,
     evaluates_every_type=False,
     absent_color=None,
@@ -124,7 +124,7 @@ _V1_29 = Version(
 _V1_05 = replace(
     _V1_29,
     minor=5,
-    extended_commands=False,
+    commands_since=("1.05",),
     color_sensor=False,
     evaluates_every_type=True,
     settles_by_pins=True,
@@ -152,6 +152,7 @@ _V1_05 = replace(
 _V1_32 = replace(
     _V1_29,
     minor=32,
+    commands_since=("1.05", "1.28", "1.32"),
     absent_color=1,
     reads_digital_raw=True,
     windup_by_gain=False,

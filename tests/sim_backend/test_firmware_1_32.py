@@ -5,7 +5,9 @@ import re
 import pytest
 
 from nxtdrive.tools.conformance.bench import Bench
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
 from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.vm.rxe import Type
 
 
 def answers(firmware: str, *lines: str) -> list[str]:
@@ -138,3 +140,100 @@ def test_a_low_voltage_keeps_an_absent_colour_sensor_invalid():
     rises = ["!sensor 0 51", "!tick 401", VALUES]
     values = answers("1.32", "!sensor 0 50", COLOR, "!tick 900", VALUES, *rises)
     assert [values[3][6:10], values[-1][6:10]] == ["0000", "0001"]
+
+
+def state(number: int) -> str:
+    return f"0022{number:02x}"
+
+
+ASK_STATE = "0023"
+ADD, JUMP, INSTRUCTION = 0x00, 0x4025, 4
+STATUS = "0194010001001c000100"
+
+
+def counting_program() -> list[str]:
+    """Telegrams that store a program which counts without end, and start it."""
+    variables = Variables()
+    total, one = variables.number(0, Type.UBYTE), variables.number(1, Type.UBYTE)
+    content = assemble(variables, [instruction(ADD, total, total, one), [JUMP, -INSTRUCTION & 0xFFFF]])
+    name = b"p.rxe".ljust(20, b"\0").hex()
+    pieces = [f"018300{content[i : i + 58].hex()}" for i in range(0, len(content), 58)]
+    return [f"0189{name}{len(content).to_bytes(4, 'little').hex()}", *pieces, "018400", f"0000{name}", "!tick 9"]
+
+
+def test_a_program_can_be_paused_and_stepped():
+    replies = answers(
+        "1.32", *counting_program(), ASK_STATE, state(3), ASK_STATE, state(2), ASK_STATE, state(2), ASK_STATE, STATUS
+    )
+    states = [reply[6:8] for reply in replies[-8:-1]]
+    words = [int(reply[10:12], 16) for reply in replies[-7:-1]]
+    assert states == ["01", "03", "03", "02", "03", "02", "03"]
+    assert words[0] == words[1] == words[2] != words[3] == words[4] != words[5]
+    assert replies[-1] == "02940001000100010002"
+
+
+def test_a_paused_program_stops_when_it_goes_on():
+    replies = answers("1.32", *counting_program(), state(3), "0001", STATUS, state(1), STATUS, ASK_STATE)
+    assert [replies[-4][-2:], replies[-2][-2:], replies[-1]] == ["02", "04", "02230005ff0000"]
+
+
+@pytest.mark.parametrize("number", [0, 5, 6, 255])
+def test_a_program_in_another_state_stays_there(number):
+    replies = answers("1.32", *counting_program(), state(number), state(1), "0001", ASK_STATE, STATUS)
+    assert [replies[-2][6:8], replies[-1][-2:]] == [f"{number:02x}", "02"]
+
+
+def test_state_4_stops_a_program_at_once():
+    assert answers("1.32", *counting_program(), state(4), STATUS)[-1][-2:] == "04"
+
+
+def test_without_a_program_there_is_no_state_to_set():
+    assert answers("1.32", state(1), ASK_STATE) == ["02220000ff0000", "02230000ff0000"]
+
+
+def test_breakpoints_are_kept_apart_from_the_first():
+    points = ["00240000013412", "00240001017856", "00240004013333", "002500", "002501"]
+    first, *_, kept, missing = answers("1.32", *counting_program(), *points)[-5:]
+    assert first == "022400" + bytes(12).hex()
+    assert kept == "022500000000017856000000000000"
+    assert missing == "0225c0"
+
+
+def test_interpreter_states_are_set_without_a_reply_too():
+    assert answers("1.32", *counting_program(), "802203", ASK_STATE)[-1][6:8] == "03"
+
+
+def named(name: str) -> str:
+    return name.encode().ljust(20, b"\0").hex()
+
+
+FILE = [f"0181{named('a.txt')}03000000", "018300616263", "018400"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "status"),
+    [
+        ("a.txt", "b.txt", "00"),
+        ("A.TXT", "a.rxe", "00"),
+        ("a.txt", "a.txt", "8f"),
+        ("a.txt", "*.txt", "8f"),
+        ("c.txt", "d.txt", "87"),
+        ("c.txt", "x" * 20, "92"),
+        ("x" * 20, "d.txt", "92"),
+        ("a.txt", "", "00"),
+    ],
+)
+def test_a_file_is_renamed_over_the_wire(old, new, status):
+    replies = answers("1.32", *FILE, f"01a3{named(old)}{named(new)}", f"0186{named(new)}")
+    assert replies[-2] == f"02a3{status}00{named(old)}{named(new)}"
+    assert status != "00" or replies[-1] == f"02860000{named(new)}03000000"
+
+
+def test_an_open_file_is_not_renamed():
+    rename = f"01a3{named('a.txt')}{named('b.txt')}"
+    assert answers("1.32", *FILE, f"0180{named('a.txt')}", rename)[-1][4:8] == "8b01"
+
+
+def test_the_commands_are_unknown_to_firmware_1_29():
+    assert answers("1.29", "002203", "0023", "002500") == ["0222be", "0223be", "0225be"]
+    assert answers("1.29", f"01a3{named('a')}{named('b')}")[0].startswith("02a3")

@@ -24,11 +24,13 @@ from .bench import MOST
 MOST_TELEGRAM_BYTES = 1024
 
 WRITING: frozenset[AnyCommand] = DESTRUCTIVE | {
+    direct.SetInterpreterState,
     direct.SetProperty,
     system.OpenAppendData,
     system.OpenWrite,
     system.OpenWriteData,
     system.OpenWriteLinear,
+    system.RenameFile,
     system.SetBrickName,
     system.Write,
 }

@@ -22,7 +22,10 @@ INTRODUCTION = """\
 A request is its kind (`00` direct, `01` system, plus `80` if no reply is wanted), its opcode and its fields; a reply is
 `02`, the opcode, a status byte and its fields. Integers are little-endian: `u16` is unsigned with 16 bits, `s8` signed
 with 8. Text is Latin-1, padded with zeros. The leading fields of a reply that bear the name of a field of the request
-repeat it. Commands marked † are unknown to firmware 1.05."""
+repeat it. Commands marked † came with
+firmware 1.28; those marked ‡ only firmware 1.32 has, which is the community's."""
+
+_MARKS = {"1.05": "", "1.28": " †", "1.32": " ‡"}
 
 
 def document() -> str:
@@ -51,7 +54,7 @@ def _command_table(kind: Kind) -> Iterator[str]:
 
 
 def _command_row(command: AnyCommand) -> tuple[str, ...]:
-    mark = "" if command.firmware_1_05 else " †"
+    mark = _MARKS[command.since]
     doc = " ".join((command.__doc__ or "").split("\n\n")[0].split())
     reply = _fields(command.reply_type.layout)
     return f"`{command.opcode:02X}`", f"{command.__name__}{mark}", _fields(command.layout), reply, doc

@@ -86,7 +86,7 @@ def _resolve(call: Call) -> None:
 
 def _rename(call: Call) -> None:
     """Rename a file: status, old name, new name."""
-    _status(call, call.devices.loader.rename(_name(call, 1), _name(call, 2)))
+    _status(call, call.devices.loader.rename(_name(call, 1), _name(call, 2)).status)
 
 
 def _delete(call: Call) -> None:

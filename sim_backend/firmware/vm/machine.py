@@ -30,6 +30,9 @@ QUEUE_GREW = -2
 """Largest next word of an instruction that appended a clump to the queue: -2 minus the word."""
 
 _NO_CLUMP = 0xFF
+NOWHERE = _NO_CLUMP, 0
+"""Place in the program while no clump runs."""
+
 _JUMP_TO_ITSELF = (0x4025, 0)
 _PATIENCE = 64
 """Most turns in which no repeats are looked for, after there were none."""
@@ -119,22 +122,30 @@ class Machine:
         if self.queue:
             self.task = self.queue[0]
 
-    def run(self, now_ms: int) -> Outcome | None:
-        """Run one pass; returns the outcome, or None while the program runs."""
+    @property
+    def place(self) -> tuple[int, int]:
+        """Number of the clump that is next, and its next word, counted from its beginning."""
+        if not self.queue:
+            return NOWHERE
+        task = self.queue[0]
+        return task.number, task.pc - self.program.clumps[task.number].start
+
+    def run(self, now_ms: int, most: int | None = None) -> Outcome | None:
+        """Run one pass, or at most some instructions; returns the outcome, or None while the program runs."""
         if self._spins and self._all_spin:
             self.queue.rotate(-self._turns_per_pass * (now_ms - self.now_ms - 1))
         self.now_ms = now_ms
         self.memory.begin_pass()
         self._wake()
         try:
-            self._run_turns()
+            self._run_turns(self._timing.instructions if most is None else most)
         except FAILURES as failure:
             self.error = _error_code(failure)
             return Outcome.ERROR
         return Outcome.OK if self._stopped or not (self.queue or self._sleeping) else None
 
-    def _run_turns(self) -> None:
-        instructions, turns, queue = self._timing.instructions, self._timing.turns, self.queue
+    def _run_turns(self, instructions: int) -> None:
+        turns, queue = self._timing.turns, self.queue
         while instructions > 0 and turns > 0 and queue and not self._stopped:
             self.task = queue[0]
             self.asked_time = 0

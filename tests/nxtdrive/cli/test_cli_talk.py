@@ -136,3 +136,23 @@ def test_the_installed_program_works_and_survives_a_closed_pipe():
     )
     assert done.stdout.startswith("StartProgram")
     assert done.stderr == ""
+
+
+@pytest.mark.parametrize(
+    ("words", "firmware", "since"),
+    [
+        (["RenameFile", "name=a", "new_name=b"], "1.29", "1.32"),
+        (["GetInterpreterState"], "1.29", "1.32"),
+        (["UpdateResetCount", "port=A", "--no-reply"], "1.05", "1.28"),
+    ],
+)
+def test_a_command_that_the_firmware_lacks_is_not_sent(words, firmware, since, capsys):
+    assert main(["send", *words, "--nxt", f"sim://?firmware={firmware}"]) == USAGE
+    message = capsys.readouterr().err
+    assert f"firmware {firmware} does not know {words[0]}" in message
+    assert f"Firmware {since} and later do" in message
+
+
+def test_a_command_of_the_communitys_firmware_is_sent_to_it(capsys):
+    assert main(["send", "GetInterpreterState", "--nxt", "sim://?firmware=1.32"]) == DONE
+    assert "idle" in capsys.readouterr().out.lower()

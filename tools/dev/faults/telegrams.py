@@ -145,7 +145,7 @@ def _judge(rig: _Rig, request: bytes, reply: bytes) -> str:
     command = COMMANDS.get((Kind(kind), reply[1])) if kind in tuple(Kind) and len(reply) > 1 else None
     if reply[:1] != bytes([Kind.REPLY]):
         return f"violated: the reply is {reply.hex()}"
-    if command is None or not (command.firmware_1_05 or rig.firmware != "1.05"):
+    if command is None or command.since > rig.firmware:
         return "unknown opcode"  # such a reply is longer than the request, also beyond the limit
     if not REPLY_HEADER <= len(reply) <= limit:
         return f"violated: the reply is {reply.hex()}"
