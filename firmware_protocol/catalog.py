@@ -7,7 +7,7 @@ from enum import IntFlag
 from typing import Any
 
 # Importing these modules declares their commands.
-from firmware_protocol import direct, system  # noqa: F401
+from firmware_protocol import direct, enhanced, system  # noqa: F401
 from firmware_protocol.enums import OpenEnum
 from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.telegram import COMMANDS, Command, Kind

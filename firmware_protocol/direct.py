@@ -1,7 +1,7 @@
-"""The direct commands, 0x00 to 0x25: what a program or a remote control does with a running brick.
+"""The direct commands, 0x00 to 0x21: what a program or a remote control does with a running brick.
 
 Source of all opcodes, layouts and remarks: docs/firmware.md section 4. Opcodes 0x12, 0x14 to 0x18 and those from 0x26
-on are answered with UNKNOWN_OPCODE by every known firmware and therefore not declared.
+on are answered with UNKNOWN_OPCODE by every known firmware and therefore not declared; `enhanced` has the others.
 
 No ``from __future__ import annotations`` here: the declarations' annotations are read as objects.
 """
@@ -23,7 +23,6 @@ from firmware_protocol.wire import (
     FileName,
     Hertz,
     InputPortField,
-    InterpreterStateField,
     Milliseconds16,
     Milliseconds32,
     Millivolts,
@@ -392,59 +391,3 @@ class UpdateResetCount(Command[Ack]):
     """Zero TachoCount and the basis of the tacho limit; do it before every limited move (section 1, fact 12)."""
 
     port: OutputPortField
-
-
-@reply
-class Interpreter(Reply):
-    """State of the interpreter, and where the clump is that is next."""
-
-    state: InterpreterStateField
-    clump: U8  # 255 while every clump sleeps, or without a program
-    offset: U16  # words from the clump's beginning
-
-
-@direct(0x22, since="1.32")
-class SetInterpreterState(Command[Interpreter]):
-    """Pause, step or continue the program; ignored without one and in the states 0 and from 4 on.
-
-    In state 0, 5 or above the program neither runs nor ends until the brick is switched off. It cannot be stopped
-    while it is paused.
-    """
-
-    state: InterpreterStateField
-
-
-@direct(0x23, since="1.32")
-class GetInterpreterState(Command[Interpreter]):
-    """Ask what the interpreter does."""
-
-
-@reply
-class Breakpoints(Reply):
-    """A clump's four breakpoints; the first one is always empty."""
-
-    enabled_0: U8
-    offset_0: U16
-    enabled_1: U8
-    offset_1: U16
-    enabled_2: U8
-    offset_2: U16
-    enabled_3: U8
-    offset_3: U16
-
-
-@direct(0x24, since="1.32")
-class SetBreakpoint(Command[Breakpoints]):
-    """Store a breakpoint of a clump; numbers other than 1 to 3 are ignored. None was seen to stop a program."""
-
-    clump: U8
-    number: U8
-    enabled: U8
-    offset: U16
-
-
-@direct(0x25, since="1.32")
-class GetBreakpoints(Command[Breakpoints]):
-    """Ask for the breakpoints of a clump."""
-
-    clump: U8

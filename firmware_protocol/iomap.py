@@ -297,7 +297,7 @@ LOW_SPEED = IOMap(
         OutBufBytesToRx=(94, U8),
     )
     | repeated(4, 1, 152, Mode=(0, U8), ChannelState=(4, U8), ErrorType=(8, U8))
-    | single(State=(164, U8), Speed=(165, U8)),
+    | single(State=(164, U8), Speed=(165, U8), NoRestart=(166, U8)),
 )
 
 UI = IOMap(

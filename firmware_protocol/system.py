@@ -393,23 +393,6 @@ class Poll(Command[PollData]):
     size: U8
 
 
-@reply
-class FileRenamed(Reply):
-    """The handle that the search used, and the names as sent."""
-
-    handle: U8
-    old_name: FileName
-    renamed_to: FileName
-
-
-@system(0xA3, since="1.32")
-class RenameFile(Command[FileRenamed]):
-    """Rename a file that is not open, if none has the new name."""
-
-    name: FileName
-    new_name: FileName
-
-
 @system(0xA4)
 class BluetoothFactoryReset(Command[Ack]):
     """Forget all Bluetooth settings; over USB only."""

@@ -9,14 +9,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from firmware_protocol.direct import (
-    MESSAGE_LIMIT,
-    KeepAlive,
-    MessageRead,
-    MessageWrite,
-    SetBreakpoint,
-    SetInterpreterState,
-)
+from firmware_protocol.direct import MESSAGE_LIMIT, KeepAlive, MessageRead, MessageWrite
+from firmware_protocol.enhanced import SetBreakpoint, SetInterpreterState
 from firmware_protocol.framing import LENGTH_LIMIT, LENGTH_SIZE
 from firmware_protocol.status import Status
 from firmware_protocol.system import Read, Write

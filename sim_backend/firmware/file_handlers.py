@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from firmware_protocol import system
+from firmware_protocol import enhanced, system
 from firmware_protocol.status import Status
 from sim_backend.firmware.flash import File
 from sim_backend.firmware.handler_result import DONE, HandlerResult, handles, reply_with
@@ -105,8 +105,8 @@ class FileHandlers:
         """Continue a listing."""
         return _found(*self._loader.find_next(command.handle))
 
-    @handles(system.RenameFile)
-    def rename(self, command: system.RenameFile) -> HandlerResult:
+    @handles(enhanced.RenameFile)
+    def rename(self, command: enhanced.RenameFile) -> HandlerResult:
         """Rename a file; the reply has both names in any case."""
         status, handle, _ = self._loader.rename(command.name, command.new_name)
         return HandlerResult(status, bytes([handle]) + pack_name(command.name) + pack_name(command.new_name))

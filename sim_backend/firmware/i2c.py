@@ -119,17 +119,66 @@ class I2CBus(Wires):
         """The firmware's receive buffer: bytes that it has not taken."""
         return bytes(self._buffer)
 
-    def begin(self, message: Iterable[int], rx_size: int) -> None:
-        """Start to write `message`, address first, and then to read.
+    def begin(self, message: Iterable[int], rx_size: int, *, restarts: bool = True) -> None:
+        """Start to write `message`, address first, and then to read, with a second start before it or without.
 
         A read that an earlier message did not come to follows one without a read.
         """
         if rx_size:
-            self._unread, self._place, self._complete, self._turns = rx_size, 0, False, True
+            self._unread, self._place, self._complete, self._turns = rx_size, 0, False, restarts
         self.sensor.prepare(self._unread)
         self._sent = self._acknowledged = self._waiting = False
         self._sending = self._guarded(self._send(message))
         next(self._sending)
+
+    def transfer(self, message: bytes, rx_size: int) -> bytes | None:
+        """Write `message` and read at once, without the timer.
+
+        Args:
+            message: The address first.
+            rx_size: Number of bytes to read, after a second start without a stop; 0 for none.
+
+        Returns:
+            The bytes read, or None if a byte was not acknowledged. A clock line held low hangs the firmware; here it
+            gives None.
+        """
+        self.stop()
+        self.sensor.prepare(rx_size)
+        self.set_data(False)
+        data = bytearray()
+        acknowledged = self.clock and all(map(self._put, message))
+        if acknowledged and rx_size:
+            self._put_bit(True)
+            self.set_data(False)
+            acknowledged = self._put(message[0] | 1)
+            data.extend(self._get(last=left == 1) for left in range(rx_size if acknowledged else 0, 0, -1))
+        self._stop_now()
+        return bytes(data) if acknowledged else None
+
+    def _put_bit(self, bit: bool) -> bool:
+        """Let the clock line rise once; returns the data line."""
+        self.set_clock(False)
+        self.set_data(bit)
+        self.set_clock(True)
+        return self.data
+
+    def _put(self, byte: int) -> bool:
+        """Write a byte; returns whether it was acknowledged."""
+        for place in reversed(range(BYTE_BITS)):
+            self._put_bit(bool(byte >> place & 1))
+        return not self._put_bit(True)
+
+    def _get(self, *, last: bool) -> int:
+        """Read a byte; all but the last are acknowledged."""
+        byte = 0
+        for _ in range(BYTE_BITS):
+            byte = byte << 1 | self._put_bit(True)
+        self._put_bit(last)
+        return byte
+
+    def _stop_now(self) -> None:
+        self._put_bit(False)
+        self.set_data(True)
 
     def interrupt(self, times: int) -> None:
         """Do the work of some interrupts of the timer."""

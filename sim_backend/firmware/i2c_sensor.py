@@ -35,6 +35,7 @@ class SensorEnd:
 
     Attributes:
         device: The sensor, or None.
+        acknowledges_data: Whether it acknowledges bytes other than its address.
         pulls_data: Whether the sensor pulls the data line low.
         trace: Set to a list to record the bus: S start, [aa] address byte, a acknowledged, n not, xx byte written,
             rxx byte read, N last byte read, P stop.
@@ -43,7 +44,7 @@ class SensorEnd:
 
     def __init__(self) -> None:
         self.device: I2CDevice | None = None
-        self.pulls_data = False
+        self.acknowledges_data, self.pulls_data = True, False
         self.trace: list[str] | None = None
         self.clocks = self._wanted = 0
         self._address: int | None = None
@@ -112,7 +113,7 @@ class SensorEnd:
             return self._selected
         self._record(f"{self._byte:02x}")
         self._received.append(self._byte)
-        return self.device is not None
+        return self.device is not None and self.acknowledges_data
 
     def _next_byte(self) -> None:
         if self._phase is _Phase.ADDRESSED:

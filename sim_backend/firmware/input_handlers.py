@@ -76,7 +76,7 @@ class InputHandlers:
         if command.tx_length > direct.LS_LIMIT or command.rx_length > direct.LS_LIMIT:
             return HandlerResult(Status.ILLEGAL_SIZE)
         data = command.data[: command.tx_length]
-        started = self._low_speed.write(port, data, command.rx_length)
+        started = self._low_speed.write(port, data, command.rx_length, int(command.port))
         return DONE if started else HandlerResult(Status.CHANNEL_NOT_CONFIGURED)
 
     @handles(direct.LSRead)

@@ -115,7 +115,7 @@ def low_speed_map(module: LowSpeedModule) -> LiveMap:
             ChannelState="state",
             ErrorType="error",
         )
-    live.bind(module, State="active", Speed="speed")
+    live.bind(module, State="active", Speed="at_once", NoRestart="no_restart")
     return live
 
 

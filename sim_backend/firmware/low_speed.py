@@ -7,7 +7,7 @@ bytes from beyond the message, and an error that stays until the next write.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from enum import IntEnum
+from enum import IntEnum, IntFlag
 
 from firmware_protocol.enums import SensorType
 from firmware_protocol.status import Status
@@ -25,6 +25,9 @@ TRIES = 4
 
 READ_TIMEOUT = 100
 """Passes."""
+
+_FIRST = 1
+"""The bit of port 1."""
 
 _LOW_SPEED = (SensorType.LOW_SPEED, SensorType.LOW_SPEED_9V)
 
@@ -56,6 +59,15 @@ class ChannelError(IntEnum):
     NOT_READY = 1
     NO_ACKNOWLEDGE = 2
     RECEIVE = 3
+    NO_MESSAGE = 0xFC
+    REFUSED = 0xFD
+
+
+class Option(IntFlag):
+    """Options of LSWrite in firmware 1.32, as bits of the port."""
+
+    NO_RESTART = 4
+    AT_ONCE = 8
 
 
 class Channel:
@@ -113,14 +125,30 @@ class Channel:
         self.rx_out = self.rx_in
         return bytes(self.rx[(first + i) % RING] for i in range(count))
 
-    def begin(self, message: Iterable[int]) -> None:
-        """Send a message."""
+    def _account(self) -> None:
         self.sent = self.tx_size
         if self.rx_size:
             self.waited = 0
         self.tx_out = self.tx_out + self.tx_size & 0xFF
-        self.bus.begin(message, self.rx_size)
+
+    def begin(self, message: Iterable[int], *, restarts: bool) -> None:
+        """Send a message; `restarts`: with a second start before a read."""
+        self._account()
+        self.bus.begin(message, self.rx_size, restarts=restarts)
         self.state, self.mode, self.error = ChannelState.COMMUNICATING, ChannelMode.TRANSMITTING, ChannelError.NONE
+
+    def transfer(self, message: bytes) -> None:
+        """Send a message and read at once, in one try."""
+        if not message:
+            self.state, self.error = ChannelState.ERROR, ChannelError.NO_MESSAGE
+            return
+        self._account()
+        received = self.bus.transfer(message, self.rx_size)
+        if received is None:
+            self.state, self.error = ChannelState.ERROR, ChannelError.REFUSED
+        else:
+            self._finish(received)
+            self.state = ChannelState.IDLE
 
     def fail(self, error: ChannelError) -> None:
         """Give the transaction up."""
@@ -170,15 +198,16 @@ class LowSpeedModule:
         due_ms: See `Module`.
         channels: Ports 1 to 4.
         active: A bit per port that has work; the module rests while all are 0.
-        speed: Byte of the map without effect.
+        at_once: A bit per port whose transfers are over in one pass.
+        no_restart: A bit per port that reads without a second start; the firmware obeys only that of port 1.
     """
 
     def __init__(self, clock: Clock, inputs: Sequence[InputPort], version: Version) -> None:
         self.channels = [Channel(version) for _ in inputs]
         self.due_ms = NEVER
-        self.active = self.speed = self._passes = 0
+        self.active = self.at_once = self.no_restart = self._passes = 0
         self._clock, self._inputs = clock, inputs
-        self._wraps, self._resends = version.wraps_write_port, version.resends_messages
+        self._has_options, self._resends = version.write_options, version.resends_messages
         for port, channel in zip(inputs, self.channels, strict=True):
             port.on_new_pins = channel.bus.release
 
@@ -210,6 +239,8 @@ class LowSpeedModule:
                 self.active &= ~(1 << index)
             case ChannelState.INIT | ChannelState.LOAD | ChannelState.COMMUNICATING if not self._low_speed(index):
                 channel.fail(ChannelError.NOT_READY)
+            case ChannelState.INIT if self._has_options and self.at_once >> index & 1:
+                self._transfer(index, channel)
             case ChannelState.INIT:
                 channel.initialize()
             case ChannelState.LOAD:
@@ -226,7 +257,14 @@ class LowSpeedModule:
         if channel.bus.stuck:
             channel.fail(ChannelError.NOT_READY)
             return
-        channel.begin(message or after_send_buffer(self.channels, lambda: self.active, index))
+        restarts = not (self._has_options and self.no_restart & 1 << index == _FIRST)
+        channel.begin(message or after_send_buffer(self.channels, lambda: self.active, index), restarts=restarts)
+
+    def _transfer(self, index: int, channel: Channel) -> None:
+        channel.tx_out = 0
+        channel.transfer(after_map_buffer(self.channels, self.active, index))
+        if channel.state == ChannelState.IDLE:
+            self.active &= ~(1 << index)
 
     def status(self, port: int) -> Status:
         """Status of a port, 0..3, as `LSGetStatus` reports it."""
@@ -241,16 +279,26 @@ class LowSpeedModule:
                 return Status.PENDING
 
     def write_port(self, port: int) -> int:
-        """The port, 0..3, that LSWrite with this number means; see `Version.wraps_write_port`."""
-        return port % len(self.channels) if self._wraps else port
+        """The port, 0..3, that LSWrite with this number means; see `Version.write_options`."""
+        return port % len(self.channels) if self._has_options else port
 
-    def write(self, port: int, data: bytes, rx_size: int) -> bool:
-        """Start a transaction; False if the port is busy or not configured, which is not checked after an error."""
+    def write(self, port: int, data: bytes, rx_size: int, options: int = 0) -> bool:
+        """Start a transaction; False if the port is busy or not configured, which is not checked after an error.
+
+        Args:
+            port: 0..3.
+            data: At most 16 bytes, the address first.
+            rx_size: Number of bytes to read.
+            options: Bits of `Option`; others are ignored.
+        """
         channel = self.channels[port]
         idle = channel.state == ChannelState.IDLE and self._configured(port)
         if not idle and channel.state != ChannelState.ERROR:
             return False
         channel.start(data, rx_size)
+        if self._has_options:
+            self.at_once = _with_bit(self.at_once, port, bool(options & Option.AT_ONCE))
+            self.no_restart = _with_bit(self.no_restart, port, bool(options & Option.NO_RESTART))
         self.active |= 1 << port
         self.wake()
         return True
@@ -260,3 +308,7 @@ class LowSpeedModule:
 
     def _configured(self, port: int) -> bool:
         return self._low_speed(port) and not self._inputs[port].invalid
+
+
+def _with_bit(bits: int, place: int, value: bool) -> int:
+    return bits | 1 << place if value else bits & ~(1 << place)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from firmware_protocol import direct
+from firmware_protocol import direct, enhanced
 from firmware_protocol.enums import InterpreterState
 from firmware_protocol.status import Status
 from sim_backend.firmware.command import CommandModule
@@ -105,30 +105,30 @@ class ProgramHandlers:
         status = Status.MAILBOX_EMPTY if record is None else Status.OK
         return reply_with(direct.DatalogRecord(len(record or b""), record or b""), status)
 
-    @handles(direct.SetInterpreterState)
-    def set_interpreter_state(self, command: direct.SetInterpreterState) -> HandlerResult:
+    @handles(enhanced.SetInterpreterState)
+    def set_interpreter_state(self, command: enhanced.SetInterpreterState) -> HandlerResult:
         """Pause, step or continue the program."""
         self._command.set_state(int(command.state))
         return self._interpreter()
 
-    @handles(direct.GetInterpreterState)
-    def interpreter_state(self, _: direct.GetInterpreterState) -> HandlerResult:
+    @handles(enhanced.GetInterpreterState)
+    def interpreter_state(self, _: enhanced.GetInterpreterState) -> HandlerResult:
         """What the interpreter does, and where the next clump is."""
         return self._interpreter()
 
     def _interpreter(self) -> HandlerResult:
-        return reply_with(direct.Interpreter(InterpreterState(self._command.state), *self._command.place))
+        return reply_with(enhanced.Interpreter(InterpreterState(self._command.state), *self._command.place))
 
-    @handles(direct.SetBreakpoint)
-    def set_breakpoint(self, command: direct.SetBreakpoint) -> HandlerResult:
+    @handles(enhanced.SetBreakpoint)
+    def set_breakpoint(self, command: enhanced.SetBreakpoint) -> HandlerResult:
         """Store a breakpoint; the first one and those beyond the last are not stored."""
         points = self._command.breakpoints
         if command.clump < len(points) and 0 < command.number < len(points[command.clump]):
             points[command.clump][command.number] = command.enabled, command.offset
         return self._breakpoints(command.clump)
 
-    @handles(direct.GetBreakpoints)
-    def get_breakpoints(self, command: direct.GetBreakpoints) -> HandlerResult:
+    @handles(enhanced.GetBreakpoints)
+    def get_breakpoints(self, command: enhanced.GetBreakpoints) -> HandlerResult:
         """The breakpoints of a clump."""
         return self._breakpoints(command.clump)
 
@@ -136,7 +136,7 @@ class ProgramHandlers:
         points = self._command.breakpoints
         if clump >= len(points):
             return OUT_OF_RANGE
-        return reply_with(direct.Breakpoints(*(value for point in points[clump] for value in point)))
+        return reply_with(enhanced.Breakpoints(*(value for point in points[clump] for value in point)))
 
     @handles(direct.DatalogSetTimes)
     def datalog_set_times(self, command: direct.DatalogSetTimes) -> HandlerResult:

@@ -34,7 +34,7 @@ class Version:
         reads_on: Whether the rest of an I2C read that was cut short follows the next message without a read.
         resends_messages: Whether an I2C message without acknowledge is sent again; otherwise the bytes after it are.
         counts_full_ring: Whether an idle port counts the 16 bytes of a full receive ring; otherwise it counts none.
-        wraps_write_port: Whether LSWrite takes ports modulo 4; otherwise it refuses those above 3.
+        write_options: Whether LSWrite takes ports modulo 4, with options in higher bits; otherwise it refuses others.
         stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor,
             or only the partner.
         windup_by_gain: Whether the limit of the position error in speed regulation is divided by the P gain.
@@ -65,7 +65,7 @@ class Version:
     reads_on: bool
     resends_messages: bool
     counts_full_ring: bool
-    wraps_write_port: bool
+    write_options: bool
     stops_all_synchronised: bool
     windup_by_gain: bool
     shows_options: bool
@@ -99,7 +99,7 @@ _V1_29 = Version(
     reads_on=True,
     resends_messages=False,
     counts_full_ring=False,
-    wraps_write_port=False,
+    write_options=False,
     stops_all_synchronised=True,
     windup_by_gain=True,
     shows_options=False,
@@ -161,7 +161,7 @@ _V1_32 = replace(
     stops_all_synchronised=False,
     resends_messages=True,
     counts_full_ring=True,
-    wraps_write_port=True,
+    write_options=True,
     sectors=410,
     pool=_V1_29.pool._replace(clump=48),
     dialect=_V1_29.dialect._replace(

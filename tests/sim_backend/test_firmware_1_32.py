@@ -71,6 +71,58 @@ def test_ls_write_takes_ports_modulo_four(port, status):
     assert answers("1.29", *LOW_SPEED_9V, f"000f{port:02x}020002ff")[-1] == "020fc0"
 
 
+I2C_MAP = "019401000b009c000b00"
+"""ChannelState, ErrorType, State and the two bytes of options."""
+
+
+def at_once(message: str, *lines: str, size: int = 2, port: int = 8) -> list[str]:
+    """Send an I2C message with options to a sensor of address 2; then the map, the log and what was received."""
+    sensor = ["!i2c 0 attach 02", "!i2c 0 set 40 00010203"]
+    write = f"000f{port:02x}{len(message) // 2:02x}{size:02x}{message}"
+    return answers("1.32", *LOW_SPEED_9V, *sensor, *lines, write, I2C_MAP, "!i2c 0 log", "001000")[-3:]
+
+
+@pytest.mark.parametrize("port", [8, 12])
+def test_an_i2c_transfer_can_be_over_at_once(port):
+    state, log, received = at_once("0242", port=port)
+    assert state[18:] == "0000000000000000000100" if port == 8 else "0000000000000000000101"
+    assert log.startswith("S [02]a 42 S [03]a r02 r03 N P  clocks=47")
+    assert received == "0210000202030000000000000000000000000000"
+
+
+@pytest.mark.parametrize(
+    ("message", "line", "error", "log"),
+    [
+        ("0442", "!i2c 0 ack 1", "fd", "S [04]n P  clocks=10"),
+        ("024255", "!i2c 0 wack 0", "fd", "S [02]a 42 P  clocks=19"),
+        ("0242", "!i2c 0 detach", "fd", "S [02]n P  clocks=10"),
+        ("", "!i2c 0 ack 1", "fc", "  clocks=0"),
+    ],
+)
+def test_a_transfer_at_once_has_one_try(message, line, error, log):
+    state, seen, received = at_once(message, line)
+    assert state[18:] == f"04000000{error}000000010100"
+    assert seen.startswith(log)
+    assert received[4:6] == "dd"
+
+
+def test_an_i2c_message_without_a_second_start_reads_nothing():
+    sensor = ["!i2c 0 attach 02", "!i2c 0 set 40 00010203"]
+    replies = answers("1.32", *LOW_SPEED_9V, *sensor, "000f0402020242", "!tick 20", "001000", "!i2c 0 log", I2C_MAP)
+    assert replies[-3] == "02100002ffff" + bytes(14).hex()
+    assert replies[-2].startswith("S [02]a 42 ff ff")
+    assert replies[-1].endswith("0001")
+
+
+def test_only_port_1_reads_without_a_second_start():
+    lines = ["0005010b00", "!tick 50", "!i2c 1 attach 04", "000f0502020440", "!tick 20", "!i2c 1 log"]
+    assert answers("1.32", *lines)[-1].startswith("S [04]a 40 P S [05]a r00 r00 N")
+
+
+def test_a_plain_message_clears_the_options():
+    assert answers("1.32", *LOW_SPEED_9V, "000f0c0202", "!tick 5", "000f00020002ff", I2C_MAP)[-1].endswith("0000")
+
+
 @pytest.mark.parametrize(("port", "moved"), [(3, "AB"), (4, "AC"), (5, "BC"), (6, "ABC"), (7, ""), (255, "ABC")])
 def test_set_output_state_has_numbers_for_groups_of_motors(port, moved):
     power = "".join(f"{50 if motor in moved else 0}/0/.* " for motor in "ABC").rstrip()

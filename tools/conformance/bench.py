@@ -197,7 +197,7 @@ class Bench:
             case "ack":
                 self._silent[index] = arguments[0] == "0"
             case "wack":
-                pass  # the firmware ignores the acknowledgement of data bytes
+                self.brick.low_speed.channels[index].bus.sensor.acknowledges_data = arguments[0] == "1"
             case "log":
                 return self._bus_log(index)
             case _:

@@ -11,7 +11,7 @@ import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
-from firmware_protocol import direct, system
+from firmware_protocol import direct, enhanced, system
 from firmware_protocol.build import build
 from firmware_protocol.catalog import DESTRUCTIVE, AnyCommand, command_of
 from firmware_protocol.errors import ConfigError, LocalProtocolError
@@ -24,13 +24,13 @@ from .bench import MOST
 MOST_TELEGRAM_BYTES = 1024
 
 WRITING: frozenset[AnyCommand] = DESTRUCTIVE | {
-    direct.SetInterpreterState,
+    enhanced.SetInterpreterState,
     direct.SetProperty,
     system.OpenAppendData,
     system.OpenWrite,
     system.OpenWriteData,
     system.OpenWriteLinear,
-    system.RenameFile,
+    enhanced.RenameFile,
     system.SetBrickName,
     system.Write,
 }

@@ -8,6 +8,7 @@ import pytest
 
 from firmware_protocol.catalog import ALL_COMMANDS, DESTRUCTIVE
 from firmware_protocol.direct import SetProperty
+from firmware_protocol.enhanced import RenameFile, SetInterpreterState
 from firmware_protocol.errors import LinkLost
 from firmware_protocol.system import SetBrickName
 from nxtdrive.cli.main import DONE, LINK_LOST, SIGNALLED, USAGE, main
@@ -118,7 +119,7 @@ def test_what_changes_the_brick_is_refused_unless_it_is_allowed(line, reason, sc
 
 def test_every_command_that_writes_or_erases_counts():
     writing = {each for each in ALL_COMMANDS if each.__name__.startswith(("Write", "OpenWrite", "OpenAppend"))}
-    assert writing | DESTRUCTIVE | {SetBrickName, SetProperty} == WRITING
+    assert writing | DESTRUCTIVE | {RenameFile, SetBrickName, SetInterpreterState, SetProperty} == WRITING
 
 
 @pytest.mark.parametrize(
