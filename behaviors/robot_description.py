@@ -28,6 +28,11 @@ ROBOT_VARIABLE = "NXT_ROBOT"
 """The environment variable that names a robot file for missions that name none."""
 
 
+def brick_id(bluetooth_address: str) -> str:
+    """Return a brick's address as robot files have it."""
+    return bluetooth_address.replace(":", "")
+
+
 class RobotFileError(ValueError):
     """A robot file with mistakes; the message lists all of them, one a line, each with its path and what to do."""
 
@@ -147,6 +152,10 @@ class CalibrationTable(Table):
     wheels: MeasuredTable | None = None
     sonar: MeasuredTable | None = None
     motors: MeasuredTable | None = None
+
+    def describes_another(self, bluetooth_address: str) -> bool:
+        """Return whether this is of another brick than the one with an address, as far as is known."""
+        return self.brick_id not in ("", brick_id(bluetooth_address))
 
     @property
     def missing(self) -> list[str]:

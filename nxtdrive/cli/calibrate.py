@@ -132,27 +132,35 @@ def _by_ruler(address: Address, before: RobotFile) -> Outcome:
     from nxtdrive.tools.calibrate.ruler import calibrate_by_ruler
 
     with open_brick(address) as brick:
-        return calibrate_by_ruler(brick, before, _today(), _ask_number)
+        return calibrate_by_ruler(brick, before, _today(), _await_enter, _ask_number)
 
 
 def _today() -> datetime.date:
     return datetime.datetime.now().astimezone().date()
 
 
+def _await_enter(instruction: str) -> None:
+    _read_line(f"{instruction} Press Enter.")
+
+
 def _ask_number(question: str) -> float:
     """Ask for a number until there is one; Enter alone is 0."""
     while True:
-        sys.stderr.write(f"{question} ")
-        sys.stderr.flush()
         try:
-            answer = input().strip()
-            value = float(answer or "0")
-        except EOFError:
-            raise ConfigError("--ruler asks how far the robot drove.", remedy="Run it in a terminal.") from None
+            value = float(_read_line(question).strip() or "0")
         except ValueError:
-            value = math.nan
+            continue
         if math.isfinite(value):
             return value
+
+
+def _read_line(prompt: str) -> str:
+    sys.stderr.write(f"{prompt} ")
+    sys.stderr.flush()
+    try:
+        return input()
+    except EOFError:
+        raise ConfigError("--ruler asks how far the robot drove.", remedy="Run it in a terminal.") from None
 
 
 def _write_sheet(path: Path) -> int:

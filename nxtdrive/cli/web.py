@@ -99,20 +99,28 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
     """Serve the page of one robot."""
     from nxtdrive.mission import setup
     from nxtdrive.tools.web.app import Server, serve
+    from nxtdrive.tools.web.calibration import Calibrations
     from nxtdrive.tools.web.hub import Hub
     from nxtdrive.tools.web.missions import Missions
     from nxtdrive.tools.web.robot import Robot
     from nxtdrive.tools.web.runs import Runs
 
     address = in_real_time(args.nxt)
-    hub = Hub()
+    hub, missions = Hub(), Missions(args.folder, args.robot)
     robot = Robot(address, args.camera, setup.load(args.mission, args.robot), hub, args.out)
+
+    def use(file: Path) -> None:
+        missions.use(file)
+        robot.rebuild(setup.load(args.mission, file))
+
     with (
         closing(listen(args.port, LOOPBACK if pin is None else EVERYWHERE)) as listener,
         closing(robot),
         suppress(KeyboardInterrupt),
     ):
-        server = Server(robot, hub, Missions(args.folder, args.robot), Runs(args.out), str(address), pin)
+        file = args.robot or setup.usual_robot() or args.folder / "robot.toml"
+        calibrations = Calibrations(hub, file, use)
+        server = Server(robot, hub, missions, Runs(args.out), str(address), pin, calibrations)
         serve(server, robot, listener, lambda: _announce(listener.getsockname()[1], pin))
     if robot.failure:
         raise robot.failure

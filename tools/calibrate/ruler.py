@@ -6,19 +6,22 @@ import datetime
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from behaviors.robot_description import RobotFile
+from behaviors.robot_description import RobotFile, RobotTable
 from nxtdrive.mission.setup import build_robot
 
-from .course import CalibrationRefused
-from .session import Line, Outcome
+from .course import CalibrationRefused, Poll, finish
+from .session import Line, Outcome, identified
 from .verdict import described, measured
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
 
 STRAIGHT_MM, TURNS = 1000.0, 5
-RULER_MM, RULER_DEG = 2.0, 3.0
-"""How well people measure: standard errors."""
+RULER_MM, RULER_DEG, RADIUS_MM = 2.0, 3.0, 5.0
+"""How well people measure ways, turns and the robot's radius: standard errors."""
+RADIUS_QUESTION = (
+    "How many millimetres is the farthest point of the robot from the middle between its wheels (0: as it was)?"
+)
 MOST_OFF = 0.3
 """A larger correction is a slip of the pen, or wheels of another size."""
 
@@ -47,45 +50,70 @@ def by_ruler(
     return {"wheel_diameter_mm": diameter_mm * longer, "axle_track_mm": track_mm * longer / turned_more}
 
 
-def calibrate_by_ruler(brick: Brick, before: RobotFile, today: datetime.date, ask: Callable[[str], float]) -> Outcome:
+def calibrate_by_ruler(
+    brick: Brick,
+    before: RobotFile,
+    today: datetime.date,
+    ready: Callable[[str], None],
+    ask: Callable[[str], float],
+    poll: Poll = lambda: None,
+) -> Outcome:
     """Drive and turn, ask how far, and return the robot file that follows.
 
     Args:
         brick: The brick.
         before: What is believed so far.
         today: The date for the file.
+        ready: Called with what to do; returns when that is done.
         ask: Asks for a number.
+        poll: Called often while the robot moves; what it raises breaks the calibration off.
 
     Raises:
         CalibrationRefused: What was measured cannot be, or something stopped the robot.
     """
-    robot = before.robot
+    robot, identity = before.robot, identified(brick, before)
+    values = _measure(brick, robot, ready, ask, poll)
+    errors = {
+        "wheel_diameter_mm": values["wheel_diameter_mm"] * RULER_MM / STRAIGHT_MM,
+        "axle_track_mm": values["axle_track_mm"] * (RULER_MM / STRAIGHT_MM + RULER_DEG / 360 / TURNS),
+        "radius_mm": RADIUS_MM,
+    }
+    wheels = measured("ruler", {key: errors[key] for key in values}, today)
+    changes = {**values, "turn_slip_percent": 0.0}
+    file = described(before, {"robot": changes, "calibration": {**identity, "wheels": wheels}})
+    lines = [Line(f"robot.{key}", getattr(robot, key), value, errors[key]) for key, value in values.items()]
+    return Outcome(file, lines, None, 0)
+
+
+def _measure(
+    brick: Brick, robot: RobotTable, ready: Callable[[str], None], ask: Callable[[str], float], poll: Poll
+) -> dict[str, float]:
+    """Return diameter and track, and the radius if there is another one."""
     rover = build_robot(brick, robot)
-    ask("Mark where the wheels stand. It drives one metre ahead, then press Enter")
-    straight = rover.straight(STRAIGHT_MM)
+    ready("Mark where the wheels stand. Then the robot drives one metre ahead.")
+    straight = finish(brick, rover.straight(STRAIGHT_MM, wait=False), poll)
     if not straight.done:
         raise CalibrationRefused(f"the drive was ended: {straight.stop}.", remedy="Clear the floor and start again.")
     really_mm = ask("How many millimetres did it drive?")
-    ask(f"Mark where it points. It turns {TURNS} times to the right, then press Enter")
-    turn = rover.turn(360.0 * TURNS)
+    ready(f"Mark where it points. Then it turns {TURNS} times to the right.")
+    turn = finish(brick, rover.turn(360.0 * TURNS, wait=False), poll)
     if not turn.done:
         raise CalibrationRefused(f"the turn was ended: {turn.stop}.", remedy="Clear the floor and start again.")
     over_deg = ask(f"By how many degrees did it turn more than {TURNS} full turns (negative: less)?")
+    radius_mm = ask(RADIUS_QUESTION)
     found = by_ruler(
         robot.wheel_diameter_mm,
         robot.axle_track_mm / (1 - robot.turn_slip_percent / 100),
         (straight.distance_mm, really_mm),
         (turn.turned_deg, 360.0 * TURNS + over_deg),
     )
-    errors = {
-        "wheel_diameter_mm": found["wheel_diameter_mm"] * RULER_MM / STRAIGHT_MM,
-        "axle_track_mm": found["axle_track_mm"] * (RULER_MM / STRAIGHT_MM + RULER_DEG / 360 / TURNS),
-    }
-    values = {
-        "wheel_diameter_mm": round(found["wheel_diameter_mm"], 2),
-        "axle_track_mm": round(found["axle_track_mm"], 1),
-    }
-    changes = {**values, "turn_slip_percent": 0.0}
-    file = described(before, {"robot": changes, "calibration": {"wheels": measured("ruler", errors, today)}})
-    lines = [Line(f"robot.{key}", getattr(robot, key), value, errors[key]) for key, value in values.items()]
-    return Outcome(file, lines, None, 0)
+    diameter_mm, track_mm = round(found["wheel_diameter_mm"], 2), round(found["axle_track_mm"], 1)
+    values = {"wheel_diameter_mm": diameter_mm, "axle_track_mm": track_mm}
+    if not radius_mm:
+        return values
+    if radius_mm < track_mm / 2:
+        raise CalibrationRefused(
+            f"a radius of {radius_mm:g} mm does not reach the wheels, which are {track_mm:g} mm apart.",
+            remedy="Measure from the middle between the wheels to the farthest point of the robot.",
+        )
+    return {**values, "radius_mm": round(radius_mm, 1)}

@@ -7,13 +7,13 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from behaviors.robot_description import RobotFile, RobotTable
+from behaviors.robot_description import RobotFile, RobotTable, brick_id
 from firmware_protocol.printable import printable
 from nxtdrive.mission.setup import build_robot
 
 from . import SHEET_HEIGHT_MM
 from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate, estimate, misfit_px
-from .course import CalibrationRefused, Course
+from .course import CalibrationRefused, Course, Poll
 from .motor_directions import dead_zone_percent, is_reversed
 from .sonar_place import SonarEstimate, estimate_sonar
 from .verdict import believed_values, check, described, measured, rounded
@@ -68,6 +68,7 @@ def calibrate(
     today: datetime.date,
     say: Callable[[str], None] = lambda _: None,
     sheet_height_mm: float = SHEET_HEIGHT_MM,
+    poll: Poll = lambda: None,
 ) -> Outcome:
     """Calibrate before the marker sheet; the robot is at rest afterwards.
 
@@ -79,36 +80,47 @@ def calibrate(
         today: The date for the file.
         say: Called with what is being done.
         sheet_height_mm: The middle of the sheet above the floor.
+        poll: Called often while the robot moves; what it raises breaks the calibration off.
 
     Raises:
         CalibrationRefused: What was measured cannot be used; it says what to do.
     """
-    device = brick.info()
-    identity = device.bluetooth_address.replace(":", "")
-    if before.calibration.brick_id not in ("", identity):
-        raise CalibrationRefused(
-            f"the robot file describes the brick {before.calibration.brick_id}, and this one is {identity}.",
-            remedy="Name another file with --robot.",
-        )
     robot, new = before.robot, _Values(today)
+    new.tables["calibration"] |= identified(brick, before)
     if "motors" in what:
         say("turning each wheel")
-        robot, power = _motors(brick, camera, robot)
+        robot, power = _motors(brick, camera, robot, poll)
         directions = {"left_reversed": robot.left_reversed, "right_reversed": robot.right_reversed}
         new.add("motors", "robot", directions, {}, dead_zone_percent=float(power))
     misfit, views = None, 0
     if {"camera", "wheels", "sonar"} & set(what):
-        course = Course(brick, camera, build_robot(brick, robot), robot)
+        course = Course(brick, camera, build_robot(brick, robot), robot, poll)
         settled_s = course.drive_all(say)
         say("computing")
         found = estimate(course.track, robot, before.camera, settled_s)
+        poll()
         check(found, camera.size[0])
         _add(new, what, found, estimate_sonar(course.track, found.values), sheet_height_mm)
         believed_px = misfit_px(course.track, believed_values(robot, before.camera), found.values)
         misfit, views = (believed_px, found.residual_px), found.views
-    new.tables["calibration"] |= {"format": 1, "brick_id": identity, "brick_name": printable(device.name)}
     file = described(before, new.tables)
     return Outcome(file, list(new.lines(before, file)), misfit, views)
+
+
+def identified(brick: Brick, before: RobotFile) -> dict[str, object]:
+    """Return what a robot file says of its brick.
+
+    Raises:
+        CalibrationRefused: The file so far describes another one.
+    """
+    device = brick.info()
+    if before.calibration.describes_another(device.bluetooth_address):
+        raise CalibrationRefused(
+            f"the robot file describes the brick {before.calibration.brick_id}, and this one is "
+            f"{brick_id(device.bluetooth_address)}.",
+            remedy="Name another file with --robot.",
+        )
+    return {"format": 1, "brick_id": brick_id(device.bluetooth_address), "brick_name": printable(device.name)}
 
 
 class _Values:
@@ -161,16 +173,16 @@ def _add(
         new.add("sonar", "robot", values, {"sonar_forward_mm": heard.standard_error_mm}, noise_mm=noise_mm)
 
 
-def _motors(brick: Brick, camera: Camera, robot: RobotTable) -> tuple[RobotTable, int]:
+def _motors(brick: Brick, camera: Camera, robot: RobotTable, poll: Poll) -> tuple[RobotTable, int]:
     """Return how the motors are mounted, and the least power at which they turn."""
     plain = robot.model_copy(update={"left_reversed": False, "right_reversed": False})
-    course = Course(brick, camera, build_robot(brick, plain), plain)
-    left = is_reversed(brick, robot.left, 1, course.column)
-    right = is_reversed(brick, robot.right, -1, course.column)
+    course = Course(brick, camera, build_robot(brick, plain), plain, poll)
+    left = is_reversed(brick, robot.left, 1, course.column, poll)
+    right = is_reversed(brick, robot.right, -1, course.column, poll)
     robot = robot.model_copy(update={"left_reversed": left, "right_reversed": right})
-    if left and right and not Course(brick, camera, build_robot(brick, robot), robot).approaches():
+    if left and right and not Course(brick, camera, build_robot(brick, robot), robot, poll).approaches():
         raise CalibrationRefused(
             f"the motor on port {robot.left} drives the right wheel and that on port {robot.right} the left one.",
             remedy=f'Exchange the cables, or set left = "{robot.right}" and right = "{robot.left}" in [robot].',
         )
-    return robot, dead_zone_percent(brick, robot)
+    return robot, dead_zone_percent(brick, robot, poll)

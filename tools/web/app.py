@@ -25,6 +25,7 @@ from starlette.websockets import WebSocket
 from firmware_protocol.errors import ConfigError
 
 from .access import SESSION, Pin, PinGate, SameSite
+from .calibration import Calibrations, sheet
 from .chart import chart, recoveries
 from .editor import Editor
 from .hub import Client, Hub
@@ -32,13 +33,16 @@ from .messages import (
     MAX_MESSAGE_BYTES,
     VERSION,
     Answer,
+    AnswerCalibration,
     Drive,
     GiveWheel,
     Message,
     PauseMission,
     Release,
     ResumeMission,
+    SaveCalibration,
     SpeedLimit,
+    StartCalibration,
     StartMission,
     Stop,
     StopMission,
@@ -99,6 +103,7 @@ class Server:
         runs: The runs that can be replayed.
         address: The brick's, for the page.
         pin: The PIN without which no browser is let in, for a server that other computers can reach; else None.
+        calibrations: The robot's; None where it cannot be calibrated.
     """
 
     robot: Robot | Watched
@@ -107,6 +112,7 @@ class Server:
     runs: Runs
     address: str
     pin: Pin | None = None
+    calibrations: Calibrations | None = None
     _numbers: Iterator[int] = field(default_factory=lambda: count(1))
 
     def __post_init__(self) -> None:
@@ -122,11 +128,15 @@ class Server:
         return [
             WebSocketRoute("/ws", self._connect),
             *Editor(self.missions, photographs).routes(),
+            Route("/api/sheet.pdf", self._sheet),
             Route("/api/runs", self._list_runs),
             Route("/api/runs/{name}", self._replay),
             Route("/runs/{name}/{file:path}", self._run_file),
             Mount("/", StaticFiles(directory=STATIC, html=True)),
         ]
+
+    def _sheet(self, _request: Request) -> Response:
+        return Response(sheet(), media_type="application/pdf")
 
     def _list_runs(self, _request: Request) -> Response:
         return as_json(self.runs.listed())
@@ -201,6 +211,19 @@ class Server:
             case StartMission(mission=name):
                 mission = self.missions.load(name, message.profile)
                 robot.start_mission(mission, confirm=message.confirm, file=self.missions.file(name))
+            case StartCalibration() | AnswerCalibration() | SaveCalibration():
+                self._calibrate(robot, message)
+
+    def _calibrate(self, robot: Robot, message: StartCalibration | AnswerCalibration | SaveCalibration) -> None:
+        if (calibrations := self.calibrations) is None:
+            raise ValueError("Here the robot cannot be calibrated. Start `nxtdrive web` for it alone.")
+        match message:
+            case StartCalibration():
+                calibrations.start(message, robot.start_calibration)
+            case AnswerCalibration(question=question, value=value):
+                calibrations.answer(question, value)
+            case SaveCalibration():
+                calibrations.save()
 
     def _hello(self, client: Client) -> dict[str, object]:
         return {

@@ -6,6 +6,8 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
+from ..calibrate import SHEET_HEIGHT_MM
+
 VERSION = 1
 """Version of the protocol, in the server's first message. Messages and keys may be added without a new version."""
 
@@ -32,7 +34,10 @@ class Drive(_Message):
 
 
 class Stop(_Message):
-    """Stop the robot, and stay stopped until `Release`; a running mission ends. Any client may send it at any time."""
+    """Stop the robot, and stay stopped until `Release`; a running mission or calibration ends.
+
+    Any client may send it at any time.
+    """
 
     type: Literal["stop"]
 
@@ -78,7 +83,7 @@ class StartMission(_Message):
 
 
 class StopMission(_Message):
-    """End the running mission."""
+    """End the running mission or calibration."""
 
     type: Literal["stop_mission"]
 
@@ -108,6 +113,40 @@ class Answer(_Message):
     choice: Annotated[int, Field(ge=0)]
 
 
+class StartCalibration(_Message):
+    """Calibrate the robot; `StopMission` ends it.
+
+    Attributes:
+        what: What to calibrate.
+        sheet_height_mm: The middle of the marker sheet above the floor.
+        ruler: Whether the wheels, alone, are measured by ruler and not before the sheet.
+    """
+
+    type: Literal["start_calibration"]
+    what: Annotated[list[Literal["camera", "wheels", "sonar", "motors"]], Field(min_length=1)]
+    sheet_height_mm: Annotated[float, Field(ge=20, le=2000, allow_inf_nan=False)] = SHEET_HEIGHT_MM
+    ruler: bool = False
+
+
+class AnswerCalibration(_Message):
+    """Answer the question of a calibration.
+
+    Attributes:
+        question: Its number.
+        value: What was measured; 0 where only a go is asked for.
+    """
+
+    type: Literal["answer_calibration"]
+    question: int
+    value: Annotated[float, Field(allow_inf_nan=False)] = 0.0
+
+
+class SaveCalibration(_Message):
+    """Write what was calibrated last to the robot file; missions use it from then on."""
+
+    type: Literal["save_calibration"]
+
+
 Message = (
     Drive
     | Stop
@@ -120,6 +159,9 @@ Message = (
     | PauseMission
     | ResumeMission
     | Answer
+    | StartCalibration
+    | AnswerCalibration
+    | SaveCalibration
 )
 _ADAPTER: TypeAdapter[Message] = TypeAdapter(Annotated[Message, Field(discriminator="type")])
 

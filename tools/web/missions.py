@@ -33,6 +33,10 @@ class Missions:
         self._robot = robot
         self._saving = threading.Lock()
 
+    def use(self, robot: Path) -> None:
+        """Load missions with another robot file from now on."""
+        self._robot = robot
+
     def names(self) -> list[str]:
         """Return the names of the files, sorted; the built-in mission is the empty name and not among them."""
         return sorted(path.name for path in self.folder.glob("*.toml") if _is_mission(path))

@@ -18,6 +18,7 @@ from nxtdrive.transports.address import Address
 
 from ..teleop.controls import Controls
 from ..teleop.pilot import Pilot, View
+from .calibration import ShownCalibration
 from .hub import Hub
 from .mission_run import ShownMission
 from .pictures import PictureFeed
@@ -59,7 +60,8 @@ class Robot:
         self._runs = runs
         self._news = threading.Event()
         self._closing, self._beep = threading.Event(), threading.Event()
-        self._shown: ShownMission | None = None
+        self._shown: ShownMission | ShownCalibration | None = None
+        self._state: dict[str, object] = {}
         self._opened: queue.SimpleQueue[Exception | None] = queue.SimpleQueue()
         self._now: Callable[[], float] = lambda: 0.0
         self._pictures = PictureFeed(hub)
@@ -120,15 +122,32 @@ class Robot:
         Raises:
             ValueError: It cannot start now; the text says why.
         """
+        self._start(ShownMission(mission, self._hub, confirm=confirm, file=file))
+
+    def start_calibration(self, calibration: ShownCalibration) -> None:
+        """Calibrate the robot, unless it is busy or stopped; any thread.
+
+        Raises:
+            ValueError: It cannot start now; the text says why.
+        """
+        self._start(calibration)
+
+    def _start(self, task: ShownMission | ShownCalibration) -> None:
         if self.controls.stopped:
             raise ValueError("The robot is stopped. Release the stop first.")
         if self.busy:
-            raise ValueError("A mission is running. End it first.")
-        self._shown = ShownMission(mission, self._hub, confirm=confirm, file=file)
+            running = "calibration" if isinstance(self._shown, ShownCalibration) else "mission"
+            raise ValueError(f"A {running} is running. End it first.")
+        self._shown = task
+        self._news.set()
+
+    def rebuild(self, mission: Mission) -> None:
+        """Drive by hand as a mission says the robot is built, from now on; any thread."""
+        self._mission = mission
         self._news.set()
 
     def stop_mission(self) -> None:
-        """End the mission that runs or is about to, if there is one; any thread."""
+        """End the mission or calibration that runs or is about to, if there is one; any thread."""
         if shown := self._shown:
             shown.end()
 
@@ -138,18 +157,18 @@ class Robot:
         Raises:
             ValueError: No mission is running.
         """
-        if (shown := self._shown) is None or shown.over:
+        if not isinstance(shown := self._shown, ShownMission) or shown.over:
             raise ValueError("No mission is running.")
         shown.pause()
 
     def resume_mission(self) -> None:
         """End the pause of the running mission, if there is one; any thread."""
-        if shown := self._shown:
+        if isinstance(shown := self._shown, ShownMission):
             shown.resume()
 
     @property
     def busy(self) -> bool:
-        """Whether a mission runs or is about to."""
+        """Whether a mission or calibration runs or is about to."""
         return self._shown is not None and not self._shown.over
 
     @property
@@ -173,7 +192,7 @@ class Robot:
 
     def answer(self, question: int, choice: int) -> None:
         """Answer the question of a mission whose recoveries are confirmed; any thread."""
-        if shown := self._shown:
+        if isinstance(shown := self._shown, ShownMission):
             shown.answer(question, choice)
 
     def _guarded(self) -> None:
@@ -200,15 +219,16 @@ class Robot:
             self._opened.put(None)
             while not self._closing.is_set():
                 if (shown := self._shown) and not shown.over:
-                    self._pursue(shown, robot)
+                    self._perform(shown, robot)
                 else:
                     self._drive_by_hand(robot.brick)
 
     def _drive_by_hand(self, brick: Brick) -> None:
-        """Drive as the controls demand until a mission is wanted."""
-        pilot = Pilot(brick, setup.build_rover(brick, self._mission), self.controls, rest=self._rest(brick))
+        """Drive as the controls demand until something else is wanted, or the robot is built in another way."""
+        mission = self._mission
+        pilot = Pilot(brick, setup.build_rover(brick, mission), self.controls, rest=self._rest(brick))
         room = TrueRoom(brick, self._hub)
-        while not (self._closing.is_set() or self.busy):
+        while not (self._closing.is_set() or self.busy) and self._mission is mission:
             try:
                 if self._beep.is_set():
                     self._beep.clear()
@@ -237,23 +257,28 @@ class Robot:
 
     def _show(self, view: View) -> None:
         self._hub.show("link", {"lost": ""})
-        self._hub.show(
-            "state",
-            {
-                "doing": "stopped until the stop is released" if self.controls.stopped else view.state,
-                "pose": [round(view.pose.x_mm, 1), round(view.pose.y_mm, 1), round(view.pose.heading_deg, 1)],
-                "range_mm": view.range_mm,
-                "touching": view.touching,
-                "battery_mv": view.battery_mv,
-                "latency_ms": round(view.latency_ms, 1),
-                "speed_limit": view.percent,
-                "stopped": self.controls.stopped,
-            },
-        )
+        self._state = {
+            "doing": "stopped until the stop is released" if self.controls.stopped else view.state,
+            "pose": [round(view.pose.x_mm, 1), round(view.pose.y_mm, 1), round(view.pose.heading_deg, 1)],
+            "range_mm": view.range_mm,
+            "touching": view.touching,
+            "battery_mv": view.battery_mv,
+            "latency_ms": round(view.latency_ms, 1),
+            "speed_limit": view.percent,
+            "stopped": self.controls.stopped,
+        }
+        self._hub.show("state", self._state)
+
+    def _perform(self, task: ShownMission | ShownCalibration, robot: OpenRobot) -> None:
+        if self.controls.stopped or self._closing.is_set():
+            task.end()  # what came before this moment did not find it
+        if isinstance(task, ShownMission):
+            self._pursue(task, robot)
+        else:
+            self._hub.show("state", {**self._state, "doing": "calibrating"})
+            task.perform(robot)
 
     def _pursue(self, shown: ShownMission, robot: OpenRobot) -> None:
-        if self.controls.stopped or self._closing.is_set():
-            shown.end()  # what came before this moment did not find the mission
         try:
             run = shown.assemble(robot)
             recording = run.record(self._runs, watch=self._pictures.watch)

@@ -77,9 +77,10 @@ def test_exchanged_motors_are_noticed(here, capsys):
     assert 'set left = "B" and right = "C"' in capsys.readouterr().err
 
 
-def test_the_file_of_another_brick_is_not_overwritten(here, capsys):
+@pytest.mark.parametrize("words", [[], ["wheels", "--ruler"]])
+def test_the_file_of_another_brick_is_not_overwritten(here, capsys, words):
     (here / "robot.toml").write_text('[calibration]\nbrick_id = "0016530A1B2C"\n')
-    assert main(["calibrate"]) == NOT_ACHIEVED
+    assert main(["calibrate", *words]) == NOT_ACHIEVED
     assert "Name another file" in capsys.readouterr().err
 
 
@@ -121,20 +122,26 @@ def test_wheels_are_measured_by_ruler(here, monkeypatch, capsys):
     (here / "world.toml").write_text(WORLD)
     # what a ruler says of wheels that are larger than the usual 56 mm, and nearer than the usual 112 mm
     driven_mm, over_deg = 1000 * 58 / 56, 1800 * (58 / 56 * 112 / 105 - 1)
-    answers = iter(["", f"{driven_mm}", "", "so-so", f"{over_deg}"])
+    answers = iter(["", f"{driven_mm}", "", "so-so", f"{over_deg}", "140"])
     monkeypatch.setattr("builtins.input", lambda: next(answers))
     assert main(["calibrate", "wheels", "--ruler", "--nxt", "sim://world.toml"]) == DONE
     file = load_robot_file(here / "robot.toml")
     assert file.robot.wheel_diameter_mm == pytest.approx(58.0, abs=0.1)
     assert file.robot.axle_track_mm == pytest.approx(105.0, abs=0.3)
+    assert file.robot.radius_mm == 140.0
     assert file.calibration.wheels.method == "ruler"
+    assert file.calibration.brick_id == "001653010203"
 
 
-def test_a_ruler_in_centimetres_is_refused(here, monkeypatch, capsys):
-    answers = iter(["", "100", "", "0"])
+@pytest.mark.parametrize(
+    ("driven", "radius", "said"),
+    [("100", "", "is 10% of what the wheels counted"), ("1000", "14", "a radius of 14 mm does not reach the wheels")],
+)
+def test_a_ruler_in_centimetres_is_refused(here, monkeypatch, capsys, driven, radius, said):
+    answers = iter(["", driven, "", "0", radius])
     monkeypatch.setattr("builtins.input", lambda: next(answers))
     assert main(["calibrate", "wheels", "--ruler", "--nxt", "sim://open"]) == NOT_ACHIEVED
-    assert "is 10% of what the wheels counted" in capsys.readouterr().err
+    assert said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("what", [[], ["camera"], ["wheels", "motors"]])

@@ -164,7 +164,7 @@ def test_the_page_of_a_run_watches_it_and_stays_readable_after_its_end(browser, 
 def test_text_has_the_contrast_that_wcag_aa_asks_for(browser, url, scheme):
     feature = {"name": "prefers-color-scheme", "value": scheme}
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
-    for page in ("", "missions.html", "runs.html", "pin.html"):
+    for page in ("", "missions.html", "calibrate.html", "runs.html", "pin.html"):
         browser.get(url + page)
         assert browser.execute_script(CONTRASTS) == [], page or "robot"
 
@@ -182,6 +182,27 @@ def test_every_control_has_a_name_and_is_reached_by_tab_with_a_visible_focus(bro
     assert {"stop", "pad", "speed", "mission", "profile", "confirm", "start", "lines", "decision"} <= set(focused)
     assert [name for name, outline in focused.items() if outline in ("none", "0px")] == []
     assert browser.execute_script(NAMELESS) == []
+
+
+def test_calibrate_and_save_the_robot_file(browser, tmp_path):
+    with _serving(browser, tmp_path, "web", "--port", "0", "--nxt", "sim://calibration?pace=fast") as lines:
+        browser.get(re.findall(r"http\S+", lines[-1])[0] + "calibrate.html")
+        _until(browser, "known", "none yet")
+        _until(browser, "doing", "stopped")
+        assert browser.execute_script(NAMELESS) == []
+        for each in ("camera", "wheels", "sonar"):
+            browser.find_element(By.CSS_SELECTOR, f"[value={each}]").click()
+        browser.find_element(By.ID, "start").click()
+        assert browser.find_element(By.ID, "lines").text == "", "it drives before it was said that the floor is free"
+        browser.find_element(By.ID, "free").click()
+        browser.find_element(By.ID, "start").click()
+        _until(browser, "values", "robot.left_reversed false false")
+        assert browser.execute_script(CONTRASTS) == []
+        assert not browser.find_element(By.ID, "ask-form").is_displayed()
+        browser.find_element(By.ID, "save").click()
+        _until(browser, "saved", "Saved to robot.toml")
+        _until(browser, "known", "motors 20")
+        assert (tmp_path / "robot.toml").exists()
 
 
 def test_pause_and_resume_a_mission(browser, url):

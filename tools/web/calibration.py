@@ -1,0 +1,200 @@
+"""Calibrations that clients watch: progress, questions, the values found, and the robot file they are saved to."""
+
+from __future__ import annotations
+
+import datetime
+import os
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from behaviors.pause import Pause
+from behaviors.robot_description import RobotFile, RobotFileError, load_robot_file
+from firmware_protocol.errors import NXTError
+
+from ..calibrate.ruler import calibrate_by_ruler
+from ..calibrate.session import Outcome, calibrate
+from ..calibrate.sheet import sheet_bytes
+from ..calibrate.verdict import write_robot_file
+
+if TYPE_CHECKING:
+    from nxtdrive.mission.assembly import OpenRobot
+
+    from .hub import Hub
+    from .messages import StartCalibration
+
+LOOK_S = 0.2
+"""How often a wait for an answer looks for signals, which an unlimited wait ignores on Windows."""
+
+
+class ShownCalibration:
+    """One calibration; clients see what it does, answer its questions and may end it.
+
+    Args:
+        wanted: What is to be calibrated, and how.
+        before: The robot file so far.
+        show: Called with what has changed for the clients.
+
+    Attributes:
+        over: Whether it has ended.
+        outcome: What it found; None before its end, or if that was refused.
+    """
+
+    def __init__(self, wanted: StartCalibration, before: RobotFile, show: Callable[[dict[str, Any]], None]) -> None:
+        self.over = False
+        self.outcome: Outcome | None = None
+        self._wanted, self._before, self._show = wanted, before, show
+        self._pause = Pause()
+        self._lines: list[str] = []
+        self._answered = threading.Condition()
+        self._question, self._answer = 0, 0.0
+
+    def end(self) -> None:
+        """Break it off; any thread."""
+        self._pause.end()
+        with self._answered:
+            self._answered.notify_all()
+
+    def answer(self, question: int, value: float) -> None:
+        """Answer a question; one that is not open is ignored. Any thread."""
+        with self._answered:
+            if question == self._question:
+                self._answer, self._question = value, -question
+                self._answered.notify_all()
+
+    def perform(self, robot: OpenRobot) -> None:
+        """Calibrate; the robot is at rest afterwards, and the clients know what was found or what went wrong."""
+        self._show({"running": True, "lines": [], "problem": "", "values": [], "misfit_px": None, "saved": False})
+        problem = ""
+        try:
+            self.outcome = self._calibrated(robot)
+        except KeyboardInterrupt:
+            problem = "It was ended before anything was found."
+        except NXTError as error:
+            problem = str(error)
+        finally:
+            self.over = True
+            with suppress(NXTError):  # a lost link; the brick ends the lease of its motors by itself
+                robot.brick.stop_motors()
+            found = {"values": [], "misfit_px": None} if self.outcome is None else _found(self.outcome)
+            self._show({"running": False, "question": None, "problem": problem, **found})
+
+    def _calibrated(self, robot: OpenRobot) -> Outcome:
+        today = datetime.datetime.now().astimezone().date()
+        wanted, poll = self._wanted, self._pause.check_end
+        poll()
+        if wanted.ruler:
+            return calibrate_by_ruler(robot.brick, self._before, today, self._await_ready, self._ask_number, poll)
+        return calibrate(
+            robot.brick, robot.camera, self._before, wanted.what, today, self._say, wanted.sheet_height_mm, poll
+        )
+
+    def _say(self, line: str) -> None:
+        self._lines.append(line)
+        self._show({"lines": list(self._lines)})
+
+    def _await_ready(self, instruction: str) -> None:
+        self._ask(instruction, number=False)
+
+    def _ask_number(self, question: str) -> float:
+        return self._ask(question, number=True)
+
+    def _ask(self, text: str, *, number: bool) -> float:
+        """Wait for an answer.
+
+        Raises:
+            KeyboardInterrupt: The calibration was ended instead.
+        """
+        self._say(text)
+        question = len(self._lines)
+        with self._answered:
+            self._question = question
+            self._show({"question": {"question": question, "text": text, "number": number}})
+            while self._question == question:
+                self._pause.check_end()
+                self._answered.wait(LOOK_S)
+            answer = self._answer
+        self._show({"question": None})
+        return answer
+
+
+class Calibrations:
+    """The calibrations of one robot, and its robot file.
+
+    Args:
+        hub: Told everything.
+        file: The robot file; it need not exist.
+        used: Called with the file when it has been written; missions use it from then on.
+    """
+
+    def __init__(self, hub: Hub, file: Path, used: Callable[[Path], None]) -> None:
+        self._hub, self._file, self._used = hub, file, used
+        self._latest: ShownCalibration | None = None
+        self._state: dict[str, Any] = {"running": False, "lines": [], "question": None, "problem": ""}
+        self._state |= {"values": [], "misfit_px": None, "saved": False, "file": str(file), "known": self._known()}
+        self._show({})
+
+    def start(self, wanted: StartCalibration, begin: Callable[[ShownCalibration], None]) -> None:
+        """Calibrate a robot.
+
+        Args:
+            wanted: What.
+            begin: Lets the robot perform it.
+
+        Raises:
+            ValueError: It cannot start now, or the robot file has mistakes; the text says why.
+        """
+        try:
+            before = load_robot_file(self._file) if os.path.lexists(self._file) else RobotFile()
+        except RobotFileError as error:
+            raise ValueError(str(error)) from None
+        calibration = ShownCalibration(wanted, before, self._show)
+        begin(calibration)
+        self._latest = calibration
+
+    def answer(self, question: int, value: float) -> None:
+        """Answer a question; any thread."""
+        if self._latest is not None:
+            self._latest.answer(question, value)
+
+    def save(self) -> None:
+        """Write what was found last to the robot file.
+
+        Raises:
+            ValueError: There is nothing to save, or it cannot be written.
+        """
+        if self._latest is None or self._latest.outcome is None:
+            raise ValueError("Nothing has been measured that could be saved.")
+        try:
+            write_robot_file(self._file, self._latest.outcome.file)
+            self._used(self._file)
+        except OSError as error:
+            raise ValueError(f"{self._file} cannot be written: {error.strerror}.") from None
+        except NXTError as error:
+            raise ValueError(str(error)) from None
+        self._show({"saved": True, "known": self._known()})
+
+    def _known(self) -> str:
+        """Say what the robot file has."""
+        if not os.path.lexists(self._file):
+            return "there is none yet; the usual values count"
+        try:
+            return load_robot_file(self._file).calibration.summary
+        except RobotFileError as error:
+            return str(error)
+
+    def _show(self, changed: dict[str, Any]) -> None:
+        self._state = {**self._state, **changed}
+        self._hub.show("calibration", self._state)
+
+
+def _found(outcome: Outcome) -> dict[str, Any]:
+    return {"values": [asdict(line) for line in outcome.lines], "misfit_px": outcome.misfit_px, "views": outcome.views}
+
+
+def sheet() -> bytes:
+    """Return the marker sheet as PDF."""
+    return sheet_bytes(".pdf")

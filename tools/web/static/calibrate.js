@@ -1,0 +1,119 @@
+// The page of calibrations: start, progress, questions, what was found, save.
+
+import { showCamera } from "./camera.js";
+import { Connection } from "./connection.js";
+import "./nav.js";
+
+const NOTICE_MS = 6000;
+const find = (id) => document.getElementById(id);
+const connection = new Connection();
+let stopped = false, question = 0, hidesNotice = 0, simulated = false, running = false;
+
+showCamera(connection, find("camera"));
+connection.on("hello", ({ address }) => {
+  simulated = address.startsWith("sim:");
+  find("no-sheet").hidden = !simulated || address.startsWith("sim://calibration");
+  notice("");
+});
+connection.on("closed", () => {
+  find("doing").textContent = "no connection to nxtdrive";
+  notice("The page has lost nxtdrive; it tries again each second.");
+});
+connection.on("refused", ({ text }) => notice(text, NOTICE_MS));
+connection.on("problem", ({ text }) => notice(text, NOTICE_MS));
+connection.on("state", (state) => {
+  stopped = state.stopped;
+  find("doing").textContent = state.doing;
+  find("stop").textContent = stopped ? "release" : "STOP";
+  find("stop").classList.toggle("released", stopped);
+});
+connection.on("calibration", (state) => {
+  running = state.running;
+  find("file").textContent = state.file;
+  find("known").textContent = `(${state.known})`;
+  find("start").hidden = running;
+  find("end").hidden = !running;
+  for (const each of find("start-form").querySelectorAll("input")) each.disabled = running;
+  if (!running) choose();
+  find("lines").replaceChildren(...state.lines.map((text) => element("li", text)));
+  find("lines").scrollTop = find("lines").scrollHeight;
+  ask(state.question);
+  find("problem").textContent = state.problem;
+  find("problem").hidden = !state.problem;
+  show(state);
+});
+
+for (const each of document.querySelectorAll("[name=how]")) each.addEventListener("change", choose);
+find("start-form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  const ruler = byRuler();
+  const what = ruler ? ["wheels"] : [...document.querySelectorAll("[name=what]:checked")].map((each) => each.value);
+  if (!what.length) return notice("Choose what to calibrate.", NOTICE_MS);
+  find("free").checked = false; // the next one asks again
+  connection.send({ type: "start_calibration", what, ruler, sheet_height_mm: Number(find("height").value) });
+});
+find("ask-form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  connection.send({ type: "answer_calibration", question, value: Number(find("answer").value) });
+});
+find("end").addEventListener("click", () => connection.send({ type: "stop_mission" }));
+find("save").addEventListener("click", () => connection.send({ type: "save_calibration" }));
+find("stop").addEventListener("click", () => connection.send({ type: stopped ? "release" : "stop" }));
+addEventListener("keydown", (event) => {
+  if (event.code === "Space" && !event.target.closest("input, select, textarea, button")) {
+    event.preventDefault();
+    connection.send({ type: "stop" });
+  }
+});
+
+function byRuler() {
+  return document.querySelector("[name=how]:checked").value === "ruler";
+}
+
+function choose() {
+  for (const each of [find("height"), ...document.querySelectorAll("[name=what]")]) each.disabled = running || byRuler();
+}
+
+function ask(open) {
+  find("ask-form").hidden = !open;
+  if (!open) question = 0;
+  if (!open || open.question === question) return;
+  question = open.question;
+  find("question-text").textContent = open.text;
+  find("answer").hidden = !open.number;
+  find("answer").value = 0;
+  (open.number ? find("answer") : find("ask-form").querySelector("button")).focus();
+}
+
+function show({ values, misfit_px, views, saved, file, running: busy }) {
+  find("found").hidden = busy || !values.length;
+  find("values").replaceChildren(...values.map(row));
+  const frames = misfit_px && `Markers were missed by ${misfit_px[0].toFixed(1)} px before, and by ${misfit_px[1].toFixed(1)} px now (${views} frames).`;
+  find("misfit").textContent = frames ?? "";
+  find("save").hidden = saved;
+  find("saved").textContent = saved ? `Saved to ${file}; missions started here use it from now on.` : "";
+}
+
+function row({ key, before, after, standard_error }) {
+  const made = document.createElement("tr");
+  made.append(element("th", key), ...[before, after, standard_error ?? ""].map((each) => element("td", short(each))));
+  made.firstChild.scope = "row";
+  return made;
+}
+
+function short(value) {
+  return typeof value === "number" ? String(Number(value.toPrecision(value < 1 ? 2 : 6))) : String(value);
+}
+
+function element(name, text) {
+  const made = document.createElement(name);
+  made.textContent = text;
+  return made;
+}
+
+function notice(text, hideAfterMs = 0) {
+  clearTimeout(hidesNotice);
+  find("notice").textContent = text;
+  find("notice").hidden = !text;
+  if (text && hideAfterMs) hidesNotice = setTimeout(() => notice(""), hideAfterMs);
+}
