@@ -143,6 +143,8 @@ _V1_05 = replace(
         copies_arrays=False,
         system_calls=34,
         missing=ENHANCED | {0x34, 0x36, 0x37},
+        has_fields=True,
+        forgives_comparisons=True,
         checks_short_forms=True,
         runs_past_end=True,
     ),

@@ -33,7 +33,8 @@ COMPARISONS: tuple[Callable[[Any, Any], bool], ...] = (
     lambda _, __: False,
 )
 """The comparison of each number in an instruction's flags; the last two never hold."""
-_HOLD_FOR_EQUALS = (2, 3, 4)
+HOLD_FOR_EQUALS = (2, 3, 4)
+"""The comparisons that hold for equal values."""
 
 
 def move(data: Data, target: Place, source: Place) -> None:
@@ -117,7 +118,7 @@ def calculate_each(data: Data, operation: Unary, target: Place, source: Place, *
         count = data.array(source).length
         data.resize(target, count)
         if copies_arrays(data, target.entry + 1, source.entry + 1):
-            data.memory.write(data.array(target).offset, data.memory.bytes_of(data.index(source)))
+            data.memory.write(data.array(target).offset, data.numbers_of(source))
             return
     else:
         count = data.count(target)
@@ -143,14 +144,13 @@ def compare(data: Data, relation: int, left: Place, right: Place) -> bool:
         ProgramError: The types do not fit each other.
     """
     decided = _compare(data, relation, left, right)
-    return relation in _HOLD_FOR_EQUALS if decided is None else decided
+    return relation in HOLD_FOR_EQUALS if decided is None else decided
 
 
 def _compare(data: Data, relation: int, left: Place, right: Place) -> bool | None:
     """The result, or None if both are equal so far."""
     kinds = data.kind(left.entry), data.kind(right.entry)
-    aggregates = [kind in AGGREGATES for kind in kinds]
-    if not any(aggregates):
+    if kinds[0] not in AGGREGATES:  # of an array or cluster on the right, 0 counts
         a, b = data.get(left.entry, left.offset), data.get(right.entry, right.offset)
         a, b = comparable(a, kinds[0], b, kinds[1])
         return None if a == b else COMPARISONS[relation](a, b)

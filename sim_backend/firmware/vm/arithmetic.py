@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from sim_backend.firmware.cint import divide, s16
 from sim_backend.firmware.vm import aggregates, scalars
-from sim_backend.firmware.vm.aggregates import COMPARISONS, comparable
-from sim_backend.firmware.vm.data import Place
+from sim_backend.firmware.vm.aggregates import COMPARISONS, HOLD_FOR_EQUALS, comparable
+from sim_backend.firmware.vm.data import Place, ProgramError
 from sim_backend.firmware.vm.instructions import Instruction, Translation
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.numbers import SIGNED
@@ -111,7 +111,12 @@ def _compare(machine: Machine, instruction: Instruction) -> Translation:
         if data.is_aggregate(target.entry) or data.is_aggregate(left.entry) != data.is_aggregate(right.entry):
             aggregates.calculate(data, each, target, left, right)
         else:
-            data.put(target.entry, int(aggregates.compare(data, relation, left, right)))
+            try:
+                holds = aggregates.compare(data, relation, left, right)
+            except ProgramError:
+                data.put(target.entry, int(relation in HOLD_FOR_EQUALS))
+                raise
+            data.put(target.entry, int(holds))
 
     return run
 

@@ -103,10 +103,16 @@ def _size(data: Data, arguments: tuple[int, ...]) -> None:
     data.put(target, data.array(Place(source)).length)
 
 
-def _build(data: Data, arguments: tuple[int, ...]) -> None:
-    """Concatenate values and arrays; the target is resized before its own elements are copied, if it is a source."""
+def _build(data: Data, arguments: tuple[int, ...], *, copies: bool) -> None:
+    """Concatenate values and arrays; the target is resized before its own elements are copied, if it is a source.
+
+    Args:
+        data: The variables.
+        arguments: Target and sources.
+        copies: Whether arrays of the same type are copied as they are.
+    """
     target, *sources = (Place(argument) for argument in arguments)
-    depth = _depth(data, target.entry)
+    depth = max(_depth(data, target.entry), 1)
     whole = [_depth(data, source.entry) >= depth for source in sources]
     data.resize(
         target, sum(data.array(source).length if all_ else 1 for source, all_ in zip(sources, whole, strict=True))
@@ -114,9 +120,9 @@ def _build(data: Data, arguments: tuple[int, ...]) -> None:
     number = 0
     for source, all_ in zip(sources, whole, strict=True):
         count = data.array(source).length if all_ else 1
-        if all_ and aggregates.same_scalars(data, target.entry + 1, source.entry + 1):
+        if all_ and copies and aggregates.same_scalars(data, target.entry + 1, source.entry + 1):
             own = data.array(target)
-            data.memory.write(own.offset + number * own.element, data.memory.bytes_of(data.index(source)))
+            data.memory.write(own.offset + number * own.element, data.numbers_of(source))
         else:
             for i in range(count):
                 part = _element(source, data.array(source), i) if all_ else source
@@ -143,12 +149,20 @@ def _subset(data: Data, arguments: tuple[int, ...]) -> None:
         aggregates.move(data, _element(Place(target), to, i), _element(Place(source), array, first + i))
 
 
-def _initialise(data: Data, arguments: tuple[int, ...]) -> None:
+def _initialise(data: Data, arguments: tuple[int, ...], *, offsets: bool) -> None:
+    """Fill an array with a value; `offsets` tells whether the offset of a number in the table is added to its own."""
     target, value, length = arguments
     count = data.integer_or(length, 0) & 0xFFFF
     data.resize(Place(target), count)
+    own = 0 if offsets else _own_offset(data, target + 1)
     for i in range(count):
-        aggregates.move(data, _element(Place(target), data.array(Place(target)), i), Place(value))
+        element = _element(Place(target), data.array(Place(target)), i)
+        aggregates.move(data, Place(element.entry, element.offset - own), Place(value))
+
+
+def _own_offset(data: Data, entry: int) -> int:
+    """The offset that the table has of the numbers in an array; other than 0 only in damaged programs."""
+    return 0 if data.is_aggregate(entry) else data.entry(entry).data
 
 
 def _number_to_text(machine: Machine, instruction: Instruction) -> Translation:
@@ -190,14 +204,19 @@ def _float(text: bytes) -> float:
 
 def _join_texts(data: Data, arguments: tuple[int, ...]) -> None:
     """Join texts; the target is resized before its own characters are copied, if it is a source."""
-    target, *sources = (Place(argument) for argument in arguments)
-    lengths = [data.array(source).length for source in sources]
-    if 0 in lengths:
+    target, *sources = arguments
+    if any(data.kind(source + 1) != Type.UBYTE for source in sources):
+        raise ProgramError(ERR_ARG, "what is joined is no text")
+    lengths = [data.array(Place(source)).length for source in sources]
+    length = sum(lengths) - len(lengths) + 1 & 0xFFFF
+    data.memory.resize(data.index(Place(target)), length)
+    if not length:
+        return
+    if 0 in lengths:  # the firmware overwrites its memory
         raise ProgramError(ERR_ARG, "a text without a closing zero")
-    data.resize(target, sum(lengths) - len(lengths) + 1)
-    at = data.array(target).offset
+    at = data.content_at(Place(target))
     for source in sources:
-        text = data.memory.bytes_of(data.index(source))[:-1]
+        text = data.bytes_of(source)[:-1]
         data.memory.write(at, text)
         at += len(text)
     data.memory.write(at, b"\0")
@@ -206,11 +225,14 @@ def _join_texts(data: Data, arguments: tuple[int, ...]) -> None:
 def _part_of_text(data: Data, arguments: tuple[int, ...]) -> None:
     target, source, index, length = arguments[:4]
     array = data.array(Place(source))
-    size = array.length - 1 & 0xFFFF
+    if not array.length:
+        data.memory.resize(data.index(Place(target)), 0)
+        return
+    size = array.length - 1
     first = data.integer_or(index, 0) & 0xFFFF
     wanted = data.integer_or(length, size) & 0xFFFF
     count = min(wanted, max(size - first, 0))
-    text = data.memory.bytes_of(data.index(Place(source)))[first : first + count] if array.length else bytes(count)
+    text = data.memory.read(data.content_at(Place(source)) + first, count)
     data.set_bytes(target, text + b"\0")
 
 
@@ -254,8 +276,9 @@ def _unflatten(data: Data, arguments: tuple[int, ...]) -> None:
 def _scalars(data: Data, place: Place, replace: Callable[[bytes], bytes]) -> Iterator[bytes]:
     """The bytes of each scalar in a value, which are replaced."""
     if data.is_aggregate(place.entry):
+        own = _own_offset(data, place.entry + 1) if data.kind(place.entry) == Type.ARRAY else 0
         for part in data.parts(place):
-            yield from _scalars(data, part, replace)
+            yield from _scalars(data, Place(part.entry, part.offset - own), replace)
     else:
         content = data.memory.read(data.address(place), size_of(data.kind(place.entry)))
         data.memory.write(data.address(place), replace(content))
@@ -274,6 +297,17 @@ def _translator(function: Callable[[Data, tuple[int, ...]], None], *, sized: boo
     return translate
 
 
+def _construction(machine: Machine, instruction: Instruction) -> Translation:
+    data, copies = machine.data, machine.dialect.copies_arrays
+    arguments = sized_arguments(machine.program.code, instruction)
+    return lambda: _build(data, arguments, copies=copies)
+
+
+def _filling(machine: Machine, instruction: Instruction) -> Translation:
+    data, offsets = machine.data, not machine.dialect.copies_arrays
+    return lambda: _initialise(data, instruction.arguments, offsets=offsets)
+
+
 def _conversion(machine: Machine, instruction: Instruction) -> Translation:
     data, scans_integers = machine.data, machine.dialect.scans_integers
     return lambda: _text_to_number(data, instruction.arguments, scans_integers=scans_integers)
@@ -283,9 +317,9 @@ TABLE: Mapping[tuple[int, int], Translate] = {
     (0x15, 3): _index_number,
     (0x16, MANY): _replace_number,
     (0x17, 2): _translator(_size),
-    (0x18, MANY): _translator(_build, sized=True),
+    (0x18, MANY): _construction,
     (0x19, MANY): _translator(_subset),
-    (0x1A, 3): _translator(_initialise),
+    (0x1A, 3): _filling,
     (0x1D, 2): _translator(_flatten),
     (0x1E, MANY): _translator(_unflatten),
     (0x1F, 2): _number_to_text,

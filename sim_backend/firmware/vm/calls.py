@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from sim_backend.firmware.vm.machine import Machine
 
 
-_MOST = 16
+MOST_ARGUMENTS = 16
 """Arguments of a system call at most."""
 
 
@@ -29,7 +29,7 @@ class Call:
 
     def __init__(self, machine: Machine, members: Sequence[int]) -> None:
         self.machine, self.devices = machine, machine.devices
-        self.members = [*members, *[NONE] * (_MOST - len(members))]
+        self.members = [*members, *[NONE] * (MOST_ARGUMENTS - len(members))]
         self._data = machine.data
 
     def value(self, position: int) -> Number:

@@ -15,15 +15,19 @@ from typing import NamedTuple, Protocol
 
 from sim_backend.firmware.vm.memory import DESCRIPTOR, INDEX, NOT_AN_OFFSET, Array, Memory
 from sim_backend.firmware.vm.numbers import SCALARS, Number
-from sim_backend.firmware.vm.rxe import Type, following, size_of
+from sim_backend.firmware.vm.rxe import Type, Variable, following, size_of
 
 NONE = 0xFFFF
 """An omitted argument."""
 
-FIRST_FIELD = 0xC000
-"""First argument that is a field of a port, not a variable."""
+FIRST_FIELD, NO_FIELDS = 0x4000, 0x10000
+"""First argument that is a field of a port, where there are such arguments, and where there are none."""
 
-_NO_TYPE = 0xFF
+_NO_TYPE, _NO_ARRAY = 0xFF, 0xFFFF
+_ERASED = Variable(_NO_TYPE, first_zero=False, data=0xFFFF)
+_ZERO = Variable(Type.VOID, first_zero=False, data=0)
+"""What the firmware takes for an entry of the table behind the file, and behind the flash memory."""
+_FLASH_ENTRIES = 30_200
 AGGREGATES = (Type.ARRAY, Type.CLUSTER)
 
 _MIN_S32, _END_S32 = -(1 << 31), 1 << 31
@@ -72,17 +76,22 @@ class Data:
         memory: The pool that holds them.
         variables: The variable table.
         fields: The fields of ports.
+        first_field: First argument that is one of them.
     """
 
-    def __init__(self, memory: Memory, fields: Fields) -> None:
-        self.memory, self.fields = memory, fields
+    def __init__(self, memory: Memory, fields: Fields, first_field: int = NO_FIELDS) -> None:
+        self.memory, self.fields, self.first_field = memory, fields, first_field
         self.variables = memory.program.variables
+
+    def entry(self, argument: int) -> Variable:
+        """The entry of the variable table, or what the firmware takes for it."""
+        if argument < len(self.variables):
+            return self.variables[argument]
+        return _ERASED if argument < min(_FLASH_ENTRIES, self.first_field) else _ZERO
 
     def kind(self, argument: int) -> int:
         """Type of a variable or field; not one of `Type` beyond the table."""
-        if argument >= FIRST_FIELD:
-            return self.fields.field_type(argument)
-        return self.variables[argument].type if argument < len(self.variables) else _NO_TYPE
+        return self.fields.field_type(argument) if argument >= self.first_field else self.entry(argument).type
 
     def is_aggregate(self, argument: int) -> bool:
         """Whether a variable is an array or a cluster."""
@@ -90,26 +99,25 @@ class Data:
 
     def address(self, place: Place) -> int:
         """Offset of a scalar, or of the number of an array's descriptor."""
-        return self.variables[place.entry].data + place.offset
+        entry = self.entry(place.entry)
+        return place.offset if entry is _ERASED else entry.data + place.offset
 
     def get(self, argument: int, offset: int = 0) -> Number:
         """Value of a scalar: an int, or a float of single precision; 0 for anything else."""
-        kind = self.kind(argument)
-        if argument >= FIRST_FIELD:
+        if argument >= self.first_field:
             return self.fields.get_field(argument)
-        if kind not in SCALARS:
-            return 0
-        return self.memory.load(kind, self.variables[argument].data + offset)
+        kind, _, at = self.entry(argument)
+        return self.memory.load(kind, at + offset) if kind in SCALARS else 0
 
     def put(self, argument: int, value: float, offset: int = 0) -> None:
         """Set a scalar, nothing else; numbers are converted to its type."""
         kind = self.kind(argument)
         if kind != Type.FLOAT and isinstance(value, float):
             value = whole(value)
-        if argument >= FIRST_FIELD:
+        if argument >= self.first_field:
             self.fields.put_field(argument, int(value))
         elif kind in SCALARS:
-            self.memory.store(kind, self.variables[argument].data + offset, value)
+            self.memory.store(kind, self.entry(argument).data + offset, value)
 
     def integer(self, argument: int, offset: int = 0) -> int:
         """Value of a scalar that an instruction wants to be an integer: a float is rounded."""
@@ -163,14 +171,8 @@ class Data:
         return find
 
     def index(self, place: Place) -> int:
-        """Number of the descriptor of an array.
-
-        Raises:
-            ProgramError: It is a field.
-        """
-        if place.entry >= len(self.variables):
-            raise ProgramError(ERR_ARG, f"there is no variable {place.entry}")
-        return self.memory.index(self.address(place))
+        """Number of the descriptor of an array, or what is stored where that of an array would be."""
+        return _NO_ARRAY if self.entry(place.entry) is _ERASED else self.memory.index(self.address(place))
 
     def index_of(self, argument: int) -> int:
         """Number of the descriptor of an array variable."""
@@ -184,6 +186,8 @@ class Data:
         """Elements of an array or members of a cluster."""
         if self.kind(place.entry) == Type.CLUSTER:
             return [Place(member, place.offset) for member in self.members(place.entry)]
+        if self.kind(place.entry) != Type.ARRAY:
+            return []
         array = self.array(place)
         self.memory.spend(array.length)
         return [Place(place.entry + 1, array.offset + i * array.element) for i in range(array.length)]
@@ -203,10 +207,21 @@ class Data:
 
     def members(self, cluster: int) -> list[int]:
         """Entries of the members of a cluster."""
-        found, index = [], cluster + 1
+        found, index = list[int](), cluster + 1
         for _ in range(self.variables[cluster].data):
             found.append(index)
             index = following(self.variables, index)
+        return found
+
+    def arguments(self, cluster: int, count: int) -> list[int]:
+        """Entries of the arguments of a system call: what follows the cluster, as far as there is a table."""
+        found, index = list[int](), cluster + 1
+        while len(found) < count and index < len(self.variables):
+            found.append(index)
+            try:
+                index = following(self.variables, index)
+            except IndexError:
+                break
         return found
 
     @cached_property
@@ -275,13 +290,25 @@ class Data:
         array = self.memory.array(outer)  # a new descriptor may have moved it
         self.memory.store(Type.UWORD, self.address(inner) + array.offset + i * array.element, new)
 
+    def content_at(self, place: Place) -> int:
+        """Offset of the first element of an array; of another variable that is taken for one, its own."""
+        return self.array(place).offset if self.kind(place.entry) == Type.ARRAY else self.address(place)
+
     def bytes_of(self, argument: int) -> bytes:
-        """The stored bytes of an array variable."""
-        return self.memory.bytes_of(self.index(Place(argument)))
+        """The stored bytes of an array variable of bytes."""
+        place = Place(argument)
+        return self.memory.read(self.content_at(place), self.array(place).length)
+
+    def numbers_of(self, place: Place) -> bytes:
+        """The stored bytes of an array of numbers."""
+        array = self.array(place)
+        return self.memory.read(array.offset, array.length * size_of(self.kind(place.entry + 1)) & 0xFFFF)
 
     def set_bytes(self, argument: int, content: bytes) -> None:
         """Set an array variable of bytes."""
-        self.memory.set_bytes(self.index(Place(argument)), content)
+        place = Place(argument)
+        self.memory.resize(self.index(place), len(content))
+        self.memory.write(self.content_at(place), content)
 
     def text(self, argument: int) -> bytes:
         """The bytes of a text before its closing zero."""

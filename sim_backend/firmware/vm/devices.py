@@ -23,10 +23,9 @@ from sim_backend.firmware.names import matcher
 from sim_backend.firmware.output import OutputModule
 from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.ui import UiModule
-from sim_backend.firmware.vm.data import FIRST_FIELD
 from sim_backend.firmware.vm.rxe import Type
 
-_OUTPUTS = 0x200
+_OUTPUTS, _FIELD = 0x200, 0x3FFF
 INPUT_FIELDS = ("type", "mode", "raw", "normalized", "scaled", "invalid")
 OUTPUT_FIELDS = (
     "flags",
@@ -102,7 +101,7 @@ class Devices:
 
     def _split(self, argument: int) -> tuple[bool, int, int]:
         """Whether an input field is meant, the port, and the field."""
-        index = argument - FIRST_FIELD
+        index = argument & _FIELD
         if index < _OUTPUTS:
             return True, *divmod(index, len(INPUT_FIELDS))
         return False, *divmod(index - _OUTPUTS, len(self.output_fields))

@@ -27,8 +27,11 @@ class Dialect(NamedTuple):
     Attributes:
         timing: See `Timing`.
         copies_arrays: Whether an operation of one array copies it unchanged if the target has the same type.
+        forgives_comparisons: Whether a jump that holds for equal values is made, too, if an array or cluster is
+            compared with something else, which otherwise is an error.
         system_calls: Number of system calls.
         missing: Opcodes that it does not have.
+        has_fields: Whether an argument can be a field of a port.
         checks_short_forms: Whether the size of an instruction in a short form counts, and forms that do not exist add.
         runs_past_end: Whether the instruction directly behind a clump belongs to it, too; then a clump that ends before
             it begins has no end.
@@ -45,6 +48,8 @@ class Dialect(NamedTuple):
     copies_arrays: bool
     system_calls: int
     missing: frozenset[int]
+    has_fields: bool = False
+    forgives_comparisons: bool = False
     checks_short_forms: bool = False
     runs_past_end: bool = False
     keeps_offsets: bool = True

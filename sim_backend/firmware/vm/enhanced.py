@@ -30,7 +30,7 @@ def _unary(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _multiply_divide(machine: Machine, instruction: Instruction) -> Translation:
-    data, (target, *operands) = machine.data, instruction.arguments
+    data, (target, *operands) = machine.data, instruction.arguments[:4]
     return lambda: data.put(target, multiply_divide(*(data.integer(operand) for operand in operands)))
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from sim_backend.firmware.cint import s16
-from sim_backend.firmware.vm.aggregates import compare
+from sim_backend.firmware.vm.aggregates import HOLD_FOR_EQUALS, compare
 from sim_backend.firmware.vm.arithmetic import comparison, related
-from sim_backend.firmware.vm.data import NONE, Place
+from sim_backend.firmware.vm.data import NONE, Place, ProgramError
 from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Next, Translation
 from sim_backend.firmware.vm.machine import QUEUE_GREW, Machine, Translate
+from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.rxe import Type
 
 _NOBODY = 0xFF
@@ -31,7 +32,17 @@ def _branch_if(machine: Machine, instruction: Instruction) -> Next:
     if machine.operands.scalars(left, right):
         return Next(f"{target} if {comparison(machine, relation, left, right)} else {following}")
     data, first, second = machine.data, Place(left), Place(right)
-    return Next(lambda: target if compare(data, relation, first, second) else following)
+    forgives = machine.dialect.forgives_comparisons and relation in HOLD_FOR_EQUALS
+
+    def run() -> int:
+        try:
+            return target if compare(data, relation, first, second) else following
+        except ProgramError:
+            if forgives:
+                return target
+            raise
+
+    return Next(run)
 
 
 def _branch_test(machine: Machine, instruction: Instruction) -> Next:
@@ -41,10 +52,9 @@ def _branch_test(machine: Machine, instruction: Instruction) -> Next:
 
 def _stop(machine: Machine, instruction: Instruction) -> Next:
     confirm, following = instruction.arguments[0], instruction.following
-    exists = confirm < len(machine.data.variables)
 
     def run() -> int:
-        if not exists or machine.data.integer(confirm):
+        if confirm == NONE or machine.data.integer(confirm):
             machine.stop()
             return END_TURN
         return following
@@ -132,9 +142,10 @@ def _return(machine: Machine, instruction: Instruction) -> Next:
     caller, data = instruction.arguments[0], machine.data
 
     def run() -> int:
-        number = data.integer(caller) if caller < len(data.variables) else _NOBODY
         if caller == NONE:
             number = int(machine.memory.load(Type.UBYTE, 0))
+        else:
+            number = data.integer(caller) if data.kind(caller) in SCALARS else _NOBODY
         task = machine.clump(number)
         machine.suspend(machine.program.clumps[machine.task.number].start)
         if task is not None:
@@ -145,13 +156,13 @@ def _return(machine: Machine, instruction: Instruction) -> Next:
 
 
 def _wait(machine: Machine, instruction: Instruction) -> Next:
-    *ended, duration = instruction.arguments
+    *begun, duration = instruction.arguments
     data, following = machine.data, instruction.following
 
     def run() -> int:
         duration_ms = data.integer_or(duration, 0)
-        if ended and ended[0] != NONE:
-            data.put(ended[0], machine.tick + duration_ms)
+        if begun and begun[0] != NONE:
+            data.put(begun[0], machine.tick)
         return machine.sleep(duration_ms, following)
 
     return Next(run)

@@ -11,9 +11,13 @@ from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError
 MANY = 4
 """Number of arguments from which on the firmware does not distinguish."""
 
+_ERASED = 0xFFFF
+"""Word behind the code."""
 _SHORT = 0x8
 _VARIABLE_SIZE = 0xE
 _WORD = 2
+_READ = 6
+"""Words that an instruction of `MANY` arguments reads, even if it is shorter."""
 _SHORT_FORMS = ((0x1B, 2), (0x2C, 1), (0x2D, 1), (0x2E, 2))
 """Opcode and number of words of the short forms of move, acquire, release and call."""
 
@@ -82,14 +86,17 @@ def decode(code: Sequence[int], at: int, *, checks_short_forms: bool) -> Instruc
         checks_short_forms: Whether the size of a short form counts.
 
     Raises:
-        ProgramError: There is no such short form, or no such size.
+        ProgramError: There is no such short form, or no such size; or the code ends before it.
         IndexError: The code ends before its size.
     """
+    if at >= len(code):
+        raise ProgramError(ERR_INSTR, "an instruction behind the code")
     word = code[at]
     size, flags, opcode = word >> 12, word >> 8 & 0x7, word & 0xFF
-    if size % _WORD:
+    short_form = word >> 8 & _SHORT
+    if size % _WORD and (checks_short_forms or not short_form):
         raise ProgramError(ERR_INSTR, "an instruction of half a word")
-    if word >> 8 & _SHORT:
+    if short_form:
         short, words = _SHORT_FORMS[flags] if flags < len(_SHORT_FORMS) else (0, 0)
         if checks_short_forms:
             words = size // _WORD
@@ -97,11 +104,14 @@ def decode(code: Sequence[int], at: int, *, checks_short_forms: bool) -> Instruc
             raise ProgramError(ERR_INSTR, "a short form that does not exist")
         arguments = (opcode,) if words == 1 else (s8(opcode) + code[at + 1] & 0xFFFF, *code[at + 1 : at + words])
         return Instruction(short, 0, arguments, at, at + words, len(arguments))
-    form = min(size // _WORD - 1, MANY)
+    form = min(size // _WORD - 1, MANY) if size else MANY
     if size == _VARIABLE_SIZE:
         size = code[at + 1]
     following = at + size // _WORD
-    return Instruction(opcode, flags, tuple(code[at + 1 : following]), at, following, form)
+    arguments = tuple(code[at + 1 : max(following, at + _READ) if form == MANY else following])
+    if form == MANY:
+        arguments += (_ERASED,) * (_READ - 1 - len(arguments))
+    return Instruction(opcode, flags, arguments, at, following, form)
 
 
 def sized_arguments(code: Sequence[int], instruction: Instruction) -> tuple[int, ...]:

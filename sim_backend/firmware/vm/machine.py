@@ -15,13 +15,13 @@ from functools import partial
 
 from sim_backend.firmware.module import NEVER
 from sim_backend.firmware.vm.blocks import FAILURES, LONGEST, Block, Compiler
-from sim_backend.firmware.vm.data import ERR_ARG, ERR_INSTR, ERR_MEM, Data, ProgramError
+from sim_backend.firmware.vm.data import ERR_ARG, ERR_INSTR, ERR_MEM, FIRST_FIELD, NO_FIELDS, Data, ProgramError
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Translation, decode
 from sim_backend.firmware.vm.memory import Memory, OutOfMemory
 from sim_backend.firmware.vm.operands import Operands
-from sim_backend.firmware.vm.rxe import Program
+from sim_backend.firmware.vm.rxe import Clump, Program
 
 TURN = 20
 """Most instructions of a turn, unless the program changes it."""
@@ -60,6 +60,7 @@ class Task:
     Attributes:
         number: Number of the clump.
         pc: Index of the next word of code.
+        end: The word from which on there is no instruction.
         missing: Number of clumps that must end before it starts.
         wake_ms: Pass in which a sleeping one continues.
         link: Number of the clump behind it that waits for the same mutex.
@@ -68,10 +69,10 @@ class Task:
         cut_blocks: Compiled code that is limited to a number of instructions, by first word and number.
     """
 
-    __slots__ = ("blocks", "cut_blocks", "link", "missing", "number", "pc", "turn", "wake_ms")
+    __slots__ = ("blocks", "cut_blocks", "end", "link", "missing", "number", "pc", "turn", "wake_ms")
 
-    def __init__(self, number: int, start: int, missing: int) -> None:
-        self.number, self.pc, self.missing = number, start, missing
+    def __init__(self, number: int, start: int, end: int, missing: int) -> None:
+        self.number, self.pc, self.end, self.missing = number, start, end, missing
         self.wake_ms, self.link, self.turn = 0, _NO_CLUMP, TURN
         self.blocks: dict[int, Block] = {}
         self.cut_blocks: dict[tuple[int, int], Block] = {}
@@ -104,7 +105,7 @@ class Machine:
         dialect: Dialect,
     ) -> None:
         self.program, self.memory, self.devices = program, memory, devices
-        self.data = Data(memory, devices)
+        self.data = Data(memory, devices, FIRST_FIELD if dialect.has_fields else NO_FIELDS)
         self.dialect = dialect
         self.operands = Operands(self.data)
         self._opcodes = {key: value for key, value in opcodes.items() if key[0] not in dialect.missing}
@@ -114,10 +115,12 @@ class Machine:
         self._spins = frozenset(at for at in range(len(program.code)) if program.code[at : at + 2] == _JUMP_TO_ITSELF)
         self._patience = self._turns_to_wait = 0
         self.semaphores, self.sending = [0, 0], False
-        self.tasks = [Task(i, clump.start, clump.fire_count) for i, clump in enumerate(program.clumps)]
+        self.tasks = [
+            Task(i, clump.start, self._end(clump), clump.fire_count) for i, clump in enumerate(program.clumps)
+        ]
         self.queue = deque(task for task in self.tasks if not task.missing)
         self._sleeping: list[Task] = []
-        self.now_ms = self.asked_time = self.free = self.error = 0
+        self.now_ms = self.asked_time = self._turns_left = self.free = self.error = 0
         self._stopped = False
         if self.queue:
             self.task = self.queue[0]
@@ -148,7 +151,7 @@ class Machine:
         turns, queue = self._timing.turns, self.queue
         while instructions > 0 and turns > 0 and queue and not self._stopped:
             self.task = queue[0]
-            self.asked_time = 0
+            self.asked_time, self._turns_left = 0, turns
             alone = len(queue) == 1 and turns > 2 * instructions
             done, ended = self._turn(instructions if alone else min(instructions, self.task.turn))
             instructions -= done
@@ -182,30 +185,34 @@ class Machine:
                 left, self.free = left + self.free, 0
                 excess = max(0, left - (left - most) % task.turn)
                 left, most = left - excess, most - excess
+        if pc >= task.end:
+            raise ProgramError(ERR_INSTR, "a clump ran past its end")
         task.pc = pc
         return most - left, False
 
     def _block(self, pc: int, most: int) -> Block:
         task = self.task
-        end = max(self._end(task), pc + (pc == self.program.clumps[task.number].start))
+        if pc >= task.end:  # the first instruction after a start or a wait runs wherever it is
+            return self._compiler.block(pc, pc + (pc == task.pc), 1)
         block = task.blocks.get(pc)
         if block is None:
-            block = task.blocks[pc] = self._compiler.block(pc, end, LONGEST)
+            block = task.blocks[pc] = self._compiler.block(pc, task.end, LONGEST)
         if block.size > most:
             block = task.cut_blocks.get((pc, most))
             if block is None:
-                block = task.cut_blocks[pc, most] = self._compiler.block(pc, end, most)
+                block = task.cut_blocks[pc, most] = self._compiler.block(pc, task.end, most)
         return block
 
-    def _end(self, task: Task) -> int:
+    def _end(self, clump: Clump) -> int:
         """The word from which on there is no instruction of a clump."""
-        clump = self.program.clumps[task.number]
         if not self.dialect.runs_past_end:
             return clump.end
         return clump.end + 1 if clump.end >= clump.start else len(self.program.code)
 
     def _seen(self) -> _Seen | None:
         """An empty record of states in this turn; None if looking for repeats has not been worth while lately."""
+        if self._turns_left <= TURN:  # the time may change within this turn
+            return None
         if self._turns_to_wait:
             self._turns_to_wait -= 1
             return None
@@ -259,18 +266,12 @@ class Machine:
         return self.now_ms - 1
 
     def ask_time(self) -> int:
-        """The time for a program; it counts against the turn."""
+        """The time for a program; it counts as a turn, and with the last turn of a pass the next millisecond begins."""
         self.asked_time += 1
-        return self.tick
+        return self.tick + (self.asked_time >= self._turns_left)
 
     def suspend(self, following: int) -> int:
-        """Take the current clump out of the queue; it will continue at `following`.
-
-        Raises:
-            ProgramError: That is behind its end.
-        """
-        if following >= self._end(self.task) and following != self.program.clumps[self.task.number].start:
-            raise ProgramError(ERR_INSTR, "a clump ran past its end")
+        """Take the current clump out of the queue; it will continue at `following`."""
         self.task.pc = following
         self.queue.remove(self.task)
         return END_TURN

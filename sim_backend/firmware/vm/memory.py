@@ -314,15 +314,15 @@ class Memory:
         offset = self._allocate(element * (first + more) & _OFFSET)
         self.write(offset, self.read(self.descriptors, element * first))
         self.descriptors = offset
-        self._unlink(0)
-        self.describe(0, self.array(0)._replace(offset=offset, length=first + more))
-        self._append(0)
         for index in range(first, first + more):
             back = index - 1 if index > first and self.doubly_linked else _NONE
             self.describe(
                 index, Array(NOT_AN_OFFSET, 0, 0, back, index + 1 if index < first + more - 1 else self._free)
             )
         self._free = first if more else self._free
+        self._unlink(0)
+        self.describe(0, self.array(0)._replace(offset=offset, length=first + more))
+        self._append(0)
 
     def _allocate(self, size: int) -> int:
         end = aligned(self._end)

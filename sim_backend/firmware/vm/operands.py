@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from sim_backend.firmware.vm.data import FIRST_FIELD, Data, rounded
+from sim_backend.firmware.vm.data import Data, rounded
 from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.rxe import Type
 
@@ -60,11 +60,11 @@ class Operands:
         Returns:
             None if the target is the field of a port, which would have further effects.
         """
-        if target >= FIRST_FIELD:
+        if target >= self._data.first_field:
             return None
         kind = self._data.kind(target)
         if kind in SCALARS:
-            at = self._data.memory.base + self._data.variables[target].data
+            at = self._data.memory.base + self._data.entry(target).data
             self.written = min(self.written[0], at), max(self.written[1], at + SCALARS[kind].size)
         cell = self._cell(target)
         if cell is None:
@@ -76,10 +76,10 @@ class Operands:
 
     def _cell(self, argument: int) -> tuple[int, int] | None:
         """Type of a variable and its number among those of its size in the pool, if it has one."""
-        if argument >= FIRST_FIELD or sys.byteorder != "little":
+        if argument >= self._data.first_field or sys.byteorder != "little":
             return None
         kind = self._data.kind(argument)
         if kind not in _CELLS:
             return None
-        cell, rest = divmod(self._data.memory.base + self._data.variables[argument].data, SCALARS[kind].size)
+        cell, rest = divmod(self._data.memory.base + self._data.entry(argument).data, SCALARS[kind].size)
         return None if rest or (cell + 1) * SCALARS[kind].size > len(self._data.memory.pool) else (kind, cell)

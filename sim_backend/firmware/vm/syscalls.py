@@ -18,7 +18,7 @@ from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.mailboxes import LOG
 from sim_backend.firmware.names import NAME_LIMIT
 from sim_backend.firmware.sound import MAX_VOLUME
-from sim_backend.firmware.vm.calls import Call, Function
+from sim_backend.firmware.vm.calls import MOST_ARGUMENTS, Call, Function
 from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError
 from sim_backend.firmware.vm.draw_calls import TABLE as DRAWING
 from sim_backend.firmware.vm.file_calls import TABLE as FILES
@@ -48,7 +48,10 @@ def _call(machine: Machine, instruction: Instruction) -> Translation:
     if function is None or name >= machine.dialect.system_calls:
         raise ProgramError(ERR_INSTR, f"system call {name} is not known")
     data = machine.data
-    call = Call(machine, data.members(cluster) if cluster < len(data.variables) else ())
+    count = data.entry(cluster).data
+    if count > MOST_ARGUMENTS:
+        raise ProgramError(ERR_INSTR, "a system call with too many arguments")
+    call = Call(machine, data.arguments(cluster, count))
     return lambda: function(call)
 
 
@@ -192,7 +195,7 @@ def _color_sensor(call: Call) -> None:
         call.resize(position, _COLORS)
     if port >= len(ports) or ports[port].type not in _COLOR_TYPES:
         call.put(0, Status.CHANNEL_NOT_CONFIGURED)
-        raise ProgramError(ERR_INSTR, f"port {port} is not set up for a colour sensor")
+        raise ProgramError(Status.CHANNEL_NOT_CONFIGURED - 0x100, f"port {port} is not set up for a colour sensor")
     color = ports[port].color
     call.put(2, call.number(2) & ~0xFF | ports[port].scaled & 0xFF)
     for position, values in ((3, color.readings), (4, color.normalized), (5, color.scaled)):

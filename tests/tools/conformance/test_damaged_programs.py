@@ -3,7 +3,8 @@
 Each record has the compiled program of `tests/golden/programs` that was damaged, the new bytes and the new size, and
 ProgStatus as LEGO's firmware showed it after each of `TICKS` and after a stop. Programs that made the firmware crash or
 read memory that it had not initialised were left out. `simulated` is what the simulated brick shows where it differs:
-in programs that use memory beyond the pool, or system calls without arguments.
+in a program that calls a clump that is not there, and so uses a record behind those of the clumps, and in one whose
+array has a descriptor's number that overlaps other variables.
 """
 
 import gzip
@@ -66,5 +67,5 @@ def test_all_damaged_programs_end_as_on_the_firmware():
     assert wrong == []
 
 
-def test_few_of_them_differ():
-    assert sum("simulated" in record for record in RECORDS) <= len(RECORDS) * 0.03
+def test_two_of_them_differ():
+    assert sum("simulated" in record for record in RECORDS) <= 2
