@@ -12,7 +12,7 @@ from .rooms import furnished, room
 
 def _block_transient(random: Random) -> tuple[RoomBuilder, Extras]:
     builder = furnished(random, 2600.0, 3600.0)
-    for target in (builder.first, builder.second):
+    for target in builder.targets:
         person = f"visitor of {target}"
         builder.people.append(
             {
@@ -41,7 +41,7 @@ def _block_permanent(random: Random) -> tuple[RoomBuilder, Extras]:
     builder = room(random, 2800.0, 3800.0)
     builder.hang_targets(corner_mm=900.0)
     builder.put_robot(far_mm=1700.0)
-    for target in (builder.first, builder.second):
+    for target in builder.targets:
         radius_mm = builder.between(160, 320)
         low = random.random() < 0.4
         builder.boxes.append(
@@ -93,7 +93,7 @@ def _patrol(random: Random) -> tuple[RoomBuilder, Extras]:
 def _moved(random: Random) -> tuple[RoomBuilder, Extras]:
     builder = furnished(random, 2600.0, 3600.0)
     taken = [picture["at_mm"] for picture in builder.pictures.values()]
-    for target in (builder.first, builder.second):
+    for target in builder.targets:
         places = [builder.place_at_wall() for _ in range(20)]
         to_mm, facing_deg = max(places, key=lambda place: min(math.dist(place[0], at) for at in taken))
         taken.append(to_mm)

@@ -119,7 +119,7 @@ def _weak_battery(builder: RoomBuilder) -> Extras:
 
 def _kidnapped(builder: RoomBuilder) -> Extras:
     plan = builder.plan()
-    for target in (builder.first, builder.second):
+    for target in builder.targets:
         to_mm = builder.start_mm
         for _ in range(100):
             to_mm = builder.place(300.0)

@@ -13,7 +13,7 @@ from sim_backend.link import NO_FAULTS, LinkFaults
 from .room_builder import RoomBuilder
 
 TIME_LIMIT_S = 300.0
-"""A mission's time limit, the same for all policies."""
+"""A mission's usual time limit; a class may have another one, the same for all policies."""
 USB_MS, BLUETOOTH_MS = 2.0, (30.0, 65.0)
 """Round-trip times of the two links, the second as a range; see `nxtdrive.transports.sim`."""
 
@@ -54,12 +54,21 @@ class Sight:
 
 @dataclass(frozen=True, slots=True)
 class Extras:
-    """What a class specifies outside the world file; `robot` is the mission's table of the same name."""
+    """What a class specifies outside the world file.
+
+    Attributes:
+        faults: Faults of the link.
+        latency_ms: Round-trip time of the link.
+        sight: Conditions that degrade the view.
+        robot: The mission's table of the same name.
+        time_limit_s: The mission's time limit.
+    """
 
     faults: LinkFaults = NO_FAULTS
     latency_ms: float = USB_MS
     sight: Sight = field(default_factory=Sight)
     robot: Mapping[str, Any] = field(default_factory=dict)
+    time_limit_s: float = TIME_LIMIT_S
 
 
 NO_EXTRAS = Extras()

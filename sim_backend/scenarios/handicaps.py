@@ -75,10 +75,7 @@ def _distractor(random: Random) -> tuple[RoomBuilder, Extras]:
 
 def _camera_loss(random: Random) -> tuple[RoomBuilder, Extras]:
     builder = furnished(random)
-    losses = [
-        CameraLoss(target, builder.between(0.5, 4.0), builder.between(2.0, 10.0))
-        for target in (builder.first, builder.second)
-    ]
+    losses = [CameraLoss(target, builder.between(0.5, 4.0), builder.between(2.0, 10.0)) for target in builder.targets]
     return builder, Extras(sight=Sight(losses=tuple(losses)))
 
 

@@ -40,8 +40,7 @@ class RoomBuilder:
         size_mm: Size of the room.
         start_mm: The robot's start.
         heading_deg: Its heading at the start.
-        first: The first target.
-        second: The second target.
+        targets: Names of the targets, in the mission's order.
         pictures: Tables of pictures, by the picture's name.
         boxes: Tables of boxes.
         walls: Tables of inner walls.
@@ -55,8 +54,7 @@ class RoomBuilder:
     size_mm: tuple[float, float]
     start_mm: Point = (0.0, 0.0)
     heading_deg: float = 0.0
-    first: str = "lena"
-    second: str = "rilakkuma"
+    targets: tuple[str, ...] = ("lena", "rilakkuma")
     pictures: dict[str, dict[str, Any]] = field(default_factory=dict)
     boxes: list[dict[str, Any]] = field(default_factory=list)
     walls: list[dict[str, Any]] = field(default_factory=list)
@@ -100,14 +98,13 @@ class RoomBuilder:
         }
 
     def hang_targets(self, apart_mm: float = 1200.0, corner_mm: float = 600.0) -> None:
-        """Add both targets near walls, at least `apart_mm` from each other."""
-        at, facing = self.place_at_wall(corner_mm)
-        self.add_picture(self.first, at, facing)
-        while True:
-            other, facing = self.place_at_wall(corner_mm)
-            if math.dist(at, other) >= apart_mm:
-                self.add_picture(self.second, other, facing)
-                return
+        """Add the targets near walls, at least `apart_mm` from each other."""
+        for target in self.targets:
+            while True:
+                at, facing = self.place_at_wall(corner_mm)
+                if all(math.dist(at, self.pictures[name]["at_mm"]) >= apart_mm for name in self.pictures):
+                    self.add_picture(target, at, facing)
+                    break
 
     def put_robot(self, far_mm: float = 1300.0, margin_mm: float = 300.0) -> None:
         """Draw the robot's start, at least `far_mm` from the targets if a hundred tries find such a place."""
@@ -127,7 +124,7 @@ class RoomBuilder:
         """Return whether the start is free and away from the targets, and each target is visible and can be reached."""
         plan = self.plan()
         radius_mm = ROBOT_RADIUS_MM + CLEARANCE_MM
-        wanted = [self.pictures[name] for name in (self.first, self.second) if name in self.pictures]
+        wanted = [self.pictures[name] for name in self.targets if name in self.pictures]
         goals = [Goal(picture["name"], picture["at_mm"], picture["facing_deg"]) for picture in wanted]
         return (
             plan.passable(self.start_mm, self.start_mm, ROBOT_RADIUS_MM + FREE_START_MM)

@@ -11,12 +11,11 @@ from .room_builder import LOW_BOX_MM, ROBOT_RADIUS_MM, TALL_BOX_MM, RoomBuilder
 def room(random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0) -> RoomBuilder:
     """Draw the size of an empty room and the order of the targets."""
     size = (round(random.uniform(low_mm, high_mm)), round(random.uniform(low_mm, high_mm)))
-    first, second = random.sample(["lena", "rilakkuma"], 2)
-    return RoomBuilder(random, size, first=first, second=second)
+    return RoomBuilder(random, size, targets=tuple(random.sample(["lena", "rilakkuma"], 2)))
 
 
 def furnished(random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0) -> RoomBuilder:
-    """Draw a room with both targets near its walls and the robot away from them."""
+    """Draw a room with the targets near its walls and the robot away from them."""
     builder = room(random, low_mm, high_mm)
     builder.hang_targets()
     builder.put_robot()
@@ -57,7 +56,7 @@ def add_boxes(builder: RoomBuilder, number: int) -> None:
 
 def _absent(random: Random) -> tuple[RoomBuilder, Extras]:
     builder = furnished(random)
-    del builder.pictures[builder.first]
+    del builder.pictures[builder.targets[0]]
     return builder, NO_EXTRAS
 
 

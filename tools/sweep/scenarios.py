@@ -1,17 +1,15 @@
-"""The missions of a sweep: a drawn room with two targets in order."""
+"""The missions of a sweep: a drawn room with targets in order."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any
 
 from behaviors.mission import Mission
 from nxtdrive.mission.setup import PICTURES
 from sim_backend.link import NO_FAULTS, LinkFaults
 from sim_backend.scenarios.classes import draw_room
-from sim_backend.scenarios.extras import TIME_LIMIT_S, USB_MS, Sight
+from sim_backend.scenarios.extras import USB_MS, Extras, Sight
 from sim_backend.scenarios.room_builder import PRINT_MM, RoomBuilder
 from sim_backend.world.world_file import WorldFile
 
@@ -27,7 +25,7 @@ class Scenario:
         kind: Its class.
         seed: Its seed; class and seed determine everything else.
         world: The room and its events.
-        mission: Two targets in order.
+        mission: The targets in order.
         faults: Faults of the link.
         latency_ms: Round-trip time of the link.
         sight: Conditions that degrade the view.
@@ -52,20 +50,19 @@ def draw_scenario(kind: str, seed: int) -> Scenario:
     """
     builder, extras = draw_room(kind, seed)
     title = f"{kind}-{seed}"
-    mission = _mission(title, builder, extras.robot)
+    mission = _mission(title, builder, extras)
     return Scenario(kind, seed, builder.world(title), mission, extras.faults, extras.latency_ms, extras.sight)
 
 
-def _mission(title: str, builder: RoomBuilder, robot: Mapping[str, Any]) -> Mission:
-    targets = [builder.first, builder.second]
+def _mission(title: str, builder: RoomBuilder, extras: Extras) -> Mission:
     return Mission.model_validate(
         {
-            "mission": {"name": title, "targets": targets, "time_limit_s": TIME_LIMIT_S},
+            "mission": {"name": title, "targets": list(builder.targets), "time_limit_s": extras.time_limit_s},
             **{profile: {"cruise_mm_s": CRUISE_MM_S} for profile in ("thesis", "adaptive")},
             "target": {
                 name: {"detector": "picture", "pictures": [str(PICTURES / f"{name}.png")], "height_mm": PRINT_MM[1]}
-                for name in targets
+                for name in builder.targets
             },
-            "robot": robot,
+            "robot": extras.robot,
         }
     )
