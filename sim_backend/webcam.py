@@ -171,13 +171,16 @@ class Webcam:
     def _sensor(self) -> GeometricSensor:
         from sim_backend.camera.geometric import GeometricSensor
 
-        return GeometricSensor(self.size, self.hfov_deg, self._seed, optics=self._optics)
+        shutter_s = self._world.file.camera.shutter_s
+        return GeometricSensor(self.size, self.hfov_deg, self._seed, shutter_s=shutter_s, optics=self._optics)
 
     @cached_property
     def _camera(self) -> SimCamera:
+        from sim_backend.camera.lens import LensEffects
         from sim_backend.camera.sim_camera import SimCamera
 
-        return SimCamera(self.size, self.hfov_deg, self._seed, optics=self._optics)
+        lens = LensEffects(shutter_s=self._world.file.camera.shutter_s)
+        return SimCamera(self.size, self.hfov_deg, self._seed, lens, optics=self._optics)
 
     @property
     def _optics(self) -> Optics:

@@ -139,7 +139,7 @@ class GeometricSensor:
         hfov_deg: Horizontal field of view.
         seed: Seed of the random draws.
         law: Performance of the detector.
-        exposure_s: Shutter time, for motion blur; as in `lens.LensEffects`.
+        shutter_s: Shutter time, for motion blur; as in `lens.LensEffects`.
         optics: Distortion of the lens, and shutter.
     """
 
@@ -149,12 +149,12 @@ class GeometricSensor:
         hfov_deg: float = 60.0,
         seed: int = 0,
         law: DetectorLaw = PICTURE_LAW,
-        exposure_s: float = 0.02,
+        shutter_s: float = 0.02,
         optics: Optics = PINHOLE_OPTICS,
     ) -> None:
         self.pinhole = Pinhole(*size, hfov_deg)
         self._law = law
-        self._exposure_s, self._optics = exposure_s, optics
+        self._shutter_s, self._optics = shutter_s, optics
         self._rng = random.Random(seed)
 
     def observe(
@@ -218,7 +218,7 @@ class GeometricSensor:
         ends = (in_camera_frame(*panel.center_mm, edge, viewpoint) for edge in (panel.top_mm, panel.bottom_mm))
         upper, lower = ((focal * u / w, focal * v / w) for u, v, w in ends)
         height_px = math.dist(upper, lower)
-        turn = math.radians(min(80.0, abs(turn_rate_deg_s) * self._exposure_s))
+        turn = math.radians(min(80.0, abs(turn_rate_deg_s) * self._shutter_s))
         return Sight(
             panel,
             bearing_deg=math.degrees(math.atan2(right, depth)),

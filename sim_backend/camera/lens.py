@@ -26,18 +26,18 @@ class LensEffects:
         gain: Brightness factor; 1.0 keeps the scene's colours.
         softness_px: Standard deviation of the lens blur in pixels.
         noise: Standard deviation of the sensor noise in brightness levels of 255.
-        exposure_s: Shutter time; a turning camera smears the frame by the turn rate times this.
+        shutter_s: Shutter time; a turning camera smears the frame by the turn rate times this.
         jpeg_quality: 1..100; None leaves the frame uncompressed.
     """
 
     gain: float = 1.0
     softness_px: float = 0.6
     noise: float = 4.0
-    exposure_s: float = 0.02
+    shutter_s: float = 0.02
     jpeg_quality: int | None = None
 
 
-PERFECT = LensEffects(softness_px=0.0, noise=0.0, exposure_s=0.0)
+PERFECT = LensEffects(softness_px=0.0, noise=0.0, shutter_s=0.0)
 """No effects: the rendered frame unchanged."""
 
 
@@ -78,7 +78,7 @@ class Lens:
 
     def smear_px(self, turn_rate_deg_s: float) -> float:
         """Length of the motion blur at the center of the frame."""
-        return self._focal_px * math.tan(math.radians(min(80.0, abs(turn_rate_deg_s) * self.effects.exposure_s)))
+        return self._focal_px * math.tan(math.radians(min(80.0, abs(turn_rate_deg_s) * self.effects.shutter_s)))
 
     def _blur(self, image: Image, turn_rate_deg_s: float) -> Image:
         smear = self.smear_px(turn_rate_deg_s)

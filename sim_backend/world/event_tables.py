@@ -70,6 +70,7 @@ class Event(Table):
         robot: The robot is lifted and put down at `to_mm`.
         to_mm: New position.
         facing_deg: New facing of a picture, box or the robot.
+        speed_mm_s: A picture rides there at this speed, without it is there at once.
         blocks: The person or box moves between the robot and this picture.
         blocks_at_mm: Distance in front of that picture.
         fault: How the sensor fails.
@@ -91,6 +92,7 @@ class Event(Table):
     robot: bool = False
     to_mm: Point | None = None
     facing_deg: float | None = None
+    speed_mm_s: Annotated[float, Field(gt=0, le=1000)] | None = None
     blocks: Name | None = None
     blocks_at_mm: Length = 600.0
     fault: Fault | None = None
@@ -122,6 +124,8 @@ class Event(Table):
             raise ValueError("sensor and fault belong together: which sensor fails, and how?")
         if (self.wheel is None) != (self.slip_percent is None):
             raise ValueError("wheel and slip_percent belong together: which wheel slips, and by how much?")
+        if self.speed_mm_s is not None and (self.picture is None or self.to_mm is None):
+            raise ValueError("speed_mm_s is for a picture that rides to to_mm")
         if self.robot and self.to_mm is None:
             raise ValueError("robot needs to_mm: where is it put down?")
         if self.to_mm is not None and (self.sensor is not None or self.wheel is not None):

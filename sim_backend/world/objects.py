@@ -16,6 +16,8 @@ STAND_THICKNESS_MM = 10.0
 POST_WIDTH_MM, POST_TEXTURE = 40.0, "wood"
 BOX_FRICTION = 0.4
 """Coefficient of friction between a box and the floor."""
+CLEARANCE_MM = 50.0
+"""What moves by itself stops at this distance from the robot and waits."""
 
 
 class WorldObject(Protocol):
@@ -90,6 +92,7 @@ class PlacedObject:
         self.shapes: tuple[pymunk.Shape, ...] = (shape,)
         self.present = False
         self._attached: tuple[pymunk.Constraint, ...] = ()
+        self._ride: tuple[Point, float] | None = None
         self._show(present)
 
     @property
@@ -103,8 +106,13 @@ class PlacedObject:
         return math.degrees(self._body.angle)
 
     @property
+    def rides(self) -> bool:
+        """Whether a vehicle carries it to another place."""
+        return self._ride is not None
+
+    @property
     def at_rest(self) -> bool:
-        """Whether it does not move."""
+        """Whether it is not being pushed."""
         return not self.present or (self._body.velocity.length < 0.05 and abs(self._body.angular_velocity) < 1e-3)
 
     def place(self, at_mm: Point | None, facing_deg: float | None, *, present: bool) -> None:
@@ -115,7 +123,26 @@ class PlacedObject:
         if facing_deg is not None:
             self._body.angle = math.radians(facing_deg)
         self._body.velocity, self._body.angular_velocity = (0.0, 0.0), 0.0
+        self._ride = None
         self._show(present)
+
+    def ride(self, to_mm: Point, facing_deg: float | None, speed_mm_s: float) -> None:
+        """Move to a place at a speed, as a slow vehicle does; None keeps the facing."""
+        self.place(None, facing_deg, present=True)
+        self._ride = to_mm, speed_mm_s
+
+    def move_on(self, duration_s: float, reach_mm: float, robot_mm: Point) -> None:
+        """Ride on for `duration_s`, or wait for the robot, which is nearer than `reach_mm` then."""
+        if self._ride is None:
+            return
+        (goal, speed_mm_s), at = self._ride, self.at_mm
+        left_mm, step_mm = math.dist(at, goal), speed_mm_s * duration_s
+        if left_mm <= step_mm:
+            self._body.position, self._ride = goal, None
+        elif not blocked_by(robot_mm, at, goal, reach_mm):
+            share = step_mm / left_mm
+            self._body.position = at[0] + share * (goal[0] - at[0]), at[1] + share * (goal[1] - at[1])
+        self._space.reindex_shapes_for_body(self._body)
 
     def _show(self, present: bool) -> None:
         members: list[pymunk.Body | pymunk.Shape | pymunk.Constraint] = [self._body, *self.shapes, *self._attached]
@@ -194,6 +221,13 @@ class PictureObject(PlacedObject):
             picture_panel(self.texture, x, y, self.facing_deg, **size),
             picture_panel(POST_TEXTURE, x, y, self.facing_deg, **post),
         ]
+
+
+def blocked_by(robot_mm: Point, at_mm: Point, goal_mm: Point, reach_mm: float) -> bool:
+    """Return whether the robot is nearer than `reach_mm` and on the side of the goal."""
+    to_robot = robot_mm[0] - at_mm[0], robot_mm[1] - at_mm[1]
+    towards = to_robot[0] * (goal_mm[0] - at_mm[0]) + to_robot[1] * (goal_mm[1] - at_mm[1]) > 0
+    return towards and math.hypot(*to_robot) < reach_mm
 
 
 def _friction(floor: pymunk.Body, body: pymunk.Body, mass_kg: float, size_mm: float) -> tuple[pymunk.Constraint, ...]:

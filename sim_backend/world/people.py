@@ -7,11 +7,9 @@ import math
 import pymunk
 
 from sim_backend.camera.scene import Panel, standing_panels
+from sim_backend.world.objects import CLEARANCE_MM, blocked_by
 from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Person
-
-CLEARANCE_MM = 50.0
-"""A walking person stops at this distance from the robot and waits."""
 
 
 class PersonObject:
@@ -87,10 +85,8 @@ class PersonObject:
             self._arrive(now_ms)
             return
         pace = self._person.speed_mm_s / distance
-        to_robot = (robot_mm[0] - x, robot_mm[1] - y)
-        near = math.hypot(*to_robot) < self.radius_mm + robot_radius_mm + CLEARANCE_MM
-        towards = to_robot[0] * way_x + to_robot[1] * way_y > 0
-        self._body.velocity = (0.0, 0.0) if near and towards else (way_x * pace, way_y * pace)
+        waits = blocked_by(robot_mm, (x, y), self._goal, self.radius_mm + robot_radius_mm + CLEARANCE_MM)
+        self._body.velocity = (0.0, 0.0) if waits else (way_x * pace, way_y * pace)
 
     def _arrive(self, now_ms: int) -> None:
         self._body.position, self._body.velocity = self._goal, (0.0, 0.0)

@@ -29,7 +29,7 @@ class EventContext(Protocol):
         """Carry the event out."""
 
     def is_over(self, event: Event) -> bool:
-        """Whether what the event began has ended; moving a picture or box is over at once."""
+        """Whether what the event began has ended; what moves at once is over at once."""
 
 
 class _PendingEvent:

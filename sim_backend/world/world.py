@@ -10,7 +10,15 @@ import pymunk
 from sim_backend.camera.scene import Panel, Viewpoint
 from sim_backend.world.disturbances import Disturbances
 from sim_backend.world.event_tables import Event
-from sim_backend.world.objects import BoxObject, PictureObject, PlacedObject, RoomObject, WallObject, WorldObject
+from sim_backend.world.objects import (
+    CLEARANCE_MM,
+    BoxObject,
+    PictureObject,
+    PlacedObject,
+    RoomObject,
+    WallObject,
+    WorldObject,
+)
 from sim_backend.world.people import PersonObject
 from sim_backend.world.robot import RobotBody
 from sim_backend.world.scheduler import INTERVAL_MS, EventScheduler
@@ -79,6 +87,7 @@ class World:
         self._wall_panels = tuple(panel for wall in walls for panel in wall.panels())
         self._panels: tuple[Panel, ...] | None = None
         self._pushable = [box for box in self.boxes.values() if box.movable]
+        self._riders = {self.pictures[each.picture] for each in file.events if each.speed_mm_s and each.picture}
         self._stirred = False
 
     def beam(self, sensor: Echo, at_mm: Point, direction_deg: float, name: str) -> UltrasonicBeam:
@@ -94,6 +103,7 @@ class World:
             self.robot.at_rest
             and not any(person.walking for person in self.people.values())
             and all(box.at_rest for box in self._pushable)
+            and not any(picture.rides for picture in self._riders)
         )
 
     def step(self) -> None:
@@ -110,6 +120,11 @@ class World:
         for person in self.people.values():
             if person.walking:
                 person.walk(self.now_ms, _STEP_S, (robot.x_mm, robot.y_mm), self.file.robot.radius_mm)
+                self._panels = None
+        for picture in self._riders:
+            if picture.rides:
+                reach_mm = picture.radius_mm + self.file.robot.radius_mm + CLEARANCE_MM
+                picture.move_on(_STEP_S, reach_mm, (robot.x_mm, robot.y_mm))
                 self._panels = None
         if robot.lifted:
             robot.carry(self.now_ms)
@@ -213,16 +228,21 @@ class World:
         if event.blocks is not None:
             place = self._place_before(event.blocks, event.blocks_at_mm, obj.radius_mm)
         if not isinstance(obj, PersonObject):
-            obj.place(place, event.facing_deg, present=event.present)
+            if event.speed_mm_s is not None and place is not None:
+                obj.ride(place, event.facing_deg, event.speed_mm_s)
+            else:
+                obj.place(place, event.facing_deg, present=event.present)
         elif place is None:
             obj.leave()
         else:
             obj.come(place, stays_ms)
 
     def is_over(self, event: Event) -> bool:
-        """Whether what the event began has ended; moving a picture or box is over at once."""
+        """Whether what the event began has ended; what moves at once is over at once."""
         if not event.subject:
             return self.disturbances.ended(event)
+        if event.picture is not None:
+            return not self.pictures[event.picture].rides
         return event.person is None or not self.people[event.person].present
 
     def _place_before(self, picture: str, distance_mm: float, radius_mm: float) -> Point:

@@ -184,6 +184,7 @@ class Camera(Table):
         drop_rate: Share of the frames that never arrive.
         distortion_k1: First radial distortion of the lens, as in OpenCV; negative is a barrel.
         readout_s: Rolling shutter: time from the exposure of the first row to that of the last.
+        shutter_s: Time of the exposure; a frame taken in a turn is smeared by it.
         auto_exposure_s: Time constant with which the camera follows the brightness; 0 for a fixed exposure.
     """
 
@@ -199,6 +200,7 @@ class Camera(Table):
     drop_rate: Annotated[float, Field(ge=0, le=0.95)] = 0.0
     distortion_k1: Annotated[float, Field(ge=-0.5, le=1)] = 0.0
     readout_s: Annotated[float, Field(ge=0, le=0.2)] = 0.0
+    shutter_s: Annotated[float, Field(ge=0, le=1)] = 0.02
     auto_exposure_s: Annotated[float, Field(ge=0, le=60)] = 0.0
 
     @model_validator(mode="after")

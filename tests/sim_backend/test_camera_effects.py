@@ -140,6 +140,23 @@ def test_detections_become_rarer_in_the_dark_and_in_glare():
     assert rates[5] < 0.1 < rates[4] < 0.9
 
 
+def test_a_slow_shutter_smears_what_a_turn_shows():
+    def sightings(shutter_s, motors):
+        simulation = Simulation(world({"shutter_s": shutter_s}), seed=3)
+        with Brick(SimTransport(simulation)) as brick:
+            for port, power in zip("BC", motors, strict=True):
+                brick.motor(port).dc(power)
+            seen = 0
+            for _ in range(80):
+                brick.sleep(0.1)
+                seen += simulation.observe("lena") is not None
+            return seen
+
+    turning = (12, -12)
+    assert sightings(0.1, (0, 0)) == sightings(0.01, (0, 0)) > 0
+    assert sightings(0.3, turning) < 0.7 * sightings(0.01, turning)
+
+
 def test_some_frames_are_lost_and_the_same_ones_for_a_seed():
     def lost(seed):
         simulation = Simulation(world({"drop_rate": 0.3}), seed=seed)

@@ -13,7 +13,7 @@ FOCAL_PX = 160 / math.tan(math.radians(30))
 
 
 def lens(seed=0, **effects):
-    return Lens(LensEffects(**{"softness_px": 0.0, "noise": 0.0, "exposure_s": 0.0} | effects), SIZE, FOCAL_PX, seed)
+    return Lens(LensEffects(**{"softness_px": 0.0, "noise": 0.0, "shutter_s": 0.0} | effects), SIZE, FOCAL_PX, seed)
 
 
 def gray(level):
@@ -62,7 +62,7 @@ def test_softness_widens_an_edge_and_keeps_the_mean():
 
 @pytest.mark.parametrize("turn_rate_deg_s", [30.0, 90.0, -90.0, 240.0])
 def test_turning_smears_by_turn_rate_times_exposure(turn_rate_deg_s):
-    blurred = lens(exposure_s=0.02)
+    blurred = lens(shutter_s=0.02)
     length = FOCAL_PX * math.tan(math.radians(abs(turn_rate_deg_s) * 0.02))
     assert blurred.smear_px(turn_rate_deg_s) == pytest.approx(length)
     assert ramp_width(blurred.expose(edge(), turn_rate_deg_s)) == pytest.approx(length, abs=2.0)
@@ -71,7 +71,7 @@ def test_turning_smears_by_turn_rate_times_exposure(turn_rate_deg_s):
 def test_turning_does_not_smear_upright():
     image = cv2.rotate(edge()[:, 40:280], cv2.ROTATE_90_CLOCKWISE)
     image = np.repeat(image[:, :1], SIZE[0], axis=1)
-    assert np.array_equal(lens(exposure_s=0.02).expose(image, 200.0), image)
+    assert np.array_equal(lens(shutter_s=0.02).expose(image, 200.0), image)
 
 
 def test_compression_leaves_traces_but_keeps_the_picture():

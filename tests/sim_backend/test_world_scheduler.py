@@ -1,5 +1,7 @@
 import pytest
 
+from firmware_protocol.errors import ConfigError
+
 LENA = "[[pictures]]\nname = 'lena'\nat_mm = [3000, 1500]\nfacing_deg = 180\n"
 ANNA = "[[people]]\nname = 'anna'\nenters_from_mm = [2500, 2800]\n"
 
@@ -139,6 +141,37 @@ def test_a_walking_person_waits_for_the_robot(world, drive):
     drive(room, 1500, 60, 60)
     drive(room, 4000)
     assert room.people["anna"].at_mm == (1000, 200)
+
+
+def test_a_picture_rides_to_and_fro_at_its_speed(world, drive):
+    there = event("there", "at_s = 1", "picture = 'lena'\nto_mm = [3000, 2500]\nspeed_mm_s = 100\ntimes = 0")
+    room = world(LENA + there + event("back", "after_end_of = 'there'", "picture = 'lena'\nto_mm = [3000, 1500]"))
+    lena = room.pictures["lena"]
+    drive(room, 1000)
+    assert room.quiet is False
+    drive(room, 5000)
+    assert lena.at_mm == pytest.approx((3000, 2000), abs=15)
+    assert lena.facing_deg == pytest.approx(180)
+    drive(room, 5000)
+    assert times_s(room, "back")[0] == pytest.approx(11.0, abs=0.2)
+
+
+def test_a_picture_on_a_vehicle_waits_for_the_robot(world, drive):
+    picture = "[[pictures]]\nname = 'lena'\nat_mm = [1000, 2800]\nfacing_deg = 270\n"
+    room = world(picture + event("ride", "at_s = 0", "picture = 'lena'\nto_mm = [1000, 200]\nspeed_mm_s = 400"))
+    drive(room, 5000)
+    assert room.contact_count == 0
+    assert room.pictures["lena"].rides
+    drive(room, 1500, 60, 60)
+    drive(room, 6000)
+    assert room.pictures["lena"].at_mm == (1000, 200)
+    assert room.contact_count == 0
+
+
+@pytest.mark.parametrize("action", ["person = 'anna'\nto_mm = [1, 1]", "picture = 'lena'\npresent = false"])
+def test_only_a_picture_with_a_place_to_go_rides(world, action):
+    with pytest.raises(ConfigError, match="speed_mm_s is for a picture that rides to to_mm"):
+        world(LENA + ANNA + event("ride", "at_s = 1", f"{action}\nspeed_mm_s = 100"))
 
 
 def test_the_world_rests_when_nothing_moves(world, drive):
