@@ -41,6 +41,7 @@ SUITES: dict[str, tuple[tuple[int, int], tuple[str, ...]]] = {
     "smoke": ((100, 100), ("thesis", "adaptive", "random-walk", "oracle")),
     "full": ((100, 199), ()),
     "reality": ((100, 104), ("thesis", "adaptive", "random-walk", "oracle")),
+    "hard": ((100, 104), ("thesis", "adaptive", "random-walk", "oracle")),
 }
 """Seeds and policies of each suite (none: all). Other seeds are held out for reports: --seeds."""
 DEFAULT_OUT = Path("sweep.jsonl")
@@ -53,7 +54,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=list(SUITES),
         default="smoke",
         help="smoke: one seed of each class, four policies, a minute; full: 100 seeds, all policies; "
-        "reality: the classes of docs/reality.md, 5 seeds, four policies (default: smoke)",
+        "reality: the classes of docs/reality.md, hard: flats, people, haste and poor light, both with 5 seeds and "
+        "four policies (default: smoke)",
     )
     parser.add_argument("--classes", metavar="A,B", type=_names, help="only these classes of scenarios")
     parser.add_argument("--seeds", metavar="A-B", type=_seeds, help="these seeds of each class, both ends included")
@@ -95,7 +97,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the sweep, or draw a map; returns the exit code."""
     from nxtdrive.tools.sweep.policies import ALL_NAMES, NAMES
     from nxtdrive.tools.sweep.runner import plan
-    from sim_backend.scenarios.classes import ALL_CLASSES, CLASSES, REALITY_CLASSES
+    from sim_backend.scenarios.classes import ALL_CLASSES, CLASSES, HARD_CLASSES, REALITY_CLASSES
 
     if args.map:
         return _draw_map(args)
@@ -105,8 +107,9 @@ def run(args: argparse.Namespace) -> int:
         check_plotting()
     seeds, policies = SUITES[args.suite]
     first, last = args.seeds or seeds
+    classes = list({"reality": REALITY_CLASSES, "hard": HARD_CLASSES}.get(args.suite, CLASSES))
     tasks = plan(
-        _known("class", args.classes or list(REALITY_CLASSES if args.suite == "reality" else CLASSES), ALL_CLASSES),
+        _known("class", args.classes or classes, ALL_CLASSES),
         range(first, last + 1),
         _known("profile", args.profiles or policies or NAMES, ALL_NAMES),
         args.eyes,

@@ -18,6 +18,7 @@ from .changes import CHANGES
 from .effects import EFFECTS, PLAIN, draw_plain
 from .extras import NO_EXTRAS, Draw, Extras
 from .handicaps import HANDICAPS
+from .hard import HARD, mismeasure
 from .realities import REALITIES
 from .room_builder import RoomBuilder
 from .rooms import ROOMS
@@ -50,9 +51,11 @@ CLASSES: dict[str, Draw] = {
 }
 """A function per class that draws a room from a random generator; see docs/evaluation.md."""
 
+HARD_CLASSES = tuple(HARD)
+"""The classes of the suite `hard`; see docs/evaluation.md."""
 REALITY_CLASSES = (*REALITIES, *EFFECTS)
 """The classes of the suite `reality`, which come closer to real robots; see docs/reality.md."""
-ALL_CLASSES = (*CLASSES, *REALITY_CLASSES)
+ALL_CLASSES = tuple(dict.fromkeys((*CLASSES, *REALITY_CLASSES, *HARD_CLASSES)))
 
 
 def draw_room(kind: str, seed: int) -> tuple[RoomBuilder, Extras]:
@@ -64,8 +67,11 @@ def draw_room(kind: str, seed: int) -> tuple[RoomBuilder, Extras]:
     """
     random, name = Random(f"{kind}-{seed}"), f"{kind}-{seed}"
     if kind not in EFFECTS:
-        draw = CLASSES.get(kind) or REALITIES[kind]
-        return _sound(lambda: draw(random), name)
+        draw = CLASSES.get(kind) or HARD.get(kind) or REALITIES[kind]
+        builder, extras = _sound(lambda: draw(random), name)
+        if kind in HARD and seed % 2 and kind not in REALITIES:
+            mismeasure(builder)
+        return builder, extras
     # the same room for all effects
     plain = Random(f"{PLAIN}-{seed}")
     room, _ = _sound(lambda: (draw_plain(plain), NO_EXTRAS), name)

@@ -42,6 +42,7 @@ class Sight:
         hit_rate: Share of the frames in which geometric eyes detect a visible target.
         lookalikes: Pictures that geometric eyes sometimes mistake for a target.
         mistake_rate: Share of the frames showing a look-alike in which they do.
+        mistake_rates: The same for each look-alike on its own, in place of `mistake_rate`.
         losses: Outages of the camera.
     """
 
@@ -49,6 +50,7 @@ class Sight:
     hit_rate: float = 1.0
     lookalikes: tuple[str, ...] = ()
     mistake_rate: float = 0.0
+    mistake_rates: tuple[float, ...] = ()
     losses: tuple[CameraLoss, ...] = ()
 
 

@@ -129,8 +129,8 @@ class RoomBuilder:
         return (
             plan.passable(self.start_mm, self.start_mm, ROBOT_RADIUS_MM + FREE_START_MM)
             and all(math.dist(self.start_mm, goal.at_mm) >= HEAD_START_MM for goal in goals)
-            and all(plan.path(self.start_mm, goal, radius_mm) is not None for goal in goals)
             and not any(misplaced(self.world("")))
+            and plan.reachable(self.start_mm, goals, radius_mm)
         )
 
     def world(self, title: str) -> WorldFile:

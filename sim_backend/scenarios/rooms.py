@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from random import Random
 
 from .extras import NO_EXTRAS, Draw, Extras
 from .room_builder import LOW_BOX_MM, ROBOT_RADIUS_MM, TALL_BOX_MM, RoomBuilder
 
 
-def room(random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0) -> RoomBuilder:
+def room(
+    random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0, targets: Sequence[str] = ("lena", "rilakkuma")
+) -> RoomBuilder:
     """Draw the size of an empty room and the order of the targets."""
     size = (round(random.uniform(low_mm, high_mm)), round(random.uniform(low_mm, high_mm)))
-    return RoomBuilder(random, size, targets=tuple(random.sample(["lena", "rilakkuma"], 2)))
+    return RoomBuilder(random, size, targets=tuple(random.sample(targets, len(targets))))
 
 
-def furnished(random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0) -> RoomBuilder:
+def furnished(
+    random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0, targets: Sequence[str] = ("lena", "rilakkuma")
+) -> RoomBuilder:
     """Draw a room with the targets near its walls and the robot away from them."""
-    builder = room(random, low_mm, high_mm)
+    builder = room(random, low_mm, high_mm, targets)
     builder.hang_targets()
     builder.put_robot()
     return builder

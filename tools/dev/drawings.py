@@ -17,6 +17,7 @@ from sim_backend.camera.textures import Color, Image
 
 from .canvas import Canvas, Shape, curve, ellipse, mirrored, polygon, smooth
 from .portrait import draw_lena
+from .prints import draw_logo, draw_sunset
 
 MIDDLE = 105.0
 SHEET = polygon((0, 0), (210, 0), (210, 297), (0, 297))
@@ -117,6 +118,8 @@ PAINTERS: dict[str, Callable[[], Image]] = {
     "rilakkuma": draw_rilakkuma,
     "fox": draw_fox,
     "landscape": draw_landscape,
+    "sunset": draw_sunset,
+    "logo": draw_logo,
 }
 """What draws each picture in `sim_backend/pictures/`."""
 

@@ -101,11 +101,17 @@ class SpoiltSensor:
         seen = self._webcam.observe(name, farthest_mm=sight.farthest_mm)
         if seen is not None and self._random.random() < sight.hit_rate:
             return seen
+        found = (self._webcam.observe(lookalike) for lookalike in self._mistaken())
+        return next((taken for taken in found if taken is not None), None)
+
+    def _mistaken(self) -> tuple[str, ...]:
+        """Draw the look-alikes that are mistaken for the target in this frame, should it show them."""
+        sight = self._sight
+        if sight.mistake_rates:
+            draws = zip(sight.lookalikes, sight.mistake_rates, strict=True)
+            return tuple(lookalike for lookalike, rate in draws if self._random.random() < rate)
         # one draw per frame: more look-alikes do not cause more mistakes
-        if sight.lookalikes and self._random.random() < sight.mistake_rate:
-            found = (self._webcam.observe(lookalike) for lookalike in sight.lookalikes)
-            return next((taken for taken in found if taken is not None), None)
-        return None
+        return sight.lookalikes if sight.lookalikes and self._random.random() < sight.mistake_rate else ()
 
 
 def _lose_camera(simulation: Simulation, loss: CameraLoss) -> None:

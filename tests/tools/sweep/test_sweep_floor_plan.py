@@ -1,10 +1,12 @@
 """Shortest paths and lines of sight on floors whose answers are known."""
 
 import math
+from random import Random
 
 import numpy as np
 import pytest
 
+from sim_backend.scenarios.classes import draw_room
 from sim_backend.scenarios.floor_plan import CELL_MM, FloorPlan, Goal, Obstacle, Pace, Path
 
 ROBOT_MM = 115.0
@@ -70,3 +72,16 @@ def test_the_fastest_time_counts_turns_and_acceleration():
     straight_s, turn_s = 1000 / 200 + 0.5, 90 / 120 + 0.4
     assert path.duration_s(0.0, pace) == pytest.approx(2 * straight_s + turn_s)
     assert path.duration_s(-90.0, pace) == pytest.approx(2 * straight_s + 2 * turn_s)
+
+
+@pytest.mark.parametrize("kind", ["clutter", "narrow_door", "everyday"])
+def test_what_is_reachable_is_what_has_a_path(kind):
+    builder, _ = draw_room(kind, 3)
+    plan, random = builder.plan(), Random(5)
+    found = []
+    for _ in range(12):
+        start, at = builder.place(50.0), builder.place(50.0)
+        goal, radius_mm = Goal("g", at, random.uniform(0.0, 360.0)), random.choice((115.0, 200.0, 330.0))
+        found.append(plan.path(start, goal, radius_mm) is not None)
+        assert plan.reachable(start, [goal], radius_mm) == found[-1]
+    assert len(set(found)) == 2

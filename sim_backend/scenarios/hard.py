@@ -1,0 +1,217 @@
+"""The hard suite: what ordinary flats, people, light and robots ask of a profile.
+
+The docstring of each class says what it asks. In scenarios of odd seeds the robot is not what the mission believes:
+camera, wheels and track differ from the numbers in the mission's file.
+"""
+
+from __future__ import annotations
+
+import math
+from random import Random
+
+from sim_backend.bundled import PICTURES
+
+from .effects import EFFECTS
+from .extras import NO_EXTRAS, Draw, Extras, Sight
+from .flats import Flat, draw_flat, inhabit
+from .handicaps import APART_MM
+from .realities import REALITIES
+from .room_builder import PRINT_FOUND_MM, RoomBuilder
+from .rooms import ROOMS, furnished
+
+THREE = ("lena", "rilakkuma", "fox")
+SIX = (*THREE, "landscape", "logo", "sunset")
+RIDES = 50
+"""Number of ways that are tried for a target's vehicle; if none is clear of the others, it stands."""
+MISMEASURED = {"hfov_deg": 4.0, "diameter_percent": 3.0, "track_percent": 4.0, "yaw_deg": 3.0}
+"""Standard deviations of a robot's numbers from those of its mission. A guess: a ruler's errors, and those of the data
+sheets of webcams."""
+
+
+def mismeasure(builder: RoomBuilder) -> None:
+    """Let the robot differ from what its mission believes; what the class has set stays."""
+    random = builder.random
+    camera = builder.tables.setdefault("camera", {})
+    camera.setdefault("hfov_deg", round(60.0 + _spread(random, MISMEASURED["hfov_deg"]), 1))
+    camera.setdefault("yaw_deg", round(_spread(random, MISMEASURED["yaw_deg"]), 1))
+    for key, believed_mm, sd in (("wheel_diameter_mm", 56.0, "diameter_percent"), ("track_mm", 112.0, "track_percent")):
+        builder.robot.setdefault(key, round(believed_mm * (1.0 + _spread(random, MISMEASURED[sd]) / 100.0), 2))
+
+
+def _spread(random: Random, sd: float) -> float:
+    """Draw from a normal distribution without its tails beyond two standard deviations."""
+    return max(-2.0 * sd, min(2.0 * sd, random.gauss(0.0, sd)))
+
+
+def _flat(random: Random) -> tuple[RoomBuilder, Extras]:
+    """Find three targets in four rooms on a corridor within four minutes: explore rooms and doors, not places."""
+    return inhabit(draw_flat(random, 4, THREE)), Extras(time_limit_s=240.0)
+
+
+def _everyday(random: Random) -> tuple[RoomBuilder, Extras]:
+    """Do the same in a furnished flat with a late, crooked camera, a wrong track, and a person in the corridor."""
+    flat = draw_flat(random, 4, THREE)
+    builder = inhabit(flat, pieces=(1, 3))
+    builder.tables["camera"] = {
+        "latency_s": round(random.uniform(0.1, 0.3), 2),
+        "yaw_deg": round(_spread(random, 4.0), 1),
+    }
+    builder.robot["track_mm"] = round(112.0 * (1.0 + _spread(random, 4.0) / 100.0), 2)
+    _walker(builder, flat)
+    return builder, NO_EXTRAS
+
+
+def _walker(builder: RoomBuilder, flat: Flat) -> None:
+    """Add a person who walks up and down the corridor."""
+    (x0, y0), (x1, y1) = flat.corridor.low_mm, flat.corridor.high_mm
+    y = builder.between(y0 + 250.0, y1 - 250.0)
+    _patrol(builder, "neighbour", (x0 + 300.0, y), (x1 - 300.0, y), pause_s=(5, 20))
+
+
+def _patrol(
+    builder: RoomBuilder, name: str, start: tuple[float, float], end: tuple[float, float], pause_s: tuple[float, float]
+) -> None:
+    """Add a person who walks to and fro between two places."""
+    person = {"radius_mm": builder.between(160, 220), "speed_mm_s": builder.between(200, 600)}
+    builder.people.append({"name": name, "enters_from_mm": start, **person})
+    when = {"at_s": 0, "delay_s": pause_s}
+    builder.events.append(
+        {"name": f"{name} walks", "when": when, "times": 0, "person": name, "to_mm": end, "stays_s": pause_s}
+    )
+
+
+def _many_lookalikes(random: Random) -> tuple[RoomBuilder, Extras]:
+    """Tell the target from four look-alikes, each taken for it in 10 to 60 % of the frames: compare before claiming."""
+    builder = furnished(random, 3200.0, 4200.0)
+    names = tuple(f"lookalike{i}" for i in range(4))
+    for name in names:
+        while True:
+            at, facing = builder.place_at_wall(corner_mm=350.0)
+            if min(math.dist(at, picture["at_mm"]) for picture in builder.pictures.values()) >= APART_MM:
+                break
+        builder.add_picture(name, at, facing, file=PICTURES / f"{random.choice(['fox', 'landscape'])}.png")
+    rates = tuple(round(random.uniform(0.1, 0.6), 2) for _ in names)
+    return builder, Extras(sight=Sight(lookalikes=names, mistake_rates=rates))
+
+
+def _hurry(random: Random) -> tuple[RoomBuilder, Extras]:
+    """Reach three targets in a minute: remember what was seen on the way, and take the nearest."""
+    builder = furnished(random, 2600.0, 3400.0, targets=THREE)
+    return builder, Extras(time_limit_s=60.0)
+
+
+def _dusk(random: Random) -> tuple[RoomBuilder, Extras]:
+    """See at dusk, with five frames a second, each exposed for a tenth of a second, and half the range: turn slowly."""
+    builder = furnished(random)
+    builder.tables["camera"] = {"fps": 5, "shutter_s": 0.1}
+    builder.tables["light"] = {"exposure": 0.35}
+    return builder, Extras(sight=Sight(farthest_mm=PRINT_FOUND_MM / 2))
+
+
+def _doorway(random: Random) -> tuple[RoomBuilder, Extras]:
+    """Wait: a person stands in the only door for 5 to 45 s, and there is no way round."""
+    while True:
+        builder, extras = ROOMS["narrow_door"](random)
+        wall, other = builder.walls
+        x, low, high = wall["from_mm"][0], wall["to_mm"][1], other["from_mm"][1]
+        half, middle = builder.between(350, 400), (low + high) / 2
+        wall["to_mm"], other["from_mm"] = (x, round(middle - half, 1)), (x, round(middle + half, 1))
+        beyond = all(picture["at_mm"][0] > x for picture in builder.pictures.values())
+        if beyond and math.dist(builder.start_mm, (x, middle)) > 900.0:
+            break
+    person = "who stands in the door"
+    aside = (round(x + 500.0, 1), round(middle, 1))
+    builder.people.append({"name": person, "enters_from_mm": aside, "radius_mm": builder.between(200, 260)})
+    builder.events.append(
+        {
+            "name": "the door is taken",
+            "when": {"of": person, "robot_within_mm": builder.between(1100, 1500)},
+            "person": person,
+            "to_mm": (round(x, 1), round(middle, 1)),
+            "stays_s": builder.between(5, 45),
+        }
+    )
+    return builder, extras
+
+
+def _moving(random: Random) -> tuple[RoomBuilder, Extras]:
+    """Arrive at a target that rides to and fro on a slow vehicle."""
+    builder = furnished(random, 2800.0, 3800.0)
+    taken = [picture["at_mm"] for picture in builder.pictures.values()]
+    for target in builder.targets:
+        (x, y), facing_deg = builder.pictures[target]["at_mm"], builder.pictures[target]["facing_deg"]
+        across = math.radians(facing_deg + 90.0)
+        for _ in range(RIDES):
+            reach = builder.between(300, 800) * random.choice((-1, 1))
+            end = (round(x + reach * math.cos(across), 1), round(y + reach * math.sin(across), 1))
+            others = (at for at in taken if at != (x, y))
+            inside = all(150.0 <= at <= side - 150.0 for at, side in zip(end, builder.size_mm, strict=True))
+            if inside and all(math.dist(end, other) >= APART_MM for other in others):
+                break
+        else:
+            continue
+        taken.append(end)
+        ride = {"times": 0, "picture": target, "speed_mm_s": builder.between(20, 60)}
+        away = {"name": f"{target} rides away", "when": {"at_s": 0, "delay_s": (10, 20)}}
+        back = {"name": f"{target} rides back", "when": {"after_end_of": away["name"], "delay_s": (2, 8)}}
+        builder.events += [{**away, **ride, "to_mm": end}, {**back, **ride, "to_mm": (x, y)}]
+    return builder, NO_EXTRAS
+
+
+def _crowd(random: Random) -> tuple[RoomBuilder, Extras]:
+    """Get through between four to six people who walk about."""
+    builder = furnished(random, 3000.0, 4000.0)
+    for i in range(random.randint(4, 6)):
+        ends = builder.place_at_wall(400.0)[0], builder.place_at_wall(400.0)[0]
+        _patrol(builder, f"visitor{i}", *ends, pause_s=(1, 8))
+    return builder, NO_EXTRAS
+
+
+def _big(random: Random) -> tuple[RoomBuilder, Extras]:
+    """Find six targets in eight to twelve rooms within ten minutes: plan a tour."""
+    return inhabit(draw_flat(random, random.choice((8, 10, 12)), SIX), pieces=(0, 1)), Extras(time_limit_s=600.0)
+
+
+def _among_boxes(*effects: str, asks: str) -> Draw:
+    """Return a class of cluttered rooms with effects of reality."""
+
+    def draw(random: Random) -> tuple[RoomBuilder, Extras]:
+        builder, extras = ROOMS["clutter"](random)
+        for effect in effects:
+            EFFECTS[effect](builder)
+        return builder, extras
+
+    draw.__doc__ = asks
+    return draw
+
+
+def _sonar_silent(random: Random) -> tuple[RoomBuilder, Extras]:
+    """Go on among things that swallow ultrasound, with a sonar that hears nothing from some moment on."""
+    builder, extras = _among_boxes("soft_things", asks="")(random)
+    fault = {"sensor": 4, "fault": "no_echo", "when": {"at_s": builder.between(0, 40)}}
+    builder.events.append({"name": "the sonar falls silent", **fault})
+    return builder, extras
+
+
+def _before(random: Random) -> tuple[RoomBuilder, Extras]:
+    """Stand before a print although clutter stands 0.26 to 0.48 m before it: approach from another side."""
+    return REALITIES["before"](random)
+
+
+HARD: dict[str, Draw] = {
+    "flat": _flat,
+    "everyday": _everyday,
+    "many_lookalikes": _many_lookalikes,
+    "before": _before,
+    "hurry": _hurry,
+    "dusk": _dusk,
+    "doorway": _doorway,
+    "moving": _moving,
+    "kidnap": _among_boxes("kidnapped", asks="Notice that it was carried elsewhere, and begin anew."),
+    "wheel_slip": _among_boxes("wheel_slips", asks="Keep the map right while a wheel slips for minutes."),
+    "battery": _among_boxes("weak_battery", asks="Get there with a battery that sags under load and runs down."),
+    "sonar_silent": _sonar_silent,
+    "crowd": _crowd,
+    "big": _big,
+}
+"""A function per class of the hard suite; see docs/evaluation.md."""
