@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -15,6 +16,7 @@ from sim_backend.camera.textures import Image
 SWING_DEG = 8.0
 """Largest turn of the camera while it reads a frame that is drawn."""
 
+Share = TypeVar("Share", float, Matrix)
 Maps = tuple[NDArray[np.float32], NDArray[np.float32]]
 
 
@@ -41,7 +43,7 @@ class Optics:
         """Distance from the optical axis, in focal lengths, beyond which the polynomial turns back; nothing appears."""
         return math.inf if self.distortion_k1 >= 0 else math.sqrt(1 / (-3 * self.distortion_k1))
 
-    def row_turn_deg(self, row_share: float, turn_rate_deg_s: float) -> float:
+    def row_turn_deg(self, row_share: Share, turn_rate_deg_s: float) -> Share:
         """How far the camera has turned when a row is exposed, relative to the middle row; shares are 0..1."""
         return turn_rate_deg_s * self.readout_s * (row_share - 0.5)
 
@@ -86,7 +88,7 @@ class View:
         maps = self._still
         if self._optics.readout_s and turn_rate_deg_s:
             shares = (np.arange(self._camera.height) + 0.5) / self._camera.height
-            turns_deg = turn_rate_deg_s * self._optics.readout_s * (shares - 0.5)
+            turns_deg = self._optics.row_turn_deg(shares, turn_rate_deg_s)
             maps = self._maps(_turned(self._rays, np.clip(turns_deg, -SWING_DEG, SWING_DEG)[:, None]))
         return np.asarray(cv2.remap(image, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.uint8)
 

@@ -72,14 +72,14 @@ class UltrasonicSensor:
     DISTANCES = range(0x42, 0x4A)
     """Registers of the echoes."""
 
-    _MODE, _DISTANCES = 0x41, DISTANCES
+    _MODE = 0x41
 
     def __init__(self, distance_cm: Callable[[], int | None]) -> None:
         self.address = self.ADDRESS
         self._distance_cm = distance_cm
         self._pointer = 0
         self._mode = self.CONTINUOUS
-        self._echoes = bytes([NO_ECHO] * len(self._DISTANCES))
+        self._echoes = bytes([NO_ECHO] * len(self.DISTANCES))
 
     def write(self, data: bytes) -> None:
         """Set the register, and the mode if it is the mode register."""
@@ -93,10 +93,10 @@ class UltrasonicSensor:
         """Read bytes from the register on; in continuous mode the distance is measured now."""
         if self._pointer == self._MODE:
             data = bytes([self._mode])
-        elif self._pointer in self._DISTANCES:
+        elif self._pointer in self.DISTANCES:
             if self._mode == self.CONTINUOUS:
                 self._measure()
-            data = self._echoes[self._pointer - self._DISTANCES.start :]
+            data = self._echoes[self._pointer - self.DISTANCES.start :]
         else:
             data = _ULTRASONIC_CONSTANTS.get(self._pointer, b"")
         return data[:size].ljust(size, b"\0")
@@ -111,7 +111,7 @@ class UltrasonicSensor:
     def _measure(self) -> None:
         distance = self._distance_cm()
         nearest = NO_ECHO if distance is None else min(max(distance, 0), NO_ECHO)
-        self._echoes = bytes([nearest]) + bytes([NO_ECHO] * (len(self._DISTANCES) - 1))
+        self._echoes = bytes([nearest]) + bytes([NO_ECHO] * (len(self.DISTANCES) - 1))
 
 
 class Compass:

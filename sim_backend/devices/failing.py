@@ -12,7 +12,7 @@ from sim_backend.firmware.i2c_sensor import I2CDevice
 from sim_backend.firmware.input import AnalogSensor
 from sim_backend.world.event_tables import Fault
 
-NOBODY = 0x01
+NO_ADDRESS = 0x01
 """An I2C address that no request names: those that do end in 0."""
 OPEN_CIRCUIT = FULL_SCALE
 """Converter value of a port without a sensor."""
@@ -38,6 +38,11 @@ def failing(sensor: AnalogSensor | I2CDevice, fault: FaultNow, random: Random) -
     return FailingAnalog(sensor, fault, random)
 
 
+def _gone(fault: Fault | None, random: Random) -> bool:
+    """Whether the plug makes no contact now."""
+    return fault == "unplugged" or (fault == "error" and random.random() < LOOSE_SHARE)
+
+
 class FailingAnalog:
     """An analog sensor that fails at times.
 
@@ -54,8 +59,7 @@ class FailingAnalog:
     def raw(self) -> int:
         """The converter's value now, 0..1023."""
         fault = self._fault()
-        lost = fault == "error" and self._random.random() < LOOSE_SHARE
-        if fault == "unplugged" or lost:
+        if _gone(fault, self._random):
             return OPEN_CIRCUIT
         if fault != "stuck" or self._last is None:
             self._last = self._sensor.raw()
@@ -79,9 +83,7 @@ class FailingI2C:
     @property
     def address(self) -> int:
         """Its 8-bit write address; none while it does not answer."""
-        fault = self._fault()
-        lost = fault == "error" and self._random.random() < LOOSE_SHARE
-        return NOBODY if fault == "unplugged" or lost else self._sensor.address
+        return NO_ADDRESS if _gone(self._fault(), self._random) else self._sensor.address
 
     def write(self, data: bytes) -> None:
         """Set the register, and store what follows."""

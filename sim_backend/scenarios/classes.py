@@ -1,8 +1,8 @@
 """Classes of scenarios: class and seed determine the room, its events and everything else.
 
 The robot's own actions trigger the events ("once lena has been in view for 1.2 s and the robot is more than a metre
-away, a person steps in between"), so that every policy faces the same test. Only outages of the link, which have no
-cause within the room, are timed.
+away, a person steps in between"), so that every policy faces the same test. Only outages of the link, patrols,
+and sensors and wheels that fail are timed.
 
 Source of the classes and their ranges: docs/evaluation.md.
 """
@@ -78,7 +78,8 @@ def draw_room(kind: str, seed: int) -> tuple[RoomBuilder, Extras]:
 
     def switched_on() -> tuple[RoomBuilder, Extras]:
         builder = replace(deepcopy(room), random=random)
-        return builder, EFFECTS[kind](builder)
+        EFFECTS[kind](builder)
+        return builder, NO_EXTRAS
 
     return _sound(switched_on, name)
 

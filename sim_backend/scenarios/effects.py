@@ -10,43 +10,37 @@ from collections.abc import Callable
 from random import Random
 from typing import Any
 
-from sim_backend.world.placement import misplaced
-
-from .extras import NO_EXTRAS, Extras
 from .room_builder import FREE_START_MM, ROBOT_RADIUS_MM, RoomBuilder
 from .rooms import add_boxes, furnished
 
 PLAIN = "plain"
 BUMPER_PORT, SONAR_PORT = 1, 4
 
-Effect = Callable[[RoomBuilder], Extras]
+Effect = Callable[[RoomBuilder], None]
 """Switches the effect on in a room, drawing from the room's random generator."""
 
 
 def draw_plain(random: Random) -> RoomBuilder:
-    """Draw a room with both targets near its walls and a few boxes, none of them around a target."""
-    while True:
-        builder = furnished(random, 2600.0, 3600.0)
-        add_boxes(builder, random.randint(2, 4))
-        if not any(misplaced(builder.world(PLAIN))):
-            return builder
+    """Draw a room with both targets near its walls and a few boxes."""
+    builder = furnished(random, 2600.0, 3600.0)
+    add_boxes(builder, random.randint(2, 4))
+    return builder
 
 
-def _plain(_builder: RoomBuilder) -> Extras:
-    return NO_EXTRAS
+def _plain(_builder: RoomBuilder) -> None:
+    """Switch nothing on."""
 
 
 def _camera(**ranges: tuple[float, float]) -> Effect:
     """Return the effect of a camera whose values are drawn from ranges."""
 
-    def switch_on(builder: RoomBuilder) -> Extras:
+    def switch_on(builder: RoomBuilder) -> None:
         builder.tables["camera"] = {key: round(builder.random.uniform(*ends), 3) for key, ends in ranges.items()}
-        return NO_EXTRAS
 
     return switch_on
 
 
-def _changing_light(builder: RoomBuilder) -> Extras:
+def _changing_light(builder: RoomBuilder) -> None:
     random = builder.random
     builder.tables["camera"] = {"auto_exposure_s": builder.between(0.5, 2.0)}
     builder.tables["light"] = {"drift_percent": builder.between(30, 80), "drift_s": builder.between(10, 60)}
@@ -58,20 +52,17 @@ def _changing_light(builder: RoomBuilder) -> Extras:
         }
         for _ in range(2)
     ]
-    return NO_EXTRAS
 
 
-def _slow_computer(builder: RoomBuilder) -> Extras:
+def _slow_computer(builder: RoomBuilder) -> None:
     builder.tables["computer"] = {"look_s": builder.between(0.3, 1.0)}
-    return NO_EXTRAS
 
 
-def _backlash(builder: RoomBuilder) -> Extras:
+def _backlash(builder: RoomBuilder) -> None:
     builder.robot["backlash_deg"] = builder.between(4, 12)
-    return NO_EXTRAS
 
 
-def _carpets(builder: RoomBuilder) -> Extras:
+def _carpets(builder: RoomBuilder) -> None:
     random = builder.random
     builder.tables["carpets"] = [
         {
@@ -89,10 +80,9 @@ def _carpets(builder: RoomBuilder) -> Extras:
         }
         for _ in range(3)
     ]
-    return NO_EXTRAS
 
 
-def _wheel_slips(builder: RoomBuilder) -> Extras:
+def _wheel_slips(builder: RoomBuilder) -> None:
     builder.events.append(
         {
             "name": "a wheel slips",
@@ -103,10 +93,9 @@ def _wheel_slips(builder: RoomBuilder) -> Extras:
             "stays_s": (20, 120),
         }
     )
-    return NO_EXTRAS
 
 
-def _weak_battery(builder: RoomBuilder) -> Extras:
+def _weak_battery(builder: RoomBuilder) -> None:
     random = builder.random
     builder.robot |= {
         "battery_mv": random.randint(6300, 7400),
@@ -114,10 +103,9 @@ def _weak_battery(builder: RoomBuilder) -> Extras:
         "battery_drain_mv_per_min": builder.between(20, 150),
         "dead_zone_percent": random.randint(8, 15),
     }
-    return NO_EXTRAS
 
 
-def _kidnapped(builder: RoomBuilder) -> Extras:
+def _kidnapped(builder: RoomBuilder) -> None:
     plan = builder.plan()
     for target in builder.targets:
         to_mm = builder.start_mm
@@ -136,10 +124,9 @@ def _kidnapped(builder: RoomBuilder) -> Extras:
                 "stays_s": builder.between(1, 4),
             }
         )
-    return NO_EXTRAS
 
 
-def _soft_things(builder: RoomBuilder) -> Extras:
+def _soft_things(builder: RoomBuilder) -> None:
     for box in builder.boxes:
         box["absorbs"] = builder.random.random() < 0.7
     at, along = builder.place(850.0), math.radians(builder.between(0, 180))
@@ -149,16 +136,14 @@ def _soft_things(builder: RoomBuilder) -> Extras:
         for side in (-1, 1)
     ]
     builder.walls.append({"from_mm": ends[0], "to_mm": ends[1], "absorbs": True})
-    return NO_EXTRAS
 
 
 def _fails(port: int, *faults: str) -> Effect:
     """Return the effect of a sensor that fails after a while."""
 
-    def switch_on(builder: RoomBuilder) -> Extras:
+    def switch_on(builder: RoomBuilder) -> None:
         event: dict[str, Any] = {"name": "a sensor fails", "when": {"at_s": builder.between(0, 20)}, "sensor": port}
         builder.events.append({**event, "fault": builder.random.choice(faults)})
-        return NO_EXTRAS
 
     return switch_on
 

@@ -11,7 +11,7 @@ from random import Random
 
 from sim_backend.bundled import PICTURES
 
-from .effects import EFFECTS
+from .effects import EFFECTS, SONAR_PORT
 from .extras import NO_EXTRAS, Draw, Extras, Sight
 from .flats import Flat, draw_flat, inhabit
 from .handicaps import APART_MM
@@ -188,7 +188,7 @@ def _among_boxes(*effects: str, asks: str) -> Draw:
 def _sonar_silent(random: Random) -> tuple[RoomBuilder, Extras]:
     """Go on among things that swallow ultrasound, with a sonar that hears nothing from some moment on."""
     builder, extras = _among_boxes("soft_things", asks="")(random)
-    fault = {"sensor": 4, "fault": "no_echo", "when": {"at_s": builder.between(0, 40)}}
+    fault = {"sensor": SONAR_PORT, "fault": "no_echo", "when": {"at_s": builder.between(0, 40)}}
     builder.events.append({"name": "the sonar falls silent", **fault})
     return builder, extras
 

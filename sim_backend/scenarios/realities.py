@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from random import Random
 
+from .effects import SONAR_PORT
 from .extras import NO_EXTRAS, Draw, Extras
 from .room_builder import LOW_BOX_MM, RoomBuilder
 from .rooms import ROOMS, furnished
@@ -62,7 +63,7 @@ def _dead_sonar(random: Random) -> tuple[RoomBuilder, Extras]:
         {
             "name": "the sonar dies",
             "when": {"at_s": 0.0 if from_the_start else builder.between(3, 30)},
-            "sensor": 4,
+            "sensor": SONAR_PORT,
             "fault": random.choice(("no_echo", "stuck", "unplugged")),
         }
     )

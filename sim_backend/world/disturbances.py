@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from sim_backend.world.event_tables import Event, Fault
+from sim_backend.world.event_tables import Event, Fault, Wheel
 from sim_backend.world.robot import RobotBody
 
 LIFT_MS = 2000
 """How long the robot is in the air by default. A guess."""
-
-
-@dataclass(slots=True)
-class _Running:
-    ends_ms: int | None
-    undo: Callable[[], None]
 
 
 @dataclass(slots=True)
@@ -29,36 +22,36 @@ class Disturbances:
 
     robot: RobotBody
     faults: dict[int, Fault] = field(default_factory=dict)
-    _running: dict[str, _Running] = field(default_factory=dict)
+    _running: dict[str, tuple[Event, int | None]] = field(default_factory=dict)
 
     def begin(self, event: Event, stays_ms: int | None, now_ms: int) -> None:
         """Begin what a sensor's, wheel's or the robot's event describes."""
-        if event.robot:
-            stays_ms = LIFT_MS if stays_ms is None else stays_ms
-        undo = self._undo(event, stays_ms or 0, now_ms)
-        self._running[event.name] = _Running(None if stays_ms is None else now_ms + stays_ms, undo)
-
-    def _undo(self, event: Event, stays_ms: int, now_ms: int) -> Callable[[], None]:
-        """Begin it and return what ends it."""
-        robot, faults = self.robot, self.faults
         if event.sensor is not None and event.fault is not None:
-            port = event.sensor
-            faults[port] = event.fault
-            return lambda: faults.pop(port, None) and None
-        if event.to_mm is not None:
-            robot.lift(event.to_mm, event.facing_deg, now_ms, stays_ms)
-            return robot.put_down
-        slip = (event.slip_percent or 0.0) / 100.0
-        left, right = event.wheel != "right", event.wheel != "left"
-        robot.slip_wheels(slip if left else None, slip if right else None)
-        return lambda: robot.slip_wheels(0.0 if left else None, 0.0 if right else None)
+            self.faults[event.sensor] = event.fault
+        elif event.wheel is not None:
+            self._slip(event.wheel, (event.slip_percent or 0.0) / 100.0)
+        elif event.to_mm is not None:
+            stays_ms = LIFT_MS if stays_ms is None else stays_ms
+            self.robot.lift(event.to_mm, event.facing_deg, now_ms, stays_ms)
+        self._running[event.name] = event, None if stays_ms is None else now_ms + stays_ms
+
+    def _end(self, event: Event) -> None:
+        if event.sensor is not None:
+            self.faults.pop(event.sensor, None)
+        elif event.wheel is not None:
+            self._slip(event.wheel, 0.0)
+        else:
+            self.robot.put_down()
+
+    def _slip(self, wheel: Wheel, share: float) -> None:
+        self.robot.slip_wheels(share if wheel != "right" else None, share if wheel != "left" else None)
 
     def advance(self, now_ms: int) -> None:
         """End what has lasted long enough."""
-        for name, running in list(self._running.items()):
-            if running.ends_ms is not None and now_ms >= running.ends_ms:
+        for name, (event, ends_ms) in list(self._running.items()):
+            if ends_ms is not None and now_ms >= ends_ms:
                 del self._running[name]
-                running.undo()
+                self._end(event)
 
     def ended(self, event: Event) -> bool:
         """Whether the disturbance is over."""

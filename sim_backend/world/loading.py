@@ -131,13 +131,19 @@ def _wrong_faults(world: WorldFile) -> Iterator[str]:
     kinds = {sensor.port: sensor.kind for sensor in world.sensors}
     kinds |= {robot.touch_port: "touch", robot.ultrasonic_port: "ultrasonic"}
     for index, event in enumerate(world.events):
-        kind = kinds.get(event.sensor or 0)
-        if event.sensor is not None and kind is None:
-            yield f"events[{index}].sensor: there is no sensor at port {event.sensor}"
+        if event.sensor is None:
+            continue
+        kind, path = kinds.get(event.sensor), f"events[{index}]"
+        if kind is None:
+            ports = ", ".join(str(port) for port in sorted(kinds) if port) or "none"
+            yield f"{path}.sensor: there is no sensor at port {event.sensor}; name another one (there are: {ports})"
         elif event.fault == "no_echo" and kind != "ultrasonic":
-            yield f"events[{index}].fault: no_echo is for ultrasonic sensors; at port {event.sensor} is a {kind} sensor"
-        elif event.sensor is not None and kind == "color":
-            yield f"events[{index}].sensor: a colour sensor cannot fail yet; name another one"
+            yield (
+                f"{path}.fault: no_echo is for ultrasonic sensors; at port {event.sensor} is a {kind} sensor; "
+                "take stuck, error or unplugged"
+            )
+        elif kind == "color":
+            yield f"{path}.sensor: a colour sensor cannot fail yet; name another one"
 
 
 def _wrong_places(world: WorldFile) -> Iterator[str]:

@@ -72,13 +72,10 @@ class WheelMotor:
         """Change the voltage; the speed is proportional to it."""
         self._battery_mv = battery_mv
         slope = SPEED_PER_VOLT * battery_mv / 1000.0 * self._strength
+        speeds = [max(0.0, (power - self._dead_zone) * slope - self._drag) for power in range(101)]
+        top = speeds[100]
         # indexed by a signed byte: negative indices count from the end
-        powers = (power if power < 128 else power - 256 for power in range(256))
-        self._targets = [self._target(power, slope) for power in powers]
-
-    def _target(self, power: int, slope: float) -> float:
-        drive = min(abs(power), 100) - self._dead_zone
-        return copysign(max(0.0, drive * slope - self._drag), power)
+        self._targets = [*speeds, *[top] * 27, *[-top] * 28, *(-speed for speed in speeds[:0:-1])]
 
     def drag(self, torque_nm: float) -> None:
         """Load the shaft with a constant torque, such as the pile of a carpet."""

@@ -204,18 +204,17 @@ class Camera(Table):
     auto_exposure_s: Annotated[float, Field(ge=0, le=60)] = 0.0
 
     @model_validator(mode="after")
-    def _sees_no_zenith(self) -> Self:
-        reach_deg = math.degrees(math.atan(FRAME_DIAGONAL * math.tan(math.radians(self.hfov_deg / 2))))
-        if self.tilt_deg and abs(self.tilt_deg) + reach_deg > STEEPEST_DEG:
-            raise ValueError(f"sees what is right above or below it; lower hfov_deg ({self.hfov_deg:g}) or tilt_deg")
-        return self
-
-    @model_validator(mode="after")
-    def _sees_its_corners(self) -> Self:
+    def _can_be_drawn(self) -> Self:
         corner = FRAME_DIAGONAL * math.tan(math.radians(self.hfov_deg / 2))
         if self.distortion_k1 * corner**2 < -STRONGEST_BARREL:
             lowest = -STRONGEST_BARREL / corner**2
             raise ValueError(f"the corners show nothing; set distortion_k1 above {lowest:.3f} for this hfov_deg")
+        real = corner  # of the ray that appears in the corner: a barrel sees farther
+        for _ in range(8 if self.distortion_k1 < 0 else 0):  # Newton's method
+            square = self.distortion_k1 * real**2
+            real -= (real * (1 + square) - corner) / max(1 + 3 * square, 0.05)
+        if self.tilt_deg and abs(self.tilt_deg) + math.degrees(math.atan(real)) > STEEPEST_DEG:
+            raise ValueError(f"sees what is right above or below it; lower hfov_deg ({self.hfov_deg:g}) or tilt_deg")
         return self
 
 

@@ -125,4 +125,6 @@ def test_a_late_camera_shows_the_start_until_its_first_frame_arrives():
 def test_a_camera_that_would_see_the_zenith_is_refused():
     with pytest.raises(ValueError, match=r"lower hfov_deg \(120\) or tilt_deg"):
         Camera(hfov_deg=120, tilt_deg=30)
+    with pytest.raises(ValueError, match=r"lower hfov_deg \(90\) or tilt_deg"):
+        Camera(hfov_deg=90, tilt_deg=30, distortion_k1=-0.09)  # a barrel sees farther
     SimCamera((320, 240), 90.0).frame([], Viewpoint(0.0, 0.0, 0.0, 200.0, 30.0, 45.0))
