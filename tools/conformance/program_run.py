@@ -16,19 +16,20 @@ from typing import Any
 
 from firmware_protocol import direct, system
 from firmware_protocol.iomap import COMMAND, DISPLAY, LOADER, UI, ProgramStatus, UiFlag
+from firmware_protocol.iomap_layout import Spot
 from firmware_protocol.telegram import Command
+from sim_backend.firmware.flash import SETTINGS
 
 INTERVAL_MS = 20
 LONGEST_MS = 4000
 """When a program that still runs is stopped."""
 
 PROGRAM = "prog.rxe"
-_SETTINGS = "NVConfig.sys"
 _LINGER = 3
 """Number of samples after the end."""
 _BOXES = (10, 11)
-_STATUS_AT, _UI_FLAGS_AT, _FREE_AT, _FRAME_AT, _FRAME_SIZE = 28, 26, 4, 119, 800
-_MAP_HEADER, _MAP_BYTES, _FILE_HEADER, _FILE_BYTES = 9, 55, 6, 58
+_FRAME_SIZE = 800
+_FILE_BYTES = 58
 _EVENT = re.compile(r"^(?://|;) at (\d+): (.+)$", re.MULTILINE)
 _FILE = re.compile(r"^(?://|;) file (\S+): ([0-9a-f]+)$", re.MULTILINE)
 _MESSAGE = re.compile(r"message (\d+) (.*)")
@@ -108,14 +109,16 @@ def _sample(exchange: Exchange, *, drawn: bool) -> dict[str, Any]:
     """Look at the brick; takes 20 ms. The frame counts if it was the program's all the time."""
     frame = b""
     if drawn:
-        for at in range(0, _FRAME_SIZE, _MAP_BYTES):
-            frame += _look(exchange, DISPLAY.module_id, _FRAME_AT + at, min(_MAP_BYTES, _FRAME_SIZE - at))
+        start = DISPLAY.field("Normal").offset
+        for at in range(0, _FRAME_SIZE, system.IO_MAP_READ_LIMIT_USB):
+            size = min(system.IO_MAP_READ_LIMIT_USB, _FRAME_SIZE - at)
+            frame += _ask(exchange, system.IOMapRead(DISPLAY.module_id, start + at, size)).data
     else:
-        exchange(f"!tick {-(-_FRAME_SIZE // _MAP_BYTES)}")
+        exchange(f"!tick {-(-_FRAME_SIZE // system.IO_MAP_READ_LIMIT_USB)}")
     seen: dict[str, Any] = {
-        "status": _look(exchange, COMMAND.module_id, _STATUS_AT, 1)[0],
-        "ui": _look(exchange, UI.module_id, _UI_FLAGS_AT, 1)[0],
-        "free": int.from_bytes(_look(exchange, LOADER.module_id, _FREE_AT, 4), "little"),
+        "status": _value(exchange, COMMAND.field("ProgStatus")),
+        "ui": _value(exchange, UI.field("Flags")),
+        "free": _value(exchange, LOADER.field("FreeUserFlash")),
         **{str(box): _message(exchange, box) for box in _BOXES},
         "motors": exchange("!motors"),
     }
@@ -132,12 +135,16 @@ def _message(exchange: Exchange, box: int) -> str:
     return f"{reply[2]:02x}" + (reply[5 : 5 + reply[4]].hex() if not reply[2] else "")
 
 
-def _look(exchange: Exchange, module: int, at: int, size: int) -> bytes:
-    return bytes.fromhex(exchange(_hex(system.IOMapRead(module, at, size))))[_MAP_HEADER : _MAP_HEADER + size]
+def _ask(exchange: Exchange, command: Command[Any]) -> Any:  # noqa: ANN401 - the reply of the command
+    return type(command).decode_reply(bytes.fromhex(exchange(_hex(command))))
+
+
+def _value(exchange: Exchange, spot: Spot) -> Any:  # noqa: ANN401 - as the IO map has it
+    return spot.decode(_ask(exchange, spot.read()).data)
 
 
 def _upload(exchange: Exchange, name: str, content: bytes) -> None:
-    handle = bytes.fromhex(exchange(_hex(system.OpenWriteLinear(name, len(content)))))[3]
+    handle = _ask(exchange, system.OpenWriteLinear(name, len(content))).handle
     for at in range(0, len(content), _FILE_BYTES):
         exchange(_hex(system.Write(handle, content[at : at + _FILE_BYTES])))
     exchange(_hex(system.Close(handle)))
@@ -148,7 +155,7 @@ def _files(exchange: Exchange) -> Iterator[tuple[str, str]]:
     reply = exchange(_hex(system.FindFirst("*.*")))
     while not int(reply[4:6], 16):
         found = system.FindFirst.decode_reply(bytes.fromhex(reply))
-        if found.name not in (PROGRAM, _SETTINGS):
+        if found.name not in (PROGRAM, SETTINGS):
             yield found.name, _content(exchange, found.name, found.size).hex()
         reply = exchange(_hex(system.FindNext(found.handle)))
 
@@ -156,11 +163,11 @@ def _files(exchange: Exchange) -> Iterator[tuple[str, str]]:
 def _content(exchange: Exchange, name: str, size: int) -> bytes:
     if not size:
         return b""
-    handle = bytes.fromhex(exchange(_hex(system.OpenRead(name))))[3]
+    handle = _ask(exchange, system.OpenRead(name)).handle
     content = b""
     while len(content) < size:
         wanted = min(_FILE_BYTES, size - len(content))
-        content += bytes.fromhex(exchange(_hex(system.Read(handle, wanted))))[_FILE_HEADER : _FILE_HEADER + wanted]
+        content += _ask(exchange, system.Read(handle, wanted)).data
     exchange(_hex(system.Close(handle)))
     return content
 
