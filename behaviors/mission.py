@@ -19,6 +19,7 @@ from behaviors.mission_mistakes import mistakes
 from behaviors.plausibility import TOLERANCE_MM
 from behaviors.robot_description import (
     ROBOT_VARIABLE,
+    CalibrationTable,
     CameraTable,
     RobotFile,
     RobotFileError,
@@ -193,7 +194,11 @@ class MissionTable(Table):
 
 
 class Mission(Table):
-    """A whole mission file."""
+    """A whole mission file.
+
+    Attributes:
+        calibration: Where the values of the robot file come from that describes the robot.
+    """
 
     mission: MissionTable
     target: dict[str, Target]
@@ -201,6 +206,7 @@ class Mission(Table):
     adaptive: AdaptiveParameters = AdaptiveParameters()
     robot: RobotTable = RobotTable()
     camera: CameraTable = CameraTable()
+    calibration: CalibrationTable = Field(default=CalibrationTable(), exclude=True)
 
 
 def load_mission(

@@ -88,7 +88,7 @@ class CameraTable(Table):
         hfov_deg: Horizontal field of view.
         forward_mm: The lens in front of the axle.
         right_mm: The lens right of the middle between the wheels.
-        height_mm: The lens above the floor.
+        height_mm: The lens above the floor; for programs, missions do not use it.
         yaw_deg: The camera looks this far to the right.
         tilt_deg: It looks this far up; negative is down.
         roll_deg: It is turned clockwise by this about its line of sight.
@@ -198,10 +198,13 @@ def load_robot_file(path: Path) -> RobotFile:
 
 
 def with_robot(tables: Mapping[str, Any], described: RobotFile) -> dict[str, Any]:
-    """Return the tables of a mission file with the robot file's values for keys of [robot] and [camera] they lack."""
+    """Return the tables of a mission file with the robot file's values for keys of [robot] and [camera] they lack.
+
+    They also get the robot file's [calibration].
+    """
     merged = dict(tables)
     for name in ("robot", "camera"):
         own = tables.get(name, {})
         if isinstance(own, Mapping):
             merged[name] = {**getattr(described, name).model_dump(exclude_unset=True), **own}
-    return merged
+    return merged | {"calibration": described.calibration.model_dump(exclude_unset=True)}

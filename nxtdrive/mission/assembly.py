@@ -175,6 +175,7 @@ class MissionRun:
         link, review = self.robot.brick.link, self._review
         link.before_request = self._pause.check if self._pause else None
         try:
+            review.compare_brick(self.robot.brick)
             report = self._executive.run()
             self._report = replace(report, hints=tuple(review.hints), arrivals=tuple(review.arrivals))
             return self._report

@@ -6,6 +6,7 @@ import math
 import shlex
 from collections import Counter
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -14,11 +15,15 @@ from behaviors.adaptive.approach import N as APPROACH
 from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
 from behaviors.plausibility import LENS_BEHIND_SONAR_MM, TOLERANCE_MM, contradicts
+from behaviors.robot_description import brick_id
+from firmware_protocol.errors import NXTError
 from nxtdrive.mission.setup import build_detectors
 from nxtdrive.mission.truth import Truth, recognised
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
+    from behaviors.robot_description import CalibrationTable
+    from nxtdrive.brick import Brick
     from nxtdrive.vision.detection import TargetDetector
 
 ROUND = (Reason.FULL_TURN_WITHOUT_SIGHTING, Reason.NEVER_SEEN)
@@ -67,6 +72,22 @@ class RunReview:
         self._stopped: Counter[str] = Counter()
         self._look: Mapping[str, Any] = {}
         self._nearer: dict[str, tuple[float, float]] = {}
+
+    def compare_brick(self, brick: Brick) -> None:
+        """Give a hint if the mission's robot file describes another brick."""
+        described = self._mission.calibration
+        if not described.brick_id:  # the brick need not be asked
+            return
+        with suppress(NXTError):  # a link that is away concerns the mission, and no hint
+            self._compare(described, brick.info().bluetooth_address)
+
+    def _compare(self, described: CalibrationTable, address: str) -> None:
+        if described.describes_another(address):
+            self._hint(
+                "robot file",
+                f"The robot file describes the brick {described.brick_id}, and this one is {brick_id(address)}. "
+                "Name this robot's file with --robot, or make one: nxtdrive calibrate --robot FILE.",
+            )
 
     def __call__(self, record: Record) -> None:
         """Learn from a record."""

@@ -8,7 +8,9 @@ import pytest
 
 from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
-from behaviors.mission import Mission
+from behaviors.mission import Mission, described_by
+from behaviors.robot_description import load_robot_file
+from nxtdrive.brick import open_brick
 from nxtdrive.mission.run_review import RunReview
 from sim_backend.simulation import Simulation
 
@@ -114,3 +116,16 @@ def test_a_height_that_is_too_large_is_told_when_driving_has_shown_it(perform, m
     [hint] = _reviewed(perform, "open", _with(mission_for("lena"), 600.0, "adaptive", 120.0), geometric=False).hints
     assert "height_mm = 600" in hint
     assert "nxtdrive calibrate camera" in hint
+
+
+@pytest.mark.parametrize(("brick_id", "hints"), [("", 0), ("001653010203", 0), ("0016530A1B2C", 1)])
+def test_the_robot_file_of_another_brick_is_told(brick_id, hints, mission_for, tmp_path):
+    path = tmp_path / "robot.toml"
+    path.write_text(f'[robot]\nradius_mm = 140.0\n[calibration]\nbrick_id = "{brick_id}"\n', encoding="utf-8")
+    mission = described_by(mission_for("lena"), load_robot_file(path))
+    said: list[str] = []
+    review = RunReview(mission, None, said.append)
+    with open_brick("sim://open") as brick:
+        review.compare_brick(brick)
+    assert (mission.robot.radius_mm, len(said), len(review.hints)) == (140.0, hints, hints)
+    assert all("describes the brick 0016530A1B2C, and this one is 001653010203" in hint for hint in said)
