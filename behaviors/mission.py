@@ -21,6 +21,8 @@ from behaviors.robot_description import (
     ROBOT_VARIABLE,
     CalibrationTable,
     CameraTable,
+    ColorName,
+    ColorTable,
     RobotFile,
     RobotFileError,
     RobotTable,
@@ -162,7 +164,7 @@ class ColorTarget(_Target):
     """
 
     detector: Literal["color"]
-    color: Literal["red", "orange", "yellow", "green", "cyan", "blue", "magenta"]
+    color: ColorName
 
 
 Target = Annotated[PictureTarget | HaarTarget | MarkerTarget | ColorTarget, Field(discriminator="detector")]
@@ -197,6 +199,7 @@ class Mission(Table):
     """A whole mission file.
 
     Attributes:
+        color: How colours look in the robot's camera, by their names.
         calibration: Where the values of the robot file come from that describes the robot.
     """
 
@@ -206,6 +209,7 @@ class Mission(Table):
     adaptive: AdaptiveParameters = AdaptiveParameters()
     robot: RobotTable = RobotTable()
     camera: CameraTable = CameraTable()
+    color: dict[ColorName, ColorTable] = Field(default={})
     calibration: CalibrationTable = Field(default=CalibrationTable(), exclude=True)
 
 

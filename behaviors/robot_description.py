@@ -21,6 +21,7 @@ from input_files.plain import InputFileError
 from input_files.toml_file import read_toml
 
 OutputPort = Literal["A", "B", "C"]
+ColorName = Literal["red", "orange", "yellow", "green", "cyan", "blue", "magenta"]
 InputPort = Literal[0, 1, 2, 3, 4]
 CALIBRATED = ("camera", "wheels", "sonar", "motors")
 """What can be calibrated."""
@@ -116,6 +117,22 @@ class CameraTable(Table):
         return Pose(lens.x_mm, lens.y_mm, lens.heading_deg + self.yaw_deg)
 
 
+class ColorTable(Table):
+    """How a colour looks in the robot's camera and light.
+
+    Attributes:
+        hue_deg: Its hue; 0 is red, 120 green, 240 blue.
+        reach_deg: How far from it hues still count.
+        min_saturation_percent: Paler pixels do not count.
+        min_value_percent: Darker pixels do not count.
+    """
+
+    hue_deg: float = Field(ge=0, lt=360)
+    reach_deg: float = Field(ge=2, le=60)
+    min_saturation_percent: float = Field(ge=0, le=100)
+    min_value_percent: float = Field(ge=0, le=100)
+
+
 class MeasuredTable(Table):
     """How some of the values were measured.
 
@@ -143,6 +160,7 @@ class CalibrationTable(Table):
         wheels: How the diameter of the wheels, their mismatch and their track were measured.
         sonar: How the place of the ultrasonic sensor was measured.
         motors: How the directions of the motors were found.
+        colors: How the last colour was measured.
     """
 
     format: Literal[1] = 1
@@ -152,6 +170,7 @@ class CalibrationTable(Table):
     wheels: MeasuredTable | None = None
     sonar: MeasuredTable | None = None
     motors: MeasuredTable | None = None
+    colors: MeasuredTable | None = None
 
     def describes_another(self, bluetooth_address: str) -> bool:
         """Return whether this is of another brick than the one with an address, as far as is known."""
@@ -174,6 +193,7 @@ class RobotFile(Table):
 
     robot: RobotTable = RobotTable()
     camera: CameraTable = CameraTable()
+    color: dict[ColorName, ColorTable] = {}
     calibration: CalibrationTable = CalibrationTable()
 
 
@@ -198,13 +218,13 @@ def load_robot_file(path: Path) -> RobotFile:
 
 
 def with_robot(tables: Mapping[str, Any], described: RobotFile) -> dict[str, Any]:
-    """Return the tables of a mission file with the robot file's values for keys of [robot] and [camera] they lack.
+    """Return the tables of a mission file with the robot file's values for what they lack.
 
-    They also get the robot file's [calibration].
+    That are keys of [robot] and [camera], and colours; they also get the robot file's [calibration].
     """
-    merged = dict(tables)
-    for name in ("robot", "camera"):
+    merged, values = dict(tables), described.model_dump(exclude_unset=True)
+    for name in ("robot", "camera", "color"):
         own = tables.get(name, {})
         if isinstance(own, Mapping):
-            merged[name] = {**getattr(described, name).model_dump(exclude_unset=True), **own}
+            merged[name] = {**values.get(name, {}), **own}
     return merged | {"calibration": described.calibration.model_dump(exclude_unset=True)}

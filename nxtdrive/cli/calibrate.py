@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Measure how the robot is built, and write it to a robot file: the camera's field
 of view, place, angles and latency; the wheels' diameter, mismatch and track; the
-sonar's place; the motors' directions. The robot drives before a sheet of markers:
+sonar's place; the motors' directions; how a colour looks. The robot drives before a sheet of markers:
 print it with --sheet, hang it on a wall with its middle as high as the lens, and
 put the robot one metre before it, with a metre of free floor all round. sim:// has
 such a room and does it by itself. Values that are not sure enough are refused, and
@@ -37,11 +37,14 @@ EXAMPLES = """\
   nxtdrive calibrate
   nxtdrive calibrate --nxt usb:// --camera 0 --robot my-robot.toml
   nxtdrive calibrate camera wheels --nxt usb:// --camera 0
-  nxtdrive calibrate wheels --ruler --nxt usb://"""
+  nxtdrive calibrate wheels --ruler --nxt usb://
+  nxtdrive calibrate colors --color red --nxt usb:// --camera 0"""
 
 ALL = "all"
-CHOICES = ("camera", "wheels", "sonar", "motors", ALL)
-SIMULATED_ROOM = "calibration"
+COLORS = "colors"
+CHOICES = ("camera", "wheels", "sonar", "motors", ALL, COLORS)
+SIMULATED_ROOMS = {False: "calibration", True: "colors"}
+"""Rooms of sim:// for all but colours, and for colours."""
 DEFAULT_FILE = Path("robot.toml")
 BEFORE_THE_SHEET = (
     "The robot will drive up to 0.8 m towards the sheet, and back, and turn full circles. "
@@ -78,6 +81,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="with `wheels`: measure a straight drive and turns yourself, without a camera",
     )
+    parser.add_argument(
+        "--color", metavar="NAME", help="with `colors`: the colour of what is in the middle of the picture"
+    )
     parser.add_argument("--yes", action="store_true", help="do not ask before the robot drives")
     add_json_argument(parser)
 
@@ -91,11 +97,16 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.tools.calibrate.verdict import write_robot_file
 
     path = args.robot or usual_robot() or DEFAULT_FILE
-    what, before, address = _wanted(args), _before(path), _address(args.nxt)
-    if address.scheme != "sim" and not args.yes:
+    what, before = _wanted(args), _before(path)
+    colors = what == [COLORS]
+    address = _address(args.nxt, SIMULATED_ROOMS[colors])
+    if address.scheme != "sim" and not args.yes and not colors:
         _ask(BY_RULER if args.ruler else BEFORE_THE_SHEET)
     try:
-        outcome = _by_ruler(address, before) if args.ruler else _before_the_sheet(args, address, before, what)
+        if args.ruler:
+            outcome = _by_ruler(address, before)
+        else:
+            outcome = (_colors if colors else _before_the_sheet)(args, address, before, what)
     except CalibrationRefused as refusal:
         complain(f"{refusal} {path} was left as it is.")
         return NOT_ACHIEVED
@@ -114,6 +125,10 @@ def _wanted(args: argparse.Namespace) -> list[str]:
             raise ConfigError(f"there is no {each!r} to calibrate.", remedy=f"Known: {', '.join(CHOICES)}.")
     if args.ruler and args.what != ["wheels"]:
         raise ConfigError("--ruler is for the wheels alone.", remedy="Write: nxtdrive calibrate wheels --ruler.")
+    if (args.color or COLORS in args.what) and args.what != [COLORS]:
+        raise ConfigError("colours are calibrated alone.", remedy="Write: nxtdrive calibrate colors --color NAME.")
+    if COLORS in args.what:
+        return [COLORS]
     wanted = args.what or [ALL]
     return [each for each in CALIBRATED if each in wanted or ALL in wanted]
 
@@ -125,6 +140,17 @@ def _before_the_sheet(args: argparse.Namespace, address: Address, before: RobotF
     say: Callable[[str], None] = (lambda _: None) if args.json else print_line
     with open_robot(address, args.camera) as robot:
         return calibrate(robot.brick, robot.camera, before, what, _today(), say, args.sheet_height_mm)
+
+
+def _colors(args: argparse.Namespace, address: Address, before: RobotFile, _what: list[str]) -> Outcome:
+    from nxtdrive.mission.assembly import open_robot
+    from nxtdrive.tools.calibrate.colors import calibrate_color
+    from nxtdrive.vision.detectors.color import usual_shade
+
+    if args.color:
+        usual_shade(args.color)  # before a brick is opened
+    with open_robot(address, args.camera) as robot:
+        return calibrate_color(robot.brick, robot.camera, before, _today(), args.color)
 
 
 def _by_ruler(address: Address, before: RobotFile) -> Outcome:
@@ -186,12 +212,12 @@ def _before(path: Path) -> RobotFile:
         raise ConfigError(str(error)) from None
 
 
-def _address(text: str) -> Address:
-    """Return the brick's address; a simulated one without a room is put before the sheet."""
+def _address(text: str, room: str) -> Address:
+    """Return the brick's address; a simulated one without a room gets this one."""
     from nxtdrive.transports.address import Address
 
     address = Address.parse(text)
-    return replace(address, target=SIMULATED_ROOM) if address.scheme == "sim" and not address.target else address
+    return replace(address, target=room) if address.scheme == "sim" and not address.target else address
 
 
 def _ask(question: str) -> None:
@@ -206,7 +232,7 @@ def _tell(outcome: Outcome, path: Path, *, as_json: bool) -> None:
         values = {line.key: line.after for line in outcome.lines}
         errors = {line.key: line.standard_error for line in outcome.lines if line.standard_error is not None}
         known = {"file": str(path), "values": values, "standard_errors": errors, "views": outcome.views}
-        write_json({**known, "misfit_px": outcome.misfit_px}, indent=2)
+        write_json({**known, "misfit_px": outcome.misfit_px, "remark": outcome.remark}, indent=2)
         return
     from rich.table import Table
 
@@ -215,6 +241,8 @@ def _tell(outcome: Outcome, path: Path, *, as_json: bool) -> None:
         unsure = "" if line.standard_error is None else f"{line.standard_error:.2g}"
         table.add_row(line.key, _short(line.before), _short(line.after), unsure)
     make_console().print(table)
+    if outcome.remark:
+        write_line(outcome.remark)
     if outcome.misfit_px:
         before_px, after_px = outcome.misfit_px
         frames = f"({outcome.views} frames)"

@@ -146,14 +146,15 @@ def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None
     hfov_deg = None
     spec: dict[str, object]
     if args.target is not None:
-        from nxtdrive.mission.setup import load
+        from nxtdrive.mission.setup import detector_spec, load
 
         mission = load(args.mission, args.robot)
         if args.target not in mission.target:
             raise ConfigError(
                 f"the mission describes no target {args.target!r}.", remedy=f"It has: {', '.join(mission.target)}."
             )
-        name, spec, hfov_deg = args.target, mission.target[args.target].model_dump(), mission.camera.hfov_deg
+        spec = detector_spec(mission.target[args.target], mission.color)
+        name, hfov_deg = args.target, mission.camera.hfov_deg
     elif args.picture:
         name, spec = Path(args.picture[0]).stem, {"detector": "picture", "pictures": args.picture}
     elif args.haar:

@@ -122,6 +122,7 @@ def _described(mission: Mission) -> str:
         "thesis": mission.thesis,
         "robot": mission.robot,
         "camera": mission.camera,
+        **{f"color.{name}": shade for name, shade in mission.color.items()},
     }
     lines = ["Parameters; * marks those that the file sets, the others are defaults"]
     idle = {"adaptive", "thesis"} - {mission.mission.profile}

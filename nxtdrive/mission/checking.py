@@ -58,7 +58,7 @@ def check_mission(path: Path, robot: Path | None = None) -> Findings:
         from nxtdrive.mission.picture_checks import picture_warnings
 
         found.warnings = [*warnings(mission), *picture_warnings(mission)]
-    found.mistakes += make_detectors(targets)[1]
+    found.mistakes += make_detectors(targets, {})[1]
     return found
 
 

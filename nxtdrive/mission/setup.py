@@ -22,7 +22,7 @@ from nxtdrive.transports.sim import SimTransport
 
 if TYPE_CHECKING:
     from behaviors.ports import Eyes
-    from behaviors.robot_description import CameraTable, RobotTable
+    from behaviors.robot_description import CameraTable, ColorName, ColorTable, RobotTable
     from nxtdrive.brick import Brick
     from nxtdrive.motion.rover import Rover
     from nxtdrive.vision.camera import Camera, Frame
@@ -101,20 +101,29 @@ def build_detectors(mission: Mission) -> dict[str, TargetDetector]:
     Raises:
         ConfigError: A picture or a cascade cannot be used; one line for each such target.
     """
-    detectors, mistakes = make_detectors({name: mission.target[name] for name in mission.mission.targets})
+    targets = {name: mission.target[name] for name in mission.mission.targets}
+    detectors, mistakes = make_detectors(targets, mission.color)
     if mistakes:
         raise ConfigError("\n  ".join(mistakes))
     return detectors
 
 
-def make_detectors(targets: Mapping[str, Target]) -> tuple[dict[str, TargetDetector], list[str]]:
+def detector_spec(target: Target, colors: Mapping[ColorName, ColorTable]) -> dict[str, object]:
+    """Return the options of a target's detector; of a colour also how it looks, if the robot file says so."""
+    shade = colors.get(target.color) if target.detector == "color" else None
+    return {**target.model_dump(), **(shade.model_dump() if shade else {})}
+
+
+def make_detectors(
+    targets: Mapping[str, Target], colors: Mapping[ColorName, ColorTable]
+) -> tuple[dict[str, TargetDetector], list[str]]:
     """Make a detector for each target; returns those that can be made, and a line for each that cannot."""
     from nxtdrive.vision.detectors import make_detector
 
     detectors, mistakes = {}, []
     for name, target in targets.items():
         try:
-            detectors[name] = make_detector(target.model_dump())
+            detectors[name] = make_detector(detector_spec(target, colors))
         except ConfigError as error:
             mistakes.append(f"target.{name}: {error}")
     return detectors, mistakes

@@ -52,12 +52,14 @@ class Outcome:
         misfit_px: By how much the markers were missed with what was believed, and with what was measured; None if only
             the motors were calibrated.
         views: Frames in which the sheet was seen.
+        remark: What else is to be said of before and after.
     """
 
     file: RobotFile
     lines: list[Line]
     misfit_px: tuple[float, float] | None
     views: int
+    remark: str = ""
 
 
 def calibrate(

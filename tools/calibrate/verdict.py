@@ -101,6 +101,8 @@ def toml_text(file: RobotFile) -> str:
     for name, table in (("robot", file.robot), ("camera", file.camera)):
         if table.model_fields_set:
             lines += ["", f"[{name}]", *_keys(table)]
+    for color, shade in file.color.items():
+        lines += ["", f"[color.{color}]", *_keys(shade)]
     lines += ["", "[calibration]"]
     groups = []
     for key, value in file.calibration:

@@ -20,20 +20,35 @@ MIN_FILL = 0.6
 """Least share of the box that has the colour: a sheet of paper fills its box, a cable does not."""
 
 
+def usual_shade(color: str) -> dict[str, float]:
+    """Return the arguments of `ColorDetector` for a colour that was not calibrated.
+
+    Raises:
+        ConfigError: There is no such colour.
+    """
+    if color not in HUES:
+        raise ConfigError(f"There is no colour {color!r}.", remedy=f"Use one of: {', '.join(HUES)}.")
+    least = {"min_saturation_percent": round(MIN_SATURATION / 2.55, 1), "min_value_percent": round(MIN_VALUE / 2.55, 1)}
+    return {"hue_deg": 2.0 * HUES[color], "reach_deg": 2.0 * HUE_REACH, **least}
+
+
 class ColorDetector:
     """Finds compact patches of a named colour. The score is the share of the box that has the colour.
 
     Args:
         color: One of `HUES`.
+        shade: How it looks in this camera and light: ``hue_deg``, ``reach_deg``, ``min_saturation_percent``,
+            ``min_value_percent``; what is missing is as `usual_shade` says.
 
     Raises:
         ConfigError: There is no such colour.
     """
 
-    def __init__(self, color: str) -> None:
-        if color not in HUES:
-            raise ConfigError(f"There is no colour {color!r}.", remedy=f"Use one of: {', '.join(HUES)}.")
-        self._hue = HUES[color]
+    def __init__(self, color: str, **shade: float) -> None:
+        shade = {**usual_shade(color), **shade}
+        self._hue, self._reach = round(shade["hue_deg"] / 2), round(shade["reach_deg"] / 2)
+        self._saturation = round(2.55 * shade["min_saturation_percent"])
+        self._value = round(2.55 * shade["min_value_percent"])
 
     def detect(self, image: Image) -> list[Detection]:
         """Return all patches, the largest first."""
@@ -49,18 +64,19 @@ class ColorDetector:
 
     def _mask(self, hsv: cv2.typing.MatLike) -> cv2.typing.MatLike:
         """Return 255 where a pixel has the colour; red lies at both ends of the hues."""
-        low, high = self._hue - HUE_REACH, self._hue + HUE_REACH
-        mask = cv2.inRange(hsv, _bound(low, MIN_SATURATION, MIN_VALUE), _bound(high, 255, 255))
-        if low < 0:
-            other_end = cv2.inRange(hsv, _bound(low + 180, MIN_SATURATION, MIN_VALUE), _bound(179, 255, 255))
-            mask = cv2.bitwise_or(mask, other_end)
+        low, high = self._hue - self._reach, self._hue + self._reach
+        mask = self._between(hsv, low, high)
+        for turn in (180, -180):
+            if low + turn < 180 and high + turn >= 0:
+                mask = cv2.bitwise_or(mask, self._between(hsv, low + turn, high + turn))
         return mask
+
+    def _between(self, hsv: cv2.typing.MatLike, low: int, high: int) -> cv2.typing.MatLike:
+        lower = np.array([max(0, low), self._saturation, self._value], np.uint8)
+        return cv2.inRange(hsv, lower, np.array([min(179, high), 255, 255], np.uint8))
 
 
 def from_spec(spec: DetectorSpec) -> ColorDetector:
-    """Make the detector from ``color``."""
-    return ColorDetector(spec.take("color", str))
-
-
-def _bound(hue: int, saturation: int, value: int) -> cv2.typing.MatLike:
-    return np.array([max(0, hue), saturation, value], np.uint8)
+    """Make the detector from ``color``, and how that looks."""
+    color = spec.take("color", str)
+    return ColorDetector(color, **{key: spec.take(key, float, usual) for key, usual in usual_shade(color).items()})

@@ -169,3 +169,31 @@ def test_a_simulated_robot_calibrates_itself(here, capsys):
     assert not file.robot.left_reversed | file.robot.right_reversed
     assert file.calibration.missing == []
     assert file.calibration.camera.standard_uncertainty["hfov_deg"] < 0.5
+
+
+COLOR = '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "color"\ncolor = "green"\n'
+
+
+def test_a_colour_is_learned_and_used(here, capsys):
+    (here / "m.toml").write_text(COLOR)
+    assert main(["calibrate", "colors", "--json"]) == DONE
+    assert "100% now" in json.loads(capsys.readouterr().out)["remark"]
+    shade = load_robot_file(here / "robot.toml").color["green"]
+    assert shade.hue_deg == pytest.approx(127, abs=8)
+    assert main(["mission", "show", "m.toml", "--robot", "robot.toml"]) == DONE
+    assert f"hue_deg            {shade.hue_deg:g}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (["colors", "--color", "red"], NOT_ACHIEVED, "not red"),
+        (["colors", "--color", "mauve"], USAGE, "no colour 'mauve'"),
+        (["colors", "wheels"], USAGE, "alone"),
+        (["camera", "--color", "red"], USAGE, "alone"),
+    ],
+)
+def test_a_colour_that_cannot_be_is_refused(here, capsys, words, code, said):
+    assert main(["calibrate", *words]) == code
+    assert said in capsys.readouterr().err
+    assert not (here / "robot.toml").exists()

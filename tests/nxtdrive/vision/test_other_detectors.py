@@ -2,7 +2,10 @@ import cv2
 import numpy as np
 import pytest
 
+from behaviors.mission import Mission, described_by
+from behaviors.robot_description import RobotFile
 from firmware_protocol.errors import ConfigError
+from nxtdrive.mission.setup import build_detectors
 from nxtdrive.vision.detectors.color import HUES, ColorDetector
 from nxtdrive.vision.detectors.haar import HaarDetector, cascades
 from nxtdrive.vision.detectors.marker import FAMILIES, MarkerDetector
@@ -64,6 +67,36 @@ def test_color_is_not_another_color(make_scene, distractors):
     paint = cv2.cvtColor(np.full((297, 210, 3), (HUES["green"], 220, 200), np.uint8), cv2.COLOR_HSV2BGR)
     frame = make_scene(paint, distractors["moon"]).render(1000)
     assert [color for color in HUES if ColorDetector(color).detect(frame)] == ["green"]
+
+
+@pytest.mark.parametrize("hue", [0, 4, 20, 90, 160, 179])
+@pytest.mark.parametrize("reach_deg", [16.0, 60.0])
+def test_a_color_is_what_it_was_calibrated_to_be(hue, reach_deg):
+    def frame(hue: float) -> np.ndarray:
+        image = np.full((240, 320, 3), 128, np.uint8)
+        paint = np.full((1, 1, 3), (round(hue) % 180, 100, 90), np.uint8)
+        image[80:160, 100:200] = cv2.cvtColor(paint, cv2.COLOR_HSV2BGR)[0, 0]
+        return image
+
+    shade = {"hue_deg": 2.0 * hue, "reach_deg": reach_deg, "min_saturation_percent": 30.0, "min_value_percent": 30.0}
+    detector = ColorDetector("red", **shade)
+    for within in (-0.4, 0, 0.4):
+        assert detector.detect(frame(hue + within * reach_deg))
+    for beyond in (-0.7, 0.7):
+        assert not detector.detect(frame(hue + beyond * reach_deg))
+    assert not ColorDetector("red", **{**shade, "min_saturation_percent": 50.0}).detect(frame(hue))
+    assert not ColorDetector("red", **{**shade, "min_value_percent": 50.0}).detect(frame(hue))
+
+
+def test_a_mission_looks_for_a_color_as_the_robot_file_has_it():
+    shade = {"hue_deg": 240.0, "reach_deg": 16.0, "min_saturation_percent": 40.0, "min_value_percent": 20.0}
+    tables = {"mission": {"targets": ["a"]}, "target": {"a": {"detector": "color", "color": "red"}}}
+    described = described_by(Mission.model_validate(tables), RobotFile.model_validate({"color": {"red": shade}}))
+    paint = cv2.cvtColor(np.full((1, 1, 3), (120, 220, 200), np.uint8), cv2.COLOR_HSV2BGR)
+    frame = np.full((240, 320, 3), 128, np.uint8)
+    frame[80:160, 100:200] = paint[0, 0]
+    assert build_detectors(described)["a"].detector.detect(frame)
+    assert not build_detectors(Mission.model_validate(tables))["a"].detector.detect(frame)
 
 
 def test_color_needs_a_compact_patch():
