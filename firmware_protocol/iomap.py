@@ -138,8 +138,10 @@ OUTPUT = IOMap(
         Overloaded=(27, U8),
         SyncTurnParameter=(28, S8),
         Options=(29, U8),
+        MaxSpeed=(30, S8),
+        MaxAcceleration=(31, S8),
     )
-    | single(PwmFreq=(96, U8)),
+    | single(PwmFreq=(96, U8), RegulationOptions=(97, U8)),
 )
 """To start a motor through the map write Flags to RunState in one access; see `IOMap.between`."""
 

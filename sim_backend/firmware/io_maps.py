@@ -56,8 +56,10 @@ def output_map(module: OutputModule) -> LiveMap:
             RegMode="regulation",
             SyncTurnParameter="turn",
             Options="options",
+            MaxSpeed="max_speed",
+            MaxAcceleration="max_acceleration",
         )
-    live.bind(module, PwmFreq="pwm_frequency")
+    live.bind(module, PwmFreq="common_byte", RegulationOptions="regulation_options")
     return live
 
 

@@ -7,6 +7,7 @@ towards zero, fixed widths where they matter.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import IntFlag
 
 from firmware_protocol.enums import OutputMode, RegulationMode, RunState
 from sim_backend.firmware.cint import divide, s8, s16, s32
@@ -17,8 +18,17 @@ RAMP_DOWN, HOLD = int(RunState.RAMP_DOWN), int(RunState.HOLD)
 MOTOR_ON, BRAKE, REGULATED = int(OutputMode.MOTOR_ON), int(OutputMode.BRAKE), int(OutputMode.REGULATED)
 SPEED, SYNC = int(RegulationMode.SPEED), int(RegulationMode.SYNC)
 
-PERIOD = 101
-"""Passes between two regulations."""
+PERIOD_MS = 100
+"""Passes that must be over before the next regulation, unless firmware 1.32 was told otherwise."""
+
+NO_PERIOD = 0xFF
+"""A period that is never over: the counter has eight bits."""
+
+POSITION = 4
+"""Bit of the regulation to a position; it goes before the others."""
+
+_RAMP_AT_PERCENT = 80
+"""Part of the way to the limit after which a motor ramps down by option."""
 
 COUNT_WRAP = 10_000_000
 """A motor without a limit restarts its count beyond this many degrees."""
@@ -28,6 +38,19 @@ STALL_PATIENCE = 100
 
 CREEP = 10
 """Lowest speed at the start or end of a ramp, percent."""
+
+
+class Option(IntFlag):
+    """Options of firmware 1.32."""
+
+    HOLD_AT_LIMIT = 0x10
+    RAMP_DOWN_TO_LIMIT = 0x20
+
+
+class RegulationOption(IntFlag):
+    """Options of firmware 1.32 for all regulators."""
+
+    NO_SATURATION = 1
 
 
 class MotorControl:
@@ -43,7 +66,14 @@ class MotorControl:
         gains: P, I and D gains.
         elapsed: Passes since the last regulation.
         run_state: Phase of the motion.
-        regulation: Active regulator bits (speed, synchronisation).
+        regulation: Active regulator bits (speed, synchronisation, position).
+        position: Where the regulation to a position wants the motor now, degrees.
+        max_speed: Of the regulation to a position, degrees in 100 ms; 0 for no bounds.
+        max_acceleration: Change of that speed in 100 ms; 0 for any.
+        speed_left, acceleration_left: Parts of a degree, in hundredths, that periods other than 100 ms left over.
+        period_ms: Passes that must be over before the next regulation.
+        saturates: Whether the parts of a regulator are limited, not only their sum.
+        options: See `Option`.
         brake: Whether the windings are shorted in the PWM's off-phase.
         overloaded: Whether the regulator requested more than 100 %.
         forever: Whether no tacho limit is active.
@@ -60,6 +90,7 @@ class MotorControl:
         self.index = index
         self.stops_all_synchronised = version.stops_all_synchronised and index > 0
         self.windup_by_gain = version.windup_by_gain
+        self.positions = POSITION if version.regulates_position else 0
         self.others: Sequence[MotorControl] = ()
         self.gains = (96, 32, 32)
         self.set_speed = self.target_speed = self.actual_speed = self.turn = 0
@@ -70,6 +101,9 @@ class MotorControl:
         self.count = self.limit = self.block = self.rotation = 0
         self.ramp_start = self.ramp_old = self.ramp_step = self.ramp_counter = 0
         self.zero_divisions = 0
+        self.position = self.speed_left = self.acceleration_left = self.options = 0
+        self.max_speed, self.max_acceleration = 80, 20
+        self.period_ms, self.saturates = PERIOD_MS, True
 
     @property
     def at_rest(self) -> bool:
@@ -98,12 +132,19 @@ class MotorControl:
         if self.regulation & SYNC and (partner := self.partner):
             pair.append(partner)
         for motor in pair:
-            motor.count = motor.limit = 0
+            motor.count = motor.limit = motor.position = 0
         self.forever = False
 
-    def set_limit(self, limit: int) -> None:
-        """Move the target of the tacho limit by `limit` degrees in the direction of motion; 0 removes the limit."""
+    def set_limit(self, limit: int, options: int) -> None:
+        """Move the target of the tacho limit by `limit` degrees in the direction of motion; 0 removes the limit.
+
+        In regulation to a position it is that position, and the options stay as they were.
+        """
+        if self.regulation & self.positions:
+            self.forever, self.limit = False, limit
+            return
         self.forever = not limit
+        self.options = options if limit else 0
         if limit:
             direction = self.set_speed or self.target_speed
             self.limit = s32(self.limit + limit if direction > 0 else self.limit - limit)
@@ -120,6 +161,7 @@ class MotorControl:
             return
         if not self.target_speed:
             self.accumulated_error = self.old_error = self.elapsed = self.delta = self.fresh = 0
+            self.speed_left = self.acceleration_left = 0
         if run_state == IDLE:
             self.regulation = 0
         elif run_state == RUNNING:
@@ -157,7 +199,7 @@ class MotorControl:
             self.count += fresh
             self.block += fresh
             self.rotation += fresh
-        elapsed = self.elapsed = self.elapsed + 1
+        elapsed = self.elapsed = self.elapsed + 1 & 0xFF
         state = self.run_state
         if state != IDLE:
             if state == RAMP_UP:
@@ -174,9 +216,11 @@ class MotorControl:
         elif state == HOLD:
             self._hold()
             return False
-        return elapsed >= PERIOD
+        return elapsed > self.period_ms
 
     def _run(self) -> None:
+        if self.regulation & self.positions:
+            return
         if self.forever:
             if self.count > COUNT_WRAP:
                 self.count = 0
@@ -184,10 +228,35 @@ class MotorControl:
                 self.limit = self.count
         elif self.regulation & SYNC:
             self._check_synchronised_limit()
-        elif (self.set_speed > 0 and self.count >= self.limit) or (self.set_speed < 0 and self.count <= self.limit):
-            self.stop()
+        elif self._passed(self._threshold(self)):
+            if self.options & Option.RAMP_DOWN_TO_LIMIT:
+                self.run_state = self._start_ramp(RAMP_DOWN, 0, self.turn)
+            else:
+                self._rest()
         if not self.regulation:
             self.actual_speed = self.target_speed
+
+    def _passed(self, count: int) -> bool:
+        return (self.set_speed > 0 and self.count >= count) or (self.set_speed < 0 and self.count <= count)
+
+    def _threshold(self, motor: MotorControl) -> int:
+        """The count of a motor at which this one's motion ends, or ramps down by its option."""
+        ramps = self.options & Option.RAMP_DOWN_TO_LIMIT
+        return divide(motor.limit * _RAMP_AT_PERCENT, 100) if ramps else motor.limit
+
+    def _rest(self) -> None:
+        """Stop, or hold by regulation of the speed 0."""
+        self.run_state = self._at_limit
+        self.regulation = SPEED if self.run_state == HOLD else 0
+
+    @property
+    def _at_limit(self) -> int:
+        """Run state after the limit was reached."""
+        return HOLD if self.options & Option.HOLD_AT_LIMIT else IDLE
+
+    @property
+    def _at_synchronised_limit(self) -> int:
+        return RAMP_DOWN if self.options & Option.RAMP_DOWN_TO_LIMIT else self._at_limit
 
     def _coast(self) -> None:
         self.brake = False
@@ -220,7 +289,7 @@ class MotorControl:
                     self.ramp_counter = 0
                     self.target_speed = s8(self.target_speed + sign)
         if (self.count - self.limit) * sign >= 0:
-            self.target_speed, self.run_state = self.set_speed, IDLE
+            self.target_speed, self.run_state = self.set_speed, self._at_limit
         elif (self.target_speed - self.set_speed) * sign > 0:
             self.target_speed = self.set_speed
         if not self.regulation:
@@ -264,7 +333,7 @@ class MotorControl:
     def _reached_ramp_end(self) -> bool:
         if self.regulation & SYNC and self.turn:
             self._check_synchronised_limit()
-            return self.run_state == IDLE
+            return self.run_state != RAMP_DOWN
         return self.count >= self.limit if self.target_speed > 0 else self.count <= self.limit
 
     def _end_ramp_down(self) -> None:
@@ -273,11 +342,11 @@ class MotorControl:
             for motor in pair:
                 if motor is self or (motor and motor.regulation & SYNC):
                     motor.set_speed = motor.target_speed = motor.actual_speed = 0
-                    motor.stop()
+                    motor._rest()
             return
         if not self.set_speed:
             self.target_speed = self.actual_speed = 0
-        self.stop()
+        self._rest()
 
     def _check_synchronised_limit(self) -> None:
         partner = self.partner
@@ -286,25 +355,25 @@ class MotorControl:
         if not self.turn:
             motors = (self, partner)
             if self.set_speed > 0:
-                reached = any(motor.count >= motor.limit for motor in motors)
+                reached = any(motor.count >= self._threshold(motor) for motor in motors)
             elif self.set_speed < 0:
-                reached = any(motor.count <= motor.limit for motor in motors)
+                reached = any(motor.count <= self._threshold(motor) for motor in motors)
             else:
                 reached = False
         else:
             reached = self._outer_reached_limit(partner)
         if reached:
-            self.run_state = partner.run_state = IDLE
+            self.run_state, partner.run_state = self._at_synchronised_limit, partner._at_synchronised_limit
 
     def _outer_reached_limit(self, partner: MotorControl) -> bool:
         """Whether the faster motor of a turning pair reached its limit; the slower one then gets its counts."""
         first, second = (partner, self) if self.turn > 0 else (self, partner)
         if first.target_speed >= 0:
             outer, inner = first, second
-            reached = outer.count >= outer.limit
+            reached = outer.count >= self._threshold(outer)
         else:
             outer, inner = second, first
-            reached = outer.count <= outer.limit
+            reached = outer.count <= self._threshold(outer)
         if reached:
-            inner.count, inner.limit = outer.count, outer.limit
+            inner.count, inner.limit = outer.count, self._threshold(outer)
         return reached

@@ -10,7 +10,17 @@ from typing import Protocol
 from firmware_protocol.iomap import OutputFlag
 from sim_backend.firmware.cint import s32
 from sim_backend.firmware.module import NEVER, Clock
-from sim_backend.firmware.motor_control import BRAKE, IDLE, MOTOR_ON, PERIOD, RAMP_DOWN, REGULATED, SYNC, MotorControl
+from sim_backend.firmware.motor_control import (
+    BRAKE,
+    IDLE,
+    MOTOR_ON,
+    NO_PERIOD,
+    RAMP_DOWN,
+    REGULATED,
+    SYNC,
+    MotorControl,
+    RegulationOption,
+)
 from sim_backend.firmware.regulation import Regulators
 from sim_backend.firmware.versions import Version
 
@@ -60,8 +70,8 @@ class Output:
         run_state: As commanded until the next pass, then live.
         regulation: As commanded.
         turn: As commanded, percent.
-        options: Byte 29 of the map.
-        max_speed, max_acceleration: Fields of programs for firmware 1.32, without effect.
+        options: `motor_control.Option` bits; active with `OutputFlag.MODE`.
+        max_speed, max_acceleration: Of the regulation to a position, degrees in 100 ms; active with `OutputFlag.PID`.
         tacho_limit: As commanded, degrees.
     """
 
@@ -70,8 +80,7 @@ class Output:
         self.plant: MotorPlant | None = None
         self.p_gain, self.i_gain, self.d_gain = control.gains
         self.mode = self.power = self.run_state = self.regulation = self.turn = self.tacho_limit = self.flags = 0
-        self.options = 0
-        self.max_speed, self.max_acceleration = 80, 20
+        self.options = self.max_speed = self.max_acceleration = 0
 
     @property
     def at_rest(self) -> bool:
@@ -89,8 +98,9 @@ class OutputModule:
     Attributes:
         due_ms: See `Module`.
         outputs: Ports A, B, C.
-        pwm_frequency: Byte 96 of the map, kHz.
-        shows_options: See `Version`.
+        common_byte: Byte 96 of the map: the period of regulation in ms if positions are regulated, else without effect.
+        regulation_options: Byte 97 of the map, `motor_control.RegulationOption`; without effect like the byte before.
+        regulates_position: See `Version`.
     """
 
     def __init__(self, clock: Clock, version: Version) -> None:
@@ -104,13 +114,37 @@ class OutputModule:
         for control in self.controls:
             control.others = [other for other in self.controls if other is not control]
         self.outputs = [Output(control) for control in self.controls]
-        self.pwm_frequency = 0
         self.due_ms = NEVER
         self._regulators = Regulators()
         self._groups = version.port_groups
-        self.shows_options = version.shows_options
+        self.regulates_position = version.regulates_position
+        self._common_byte = self._regulation_options = 0
         self._clock = clock
         self._last_ms = clock.now_ms
+
+    @property
+    def common_byte(self) -> int:
+        """See the class."""
+        return self._common_byte
+
+    @common_byte.setter
+    def common_byte(self, value: int) -> None:
+        self._common_byte = value
+        if self.regulates_position:
+            for control in self.controls:
+                control.period_ms = value
+
+    @property
+    def regulation_options(self) -> int:
+        """See the class."""
+        return self._regulation_options
+
+    @regulation_options.setter
+    def regulation_options(self, value: int) -> None:
+        self._regulation_options = value
+        if self.regulates_position:
+            for control in self.controls:
+                control.saturates = not value & RegulationOption.NO_SATURATION
 
     def chosen(self, port: int) -> list[Output]:
         """The outputs that a number means: one port, or a group of this version of the firmware."""
@@ -157,10 +191,11 @@ class OutputModule:
     def _account(self, passes: int) -> None:
         """Advance the regulation timers only: all motors were at rest."""
         for control in self.controls:
-            elapsed = control.elapsed + passes
-            if elapsed >= PERIOD:
+            period = control.period_ms + 1
+            elapsed = min(control.elapsed, control.period_ms) + passes
+            if elapsed >= period and control.period_ms < NO_PERIOD:
                 control.delta = 0
-            control.elapsed = elapsed % PERIOD
+            control.elapsed = elapsed % period
 
     def _apply(self, output: Output) -> None:
         """Apply the flagged values in the firmware's order (docs/firmware.md section 9.1)."""
@@ -173,12 +208,13 @@ class OutputModule:
             control.block = 0
         if flags & _SPEED and output.mode & MOTOR_ON:
             control.set_motion(output.run_state, output.power, output.turn)
-        if flags & _LIMIT:
-            control.set_limit(s32(output.tacho_limit))
         if flags & _MODE:
             self._apply_mode(output)
+        if flags & _LIMIT:
+            control.set_limit(s32(output.tacho_limit), output.options if self.regulates_position else 0)
         if flags & _PID:
             control.gains = (output.p_gain, output.i_gain, output.d_gain)
+            control.max_speed, control.max_acceleration = output.max_speed, output.max_acceleration
         output.flags &= _STAYS
 
     def _apply_mode(self, output: Output) -> None:

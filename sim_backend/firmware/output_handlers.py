@@ -35,7 +35,7 @@ class OutputHandlers:
             output.regulation, output.turn = int(command.regulation), command.turn_ratio
             output.run_state, output.tacho_limit = int(command.run_state), command.tacho_limit
             output.flags |= COMMAND
-            if self._output.shows_options:
+            if self._output.regulates_position:
                 output.options = int(command.mode) & _OPTIONS
         self._output.wake()
         return DONE if chosen else OUT_OF_RANGE

@@ -38,7 +38,8 @@ class Version:
         stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor,
             or only the partner.
         windup_by_gain: Whether the limit of the position error in speed regulation is divided by the P gain.
-        shows_options: Whether the Output map shows the upper four bits of the mode in SetOutputState as options.
+        regulates_position: Whether motors can be regulated to a position, with options in the upper four bits of their
+            mode, and with a period that can be changed.
         port_groups: The motors that SetOutputState sets by a number that is not one port's.
         strict_data_names: Whether data files may not have names of programs.
         writing_prevents_deletion: Whether a file cannot be deleted while it is being written.
@@ -68,7 +69,7 @@ class Version:
     write_options: bool
     stops_all_synchronised: bool
     windup_by_gain: bool
-    shows_options: bool
+    regulates_position: bool
     port_groups: Mapping[int, Sequence[int]]
     strict_data_names: bool
     writing_prevents_deletion: bool
@@ -102,7 +103,7 @@ _V1_29 = Version(
     write_options=False,
     stops_all_synchronised=True,
     windup_by_gain=True,
-    shows_options=False,
+    regulates_position=False,
     port_groups={0xFF: (0, 1, 2)},
     strict_data_names=True,
     writing_prevents_deletion=True,
@@ -158,7 +159,7 @@ _V1_32 = replace(
     absent_color=1,
     reads_digital_raw=True,
     windup_by_gain=False,
-    shows_options=True,
+    regulates_position=True,
     port_groups={0xFF: (0, 1, 2), 3: (0, 1), 4: (0, 2), 5: (1, 2), 6: (0, 1, 2)},
     stops_all_synchronised=False,
     resends_messages=True,

@@ -97,7 +97,7 @@ class Devices:
     @cached_property
     def output_fields(self) -> Sequence[str]:
         """Names of the fields of an output port."""
-        return _ENHANCED_OUTPUT_FIELDS if self.output.shows_options else OUTPUT_FIELDS
+        return _ENHANCED_OUTPUT_FIELDS if self.output.regulates_position else OUTPUT_FIELDS
 
     def _split(self, argument: int) -> tuple[bool, int, int]:
         """Whether an input field is meant, the port, and the field."""
