@@ -172,12 +172,12 @@ class MissionChart(StateChart[Any]):
 
     @property
     def more_targets(self) -> bool:
-        """Guard: whether more targets are left."""
+        """Guard: more targets are left."""
         return self.queue.more_targets
 
     @property
     def another_round(self) -> bool:
-        """Guard: whether the present target has another turn, in a later round."""
+        """Guard: the present target has another turn, in a later round."""
         return self.queue.another_round
 
     def chosen(self, target: State) -> bool:
@@ -229,6 +229,6 @@ def _leaves(state: State) -> Iterator[str]:
         yield from _leaves(child)
 
 
-_ROBOT = next(state for state in MissionChart.states if state.id == "robot")
-MISSION_STATES = tuple(_leaves(next(region for region in _ROBOT.states if region.id == "mission")))
+ROBOT = next(state for state in MissionChart.states if state.id == "robot")
+MISSION_STATES = tuple(_leaves(next(region for region in ROBOT.states if region.id == "mission")))
 """Leaves of the mission region."""

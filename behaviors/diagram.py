@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from statemachine import HistoryState, State
 
-from behaviors.chart import MissionChart
+from behaviors.chart import ROBOT, MissionChart
 from behaviors.chart_words import EVENTS, STATES
 from behaviors.recoveries import RECOVERIES
 
@@ -44,9 +44,8 @@ class Arrow:
 
 def arrows() -> list[Arrow]:
     """Return every declared transition of the chart, region by region."""
-    robot = next(state for state in MissionChart.states if state.id == "robot")
-    found = [arrow for region in robot.states for arrow in _arrows_below(region, region.id)]
-    return [*found, *_arrows_of(robot, "robot")]
+    found = [arrow for region in ROBOT.states for arrow in _arrows_below(region, region.id)]
+    return [*found, *_arrows_of(ROBOT, "robot")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,14 +63,12 @@ class Box:
 
 def regions() -> list[Box]:
     """Return the chart's regions, each with all states in it."""
-    robot = next(state for state in MissionChart.states if state.id == "robot")
-    return [_box(region) for region in robot.states]
+    return [_box(region) for region in ROBOT.states]
 
 
 def initial_states() -> list[str]:
     """Return the states in which a mission begins, one for each region."""
-    robot = next(state for state in MissionChart.states if state.id == "robot")
-    return [next(child.id for child in region.states if child.initial) for region in robot.states]
+    return [next(child.id for child in region.states if child.initial) for region in ROBOT.states]
 
 
 def transition_table() -> str:
@@ -106,14 +103,13 @@ def recovery_table() -> str:
 
 def mermaid() -> str:
     """Return the chart as a Mermaid state diagram."""
-    robot = next(state for state in MissionChart.states if state.id == "robot")
     lines = ["stateDiagram-v2", "    state robot {"]
-    for i, region in enumerate(robot.states):
+    for i, region in enumerate(ROBOT.states):
         if i:
             lines.append("        --")
         lines += _compound(region, 2)
     lines.append("    }")
-    lines += [f"    robot --> done : {arrow.label}" for arrow in _arrows_of(robot, "robot")]
+    lines += [f"    robot --> done : {arrow.label}" for arrow in _arrows_of(ROBOT, "robot")]
     return "\n".join(lines)
 
 
@@ -123,8 +119,8 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 def _sentence(name: str) -> str:
     """Return the first line of a chart's method's docstring, or an empty string if there is no such method."""
-    doc: str = getattr(getattr(MissionChart, name, None), "__doc__", None) or ""
-    return doc.partition("\n")[0] if name in vars(MissionChart) else ""
+    method = vars(MissionChart).get(name)
+    return (method.__doc__ or "").partition("\n")[0] if method else ""
 
 
 def _all(boxes: Iterable[Box]) -> Iterator[Box]:

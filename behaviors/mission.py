@@ -252,13 +252,26 @@ def load_mission(
 def _robot_file(table: dict[str, Any], path: Path, robot: Path | None, usual: Path | None) -> RobotFile | None:
     settings = table.get("mission")
     named = settings.get("robot_file") if isinstance(settings, dict) else None
-    beside = path.parent / named if isinstance(named, str) else None
-    chosen = robot or beside or usual
+    chosen = chosen_robot_file(named, path, robot, usual)
     try:
         return None if chosen is None else load_robot_file(chosen)
     except RobotFileError as error:
-        origin = "" if robot else f"{path}: mission.robot_file: " if beside else f"{ROBOT_VARIABLE}: "
-        raise MissionError(f"{origin}{error}") from None
+        origin = "" if robot else f"{path}: mission.robot_file: " if isinstance(named, str) else f"{ROBOT_VARIABLE}: "
+        head, *mistakes = str(error).split("\n  ")
+        raise MissionError("\n  ".join([f"{origin}{head}", *(f"{chosen}: {each}" for each in mistakes)])) from None
+
+
+def chosen_robot_file(named: object, path: Path | None, robot: Path | None, usual: Path | None) -> Path | None:
+    """Return the robot file that counts, if there is one.
+
+    Args:
+        named: The one that the mission names, if it is a text.
+        path: The mission's file, beside which that one is; None for a mission without a file.
+        robot: The one that comes before it.
+        usual: The one that comes after it.
+    """
+    beside = path.parent / named if path is not None and isinstance(named, str) else None
+    return robot or beside or usual
 
 
 def described_by(mission: Mission, described: RobotFile) -> Mission:

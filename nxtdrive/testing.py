@@ -197,7 +197,7 @@ class SimWorld:
         """
         people = self.simulation.world.people
         if name not in people:
-            raise ConfigError(f"there is no person {name!r} here; known: {', '.join(people) or 'nobody'}.")
+            raise ConfigError(f"there is no person {name!r} here; known: {', '.join(people) or 'none'}.")
         return self._later(after_s, lambda: people[name].come((x_mm, self._row_mm(y_mm)), None))
 
     def place_robot(self, *, x_mm: float, y_mm: float, heading_deg: float = 0.0) -> Self:

@@ -92,12 +92,13 @@ def run(args: argparse.Namespace) -> int:
     """Calibrate; returns the exit code."""
     if args.sheet:
         return _write_sheet(args.sheet)
-    from nxtdrive.mission.setup import usual_robot
+    from nxtdrive.mission.setup import read_robot_file, usual_robot
     from nxtdrive.tools.calibrate.course import CalibrationRefused
     from nxtdrive.tools.calibrate.verdict import write_robot_file
 
     path = args.robot or usual_robot() or DEFAULT_FILE
-    what, before = _wanted(args), _before(path)
+    before = read_robot_file(path if os.path.lexists(path) else None)
+    what = _wanted(args)
     colors = what == [COLORS]
     address = _address(args.nxt, SIMULATED_ROOMS[colors])
     if address.scheme != "sim" and not args.yes and not colors:
@@ -198,18 +199,6 @@ def _write_sheet(path: Path) -> int:
         write_file(path, content)
     write_line(f"{path}: print it at 100 %; the line below the markers must be 100 mm long.")
     return DONE
-
-
-def _before(path: Path) -> RobotFile:
-    """Return the robot file so far; one without values if there is none."""
-    from behaviors.robot_description import RobotFile, RobotFileError, load_robot_file
-
-    if not os.path.lexists(path):
-        return RobotFile()
-    try:
-        return load_robot_file(path)
-    except RobotFileError as error:
-        raise ConfigError(str(error)) from None
 
 
 def _address(text: str, room: str) -> Address:

@@ -66,11 +66,12 @@ def run(args: argparse.Namespace) -> int:
         raise ConfigError("--install belongs to --fix-udev.", remedy="Give both.")
     if args.fix_udev:
         return _fix_udev(install=args.install)
-    if args.mission is not None:
+    mission = None
+    if args.mission is not None or args.wiggle:  # report a missing or wrong file before the examination
         from nxtdrive.mission.setup import load
 
-        load(args.mission, args.robot)  # report a missing or wrong file before the examination
-    examination, findings = _Examination(args), []
+        mission = load(args.mission, args.robot)
+    examination, findings = _Examination(args, mission), []
     for finding in examination.findings():
         findings.append(finding)
         if not args.json:
@@ -94,9 +95,10 @@ class _Examination:
         reached: Whether a brick could be opened.
     """
 
-    def __init__(self, args: argparse.Namespace) -> None:
+    def __init__(self, args: argparse.Namespace, mission: Mission | None) -> None:
         self.reached = False
         self._args = args
+        self._mission = mission
 
     def findings(self) -> Iterator[Finding]:
         """Yield each finding as it is made."""
@@ -107,7 +109,7 @@ class _Examination:
         address = Address.parse(args.nxt)
         simulated = address.scheme == "sim"
         yield from computer.examine(address.scheme, args.camera or (None if simulated else "0"))
-        yield _calibration(args)
+        yield _calibration(args, self._mission)
         yield from self._brick(address, own_camera=simulated and not args.camera)
 
     def _brick(self, address: Address, *, own_camera: bool) -> Iterator[Finding]:
@@ -129,28 +131,31 @@ class _Examination:
         if own_camera:
             yield _simulated_camera(brick)
         yield from patient.examine(brick)
-        if self._args.wiggle:
-            from nxtdrive.mission.setup import load
-
-            yield from _wiggle(brick, load(self._args.mission, self._args.robot), asked=self._args.yes)
+        if self._args.wiggle and self._mission is not None:
+            yield from _wiggle(brick, self._mission, asked=self._args.yes)
 
 
-def _calibration(args: argparse.Namespace) -> Finding:
+def _calibration(args: argparse.Namespace, mission: Mission | None) -> Finding:
     """Say what was calibrated, by the robot file that missions use."""
+    from behaviors.mission import chosen_robot_file
     from behaviors.robot_description import RobotFileError, load_robot_file
-    from nxtdrive.mission.setup import robot_file
+    from nxtdrive.mission.setup import usual_robot
     from nxtdrive.tools.doctor.finding import ok, problem, warning
 
+    named = None if mission is None else mission.mission.robot_file
+    path = chosen_robot_file(named, args.mission, args.robot, usual_robot())
+    simulated = args.nxt.startswith("sim")
+    options = "" if simulated else f" --nxt {args.nxt} --camera {args.camera or 0}"
+    if path is None:
+        said = "there is no robot file; the usual values count."
+        return warning("calibration", said, f"Measure the robot: nxtdrive calibrate{options}")
     try:
-        path = robot_file(args.mission, args.robot)
-        if path is None:
-            return warning("calibration", "there is no robot file; the usual values count.", "`nxtdrive calibrate`")
         calibration = load_robot_file(path).calibration
-    except (RobotFileError, ConfigError) as error:
-        return problem("calibration", str(error), "Correct it, or write it anew with `nxtdrive calibrate`.")
+    except RobotFileError as error:
+        return problem("calibration", str(error), f"Correct it, or write it anew: nxtdrive calibrate{options}")
     said = f"{path}: {calibration.summary}"
     if missing := calibration.missing:
-        return warning("calibration", said, f"`nxtdrive calibrate {' '.join(missing)}`")
+        return warning("calibration", said, f"Measure the rest: nxtdrive calibrate {' '.join(missing)}{options}")
     return ok("calibration", said)
 
 

@@ -112,7 +112,7 @@ def _show(args: argparse.Namespace) -> int:
 
 
 def _described(mission: Mission) -> str:
-    """Format every number the mission runs with; a star marks those the file sets."""
+    """Format every number the mission runs with; a star marks those that the mission or its robot file sets."""
     from nxtdrive.cli.mission_template import meanings
 
     tables = {
@@ -124,7 +124,7 @@ def _described(mission: Mission) -> str:
         "camera": mission.camera,
         **{f"color.{name}": shade for name, shade in mission.color.items()},
     }
-    lines = ["Parameters; * marks those that the file sets, the others are defaults"]
+    lines = ["Parameters; * marks those that the mission or its robot file sets, the others are defaults"]
     idle = {"adaptive", "thesis"} - {mission.mission.profile}
     for title, table in tables.items():
         lines += ["", printable(f"[{title}]") + "   no effect: the mission has the other profile" * (title in idle)]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from collections.abc import Callable
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
@@ -16,6 +15,7 @@ from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_pro
 from nxtdrive.cli.output import complain, make_console, print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.cli.progress import with_progress
+from nxtdrive.cli.prompt import can_ask
 from nxtdrive.cli.web import add_port_argument, listen, require_extra
 from nxtdrive.signals import held
 
@@ -155,7 +155,7 @@ def _mission(args: argparse.Namespace) -> Mission:
 
     if args.web:
         require_extra()
-    elif args.confirm_recovery and not (sys.stdin.isatty() and sys.stderr.isatty()):
+    elif args.confirm_recovery and not can_ask():
         raise ConfigError("--confirm-recovery needs a terminal to ask you in.", remedy="Run it in one, or add --web.")
     mission = load(args.mission, args.robot)
     if args.profile is not None:

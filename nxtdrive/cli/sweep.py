@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
     from contextlib import AbstractContextManager
 
-    from behaviors.robot_description import RobotFile
     from nxtdrive.tools.sweep.performance import Line, Task
     from nxtdrive.tools.sweep.runner import Swept
 
@@ -95,6 +94,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the sweep, or draw a map; returns the exit code."""
+    from nxtdrive.mission.setup import read_robot_file
     from nxtdrive.tools.sweep.policies import ALL_NAMES, NAMES
     from nxtdrive.tools.sweep.runner import plan
     from sim_backend.scenarios.classes import ALL_CLASSES, CLASSES, HARD_CLASSES, REALITY_CLASSES
@@ -113,7 +113,7 @@ def run(args: argparse.Namespace) -> int:
         range(first, last + 1),
         _known("profile", args.profiles or policies or NAMES, ALL_NAMES),
         args.eyes,
-        _robot(args.robot),
+        read_robot_file(args.robot),
     )
     out = args.out or DEFAULT_OUT
     if os.path.lexists(out) and not args.resume:
@@ -125,20 +125,6 @@ def run(args: argparse.Namespace) -> int:
         write_plot(swept.lines, args.plot)
     _tell(swept.lines, swept.eval_s, as_json=args.json)
     return 0
-
-
-def _robot(path: Path | None) -> RobotFile:
-    """Return what missions are to believe of their robot.
-
-    Raises:
-        ConfigError: The file has mistakes.
-    """
-    from behaviors.robot_description import RobotFile, RobotFileError, load_robot_file
-
-    try:
-        return RobotFile() if path is None else load_robot_file(path)
-    except RobotFileError as error:
-        raise ConfigError(str(error)) from None
 
 
 def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:

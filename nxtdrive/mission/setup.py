@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from behaviors.mission import BUILT_IN, Mission, MissionError, Target, load_mission
-from behaviors.robot_description import ROBOT_VARIABLE
+from behaviors.robot_description import ROBOT_VARIABLE, RobotFile, RobotFileError, load_robot_file
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.mission.body import MissionBody, MissionClock
 from nxtdrive.motion.obstacle_monitor import SafetyLimits
@@ -43,11 +43,16 @@ def usual_robot() -> Path | None:
     return Path(named) if named else None
 
 
-def robot_file(path: Path | None, robot: Path | None = None) -> Path | None:
-    """Return the robot file that a mission uses, if any; see `load`."""
-    named = load(path, robot).mission.robot_file
-    beside = None if named is None or path is None else path.parent / named
-    return robot or beside or usual_robot()
+def read_robot_file(path: Path | None) -> RobotFile:
+    """Read a robot file; without a path, one without values.
+
+    Raises:
+        ConfigError: The file has mistakes; the message lists all of them.
+    """
+    try:
+        return RobotFile() if path is None else load_robot_file(path)
+    except RobotFileError as error:
+        raise ConfigError(str(error)) from None
 
 
 def load(path: Path | None, robot: Path | None = None) -> Mission:

@@ -22,7 +22,7 @@ def mm_per_degree(wheel_diameter_mm: float, mismatch_percent: float) -> Pair:
     return mean * (1 - share), mean * (1 + share)
 
 
-def motor_signs(reversed: Pair) -> tuple[int, int]:
+def motor_signs(reversed: tuple[bool, bool]) -> tuple[int, int]:
     """Return 1 for each motor that positive power turns forward, -1 for one that it turns backwards.
 
     Args:
@@ -43,7 +43,7 @@ class WheelGeometry:
     """
 
     mm_per_deg: Pair
-    signs: Pair
+    signs: tuple[int, int]
     track_mm: float
 
     @classmethod
@@ -52,7 +52,7 @@ class WheelGeometry:
         wheel_diameter_mm: float,
         axle_track_mm: float,
         *,
-        reversed: Pair,
+        reversed: tuple[bool, bool],
         mismatch_percent: float = 0.0,
         turn_slip_percent: float = 0.0,
     ) -> WheelGeometry:

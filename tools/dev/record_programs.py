@@ -17,8 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..conformance.program_run import Exchange, events_of, given_files, run_program
-
-PROGRAMS = Path("tests/golden/programs")
+from .faults.program_mutation import COMPILED
 
 
 @contextmanager
@@ -56,7 +55,7 @@ def record(source: Path, version: str, command: str) -> dict[str, object]:
 
 def main(out: str, *firmwares: str) -> None:
     """Record all programs on all firmwares."""
-    sources = sorted(path for path in PROGRAMS.iterdir() if path.suffix in (".nxc", ".nbc"))
+    sources = sorted(path for path in COMPILED.iterdir() if path.suffix in (".nxc", ".nbc"))
     lines = [
         json.dumps(record(source, *version.split("=", 1)), separators=(",", ":"), sort_keys=True)
         for version in firmwares

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from behaviors.mission import Mission
 
 KNOWN_FIRMWARE = ("1.05", "1.29", "1.32")
-"""Both were compared with LEGO's own code. Source: docs/firmware.md."""
+"""All were compared with the firmware's own code. Source: docs/firmware.md."""
 FLAT_MV, LOW_MV = 6100, 7100
 """Voltages at which the brick itself warns: alkaline cells, rechargeable pack. Source: docs/firmware.md section 8."""
 FIRST_SAMPLE_S = 0.2
@@ -60,7 +60,7 @@ def firmware(version: str) -> Finding:
     if version == "1.05":
         return warning("firmware", "1.05 reads no colour sensor.", "Put LEGO's firmware 1.29 on the brick.")
     if version not in KNOWN_FIRMWARE:
-        known = " and ".join(KNOWN_FIRMWARE)
+        known = ", ".join(KNOWN_FIRMWARE)
         return warning("firmware", f"{version}; {known} are known to work.", "Try it; if it fails, install 1.29.")
     return ok("firmware", version)
 

@@ -81,7 +81,7 @@ class Missions:
         """
         beside = self.folder / "mission.toml"  # the missions' pictures lie there
         with draft(beside, text.encode()) as file:
-            found = check_mission(file)
+            found = check_mission(file, self._robot)
         found.mistakes = [mistake.replace(str(file), "The text") for mistake in found.mistakes]
         return found
 

@@ -32,6 +32,23 @@ def _examine(capsys, *words):
     return code, report, {finding["topic"]: finding for finding in report["findings"]}
 
 
+@pytest.mark.parametrize(
+    ("words", "options"), [(("sim://",), ""), (("usb://", "--camera", "2"), " --nxt usb:// --camera 2")]
+)
+def test_the_advice_calibrates_the_robot_that_was_examined(capsys, words, options):
+    _, _, findings = _examine(capsys, "--nxt", *words)
+    assert findings["calibration"]["remedy"] == f"Measure the robot: nxtdrive calibrate{options}"
+
+
+def test_a_wrong_robot_file_is_said_before_the_motors_turn(capsys, monkeypatch, tmp_path):
+    monkeypatch.setenv("NXT_ROBOT", str(tmp_path / "none.toml"))
+    _, report, findings = _examine(capsys, "--nxt", "sim://")
+    assert report["problems"] == 1
+    assert findings["calibration"]["verdict"] == "problem"
+    assert main(["doctor", "--nxt", "sim://", "--wiggle", "--yes"]) == USAGE
+    assert "NXT_ROBOT" in capsys.readouterr().err
+
+
 def test_the_simulated_brick_is_examined_from_libusb_to_the_sensors(capsys):
     code, report, findings = _examine(capsys, "--nxt", "sim://", "--wiggle", "--yes")
     assert code == DONE

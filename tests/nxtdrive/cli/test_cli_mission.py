@@ -9,6 +9,7 @@ from behaviors.diagram import mermaid, transition_table
 from behaviors.mission import AdaptiveParameters, MissionError, ThesisParameters, load_mission
 from nxtdrive.cli.main import DONE, USAGE, exit_code, main
 from nxtdrive.cli.mission_template import meanings, template
+from nxtdrive.tools.web.missions import Missions
 from sim_backend.bundled import PICTURES
 
 GOOD = '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "color"\ncolor = "red"\n'
@@ -79,6 +80,18 @@ def test_mistakes_in_keys_ports_and_pictures_are_found_in_one_pass(tmp_path, cap
     for start in starts:
         assert [line for line in found if line.startswith(start)], start
     assert len(found) == len(starts)
+
+
+def test_mistakes_in_the_robot_file_name_that_file(tmp_path, capsys):
+    robot, mission = tmp_path / "robot.toml", tmp_path / "mission.toml"
+    robot.write_text("robt = 1\n[camera]\nhfov_deg = 5\n", encoding="utf-8")
+    mission.write_text('[mission]\ntargets = ["tag"]\n[target.tag]\ndetector = "marker"\nid = 7\n', encoding="utf-8")
+    assert main(["mission", "check", "--robot", str(robot), "--json", str(mission)]) == USAGE
+    found = json.loads(capsys.readouterr().out)[0]["mistakes"]
+    assert len(found) == 2
+    assert all(line.startswith(f"{robot}: ") for line in found)
+    checked = Missions(tmp_path, robot).check(mission.read_text(encoding="utf-8"))
+    assert checked.mistakes == found
 
 
 def _picture(folder, width, height):
