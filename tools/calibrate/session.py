@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from nxtdrive.vision.camera import Camera
 
 METHOD = "marker sheet"
+CONE_UNSURE_DEG = 6.0
+"""A beam whose angle is less certain keeps the one that it had."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,9 +172,10 @@ def _add(
         values = {**rounded(found.values, WHEEL_KEYS), "turn_slip_percent": 0.0}
         new.add("wheels", "robot", values, {key: errors[key] for key in WHEEL_KEYS})
     if "sonar" in what and heard is not None:
-        values = {"sonar_forward_mm": round(heard.forward_mm, 1)}
-        noise_mm = round(heard.noise_mm, 1)
-        new.add("sonar", "robot", values, {"sonar_forward_mm": heard.standard_error_mm}, noise_mm=noise_mm)
+        values, sure = {"sonar_forward_mm": round(heard.forward_mm, 1)}, {"sonar_forward_mm": heard.standard_error_mm}
+        if heard.cone_deg is not None and heard.cone_deg[1] < CONE_UNSURE_DEG:
+            values["sonar_cone_deg"], sure["sonar_cone_deg"] = heard.cone_deg
+        new.add("sonar", "robot", values, sure, noise_mm=round(heard.noise_mm, 1))
 
 
 def _motors(brick: Brick, camera: Camera, robot: RobotTable, poll: Poll) -> tuple[RobotTable, int]:

@@ -1,4 +1,4 @@
-"""Estimates where the sonar is and how much it errs, from echoes of the wall on which the sheet hangs."""
+"""Estimates the sonar's place, beam and error from echoes of the wall on which the sheet hangs."""
 
 from __future__ import annotations
 
@@ -9,11 +9,21 @@ import numpy as np
 
 from nxtdrive.motion.wheel_geometry import mm_per_degree
 
-from .track import Track, at_times, poses
+from .track import Array, Track, at_times, poses
 
 STRAIGHT_DEG = 8.0
 """Echoes count only when the robot faces the wall this well: then the whole beam hits it at about the same distance."""
 FEWEST = 20
+ASLANT_DEG = 35.0
+"""Farther aside the echo may be of another wall."""
+BEYOND_DEG = 4.0
+"""The beam's edge is known when there are enough echoes from beyond it, by this at least."""
+HALVES_DEG = np.arange(2.0, ASLANT_DEG, 0.25)
+"""Half angles of the beam that are tried."""
+OUTLIER, GROUPS = 3.0, 5
+"""Errors count up to so many standard deviations; and parts of the echoes, of which each is left out once."""
+UNEVEN_DEG = 3.0
+"""Standard error of the beam's angle through walls that are not plane, such as by the sheet, or a skirting board."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +35,14 @@ class SonarEstimate:
         standard_error_mm: Of that.
         noise_mm: Standard deviation of single echoes.
         echoes: Number of echoes used.
+        cone_deg: Whole angle of its beam, and the standard error of that; None where the wall gives no echo aslant.
     """
 
     forward_mm: float
     standard_error_mm: float
     noise_mm: float
     echoes: int
+    cone_deg: tuple[float, float] | None
 
 
 def estimate_sonar(track: Track, values: dict[str, float]) -> SonarEstimate | None:
@@ -55,4 +67,26 @@ def estimate_sonar(track: Track, values: dict[str, float]) -> SonarEstimate | No
     forward = (wall_mm - ranges)[facing] / np.cos(off[facing])
     middle = float(np.median(forward))
     noise = max(1.0, float(1.4826 * np.median(np.abs(forward - middle))))
-    return SonarEstimate(middle, 1.25 * noise / math.sqrt(facing.sum()), noise, int(facing.sum()))
+    error = 1.25 * noise / math.sqrt(facing.sum())
+    upright_mm = wall_mm - middle * np.cos(off)
+    cone_deg = _cone(np.degrees(np.abs(off)), upright_mm, ranges, noise)
+    return SonarEstimate(middle, error, noise, int(facing.sum()), cone_deg)
+
+
+def _cone(off_deg: Array, upright_mm: Array, ranges: Array, noise_mm: float) -> tuple[float, float] | None:
+    """Return the whole angle of the beam and its standard error.
+
+    A beam whose edge still meets the wall upright measures the same when the robot turns; beyond, its edge is what is
+    nearest to the wall, and the range grows.
+    """
+    used = off_deg < ASLANT_DEG
+    off_deg, upright_mm, ranges = off_deg[used], upright_mm[used], ranges[used]
+    aside = np.radians(np.maximum(0.0, off_deg - HALVES_DEG[:, None]))
+    losses = np.minimum(np.abs(ranges - upright_mm / np.cos(aside)) / noise_mm, OUTLIER)
+    half = float(HALVES_DEG[losses.sum(axis=1).argmin()])
+    if (off_deg > half + BEYOND_DEG).sum() < FEWEST:
+        return None
+    group = np.arange(len(off_deg)) % GROUPS
+    others = [float(HALVES_DEG[losses[:, group != each].sum(axis=1).argmin()]) for each in range(GROUPS)]
+    error = math.sqrt((GROUPS - 1) / GROUPS * sum((each - half) ** 2 for each in others))
+    return 2 * half, math.hypot(2 * error, UNEVEN_DEG)

@@ -163,6 +163,7 @@ def test_a_simulated_robot_calibrates_itself(here, capsys):
     assert file.robot.wheel_diameter_mm == pytest.approx(56.0, rel=0.01)
     assert file.robot.axle_track_mm == pytest.approx(112.0, rel=0.01)
     assert file.robot.sonar_forward_mm == pytest.approx(100.0, abs=10)
+    assert file.robot.sonar_cone_deg == pytest.approx(30.0, abs=8)
     assert file.camera.hfov_deg == pytest.approx(60.0, rel=0.02)
     assert file.camera.forward_mm == pytest.approx(60.0, abs=10)
     assert (file.camera.tilt_deg, file.camera.roll_deg) == pytest.approx((0, 0), abs=1)

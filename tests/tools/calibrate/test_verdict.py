@@ -101,5 +101,31 @@ def test_the_place_of_the_sonar_is_found(forward_mm, turn_deg):
     assert found.forward_mm == pytest.approx(forward_mm, abs=0.5)
 
 
+@pytest.mark.parametrize("cone_deg", [10.0, 30.0, 44.0])
+@pytest.mark.parametrize("aslant", [True, False])
+def test_the_beam_of_the_sonar_is_found_where_the_wall_echoes_aslant(cone_deg, aslant):
+    rng = np.random.default_rng(1)
+    values = {"wheel_mismatch_percent": 0.0, "wheel_diameter_mm": 56.0, "axle_track_mm": 112.0}
+    values |= {"sheet_x_mm": 1300.0, "sheet_y_mm": 0.0, "sheet_turn_deg": 0.0}
+    track = Track((640, 480))
+    for i in range(-400, 401):
+        off_deg = i * 0.15
+        counts = math.radians(off_deg - -60.0) * 112 / 2 / (math.pi * 56 / 360)
+        track.counts.append(((i + 400) * 0.1, counts, -counts))
+        beyond_deg = max(0.0, abs(off_deg) - cone_deg / 2)
+        if aslant or not beyond_deg:
+            upright_mm = 1300.0 - 100.0 * math.cos(math.radians(off_deg))
+            range_mm = upright_mm / math.cos(math.radians(beyond_deg)) + rng.normal(0, 5)
+            track.ranges.append(((i + 400) * 0.1, range_mm))
+    found = estimate_sonar(
+        track, values | {"sheet_turn_deg": 60.0, "sheet_x_mm": 650.0, "sheet_y_mm": 1300 * math.sin(math.radians(60))}
+    )
+    assert found.forward_mm == pytest.approx(100.0, abs=3)
+    if aslant:
+        assert found.cone_deg[0] == pytest.approx(cone_deg, abs=3)
+    else:
+        assert found.cone_deg is None
+
+
 def test_without_echoes_there_is_no_place_of_the_sonar():
     assert estimate_sonar(Track((640, 480)), GOOD.values) is None
