@@ -17,7 +17,7 @@ from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.mission import Mission
-from behaviors.plausibility import LENS_BEHIND_SONAR_MM
+from behaviors.plausibility import sonar_ahead_mm
 from behaviors.ports import Glimpse, Point, Pose, Sighting
 
 RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "color": 17.0}
@@ -130,7 +130,7 @@ class WorldModel:
         self.trail = Trail()
         self.echoes = RecentEchoes(mission.robot.sonar_forward_mm)
         self.attempts = Attempts()
-        self.scale = CameraScale(_sonar_ahead_mm(mission))
+        self.scale = CameraScale(sonar_ahead_mm(mission.robot, mission.camera))
         self.pose = Pose()
         self._now_s = 0.0
         self.known: dict[str, TargetEstimate] = {}
@@ -378,10 +378,3 @@ class WorldModel:
             for belief in self.beliefs.values():
                 belief.renew(now_s - self._renewed_s)
             self._renewed_s = now_s
-
-
-def _sonar_ahead_mm(mission: Mission) -> float:
-    """Return how far the sonar is in front of the lens, by common builds unless the lens's place is known."""
-    if "forward_mm" not in mission.camera.model_fields_set:
-        return LENS_BEHIND_SONAR_MM
-    return mission.robot.sonar_forward_mm - mission.camera.forward_mm

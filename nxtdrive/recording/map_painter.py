@@ -9,6 +9,7 @@ from itertools import pairwise
 from behaviors.adaptive.occupancy_grid import CELL_MM
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.ports import Point, Pose
+from behaviors.robot_description import CameraTable
 from nxtdrive.drawing.floor_view import Area, FloorView
 from nxtdrive.drawing.legend import Key, Paint, dot_sample, line_sample, marker_sample, patch_sample, ring_sample
 from nxtdrive.drawing.sheet import DIM, INK, PAPER, Color, Sheet
@@ -52,15 +53,15 @@ class MapPainter:
     Args:
         scene: What it shows.
         shown: Which events have numbers.
-        half_view_deg: Half the camera's angle of view.
+        camera: What is believed of the camera.
         room: The true room at the start, if it is simulated.
         new: What else stood in it at the end.
     """
 
     def __init__(
-        self, scene: MapScene, shown: Numbering, half_view_deg: float, room: Sequence[Line], new: Sequence[Line]
+        self, scene: MapScene, shown: Numbering, camera: CameraTable, room: Sequence[Line], new: Sequence[Line]
     ) -> None:
-        self._scene, self._half_view_deg = scene, half_view_deg
+        self._scene, self._camera = scene, camera
         self._walls = ((TRUE_ROOM, room), (MOVED, new))
         self._numbered = [group.first for group in shown.numbered]
         self._targets = [
@@ -79,7 +80,7 @@ class MapPainter:
         _paint_cells(view, *free[1:])
         view.draw_grid()
         for event in self._failed():
-            _paint_view(view, event.pose, self._half_view_deg)
+            _paint_view(view, self._camera.view_at(event.pose), self._camera.hfov_deg / 2)
         for _, color, cells in occupied:
             _paint_cells(view, color, cells)
         for style, lines in self._walls:

@@ -11,6 +11,7 @@ from PIL import Image
 
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
+from behaviors.robot_description import CameraTable
 from nxtdrive.drawing.blocks import Note, Tag
 from nxtdrive.drawing.floor_view import Area, Axes
 from nxtdrive.drawing.page import Page, draw_page
@@ -61,9 +62,9 @@ def map_page(
     scene = gather(records, mission)
     shown = numbering(scene.events)
     area = _area(scene, [*room, *room_at_end])
-    half_view_deg = mission.camera.hfov_deg / 2 if mission else 30.0
+    camera = mission.camera if mission else CameraTable()
     at_start = set(room)
-    painter = MapPainter(scene, shown, half_view_deg, room, [line for line in room_at_end if line not in at_start])
+    painter = MapPainter(scene, shown, camera, room, [line for line in room_at_end if line not in at_start])
     begun = next((record for record in records if record.kind is Kind.START), None)
     return Page(
         title=str(begun.data.get("mission", "")) if begun else "A mission that did not begin",

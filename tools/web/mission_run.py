@@ -25,6 +25,7 @@ from nxtdrive.recording.progress_lines import ProgressLines
 from .decisions import asked, made
 from .hub import BELIEF, GRID, Hub
 from .pictures import layer
+from .robot_shape import robot_shape
 from .true_room import TrueRoom
 
 LOOK_S = 0.2
@@ -161,7 +162,8 @@ class ShownMission:
         """
         hub = self._hub
         hub.begin_run()
-        hub.tell("run", {"folder": folder, **self._mission.model_dump(mode="json")["mission"]})
+        settings = self._mission.model_dump(mode="json")["mission"]
+        hub.tell("run", {"folder": folder, "robot": robot_shape(self._mission), **settings})
         self._true_room = TrueRoom(run.robot.brick, hub)
         run.observers.add("page", self._tell)
         run.observers.add("progress", ProgressLines(self._say))

@@ -11,6 +11,7 @@ from nxtdrive.recording.run_reader import PastRun
 
 from .chart import chart, recoveries
 from .decisions import decisions_of
+from .robot_shape import robot_shape
 
 
 def replay_data(
@@ -28,6 +29,7 @@ def replay_data(
     return {
         "name": name,
         "mission": run.name,
+        "robot": robot_shape(run.mission),
         "chart": chart(),
         "recoveries": recoveries(),
         "records": [record.values() for record in run.records],

@@ -10,6 +10,7 @@ import pytest
 
 from behaviors.evidence import Evidence
 from behaviors.journal import Kind, Record
+from behaviors.mission import Mission
 from behaviors.recoveries import RECOVERIES, WAIT, Choice
 from nxtdrive.drawing.floor_view import FloorView
 from nxtdrive.drawing.label_placement import overlap
@@ -84,6 +85,16 @@ def _long_run(events, seed=1):
 
 def _legend(records, **options):
     return [key.text for key in map_page(records, **options).keys]
+
+
+def test_the_view_is_drawn_from_the_lens_and_where_it_looks():
+    def drawn(**camera):
+        marker = {"mission": {"targets": ["tag"]}, "target": {"tag": {"detector": "marker", "id": 7}}}
+        return np.asarray(draw_map(STORY, Mission.model_validate({**marker, "camera": camera})))
+
+    assert (drawn() == drawn(hfov_deg=60.0)).all()
+    assert (drawn() != drawn(yaw_deg=40.0)).any()
+    assert (drawn() != drawn(right_mm=150.0)).any()
 
 
 def test_sightings_and_echoes_are_where_the_robot_saw_them():

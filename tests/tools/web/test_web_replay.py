@@ -21,12 +21,14 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from behaviors.journal import Kind, Record
+from behaviors.mission import Mission
 from behaviors.ports import Sighting
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.recording.camera_folder import CameraFolder
 from nxtdrive.recording.camera_index import looked
 from nxtdrive.recording.run_folder import RunFolder
 from nxtdrive.tools.web.app import STATIC
+from nxtdrive.tools.web.robot_shape import robot_shape
 from nxtdrive.tools.web.runs import Runs
 
 WAIT_S = 40
@@ -97,6 +99,15 @@ def test_an_exported_page_needs_nothing_else(run, capsys):
     assert 'href="' not in page.replace('href="data:,"', "")
     assert 'from "./' not in page
     assert page.count("data:image/jpeg;base64,") == 3
+
+
+@pytest.mark.parametrize(("tables", "yaw_deg"), [({}, 0.0), ({"camera": {"yaw_deg": 12.0, "forward_mm": 70.0}}, 12.0)])
+def test_the_pages_map_knows_where_the_lens_and_the_sonar_are(tables, yaw_deg):
+    marker = {"mission": {"targets": ["tag"]}, "target": {"tag": {"detector": "marker", "id": 7}}}
+    shape = robot_shape(Mission.model_validate({**marker, **tables}))
+    assert shape["yaw_deg"] == yaw_deg
+    assert shape["hfov_deg"] == 60.0
+    assert robot_shape(None).keys() == shape.keys()
 
 
 def test_no_text_of_a_run_can_break_out_of_the_page(run):

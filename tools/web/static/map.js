@@ -4,8 +4,9 @@ import { BELIEF, GRID } from "./connection.js";
 
 const GRID_MM = 180 * 80; // the occupancy grid's side; the start lies in its middle
 const BELIEF_MM = 35 * 400; // the belief's side
-const VIEW_DEG = 60, VIEW_MM = 700, CONE_DEG = 15;
-const SONAR_MM = 100; // the sonar in front of the axle
+const VIEW_MM = 700, CONE_DEG = 15;
+// the robot's numbers by common builds, until a mission says its own
+const USUAL = { sonar_forward_mm: 100, forward_mm: 0, right_mm: 0, yaw_deg: 0, hfov_deg: 60 };
 const FARTHEST_ECHO_MM = 1500; // beyond, the cone is wider than a robot, and an echo is no place
 const MARGIN_MM = 900; // around everything that is known
 
@@ -14,7 +15,8 @@ export class FloorMap {
     this.canvas = canvas;
     this.layers = layers;
     this.clear();
-    connection.on("run", () => this.clear());
+    this.robot = USUAL;
+    connection.on("run", ({ robot }) => { this.robot = robot; this.clear(); });
     connection.on("state", (state) => this.moved(state.pose, state.range_mm));
     connection.on("record", ({ record }) => this.record(record));
     connection.on(`image ${GRID}`, ({ bitmap }) => { this.grid = tinted(bitmap, gridColour); this.draw(); });
@@ -40,7 +42,7 @@ export class FloorMap {
     this.inView = ["arrive", "verify"].includes(record.state);
     if (record.pose) this.moved(record.pose, record.range_mm ?? null);
     if (record.kind === "look" && record.sighting) {
-      const at = ahead(this.pose, record.sighting.distance_mm, record.sighting.bearing_deg);
+      const at = ahead(this.lens(), record.sighting.distance_mm, record.sighting.bearing_deg);
       this.sightings.set(record.target, at);
       this.include(at);
     }
@@ -53,11 +55,16 @@ export class FloorMap {
     this.pose = pose;
     this.range = range;
     if (range !== null && range < FARTHEST_ECHO_MM) {
-      const at = ahead(pose, range + SONAR_MM, 0);
+      const at = ahead(pose, range + this.robot.sonar_forward_mm, 0);
       this.echoes.set(at.map((mm) => Math.round(mm / 40)).join(), at);
     }
     this.include(pose);
     this.draw();
+  }
+
+  lens() {
+    const [x, y, heading] = this.pose;
+    return [...ahead([...ahead(this.pose, this.robot.forward_mm, 0), heading], this.robot.right_mm, 90), heading];
   }
 
   include([x, y]) {
@@ -120,7 +127,8 @@ export class FloorMap {
     context.beginPath();
     for (const [px, py] of this.path) context.lineTo(py, -px);
     context.stroke();
-    wedge(context, this.pose, VIEW_DEG / 2, VIEW_MM, "#0b5fb022");
+    const [lensX, lensY] = this.lens();
+    wedge(context, [lensX, lensY, heading + this.robot.yaw_deg], this.robot.hfov_deg / 2, VIEW_MM, "#0b5fb022");
     if (this.range !== null) wedge(context, this.pose, CONE_DEG, this.range, "#e0701033");
     for (const [name, at] of this.sightings) {
       disc(context, at, 45, "#1b9a4a");

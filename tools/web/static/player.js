@@ -1,7 +1,8 @@
 // Replays the records of a run: it speaks to the parts of the page as the live connection does.
 
 export class Player {
-  constructor({ records, lines, decisions, pictures, chart, recoveries }) {
+  constructor({ robot, records, lines, decisions, pictures, chart, recoveries }) {
+    this.robot = robot;
     this.listeners = new Map();
     this.hello = { chart, recoveries };
     this.events = [
@@ -38,7 +39,7 @@ export class Player {
   seek(time) {
     if (time <= this.time) {
       this.next = 0;
-      this.tell("run", {});
+      this.tell("run", { robot: this.robot });
     }
     this.time = Math.max(0, Math.min(time, this.duration));
     for (; this.next < this.events.length && this.events[this.next].t <= this.time; this.next++) {
