@@ -36,6 +36,8 @@ from input_files.toml_file import read_toml
 
 BUILT_IN = Path(__file__).parent / "missions" / "lena_rilakkuma.toml"
 """The mission that runs by default."""
+LENS_BEHIND_SONAR_MM = 40.0
+"""By common builds."""
 
 
 class MissionError(ValueError):
@@ -211,6 +213,13 @@ class Mission(Table):
     camera: CameraTable = CameraTable()
     color: dict[ColorName, ColorTable] = Field(default={})
     calibration: CalibrationTable = Field(default=CalibrationTable(), exclude=True)
+
+    @property
+    def sonar_ahead_mm(self) -> float:
+        """How far the sonar is in front of the lens, by common builds unless the lens's place is known."""
+        if "forward_mm" not in self.camera.model_fields_set:
+            return LENS_BEHIND_SONAR_MM
+        return self.robot.sonar_forward_mm - self.camera.forward_mm
 
 
 def load_mission(

@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Iterator
 
 from behaviors.mission import Mission
-from behaviors.plausibility import sonar_ahead_mm
 
 LEAST_HEIGHT_MM, GREATEST_HEIGHT_MM = 40.0, 2500.0
 """Heights outside are rarely intended: smaller ones are found from less than a metre, or are centimetres."""
@@ -47,7 +46,7 @@ def _odd_height(name: str, height_mm: float) -> Iterator[str]:
 def _odd_robot(mission: Mission) -> Iterator[str]:
     robot, profile = mission.robot, mission.mission.profile
     parameters = mission.thesis if profile == "thesis" else mission.adaptive
-    nearest_mm = robot.stop_distance_mm + sonar_ahead_mm(robot, mission.camera)
+    nearest_mm = robot.stop_distance_mm + mission.sonar_ahead_mm
     if robot.ultrasonic and nearest_mm >= parameters.arrive_mm:
         yield (
             f"robot.stop_distance_mm: the safety stop ends an approach {nearest_mm:g} mm from the target, before "

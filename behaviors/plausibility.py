@@ -6,25 +6,11 @@ depend on it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from behaviors.robot_description import CameraTable, RobotTable
-
-LENS_BEHIND_SONAR_MM = 40.0
-"""By common builds."""
 TOLERANCE_MM = 250.0
 """Default tolerance: sonar and lens are not at the same place, and both are uncertain by 5 % within a metre."""
 TOLERANCE_SHARE = 1 / 3
 """Farther away, this share of the distance is tolerated: a box of a slanted picture is uncertain, and so is the height
 of a target that was measured by eye."""
-
-
-def sonar_ahead_mm(robot: RobotTable, camera: CameraTable) -> float:
-    """Return how far the sonar is in front of the lens, by common builds unless the lens's place is known."""
-    if "forward_mm" not in camera.model_fields_set:
-        return LENS_BEHIND_SONAR_MM
-    return robot.sonar_forward_mm - camera.forward_mm
 
 
 def contradicts(range_mm: float | None, distance_mm: float, tolerance_mm: float = TOLERANCE_MM) -> bool:

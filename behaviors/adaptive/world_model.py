@@ -17,7 +17,6 @@ from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.mission import Mission
-from behaviors.plausibility import sonar_ahead_mm
 from behaviors.ports import Glimpse, Point, Pose, Sighting
 
 RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "color": 17.0}
@@ -130,7 +129,7 @@ class WorldModel:
         self.trail = Trail()
         self.echoes = RecentEchoes(mission.robot.sonar_forward_mm)
         self.attempts = Attempts()
-        self.scale = CameraScale(sonar_ahead_mm(mission.robot, mission.camera))
+        self.scale = CameraScale(mission.sonar_ahead_mm)
         self.pose = Pose()
         self._now_s = 0.0
         self.known: dict[str, TargetEstimate] = {}

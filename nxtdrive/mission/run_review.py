@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 from behaviors.adaptive.approach import N as APPROACH
 from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
-from behaviors.plausibility import TOLERANCE_MM, contradicts, sonar_ahead_mm
+from behaviors.plausibility import TOLERANCE_MM, contradicts
 from behaviors.robot_description import brick_id
 from firmware_protocol.errors import NXTError
 from nxtdrive.mission.setup import build_detectors
@@ -172,8 +172,7 @@ class RunReview:
 
     def _wrong_size(self, target: str, range_mm: float, distance_mm: float) -> None:
         height_mm = self._mission.target[target].height_mm
-        ahead_mm = sonar_ahead_mm(self._mission.robot, self._mission.camera)
-        fits_mm = float(f"{height_mm * (range_mm + ahead_mm) / distance_mm:.2g}")
+        fits_mm = float(f"{height_mm * (range_mm + self._mission.sonar_ahead_mm) / distance_mm:.2g}")
         self._hint(
             target,
             f"{target}: the sonar says {range_mm / 1000:.1f} m, its size in the picture says "
