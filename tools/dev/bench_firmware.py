@@ -17,15 +17,19 @@ from sim_backend.firmware.vm.rxe import Type
 from .bench import REPEATS, Figure
 from .faults.assembler import Variables, Words, assemble, instruction
 
-TELEGRAMS, PASSES, PROGRAM_MS, BRICKS = 3_000, 3_000, 2_000, 10
+TELEGRAMS, PASSES, PROGRAM_MS, BRICKS = 3_000, 3_000, 1_000, 10
 TELEGRAMS_GOAL, PASSES_GOAL, MEMORY_GOAL_MB, PROGRAMS_GOAL = 150_000, 50, 6, 200
 
 _START_MS = 20
 _PASSES_PER_S = 1000
-_ADD, _MUL, _INDEX, _REPLACE, _MOVE, _SET, _TO_TEXT, _JOIN = 0x00, 0x03, 0x15, 0x16, 0x1B, 0x1C, 0x1F, 0x21
+_ADD, _MUL, _INDEX, _REPLACE, _SUBSET, _TO_TEXT, _TO_NUMBER, _JOIN, _PART = (
+    *(0x00, 0x03, 0x15, 0x16, 0x19),
+    *(0x1F, 0x20, 0x21, 0x22),
+)
 _JUMP, _BRANCH_IF, _SET_OUTPUT, _GET_INPUT, _GET_OUTPUT, _WAIT, _TICK = 0x25, 0x26, 0x31, 0x32, 0x33, 0x34, 0x35
 _NONE, _LESS = 0xFFFF, 0
 _SCALED, _ROTATION, _POWER = 4, 14, 2
+_FIELDS = (0, 1, 2, 5, 6, 7, 8, 10)
 
 
 def measure_firmware() -> Iterable[Figure]:
@@ -36,6 +40,7 @@ def measure_firmware() -> Iterable[Figure]:
     goal = f"<= {MEMORY_GOAL_MB}"
     yield Figure("memory of a brick that runs a program", megabytes, "MB", goal, megabytes <= MEMORY_GOAL_MB)
     ratios = {name: _program_ratio(content) for name, content in programs().items()}
+    ratios["counts, firmware 1.05"] = _program_ratio(_loop(_count, floats=()), "1.05")
     for name, ratio in ratios.items():
         yield Figure(f"program that {name} / real time", ratio, "x")
     yield _goal("programs / real time, median", statistics.median(ratios.values()), "x", PROGRAMS_GOAL)
@@ -45,7 +50,7 @@ def measure_firmware() -> Iterable[Figure]:
 def programs() -> Mapping[str, bytes]:
     """Return endless programs by what they do."""
     return {
-        "counts": _loop(lambda count, one, *_: [instruction(_ADD, count, count, one)]),
+        "counts": _loop(_count),
         "waits": _loop(
             lambda count, one, limit, *_: [instruction(_ADD, count, count, one), instruction(_WAIT, _NONE, limit)]
         ),
@@ -64,18 +69,22 @@ def programs() -> Mapping[str, bytes]:
             ]
         ),
         "fills an array": _loop(_fill),
-        "joins texts": _loop(lambda count, _, __, ___, text, *____: _join(count, text)),
+        "calculates with arrays": _loop(lambda *numbers: [instruction(_ADD, numbers[7], numbers[7], numbers[1])]),
+        "copies parts of arrays": _loop(_copy),
+        "joins texts": _loop(lambda count, one, _, __, text, *___: _join(count, one, text)),
+        "reads texts": _loop(lambda count, one, limit, _, text, *__: _read(count, one, limit, text)),
         "sets motors": _loop(lambda count, _, __, port, *___: [instruction(_SET_OUTPUT, port, _POWER, count)]),
+        "changes eight fields of a motor": _loop(_change_motor),
     }
 
 
-def _loop(body: Callable[..., list[Words]]) -> bytes:
+def _loop(body: Callable[..., list[Words]], floats: Iterable[float] = (1.0, 0.5)) -> bytes:
     """Return a program that repeats instructions on: count, 1, limit, port 0, text, two floats, array."""
     variables = Variables()
     numbers = [variables.number(value) for value in (0, 1, 3, 0)]
     text = variables.text(b"text\0")
-    floats = [variables.number(value, Type.FLOAT) for value in (1.0, 0.5)]
-    lines = body(*numbers, text, *floats, variables.array([0] * 50, Type.SLONG))
+    decimals = [variables.number(value, Type.FLOAT) for value in floats]
+    lines = body(*numbers, text, *decimals, variables.array([0] * 50, Type.SLONG))
     return assemble(variables, [*lines, instruction(_JUMP, -sum(map(len, lines)))])
 
 
@@ -91,13 +100,39 @@ def _fill(count: int, one: int, limit: int, _: int, __: int, ___: int, ____: int
     ]
 
 
-def _join(count: int, text: int) -> list[Words]:
-    return [instruction(_TO_TEXT, text, count), instruction(_JOIN, text, text, text)]
+def _count(count: int, one: int, *_: int) -> list[Words]:
+    return [instruction(_ADD, count, count, one)]
 
 
-def _brick(program: bytes | None = None) -> SimBrick:
+def _copy(count: int, one: int, _: int, __: int, ___: int, ____: int, _____: int, array: int) -> list[Words]:
+    return [instruction(_SUBSET, array, array, _NONE, _NONE), instruction(_ADD, count, count, one)]
+
+
+def _join(count: int, one: int, text: int) -> list[Words]:
+    return [
+        instruction(_ADD, count, count, one),
+        instruction(_TO_TEXT, text, count),
+        instruction(_JOIN, text, text, text),
+    ]
+
+
+def _read(count: int, one: int, limit: int, text: int) -> list[Words]:
+    return [
+        instruction(_TO_TEXT, text, count),
+        instruction(_PART, text, text, _NONE, limit),
+        instruction(_TO_NUMBER, count, _NONE, text, _NONE, _NONE),
+        instruction(_ADD, count, count, one),
+    ]
+
+
+def _change_motor(count: int, one: int, _: int, port: int, *__: int) -> list[Words]:
+    fields = [argument for field in _FIELDS for argument in (field, count)]
+    return [instruction(_SET_OUTPUT, port, *fields), instruction(_ADD, count, count, one)]
+
+
+def _brick(program: bytes | None = None, firmware: str = "1.29") -> SimBrick:
     """Return a brick with motors and a sensor, which runs a program."""
-    brick = SimBrick()
+    brick = SimBrick(firmware=firmware)
     for port in "ABC":
         brick.attach_motor(port, BenchMotor())
     brick.attach_sensor(1, AnalogInput(lambda: 512))
@@ -146,8 +181,8 @@ def _brick_mb() -> float:
     return used / len(bricks) / 1e6
 
 
-def _program_ratio(content: bytes) -> float:
-    brick = _brick(content)
+def _program_ratio(content: bytes, firmware: str = "1.29") -> float:
+    brick = _brick(content, firmware)
     if not brick.command.active:
         raise RuntimeError("a program of the benchmark does not run")
     return PROGRAM_MS / 1000 / _cpu_s(lambda: brick.tick(PROGRAM_MS))

@@ -9,6 +9,7 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
+from sim_backend.firmware.vm import bulk
 from sim_backend.firmware.vm.data import AGGREGATES, ERR_ARG, Data, Place, ProgramError
 from sim_backend.firmware.vm.numbers import SIGNED, Number
 from sim_backend.firmware.vm.rxe import SIZES, Type
@@ -17,6 +18,9 @@ Binary = Callable[[int, Number, int, Number, int], Number]
 """An operation of two numbers: type of the target, then each number with its type."""
 Unary = Callable[[int, Number, int], Number]
 """An operation of one number: type of the target, then the number with its type."""
+
+Plain = Callable[[Any, Any], int]
+"""An operation of two integers, whatever their types."""
 
 Copies = Callable[[Data, int, int], bool]
 
@@ -66,8 +70,12 @@ def never(_: Data, __: int, ___: int) -> bool:
     return False
 
 
-def calculate(data: Data, operation: Binary, target: Place, left: Place, right: Place) -> None:
+def calculate(
+    data: Data, operation: Binary, target: Place, left: Place, right: Place, plain: Plain | None = None
+) -> None:
     """Store the result of an operation; a number is combined with each part of an array or cluster.
+
+    `plain` is the operation of integers, if their types do not matter.
 
     Nothing happens if the target is a number and a source is not, or the other way round.
 
@@ -89,8 +97,11 @@ def calculate(data: Data, operation: Binary, target: Place, left: Place, right: 
         data.resize(target, min(counts))
     else:
         counts.append(data.count(target))
+    if kinds[0] == Type.ARRAY and _calculate_rows(data, operation, plain, target, (left, right)):
+        return
     for i in range(min(counts)):
-        calculate(data, operation, *(_part(data, place, i, kinds[0]) for place in (target, left, right)))
+        parts = [_part(data, place, i, kinds[0]) for place in (target, left, right)]
+        calculate(data, operation, parts[0], parts[1], parts[2], plain)
 
 
 def calculate_each(data: Data, operation: Unary, target: Place, source: Place, *, copies_arrays: Copies) -> None:
@@ -120,10 +131,41 @@ def calculate_each(data: Data, operation: Unary, target: Place, source: Place, *
         if copies_arrays(data, target.entry + 1, source.entry + 1):
             data.memory.write(data.array(target).offset, data.numbers_of(source))
             return
+        if _calculate_row(data, operation, target, source):
+            return
     else:
         count = data.count(target)
     for i in range(count):
         calculate_each(data, operation, _part(data, target, i), _part(data, source, i), copies_arrays=copies_arrays)
+
+
+def _calculate_rows(
+    data: Data, operation: Binary, plain: Plain | None, target: Place, sources: tuple[Place, Place]
+) -> bool:
+    """Calculate the numbers of an array as a whole, if that gives the same."""
+    to = bulk.row(data, target)
+    if to is None:
+        return False
+    left, right = (bulk.source(data, place, to) for place in sources)
+    if left is None or right is None:
+        return False
+    kinds = [data.kind(place.entry + data.is_aggregate(place.entry)) for place in sources]
+    if plain and Type.FLOAT not in (to.kind, *kinds):
+        bulk.write_integers(data, to, map(plain, left, right))
+    else:
+        bulk.write(data, to, [operation(to.kind, a, kinds[0], b, kinds[1]) for a, b in zip(left, right, strict=False)])
+    return True
+
+
+def _calculate_row(data: Data, operation: Unary, target: Place, source: Place) -> bool:
+    """The same for an operation of one value."""
+    to = bulk.row(data, target)
+    values = None if to is None else bulk.source(data, source, to)
+    if to is None or values is None:
+        return False
+    kind = data.kind(source.entry + 1)
+    bulk.write(data, to, [operation(to.kind, value, kind) for value in values])
+    return True
 
 
 def _part(data: Data, place: Place, number: int, into: int = Type.CLUSTER) -> Place:
@@ -156,6 +198,12 @@ def _compare(data: Data, relation: int, left: Place, right: Place) -> bool | Non
         return None if a == b else COMPARISONS[relation](a, b)
     if kinds[0] != kinds[1]:
         raise ProgramError(ERR_ARG, "an array is compared with something else")
+    one_row, other_row = (bulk.row(data, place) for place in (left, right))
+    if one_row and other_row and one_row.kind == other_row.kind != Type.FLOAT:
+        count = min(one_row.length, other_row.length)
+        if bulk.read(data, one_row, count) == bulk.read(data, other_row, count):
+            same = one_row.length == other_row.length
+            return None if same else COMPARISONS[relation](one_row.length, other_row.length)
     first, second = data.parts(left), data.parts(right)
     for one, other in zip(first, second, strict=False):
         decided = _compare(data, relation, one, other)

@@ -58,8 +58,8 @@ def _binary(machine: Machine, instruction: Instruction) -> Translation:
     target, left, right = (Place(argument) for argument in instruction.arguments)
     value = _calculation(machine, instruction) if operands.scalars(*instruction.arguments) else None
     statement = operands.assignment(target.entry, value) if value else None
-    operation = scalars.binary(opcode)
-    return statement or (lambda: aggregates.calculate(data, operation, target, left, right))
+    operation, plain = scalars.binary(opcode), scalars.plain(opcode)
+    return statement or (lambda: aggregates.calculate(data, operation, target, left, right, plain))
 
 
 def _calculation(machine: Machine, instruction: Instruction) -> str | None:

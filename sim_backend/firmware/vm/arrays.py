@@ -5,23 +5,16 @@ Source: docs/firmware.md section 8.2.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Mapping
 
-from sim_backend.firmware.vm import aggregates
+from sim_backend.firmware.vm import aggregates, bulk
 from sim_backend.firmware.vm.data import ERR_ARG, NONE, Data, Place, ProgramError
 from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.memory import Array
-from sim_backend.firmware.vm.numbers import SCALARS, single
+from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.operands import INTEGERS
 from sim_backend.firmware.vm.rxe import Type, size_of
-
-_NUMBER = re.compile(
-    rb"\s*([+-]?(?:0[xX][0-9a-fA-F]+|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|inf(?:inity)?|nan))", re.IGNORECASE
-)
-_INTEGER = re.compile(rb"\s*([+-]?\d+)")
-_DIGITS = re.compile(rb"\s*[+-]?\d*\.?\d*")
 
 
 def _element(place: Place, array: Array, number: int) -> Place:
@@ -144,7 +137,9 @@ def _subset(data: Data, arguments: tuple[int, ...]) -> None:
     wanted = data.integer_or(length, array.length) & 0xFFFF
     count = max(min(wanted, array.length - first), 0)
     data.resize(Place(target), count)
-    to = data.array(Place(target))
+    to, rows = data.array(Place(target)), [bulk.row(data, Place(entry)) for entry in (target, source)]
+    if rows[0] and rows[1] and bulk.copy(data, rows[0], rows[1]._replace(at=data.memory.base + array.offset), first):
+        return
     for i in range(count):
         aggregates.move(data, _element(Place(target), to, i), _element(Place(source), array, first + i))
 
@@ -155,6 +150,11 @@ def _initialise(data: Data, arguments: tuple[int, ...], *, offsets: bool) -> Non
     count = data.integer_or(length, 0) & 0xFFFF
     data.resize(Place(target), count)
     own = 0 if offsets else _own_offset(data, target + 1)
+    row = bulk.row(data, Place(target))
+    if row and count and bulk.source(data, Place(value), row) is not None and not data.is_aggregate(value):
+        aggregates.move(data, Place(target + 1, data.array(Place(target)).offset), Place(value))
+        bulk.fill(data, row)
+        return
     for i in range(count):
         element = _element(Place(target), data.array(Place(target)), i)
         aggregates.move(data, Place(element.entry, element.offset - own), Place(value))
@@ -163,90 +163,6 @@ def _initialise(data: Data, arguments: tuple[int, ...], *, offsets: bool) -> Non
 def _own_offset(data: Data, entry: int) -> int:
     """The offset that the table has of the numbers in an array; other than 0 only in damaged programs."""
     return 0 if data.is_aggregate(entry) else data.entry(entry).data
-
-
-def _number_to_text(machine: Machine, instruction: Instruction) -> Translation:
-    data, decimals, (target, source) = machine.data, machine.dialect.decimals, instruction.arguments
-    return lambda: data.set_bytes(target, format_number(data.get(source), decimals) + b"\0")
-
-
-def format_number(value: float, decimals: int) -> bytes:
-    """A number as text: a float with up to so many decimals."""
-    if isinstance(value, float):
-        text = f"{value:.{decimals}f}"
-        return (text.rstrip("0").rstrip(".") if "." in text else text).encode()
-    return str(value).encode()
-
-
-def _text_to_number(data: Data, arguments: tuple[int, ...], *, scans_integers: bool) -> None:
-    """Convert a text to a number: target, offset after it, text, offset, default."""
-    target, past, source, offset, default = arguments[:5]
-    start, text = data.integer_or(offset, 0) & 0xFFFF, data.text(source)
-    found = (
-        (_INTEGER if scans_integers and data.kind(target) != Type.FLOAT else _NUMBER).match(text, start)
-        if start < len(text)
-        else None
-    )
-    data.put(target, _float(found[1]) if found else 0 if default == NONE else data.get(default))
-    digits = _DIGITS.match(text, start)
-    end = digits.end() if found and digits else 0
-    if past != NONE:
-        data.put(past, end)
-    elif data.memory.doubly_linked:  # the firmware writes it to the first byte of the variables
-        data.memory.store(Type.UBYTE, 0, end)
-
-
-def _float(text: bytes) -> float:
-    """The value as C's scanf reads it."""
-    lower = text.lower()
-    return single(float.fromhex(lower.decode()) if b"0x" in lower else float(lower))
-
-
-def _join_texts(data: Data, arguments: tuple[int, ...]) -> None:
-    """Join texts; the target is resized before its own characters are copied, if it is a source."""
-    target, *sources = arguments
-    if any(data.kind(source + 1) != Type.UBYTE for source in sources):
-        raise ProgramError(ERR_ARG, "what is joined is no text")
-    lengths = [data.array(Place(source)).length for source in sources]
-    length = sum(lengths) - len(lengths) + 1 & 0xFFFF
-    data.memory.resize(data.index(Place(target)), length)
-    if not length:
-        return
-    if 0 in lengths:  # the firmware overwrites its memory
-        raise ProgramError(ERR_ARG, "a text without a closing zero")
-    at = data.content_at(Place(target))
-    for source in sources:
-        text = data.bytes_of(source)[:-1]
-        data.memory.write(at, text)
-        at += len(text)
-    data.memory.write(at, b"\0")
-
-
-def _part_of_text(data: Data, arguments: tuple[int, ...]) -> None:
-    target, source, index, length = arguments[:4]
-    array = data.array(Place(source))
-    if not array.length:
-        data.memory.resize(data.index(Place(target)), 0)
-        return
-    size = array.length - 1
-    first = data.integer_or(index, 0) & 0xFFFF
-    wanted = data.integer_or(length, size) & 0xFFFF
-    count = min(wanted, max(size - first, 0))
-    text = data.memory.read(data.content_at(Place(source)) + first, count)
-    data.set_bytes(target, text + b"\0")
-
-
-def _text_to_bytes(data: Data, arguments: tuple[int, ...]) -> None:
-    """Copy a text without its closing zero; nothing if it does not even have that."""
-    target, source = arguments
-    content = data.bytes_of(source)
-    if content:
-        data.set_bytes(target, content[:-1])
-
-
-def _bytes_to_text(data: Data, arguments: tuple[int, ...]) -> None:
-    target, source = arguments
-    data.set_bytes(target, data.bytes_of(source) + b"\0")
 
 
 def _flatten(data: Data, arguments: tuple[int, ...]) -> None:
@@ -308,11 +224,6 @@ def _filling(machine: Machine, instruction: Instruction) -> Translation:
     return lambda: _initialise(data, instruction.arguments, offsets=offsets)
 
 
-def _conversion(machine: Machine, instruction: Instruction) -> Translation:
-    data, scans_integers = machine.data, machine.dialect.scans_integers
-    return lambda: _text_to_number(data, instruction.arguments, scans_integers=scans_integers)
-
-
 TABLE: Mapping[tuple[int, int], Translate] = {
     (0x15, 3): _index_number,
     (0x16, MANY): _replace_number,
@@ -322,11 +233,5 @@ TABLE: Mapping[tuple[int, int], Translate] = {
     (0x1A, 3): _filling,
     (0x1D, 2): _translator(_flatten),
     (0x1E, MANY): _translator(_unflatten),
-    (0x1F, 2): _number_to_text,
-    (0x20, MANY): _conversion,
-    (0x21, MANY): _translator(_join_texts, sized=True),
-    (0x22, MANY): _translator(_part_of_text),
-    (0x23, 2): _translator(_text_to_bytes),
-    (0x24, 2): _translator(_bytes_to_text),
 }
 """Opcode and number of arguments to the function that translates it."""

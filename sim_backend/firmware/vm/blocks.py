@@ -13,7 +13,7 @@ from types import CodeType
 from typing import Any, NamedTuple
 
 from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError
-from sim_backend.firmware.vm.instructions import Effect, Instruction, Next, Step, Translation
+from sim_backend.firmware.vm.instructions import Effect, Instruction, Next, Ports, Step, Translation
 from sim_backend.firmware.vm.memory import OutOfMemory
 
 LONGEST = 20
@@ -29,12 +29,14 @@ class Block(NamedTuple):
     Attributes:
         run: Carries them out; returns the next word of code, or `END_TURN`.
         size: Number of instructions.
-        quiet: Whether they change nothing but variables, and the same ones give the same result within a pass.
+        quiet: Whether they change variables and ports only, and the same ones give the same result within a pass.
+        ports: What they do with ports.
     """
 
     run: Step
     size: int
     quiet: bool
+    ports: int
 
 
 class Compiler:
@@ -70,7 +72,7 @@ class Compiler:
             ProgramError, OutOfMemory, struct.error, LookupError, ArithmeticError, ValueError, RecursionError: There is
                 no instruction at the word.
         """
-        lines, at, quiet = [], start, True
+        lines, at, quiet, ports = list[str](), start, True, 0
         for count in range(min(most, LONGEST)):
             try:
                 instruction, translation = self._at(at, end)
@@ -82,22 +84,25 @@ class Compiler:
             if isinstance(translation, str):
                 lines.append(translation)
             elif isinstance(translation, Effect):
-                quiet = False
+                quiet = quiet and translation.ports is not None
+                ports |= int(translation.ports or 0)
                 lines.extend(translation.statements)
             elif not isinstance(translation, Next):
                 quiet = False
                 lines.append(f"{self._named(instruction, translation)}()")
             elif isinstance(translation.word, int):
                 at = translation.word
+                if at == start and ports & Ports.SETS:  # the second time, it may change nothing
+                    count += 1
+                    break
             elif isinstance(translation.word, str):
-                return self._compiled([*lines, f"return {translation.word}"], count + 1, quiet)
+                return self._compiled([*lines, f"return {translation.word}"], count + 1, quiet, ports)
             else:
-                return self._compiled(
-                    [*lines, f"return {self._named(instruction, translation.word)}()"], count + 1, False
-                )
+                lines.append(f"return {self._named(instruction, translation.word)}()")
+                return self._compiled(lines, count + 1, False, ports)
         else:
             count = min(most, LONGEST)
-        return self._compiled([*lines, f"return {at}"], count, quiet)
+        return self._compiled([*lines, f"return {at}"], count, quiet, ports)
 
     def _at(self, at: int, end: int) -> tuple[Instruction, Translation]:
         if at >= end:
@@ -112,9 +117,9 @@ class Compiler:
         self._names[name] = function
         return name
 
-    def _compiled(self, lines: list[str], count: int, quiet: bool) -> Block:
+    def _compiled(self, lines: list[str], count: int, quiet: bool, ports: int) -> Block:
         exec(_compile("\n    ".join(("def block():", *lines))), self._names)  # noqa: S102 - our own translation
-        return Block(self._names.pop("block"), count, quiet)
+        return Block(self._names.pop("block"), count, quiet, ports)
 
 
 @lru_cache(maxsize=4096)

@@ -13,7 +13,16 @@ from collections.abc import Callable
 from functools import cached_property, partial
 from typing import NamedTuple, Protocol
 
-from sim_backend.firmware.vm.memory import DESCRIPTOR, INDEX, NOT_AN_OFFSET, Array, Memory
+from sim_backend.firmware.vm.memory import (
+    BYTES_PER_ACCESS,
+    DESCRIPTOR,
+    DESCRIPTOR_SIZE,
+    INDEX,
+    NOT_AN_OFFSET,
+    Array,
+    Memory,
+    OutOfMemory,
+)
 from sim_backend.firmware.vm.numbers import SCALARS, Number
 from sim_backend.firmware.vm.rxe import Type, Variable, following, size_of
 
@@ -82,6 +91,7 @@ class Data:
     def __init__(self, memory: Memory, fields: Fields, first_field: int = NO_FIELDS) -> None:
         self.memory, self.fields, self.first_field = memory, fields, first_field
         self.variables = memory.program.variables
+        self._spans: dict[int, Callable[[], tuple[int, int]]] = {}
 
     def entry(self, argument: int) -> Variable:
         """The entry of the variable table, or what the firmware takes for it."""
@@ -133,42 +143,36 @@ class Data:
 
         It raises ProgramError for an element that is not there.
         """
-        find, unpack, pool = self._finder(array), SCALARS[self.kind(array + 1)].unpack_from, self.memory.pool
+        memory, pool, base = self.memory, self.memory.pool, self.memory.base
+        variable, data = base + self.variables[array].data, self.variables[array + 1].data
+        index, descriptor, unpack = INDEX.unpack_from, DESCRIPTOR.unpack_from, SCALARS[self.kind(array + 1)].unpack_from
 
         def read(number: int) -> Number:
-            at = find(number)
-            if at is None:
+            found = base + memory.descriptors + DESCRIPTOR_SIZE * index(pool, variable)[0]
+            offset, element, length, _, _ = descriptor(pool, found)
+            number &= 0xFFFF
+            if number >= length:
                 raise ProgramError(ERR_ARG, f"an array has no element {number}")
-            value: Number = unpack(pool, at)[0]
+            value: Number = unpack(pool, base + (data + offset + number * element & 0xFFFF))[0]
             return value
 
         return read
 
     def element_writer(self, array: int) -> Callable[[int, int], None]:
         """A fast function that sets elements of a variable that is an array of integers; nothing beyond its end."""
-        layout, pool, find = SCALARS[self.kind(array + 1)], self.memory.pool, self._finder(array)
+        memory, pool, base, layout = self.memory, self.memory.pool, self.memory.base, SCALARS[self.kind(array + 1)]
+        variable, data = base + self.variables[array].data, self.variables[array + 1].data
+        index, descriptor = INDEX.unpack_from, DESCRIPTOR.unpack_from
         pack, mask = struct.Struct(layout.format.upper()).pack_into, (1 << 8 * layout.size) - 1
 
         def write(number: int, value: int) -> None:
-            at = find(number)
-            if at is not None:
-                pack(pool, at, value & mask)
-
-        return write
-
-    def _finder(self, array: int) -> Callable[[int], int | None]:
-        """A function for the place in the pool of an element of an array; None beyond its end."""
-        memory, pool, base = self.memory, self.memory.pool, self.memory.base
-        variable, data = base + self.variables[array].data, self.variables[array + 1].data
-        index, descriptor = INDEX.unpack_from, DESCRIPTOR.unpack_from
-
-        def find(number: int) -> int | None:
-            found = base + memory.descriptors + DESCRIPTOR.size * index(pool, variable)[0]
+            found = base + memory.descriptors + DESCRIPTOR_SIZE * index(pool, variable)[0]
             offset, element, length, _, _ = descriptor(pool, found)
             number &= 0xFFFF
-            return base + (data + offset + number * element & 0xFFFF) if number < length else None
+            if number < length:
+                pack(pool, base + (data + offset + number * element & 0xFFFF), value & mask)
 
-        return find
+        return write
 
     def index(self, place: Place) -> int:
         """Number of the descriptor of an array, or what is stored where that of an array would be."""
@@ -290,25 +294,61 @@ class Data:
         array = self.memory.array(outer)  # a new descriptor may have moved it
         self.memory.store(Type.UWORD, self.address(inner) + array.offset + i * array.element, new)
 
-    def content_at(self, place: Place) -> int:
-        """Offset of the first element of an array; of another variable that is taken for one, its own."""
-        return self.array(place).offset if self.kind(place.entry) == Type.ARRAY else self.address(place)
+    def span(self, argument: int) -> tuple[int, int]:
+        """Place in the pool of the first element of an array, and its length.
+
+        What is taken for an array, and is none, is in its own place.
+        """
+        if argument not in self._spans:
+            self._spans[argument] = self._span_finder(argument)
+        return self._spans[argument]()
+
+    def _span_finder(self, argument: int) -> Callable[[], tuple[int, int]]:
+        memory, pool, base, place = self.memory, self.memory.pool, self.memory.base, Place(argument)
+        if self.kind(argument) != Type.ARRAY:
+            at = base + (self.address(place) & 0xFFFF)
+            return lambda: (at, self.array(place).length)
+        variable, index, descriptor = base + self.address(place), INDEX.unpack_from, DESCRIPTOR.unpack_from
+
+        def find() -> tuple[int, int]:
+            number = index(pool, variable)[0]
+            offset, _, length, _, _ = descriptor(pool, base + memory.descriptors + DESCRIPTOR_SIZE * number)
+            return base + offset, length
+
+        return find
 
     def bytes_of(self, argument: int) -> bytes:
         """The stored bytes of an array variable of bytes."""
-        place = Place(argument)
-        return self.memory.read(self.content_at(place), self.array(place).length)
+        at, length = self.span(argument)
+        self.memory.spend(length // BYTES_PER_ACCESS)
+        return bytes(self.memory.pool[at : at + length])
 
     def numbers_of(self, place: Place) -> bytes:
         """The stored bytes of an array of numbers."""
         array = self.array(place)
         return self.memory.read(array.offset, array.length * size_of(self.kind(place.entry + 1)) & 0xFFFF)
 
-    def set_bytes(self, argument: int, content: bytes) -> None:
+    def set_bytes(self, argument: int, content: bytes | bytearray) -> None:
         """Set an array variable of bytes."""
-        place = Place(argument)
-        self.memory.resize(self.index(place), len(content))
-        self.memory.write(self.content_at(place), content)
+        self.put_bytes(self.resized(argument, len(content)), content)
+
+    def put_bytes(self, at: int, content: bytes | bytearray) -> None:
+        """Store bytes at a place in the pool.
+
+        Raises:
+            OutOfMemory: They are outside of the pool.
+        """
+        if at + len(content) > len(self.memory.pool):
+            raise OutOfMemory("outside of the memory")
+        self.memory.pool[at : at + len(content)] = content
+
+    def resized(self, argument: int, count: int) -> int:
+        """Set the length of an array variable of bytes; returns its place in the pool."""
+        at, length = self.span(argument)
+        if length == count:
+            return at
+        self.memory.resize(self.index(Place(argument)), count)
+        return self.span(argument)[0]
 
     def text(self, argument: int) -> bytes:
         """The bytes of a text before its closing zero."""

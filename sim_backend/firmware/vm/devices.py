@@ -12,7 +12,7 @@ from random import Random
 
 from firmware_protocol.iomap import OutputFlag
 from sim_backend.firmware.button import ButtonModule
-from sim_backend.firmware.cint import s8, s16, s32
+from sim_backend.firmware.cint import s8, s16
 from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.input import InputModule
 from sim_backend.firmware.io_map import LiveMap
@@ -62,6 +62,7 @@ _NARROW: Mapping[Type, Callable[[int], int]] = {
 }
 _SIGNED_OUTPUT_FIELDS = ("power", "turn", "max_speed", "max_acceleration")
 _ALL_FLAGS = int(~OutputFlag(0))
+_STORED_BITS: Mapping[str, int] = {"flags": _ALL_FLAGS, "tacho_limit": 0xFFFF_FFFF}
 _LIVE = ("actual_speed", "count", "overloaded", "block", "rotation")
 """Read-only fields of the motor's control."""
 
@@ -154,13 +155,20 @@ class Devices:
             return
         port, field = _normal(port, field, self.output_fields)
         output, name = self.output.outputs[port], self.output_fields[field]
-        if name == "flags":
-            output.flags = value & _ALL_FLAGS
-        elif name == "tacho_limit":
-            output.tacho_limit = s32(value) & 0xFFFF_FFFF
+        if name in _SIGNED_OUTPUT_FIELDS:
+            setattr(output, name, s8(value))
         elif name not in _LIVE:
-            setattr(output, name, s8(value) if name in _SIGNED_OUTPUT_FIELDS else value & 0xFF)
+            setattr(output, name, value & _STORED_BITS.get(name, 0xFF))
         self.output.wake()
+
+
+def stored_output(name: str, value: str) -> str | None:
+    """Expression of what a field of an output port stores of an integer; None if a program does not set it."""
+    if name in _LIVE:
+        return None
+    if name in _SIGNED_OUTPUT_FIELDS:
+        return f"({value} + 128 & 255) - 128"
+    return f"({value}) & {_STORED_BITS.get(name, 0xFF)}"
 
 
 def _exists(inputs: bool, port: int, field: int, fields: Sequence[str]) -> bool:

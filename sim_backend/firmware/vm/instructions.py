@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from enum import IntFlag
 from typing import NamedTuple
 
 from sim_backend.firmware.cint import s8
@@ -62,14 +63,28 @@ class Next(NamedTuple):
     word: int | str | Step
 
 
+class Ports(IntFlag):
+    """What a part of a program does with ports.
+
+    Repeats of a loop that sets ports change nothing, unless it reads them, too.
+    """
+
+    NOTHING = 0
+    READS = 1
+    SETS = 2
+    BOTH = 3
+
+
 class Effect(NamedTuple):
-    """What an instruction is translated to that changes more than one variable.
+    """What an instruction is translated to that changes other things than one variable, or depends on them.
 
     Attributes:
         statements: Statements that do it.
+        ports: What it does with ports; None if it has further effects.
     """
 
     statements: tuple[str, ...]
+    ports: Ports | None = None
 
 
 Translation = str | Effect | Action | Next

@@ -18,7 +18,7 @@ from sim_backend.firmware.vm.blocks import FAILURES, LONGEST, Block, Compiler
 from sim_backend.firmware.vm.data import ERR_ARG, ERR_INSTR, ERR_MEM, FIRST_FIELD, NO_FIELDS, Data, ProgramError
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
-from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Translation, decode
+from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Ports, Translation, decode
 from sim_backend.firmware.vm.memory import Memory, OutOfMemory
 from sim_backend.firmware.vm.operands import Operands
 from sim_backend.firmware.vm.rxe import Clump, Program
@@ -33,6 +33,7 @@ _NO_CLUMP = 0xFF
 NOWHERE = _NO_CLUMP, 0
 """Place in the program while no clump runs."""
 
+_BOTH = int(Ports.BOTH)
 _JUMP_TO_ITSELF = (0x4025, 0)
 _PATIENCE = 64
 """Most turns in which no repeats are looked for, after there were none."""
@@ -167,7 +168,7 @@ class Machine:
         """
         task, left = self.task, most
         pc, blocks = task.pc, task.blocks
-        seen = self._seen()
+        seen, ports = self._seen(), 0
         while left > 0:
             if seen is not None:
                 left = self._without_repeats(seen, pc, left)
@@ -176,8 +177,10 @@ class Machine:
                 block = self._block(pc, left)
             pc = block.run()
             left -= block.size
-            if seen is not None and not block.quiet:
-                seen = None
+            if seen is not None:
+                ports |= block.ports
+                if ports == _BOTH or not block.quiet:
+                    seen = None
             if pc < 0:
                 if pc == END_TURN:
                     return most - left - 1, True

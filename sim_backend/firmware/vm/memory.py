@@ -22,7 +22,7 @@ NOT_AN_OFFSET = 0xFFFF
 
 _NONE = 0xFFFF
 _ERASED = 0xFF
-_WORK, _BYTES_PER_ACCESS = 200_000, 64
+_WORK, BYTES_PER_ACCESS = 200_000, 64
 """Accesses to arrays in one pass; copied bytes that count as one."""
 _FILL = bytes.fromhex("efbeadde")
 _ALIGNMENT = 4
@@ -31,6 +31,7 @@ _OFFSET = 0xFFFF
 _BEHIND = 0xA0000
 """Bytes of memory behind the pool: numbers of descriptors have 16 bits."""
 DESCRIPTOR = struct.Struct("<HHHHH")
+DESCRIPTOR_SIZE, _LENGTH_AT = DESCRIPTOR.size, 4
 INDEX = struct.Struct("<H")
 """Layout of a descriptor, and of the number of one."""
 
@@ -186,7 +187,7 @@ class Memory:
         start = self.base + (offset & _OFFSET)
         if size and start + size > len(self.pool):
             raise OutOfMemory("outside of the memory")
-        self.spend(size // _BYTES_PER_ACCESS)
+        self.spend(size // BYTES_PER_ACCESS)
         return bytes(self.pool[start : start + size])
 
     def write(self, offset: int, data: bytes) -> None:
@@ -211,7 +212,9 @@ class Memory:
         Raises:
             OutOfMemory: It is outside of the pool.
         """
-        self.spend(1)
+        self.work_left -= 1
+        if self.work_left < 0:
+            raise OutOfMemory("more work than a pass has time for")
         return tuple.__new__(Array, DESCRIPTOR.unpack_from(self.pool, self._descriptor(index)))
 
     def spend(self, accesses: int) -> None:
@@ -284,7 +287,7 @@ class Memory:
             self._unlink(index)
             self.describe(index, self.array(index)._replace(offset=offset))
             self._append(index)
-        self.describe(index, self.array(index)._replace(length=count))
+        INDEX.pack_into(self.pool, self._descriptor(index) + _LENGTH_AT, count & _OFFSET)
 
     def _room(self, array: Array) -> int:
         """Bytes from an array to the next one."""

@@ -14,6 +14,8 @@ from sim_backend.firmware.vm.flow import TABLE as FLOW
 from sim_backend.firmware.vm.machine import Translate
 from sim_backend.firmware.vm.ports import TABLE as PORTS
 from sim_backend.firmware.vm.syscalls import TABLE as SYSCALLS
+from sim_backend.firmware.vm.texts import TABLE as TEXTS
 
-OPCODES: Mapping[tuple[int, int], Translate] = {**ARITHMETIC, **ARRAYS, **ENHANCED, **FLOW, **PORTS, **SYSCALLS}
+_TABLES = (ARITHMETIC, ARRAYS, ENHANCED, FLOW, PORTS, SYSCALLS, TEXTS)
+OPCODES: Mapping[tuple[int, int], Translate] = {key: value for table in _TABLES for key, value in table.items()}
 """Opcode and number of arguments to the function that translates it."""

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from sim_backend.firmware.vm.data import ERR_ARG, NONE, Place, ProgramError
-from sim_backend.firmware.vm.devices import OUTPUT_FIELDS
-from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Translation, sized_arguments
+from sim_backend.firmware.vm.devices import OUTPUT_FIELDS, stored_output
+from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Ports, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.rxe import Type
 
@@ -17,7 +17,9 @@ def _read(machine: Machine, instruction: Instruction, get: Callable[[int, int], 
     data, operands, (target, port, field) = machine.data, machine.operands, instruction.arguments
     name = operands.function(get.__name__, get)
     statement = operands.assignment(target, f"{name}({operands.integer(port)}, {field})")
-    return statement or (lambda: data.put(target, get(data.integer(port), field)))
+    if statement:
+        return Effect((statement,), Ports.READS)
+    return lambda: data.put(target, get(data.integer(port), field))
 
 
 def _get_input(machine: Machine, instruction: Instruction) -> Translation:
@@ -39,9 +41,8 @@ def _set_output(machine: Machine, instruction: Instruction) -> Translation:
     ports, *pairs = sized_arguments(machine.program.code, instruction) or (NONE,)
     data, operands, put = machine.data, machine.operands, machine.devices.put_output
     values = list(zip(pairs[::2], pairs[1::2], strict=False))
-    if operands.scalars(ports) and all(field < len(OUTPUT_FIELDS) for field, _ in values):
-        name, port = operands.function("put_output", put), operands.integer(ports)
-        return Effect(tuple(f"{name}({port}, {field}, {operands.integer(value)})" for field, value in values))
+    if values and operands.scalars(ports) and all(field < len(OUTPUT_FIELDS) for field, _ in values):
+        return _fast_setting(machine, ports, values)
 
     def run() -> None:
         places = data.parts(Place(ports)) if data.kind(ports) == Type.ARRAY else [Place(ports)]
@@ -53,6 +54,20 @@ def _set_output(machine: Machine, instruction: Instruction) -> Translation:
                 put(port, field, data.integer(source))
 
     return run
+
+
+def _fast_setting(machine: Machine, port: int, values: Sequence[tuple[int, int]]) -> Effect:
+    """Set fields, each of which exists, of the port that a number names."""
+    operands, module = machine.operands, machine.devices.output
+    operands.names["outputs"] = module.outputs
+    wake = operands.function("wake_outputs", module.wake)
+    lines = [f"number = {operands.integer(port)}", f"if 0 <= number < {_PORTS}:", "    port = outputs[number]"]
+    for field, value in values:
+        stored = stored_output(OUTPUT_FIELDS[field], operands.integer(value))
+        if stored:
+            lines.append(f"    port.{OUTPUT_FIELDS[field]} = {stored}")
+    lines.append(f"    {wake}()")
+    return Effect(tuple(lines), None if machine.dialect.has_fields else Ports.SETS)
 
 
 TABLE: Mapping[tuple[int, int], Translate] = {

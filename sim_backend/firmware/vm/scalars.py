@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 
 from sim_backend.firmware.cint import divide
-from sim_backend.firmware.vm.aggregates import Binary, Unary, comparable
+from sim_backend.firmware.vm.aggregates import Binary, Plain, Unary, comparable
 from sim_backend.firmware.vm.data import truncated
 from sim_backend.firmware.vm.numbers import Number, single
 from sim_backend.firmware.vm.rxe import Type
@@ -66,6 +66,11 @@ def binary(opcode: int) -> Binary:
         return of_integers(int(left), int(right))
 
     return run
+
+
+def plain(opcode: int) -> Plain | None:
+    """The operation of two integers of an opcode, if their types do not matter."""
+    return None if opcode in _SIGN_MATTERS else _INTEGER[opcode]
 
 
 def unary(opcode: int) -> Unary:
