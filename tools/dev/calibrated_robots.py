@@ -36,7 +36,8 @@ from sim_backend.scenarios.classes import CLASSES
 from sim_backend.world.world_file import Camera, Robot
 
 from ..calibrate.session import calibrate
-from ..sweep.performance import judge, perform
+from ..sweep.performance import UNCHANGED, judge, perform
+from ..sweep.result_file import ResultFile
 from ..sweep.scenarios import draw_scenario
 
 GOALS = {
@@ -52,7 +53,6 @@ GOALS = {
 ARMS = ("calibrated", "known", "usual")
 FIRST_SEED = 22_000
 """Seeds of the rooms, which nothing was tuned on."""
-USUAL = RobotFile()
 USUAL_EVERY = 4
 """What robots that are not calibrated do is plain from fewer missions."""
 
@@ -86,7 +86,7 @@ def calibrated(number: int) -> Line:
         world.write_text(_world(true), encoding="utf-8")
         try:
             with open_robot(f"sim://{world}?seed={number}", "sim") as robot:
-                found = calibrate(robot.brick, robot.camera, USUAL, CALIBRATED, datetime.date(2026, 1, 1))
+                found = calibrate(robot.brick, robot.camera, UNCHANGED, CALIBRATED, datetime.date(2026, 1, 1))
         except NXTError as refusal:
             return {"robot": number, "refused": str(refusal)}
     return {"robot": number, "file": found.file.model_dump(mode="json", exclude={"calibration"}, exclude_unset=True)}
@@ -113,7 +113,7 @@ def mission(number: int, robot: int, file: RobotFile, arm: str) -> Line:
             "camera": Camera.model_validate({**world.camera.model_dump(), **seen}),
         }
     )
-    believed = {"calibrated": file, "known": true, "usual": USUAL}[arm]
+    believed = {"calibrated": file, "known": true, "usual": UNCHANGED}[arm]
     scenario = replace(scenario, world=world, mission=described_by(scenario.mission, believed))
     trace, _ = perform(scenario, "adaptive", "geometric")
     judged = judge(trace)
@@ -173,11 +173,10 @@ def main() -> None:
     parser.add_argument("--most", type=int, default=sys.maxsize, help="missions and calibrations of this run at most")
     parser.add_argument("--out", type=Path, default=Path("calibrated.jsonl"))
     args = parser.parse_args()
-    lines: list[Line] = [json.loads(line) for line in args.out.read_text().splitlines()] if args.out.exists() else []
-    with open(args.out, "a", encoding="utf-8") as out:
+    with ResultFile(args.out) as out:
+        lines: list[Line] = [json.loads(line) for line in args.out.read_text(encoding="utf-8").splitlines()]
         for line in islice(_work(lines, args.robots, args.missions), args.most):
-            out.write(json.dumps(line) + "\n")
-            out.flush()
+            out.append(line)
             lines.append(line)
     print("\n".join(report(lines)))
 
