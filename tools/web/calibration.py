@@ -15,6 +15,7 @@ from behaviors.pause import Pause
 from behaviors.robot_description import RobotFile, RobotFileError, load_robot_file
 from firmware_protocol.errors import NXTError
 
+from ..calibrate.colors import calibrate_color
 from ..calibrate.ruler import calibrate_by_ruler
 from ..calibrate.session import Outcome, calibrate
 from ..calibrate.sheet import sheet_bytes
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from .hub import Hub
     from .messages import StartCalibration
 
+NOTHING: dict[str, Any] = {"values": [], "misfit_px": None, "views": 0, "remark": ""}
+"""What clients see of a calibration that has found nothing yet."""
 LOOK_S = 0.2
 """How often a wait for an answer looks for signals, which an unlimited wait ignores on Windows."""
 
@@ -67,7 +70,7 @@ class ShownCalibration:
 
     def perform(self, robot: OpenRobot) -> None:
         """Calibrate; the robot is at rest afterwards, and the clients know what was found or what went wrong."""
-        self._show({"running": True, "lines": [], "problem": "", "values": [], "misfit_px": None, "saved": False})
+        self._show({"running": True, "lines": [], "problem": "", "saved": False, **NOTHING})
         problem = ""
         try:
             self.outcome = self._calibrated(robot)
@@ -79,14 +82,16 @@ class ShownCalibration:
             self.over = True
             with suppress(NXTError):  # a lost link; the brick ends the lease of its motors by itself
                 robot.brick.stop_motors()
-            found = {"values": [], "misfit_px": None} if self.outcome is None else _found(self.outcome)
+            found = NOTHING if self.outcome is None else _found(self.outcome)
             self._show({"running": False, "question": None, "problem": problem, **found})
 
     def _calibrated(self, robot: OpenRobot) -> Outcome:
         today = datetime.datetime.now().astimezone().date()
         wanted, poll = self._wanted, self._pause.check_end
         poll()
-        if wanted.ruler:
+        if wanted.how == "color":
+            return calibrate_color(robot.brick, robot.camera, self._before, today, wanted.color)
+        if wanted.how == "ruler":
             return calibrate_by_ruler(robot.brick, self._before, today, self._await_ready, self._ask_number, poll)
         return calibrate(
             robot.brick, robot.camera, self._before, wanted.what, today, self._say, wanted.sheet_height_mm, poll
@@ -134,7 +139,7 @@ class Calibrations:
         self._hub, self._file, self._used = hub, file, used
         self._latest: ShownCalibration | None = None
         self._state: dict[str, Any] = {"running": False, "lines": [], "question": None, "problem": ""}
-        self._state |= {"values": [], "misfit_px": None, "saved": False, "file": str(file), "known": self._known()}
+        self._state |= {"saved": False, "file": str(file), "known": self._known(), **NOTHING}
         self._show({})
 
     def start(self, wanted: StartCalibration, begin: Callable[[ShownCalibration], None]) -> None:
@@ -192,7 +197,8 @@ class Calibrations:
 
 
 def _found(outcome: Outcome) -> dict[str, Any]:
-    return {"values": [asdict(line) for line in outcome.lines], "misfit_px": outcome.misfit_px, "views": outcome.views}
+    values = [asdict(line) for line in outcome.lines]
+    return {"values": values, "misfit_px": outcome.misfit_px, "views": outcome.views, "remark": outcome.remark}
 
 
 def sheet() -> bytes:

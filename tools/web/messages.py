@@ -6,6 +6,8 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
+from behaviors.robot_description import ColorName
+
 from ..calibrate import SHEET_HEIGHT_MM
 
 VERSION = 1
@@ -13,6 +15,7 @@ VERSION = 1
 
 MAX_MESSAGE_BYTES = 64 * 1024
 M = TypeVar("M")
+Calibrated = Literal["camera", "wheels", "sonar", "motors"]
 Part = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]
 
 
@@ -117,15 +120,22 @@ class StartCalibration(_Message):
     """Calibrate the robot; `StopMission` ends it.
 
     Attributes:
-        what: What to calibrate.
+        what: What to calibrate before the marker sheet.
+        how: Before the sheet, by ruler, which is for the wheels alone, or with a colour in the middle of the picture.
         sheet_height_mm: The middle of the marker sheet above the floor.
-        ruler: Whether the wheels, alone, are measured by ruler and not before the sheet.
+        color: Name of the colour; null for the one that it resembles most.
     """
 
     type: Literal["start_calibration"]
-    what: Annotated[list[Literal["camera", "wheels", "sonar", "motors"]], Field(min_length=1)]
+    what: Annotated[list[Literal["camera", "wheels", "sonar", "motors"]], Field(min_length=1)] = [
+        "camera",
+        "wheels",
+        "sonar",
+        "motors",
+    ]
+    how: Literal["sheet", "ruler", "color"] = "sheet"
     sheet_height_mm: Annotated[float, Field(ge=20, le=2000, allow_inf_nan=False)] = SHEET_HEIGHT_MM
-    ruler: bool = False
+    color: ColorName | None = None
 
 
 class AnswerCalibration(_Message):

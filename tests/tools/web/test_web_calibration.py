@@ -23,7 +23,7 @@ from nxtdrive.transports.address import Address
 
 FAST = "sim://calibration?pace=fast"
 MOTORS = {"type": "start_calibration", "what": ["motors"]}
-RULER = {"type": "start_calibration", "what": ["wheels"], "ruler": True}
+RULER = {"type": "start_calibration", "how": "ruler"}
 
 
 @contextmanager
@@ -87,6 +87,17 @@ def test_a_ruler_asks_on_the_page(tmp_path):
     assert after["robot.wheel_diameter_mm"] == pytest.approx(56 * 1.03, rel=0.01)
 
 
+def test_a_colour_is_learned(tmp_path):
+    with _page(tmp_path, "sim://colors?pace=fast") as page:
+        page.send_json({"type": "start_calibration", "how": "color", "color": "red"})
+        assert "not red" in _until(page, "calibration", running=False, problem=True)["problem"]
+        page.send_json({"type": "start_calibration", "how": "color"})
+        assert "100% now" in _until(page, "calibration", running=False, values=True)["remark"]
+        page.send_json({"type": "save_calibration"})
+        _until(page, "calibration", saved=True)
+    assert load_robot_file(tmp_path / "robot.toml").color["green"].hue_deg == pytest.approx(127, abs=8)
+
+
 @pytest.mark.parametrize("ending", ["stop", "stop_mission"])
 def test_a_calibration_is_ended_while_the_robot_moves(tmp_path, ending):
     with _page(tmp_path, "sim://calibration?pace=realtime") as page:
@@ -112,6 +123,7 @@ def test_what_is_refused_is_told(tmp_path):
         ({**MOTORS, "what": []}, "what"),
         ({**MOTORS, "what": ["windows"]}, "what"),
         ({**MOTORS, "sheet_height_mm": -1}, "sheet_height_mm"),
+        ({"type": "start_calibration", "how": "color", "color": "mauve"}, "color"),
         (MOTORS, "robot.radius_mm"),
     ],
 )

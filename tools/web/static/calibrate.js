@@ -7,12 +7,12 @@ import "./nav.js";
 const NOTICE_MS = 6000;
 const find = (id) => document.getElementById(id);
 const connection = new Connection();
-let stopped = false, question = 0, hidesNotice = 0, simulated = false, running = false;
+let stopped = false, question = 0, hidesNotice = 0, lacksSheet = false, running = false;
 
 showCamera(connection, find("camera"));
 connection.on("hello", ({ address }) => {
-  simulated = address.startsWith("sim:");
-  find("no-sheet").hidden = !simulated || address.startsWith("sim://calibration");
+  lacksSheet = address.startsWith("sim:") && !address.startsWith("sim://calibration");
+  choose();
   notice("");
 });
 connection.on("closed", () => {
@@ -34,7 +34,7 @@ connection.on("calibration", (state) => {
   find("start").hidden = running;
   find("end").hidden = !running;
   for (const each of find("start-form").querySelectorAll("input")) each.disabled = running;
-  if (!running) choose();
+  choose();
   find("lines").replaceChildren(...state.lines.map((text) => element("li", text)));
   find("lines").scrollTop = find("lines").scrollHeight;
   ask(state.question);
@@ -46,11 +46,11 @@ connection.on("calibration", (state) => {
 for (const each of document.querySelectorAll("[name=how]")) each.addEventListener("change", choose);
 find("start-form").addEventListener("submit", (event) => {
   event.preventDefault();
-  const ruler = byRuler();
-  const what = ruler ? ["wheels"] : [...document.querySelectorAll("[name=what]:checked")].map((each) => each.value);
-  if (!what.length) return notice("Choose what to calibrate.", NOTICE_MS);
+  const what = [...document.querySelectorAll("[name=what]:checked")].map((each) => each.value);
+  if (how() === "sheet" && !what.length) return notice("Choose what to calibrate.", NOTICE_MS);
   find("free").checked = false; // the next one asks again
-  connection.send({ type: "start_calibration", what, ruler, sheet_height_mm: Number(find("height").value) });
+  const more = { sheet: { what, sheet_height_mm: Number(find("height").value) }, ruler: {}, color: { color: find("color").value || null } };
+  connection.send({ type: "start_calibration", how: how(), ...more[how()] });
 });
 find("ask-form").addEventListener("submit", (event) => {
   event.preventDefault();
@@ -66,12 +66,19 @@ addEventListener("keydown", (event) => {
   }
 });
 
-function byRuler() {
-  return document.querySelector("[name=how]:checked").value === "ruler";
+function how() {
+  return document.querySelector("[name=how]:checked").value;
 }
 
 function choose() {
-  for (const each of [find("height"), ...document.querySelectorAll("[name=what]")]) each.disabled = running || byRuler();
+  const sheet = how() === "sheet", color = how() === "color";
+  find("sheet-steps").hidden = find("what").hidden = find("height-label").hidden = !sheet;
+  find("no-sheet").hidden = !sheet || !lacksSheet;
+  find("color-label").hidden = find("color-hint").hidden = !color;
+  find("free-label").hidden = color;
+  find("height").disabled = running || !sheet;
+  find("free").disabled = running || color;
+  find("color").disabled = running;
 }
 
 function ask(open) {
@@ -85,11 +92,11 @@ function ask(open) {
   (open.number ? find("answer") : find("ask-form").querySelector("button")).focus();
 }
 
-function show({ values, misfit_px, views, saved, file, running: busy }) {
+function show({ values, misfit_px, remark, views, saved, file, running: busy }) {
   find("found").hidden = busy || !values.length;
   find("values").replaceChildren(...values.map(row));
   const frames = misfit_px && `Markers were missed by ${misfit_px[0].toFixed(1)} px before, and by ${misfit_px[1].toFixed(1)} px now (${views} frames).`;
-  find("misfit").textContent = frames ?? "";
+  find("misfit").textContent = frames || remark;
   find("save").hidden = saved;
   find("saved").textContent = saved ? `Saved to ${file}; missions started here use it from now on.` : "";
 }
