@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from behaviors.ports import StopReason
 from firmware_protocol.errors import NXTError
@@ -18,7 +18,6 @@ from .track import Track, View
 if TYPE_CHECKING:
     from behaviors.robot_description import RobotTable
     from nxtdrive.brick import Brick
-    from nxtdrive.link.scheduler import Motion
     from nxtdrive.motion.rover import Rover
     from nxtdrive.vision.camera import Camera
 
@@ -47,26 +46,8 @@ TRIAL_MM = 120.0
 """How far the robot drives to tell forward from back."""
 
 
-POLL_S = 0.02
-
-R = TypeVar("R")
-Poll = Callable[[], None]
-"""Called often while the robot moves; what it raises breaks the calibration off."""
-
-
 class CalibrationRefused(NXTError):
     """What was measured is not good enough to be used."""
-
-
-def finish(brick: Brick, motion: Motion[R], poll: Poll) -> R:
-    """Return the result of a motion when it is over; what `poll` raises cancels it."""
-    try:
-        while not motion.done:
-            poll()
-            brick.sleep(POLL_S)
-    finally:
-        motion.cancel()
-    return motion.join()
 
 
 class Course:
@@ -77,16 +58,13 @@ class Course:
         camera: Its camera.
         rover: The same brick as a vehicle, by what is believed of it so far.
         robot: What is believed.
-        poll: Called before each look.
 
     Attributes:
         track: What was recorded so far.
     """
 
-    def __init__(
-        self, brick: Brick, camera: Camera, rover: Rover, robot: RobotTable, poll: Poll = lambda: None
-    ) -> None:
-        self._brick, self._camera, self._rover, self._poll = brick, camera, rover, poll
+    def __init__(self, brick: Brick, camera: Camera, rover: Rover, robot: RobotTable) -> None:
+        self._brick, self._camera, self._rover = brick, camera, rover
         self._ports = output_port(robot.left), output_port(robot.right)
         self._signs = motor_signs((robot.left_reversed, robot.right_reversed))
         self._sonar = bool(robot.ultrasonic)
@@ -136,9 +114,9 @@ class Course:
     def approaches(self) -> bool:
         """Drive a little forward and back, and return whether the sheet became larger on the way out."""
         before = self._share(self._found())
-        finish(self._brick, self._rover.straight(TRIAL_MM, wait=False), self._poll)
+        self._rover.straight(TRIAL_MM)
         after = self._share(self._found())
-        finish(self._brick, self._rover.straight(-TRIAL_MM, wait=False), self._poll)
+        self._rover.straight(-TRIAL_MM)
         return after > before
 
     def _found(self) -> Seen:
@@ -242,7 +220,6 @@ class Course:
 
     def _look(self) -> Seen:
         """Read the wheels until the next frame, and find the sheet in it."""
-        self._poll()
         for _ in range(SAMPLES):
             self._count()
             self._brick.sleep(SAMPLE_S)

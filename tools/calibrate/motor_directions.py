@@ -9,7 +9,7 @@ from nxtdrive.motion.outputs import sample
 from nxtdrive.motion.wheel_geometry import motor_signs
 from nxtdrive.ports import output_port
 
-from .course import CalibrationRefused, Poll, finish
+from .course import CalibrationRefused
 
 if TYPE_CHECKING:
     from behaviors.robot_description import OutputPort, RobotTable
@@ -27,7 +27,7 @@ Column = Callable[[], float]
 """Returns where the middle of the sheet is, as a share of the frame's width, positive right of its middle."""
 
 
-def is_reversed(brick: Brick, port: OutputPort, sign: int, column: Column, poll: Poll) -> bool:
+def is_reversed(brick: Brick, port: OutputPort, sign: int, column: Column) -> bool:
     """Turn one wheel forward and back, and return whether positive power drives it backwards.
 
     Args:
@@ -35,16 +35,15 @@ def is_reversed(brick: Brick, port: OutputPort, sign: int, column: Column, poll:
         port: The wheel's motor.
         sign: 1 for the left wheel, which turns the robot to the right when it drives forward; -1 for the right one.
         column: Says where the sheet is in the frame.
-        poll: Called while the wheel turns.
 
     Raises:
         CalibrationRefused: The sheet did not move in the frame.
     """
     before = column()
     motor = brick.motor(port)
-    finish(brick, motor.run_angle(RATE_DEG_S, TURN_DEG, wait=False), poll)
+    motor.run_angle(RATE_DEG_S, TURN_DEG)
     moved = column() - before
-    finish(brick, motor.run_angle(RATE_DEG_S, -TURN_DEG, wait=False), poll)
+    motor.run_angle(RATE_DEG_S, -TURN_DEG)
     if abs(moved) < LEAST_SHARE:
         raise CalibrationRefused(
             f"the picture did not move when the motor on port {port} turned.",
@@ -53,7 +52,7 @@ def is_reversed(brick: Brick, port: OutputPort, sign: int, column: Column, poll:
     return moved * sign > 0
 
 
-def dead_zone_percent(brick: Brick, robot: RobotTable, poll: Poll) -> int:
+def dead_zone_percent(brick: Brick, robot: RobotTable) -> int:
     """Return the least power at which both wheels turn, unregulated; the robot turns a little and back.
 
     Raises:
@@ -65,7 +64,6 @@ def dead_zone_percent(brick: Brick, robot: RobotTable, poll: Poll) -> int:
     way = 1
     motors = [brick.motor(port) for port in (robot.left, robot.right)]
     for power in POWERS:
-        poll()
         before = sample(brick.link, *ports).angles_deg
         for motor, sign in zip(motors, signs, strict=True):
             motor.dc(way * sign * power)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from behaviors.robot_description import RobotFile, RobotTable
 from nxtdrive.mission.setup import build_robot
 
-from .course import CalibrationRefused, Poll, finish
+from .course import CalibrationRefused
 from .session import Line, Outcome, identified
 from .verdict import described, measured
 
@@ -56,7 +56,6 @@ def calibrate_by_ruler(
     today: datetime.date,
     ready: Callable[[str], None],
     ask: Callable[[str], float],
-    poll: Poll = lambda: None,
 ) -> Outcome:
     """Drive and turn, ask how far, and return the robot file that follows.
 
@@ -66,13 +65,12 @@ def calibrate_by_ruler(
         today: The date for the file.
         ready: Called with what to do; returns when that is done.
         ask: Asks for a number.
-        poll: Called often while the robot moves; what it raises breaks the calibration off.
 
     Raises:
         CalibrationRefused: What was measured cannot be, or something stopped the robot.
     """
     robot, identity = before.robot, identified(brick, before)
-    values = _measure(brick, robot, ready, ask, poll)
+    values = _measure(brick, robot, ready, ask)
     errors = {
         "wheel_diameter_mm": values["wheel_diameter_mm"] * RULER_MM / STRAIGHT_MM,
         "axle_track_mm": values["axle_track_mm"] * (RULER_MM / STRAIGHT_MM + RULER_DEG / 360 / TURNS),
@@ -86,17 +84,17 @@ def calibrate_by_ruler(
 
 
 def _measure(
-    brick: Brick, robot: RobotTable, ready: Callable[[str], None], ask: Callable[[str], float], poll: Poll
+    brick: Brick, robot: RobotTable, ready: Callable[[str], None], ask: Callable[[str], float]
 ) -> dict[str, float]:
     """Return diameter and track, and the radius if there is another one."""
     rover = build_robot(brick, robot)
     ready("Mark where the wheels stand. Then the robot drives one metre ahead.")
-    straight = finish(brick, rover.straight(STRAIGHT_MM, wait=False), poll)
+    straight = rover.straight(STRAIGHT_MM)
     if not straight.done:
         raise CalibrationRefused(f"the drive was ended: {straight.stop}.", remedy="Clear the floor and start again.")
     really_mm = ask("How many millimetres did it drive?")
     ready(f"Mark where it points. Then it turns {TURNS} times to the right.")
-    turn = finish(brick, rover.turn(360.0 * TURNS, wait=False), poll)
+    turn = rover.turn(360.0 * TURNS)
     if not turn.done:
         raise CalibrationRefused(f"the turn was ended: {turn.stop}.", remedy="Clear the floor and start again.")
     over_deg = ask(f"By how many degrees did it turn more than {TURNS} full turns (negative: less)?")

@@ -13,7 +13,7 @@ from nxtdrive.mission.setup import build_robot
 
 from . import SHEET_HEIGHT_MM
 from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate, estimate, misfit_px
-from .course import CalibrationRefused, Course, Poll
+from .course import CalibrationRefused, Course
 from .motor_directions import dead_zone_percent, is_reversed
 from .sonar_place import SonarEstimate, estimate_sonar
 from .verdict import believed_values, check, described, measured, rounded
@@ -72,7 +72,6 @@ def calibrate(
     today: datetime.date,
     say: Callable[[str], None] = lambda _: None,
     sheet_height_mm: float = SHEET_HEIGHT_MM,
-    poll: Poll = lambda: None,
 ) -> Outcome:
     """Calibrate before the marker sheet; the robot is at rest afterwards.
 
@@ -84,7 +83,6 @@ def calibrate(
         today: The date for the file.
         say: Called with what is being done.
         sheet_height_mm: The middle of the sheet above the floor.
-        poll: Called often while the robot moves; what it raises breaks the calibration off.
 
     Raises:
         CalibrationRefused: What was measured cannot be used; it says what to do.
@@ -93,16 +91,15 @@ def calibrate(
     new.tables["calibration"] |= identified(brick, before)
     if "motors" in what:
         say("turning each wheel")
-        robot, power = _motors(brick, camera, robot, poll)
+        robot, power = _motors(brick, camera, robot)
         directions = {"left_reversed": robot.left_reversed, "right_reversed": robot.right_reversed}
         new.add("motors", "robot", directions, {}, dead_zone_percent=float(power))
     misfit, views = None, 0
     if {"camera", "wheels", "sonar"} & set(what):
-        course = Course(brick, camera, build_robot(brick, robot), robot, poll)
+        course = Course(brick, camera, build_robot(brick, robot), robot)
         settled_s = course.drive_all(say)
         say("computing")
         found = estimate(course.track, robot, before.camera, settled_s)
-        poll()
         check(found, camera.size[0])
         _add(new, what, found, estimate_sonar(course.track, found.values), sheet_height_mm)
         believed_px = misfit_px(course.track, believed_values(robot, before.camera), found.values)
@@ -178,16 +175,16 @@ def _add(
         new.add("sonar", "robot", values, sure, noise_mm=round(heard.noise_mm, 1))
 
 
-def _motors(brick: Brick, camera: Camera, robot: RobotTable, poll: Poll) -> tuple[RobotTable, int]:
+def _motors(brick: Brick, camera: Camera, robot: RobotTable) -> tuple[RobotTable, int]:
     """Return how the motors are mounted, and the least power at which they turn."""
     plain = robot.model_copy(update={"left_reversed": False, "right_reversed": False})
-    course = Course(brick, camera, build_robot(brick, plain), plain, poll)
-    left = is_reversed(brick, robot.left, 1, course.column, poll)
-    right = is_reversed(brick, robot.right, -1, course.column, poll)
+    course = Course(brick, camera, build_robot(brick, plain), plain)
+    left = is_reversed(brick, robot.left, 1, course.column)
+    right = is_reversed(brick, robot.right, -1, course.column)
     robot = robot.model_copy(update={"left_reversed": left, "right_reversed": right})
-    if left and right and not Course(brick, camera, build_robot(brick, robot), robot, poll).approaches():
+    if left and right and not Course(brick, camera, build_robot(brick, robot), robot).approaches():
         raise CalibrationRefused(
             f"the motor on port {robot.left} drives the right wheel and that on port {robot.right} the left one.",
             remedy=f'Exchange the cables, or set left = "{robot.right}" and right = "{robot.left}" in [robot].',
         )
-    return robot, dead_zone_percent(brick, robot, poll)
+    return robot, dead_zone_percent(brick, robot)

@@ -71,14 +71,17 @@ class ShownCalibration:
     def perform(self, robot: OpenRobot) -> None:
         """Calibrate; the robot is at rest afterwards, and the clients know what was found or what went wrong."""
         self._show({"running": True, "lines": [], "problem": "", "saved": False, **NOTHING})
-        problem = ""
+        problem, link = "", robot.brick.link
+        link.before_request = self._pause.check
         try:
-            self.outcome = self._calibrated(robot)
+            with self._pause.interrupting():
+                self.outcome = self._calibrated(robot)
         except KeyboardInterrupt:
             problem = "It was ended before anything was found."
         except NXTError as error:
             problem = str(error)
         finally:
+            link.before_request = None
             self.over = True
             with suppress(NXTError):  # a lost link; the brick ends the lease of its motors by itself
                 robot.brick.stop_motors()
@@ -87,15 +90,12 @@ class ShownCalibration:
 
     def _calibrated(self, robot: OpenRobot) -> Outcome:
         today = datetime.datetime.now().astimezone().date()
-        wanted, poll = self._wanted, self._pause.check_end
-        poll()
+        wanted = self._wanted
         if wanted.how == "color":
             return calibrate_color(robot.brick, robot.camera, self._before, today, wanted.color)
         if wanted.how == "ruler":
-            return calibrate_by_ruler(robot.brick, self._before, today, self._await_ready, self._ask_number, poll)
-        return calibrate(
-            robot.brick, robot.camera, self._before, wanted.what, today, self._say, wanted.sheet_height_mm, poll
-        )
+            return calibrate_by_ruler(robot.brick, self._before, today, self._await_ready, self._ask_number)
+        return calibrate(robot.brick, robot.camera, self._before, wanted.what, today, self._say, wanted.sheet_height_mm)
 
     def _say(self, line: str) -> None:
         self._lines.append(line)
