@@ -288,7 +288,7 @@ class MotorControl:
                 if self.ramp_counter > STALL_PATIENCE:
                     self.ramp_counter = 0
                     self.target_speed = s8(self.target_speed + sign)
-        if (self.count - self.limit) * sign >= 0:
+        if (s32(self.count - sign * self.ramp_start) - s32(self.limit - sign * self.ramp_start)) * sign >= 0:
             self.target_speed, self.run_state = self.set_speed, self._at_limit
         elif (self.target_speed - self.set_speed) * sign > 0:
             self.target_speed = self.set_speed
@@ -323,7 +323,7 @@ class MotorControl:
         slower = s8(self.target_speed - sign)
         self.target_speed = slower if slower * sign >= CREEP else CREEP * sign
         self.ramp_old, self.ramp_counter = self.count, 0
-        partner = self.partner if self.regulation & SYNC and self.turn else None
+        partner = self.partner if self.turn else None
         if partner:
             if self.target_speed >= 0 and partner.actual_speed < 0:
                 partner.target_speed = s8(partner.target_speed - 1)

@@ -115,7 +115,7 @@ class OutputModule:
             control.others = [other for other in self.controls if other is not control]
         self.outputs = [Output(control) for control in self.controls]
         self.due_ms = NEVER
-        self._regulators = Regulators()
+        self._regulators = Regulators(version)
         self._groups = version.port_groups
         self.regulates_position = version.regulates_position
         self._common_byte = self._regulation_options = 0

@@ -6,6 +6,7 @@ from math import isqrt
 
 from sim_backend.firmware.cint import clamp, divide, s8, s16, s32
 from sim_backend.firmware.motor_control import PERIOD_MS, SPEED, SYNC, MotorControl
+from sim_backend.firmware.versions import Version
 
 WINDUP = 32_000
 """Limit of the position error, or of its product with P: see `Version.windup_by_gain`."""
@@ -17,9 +18,10 @@ class Regulators:
     As in the firmware, there is one synchronisation state for all motors: three synchronised ones disturb each other.
     """
 
-    __slots__ = ("_accumulated", "_old", "_turn_sum")
+    __slots__ = ("_accumulated", "_old", "_turn_sum", "_wraps")
 
-    def __init__(self) -> None:
+    def __init__(self, version: Version) -> None:
+        self._wraps = version.wraps_sync_error
         self.reset()
 
     def reset(self) -> None:
@@ -38,7 +40,8 @@ class Regulators:
     def _synchronise(self, lead: MotorControl, follow: MotorControl) -> None:
         p_gain, i_gain, d_gain = (gain // 32 for gain in lead.gains)
         self._turn_sum += 2 * _turn_rate(lead, follow)
-        error = clamp(lead.block - follow.block + self._turn_sum, 500)
+        difference = lead.block - follow.block
+        error = clamp((s16(difference) if self._wraps else difference) + self._turn_sum, 500)
         p = error * p_gain
         d = (error - self._old) * d_gain
         self._old = error

@@ -28,6 +28,7 @@ class Version:
             None if the value is kept and never valid.
         reads_digital_raw: Whether the converter's value is also shown for types of digital sensors.
         settles_by_pins: Whether a new type needs time to settle only if it sets the pins of the input differently.
+        frees_first_pin: Whether the first digital pin of a custom sensor can become an input; else it stays an output.
         ends_write_early: Whether the I2C bus takes the end of the bytes written for the end of the write although a
             read follows; otherwise it waits for the acknowledge of the read address.
         waits_for_clock: Whether an I2C transfer waits while a device holds the clock line low.
@@ -38,6 +39,7 @@ class Version:
         stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor,
             or only the partner.
         windup_by_gain: Whether the limit of the position error in speed regulation is divided by the P gain.
+        wraps_sync_error: Whether the difference of two synchronised motors' counts has only 16 bits.
         regulates_position: Whether motors can be regulated to a position, with options in the upper four bits of their
             mode, and with a period that can be changed.
         port_groups: The motors that SetOutputState sets by a number that is not one port's.
@@ -61,6 +63,7 @@ class Version:
     absent_color: int | None
     reads_digital_raw: bool
     settles_by_pins: bool
+    frees_first_pin: bool
     ends_write_early: bool
     waits_for_clock: bool
     reads_on: bool
@@ -69,6 +72,7 @@ class Version:
     write_options: bool
     stops_all_synchronised: bool
     windup_by_gain: bool
+    wraps_sync_error: bool
     regulates_position: bool
     port_groups: Mapping[int, Sequence[int]]
     strict_data_names: bool
@@ -95,6 +99,7 @@ _V1_29 = Version(
     absent_color=None,
     reads_digital_raw=False,
     settles_by_pins=False,
+    frees_first_pin=False,
     ends_write_early=False,
     waits_for_clock=True,
     reads_on=True,
@@ -103,6 +108,7 @@ _V1_29 = Version(
     write_options=False,
     stops_all_synchronised=True,
     windup_by_gain=True,
+    wraps_sync_error=False,
     regulates_position=False,
     port_groups={0xFF: (0, 1, 2)},
     strict_data_names=True,
@@ -132,6 +138,7 @@ _V1_05 = replace(
     ends_write_early=True,
     waits_for_clock=False,
     reads_on=False,
+    wraps_sync_error=True,
     strict_data_names=False,
     writing_prevents_deletion=False,
     deletion_spares_found=False,
@@ -155,6 +162,7 @@ _V1_05 = replace(
 _V1_32 = replace(
     _V1_29,
     minor=32,
+    frees_first_pin=True,
     commands_since=("1.05", "1.28", "1.32"),
     absent_color=1,
     reads_digital_raw=True,
