@@ -57,6 +57,7 @@ class ColorPort:
     Attributes:
         device: The sensor, or None.
         state: Calibration state of the map: see `CALIBRATING`, `OFF`; 0 when the calibration was read.
+        waited: Passes since the reading of the calibration began.
         calibration: All factors of the sensor, row after row.
         limits: Limits of the sensor.
         readings: Converter values.
@@ -67,7 +68,7 @@ class ColorPort:
 
     def __init__(self) -> None:
         self.device: ColorDevice | None = None
-        self.state = 0
+        self.state = self.waited = 0
         self.calibration: tuple[int, ...] = (0,) * 12
         self.limits: tuple[int, ...] = (0, 0)
         nothing: tuple[int, ...] = (0, 0, 0, 0)

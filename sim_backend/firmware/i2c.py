@@ -31,18 +31,25 @@ class _ClockHeldError(Exception):
 
 
 class Wires:
-    """The clock and data line of a port; each is low if one of its ends pulls it low.
+    """The clock and data line of a port, which are pins 0 and 1 of the input; each is low if one of its ends is.
+
+    The firmware's pins keep their level while they are inputs, and a line without an output is high.
 
     Attributes:
         sensor: The sensor's end.
-        clock_high, data_high: Whether the firmware lets the line go.
     """
 
     def __init__(self) -> None:
         self.sensor = SensorEnd()
-        self.clock_high = self.data_high = True
+        self._clock_level = self._data_level = True
+        self._drives_clock = self._drives_data = False
         self._clock_held = self._data_held = False
         self._seen_clock = self._seen_data = True
+
+    @property
+    def clock_high(self) -> bool:
+        """Whether the firmware lets the clock line go."""
+        return self._clock_level or not self._drives_clock
 
     @property
     def clock(self) -> bool:
@@ -52,7 +59,7 @@ class Wires:
     @property
     def data(self) -> bool:
         """Whether the data line is high."""
-        return self.data_high and not self._data_held and not self.sensor.pulls_data
+        return (self._data_level or not self._drives_data) and not self._data_held and not self.sensor.pulls_data
 
     @property
     def stuck(self) -> bool:
@@ -60,28 +67,55 @@ class Wires:
         return not (self.clock and self.data)
 
     def set_clock(self, high: bool) -> None:
-        """Pull the clock line low, or let it go."""
-        self.clock_high = high
-        clock = high and not self._clock_held
-        if clock != self._seen_clock:
+        """Set the clock pin; nothing happens on the line while the pin is an input."""
+        self._clock_level = high
+        self._follow_clock()
+
+    def set_data(self, high: bool) -> None:
+        """Set the data pin; nothing happens on the line while the pin is an input."""
+        self._data_level = high
+        self._follow_data()
+
+    def pull_data(self) -> None:
+        """Make the data pin a low output."""
+        self._drives_data = True
+        self.set_data(False)
+
+    def free_data(self) -> None:
+        """Make the data pin an input."""
+        self._drives_data = False
+        self._follow_data()
+
+    def set_pin(self, pin: int, level: bool | None) -> None:
+        """Make pin 0 (clock) or 1 (data) an output of that level, or an input."""
+        if pin == 0:
+            self._drives_clock = level is not None
+            self.set_clock(self._clock_level if level is None else level)
+        else:
+            self._drives_data = level is not None
+            self.set_data(self._data_level if level is None else level)
+
+    def level(self, pin: int) -> bool:
+        """Whether the line of pin 0 (clock) or 1 (data) is high."""
+        return self.data if pin else self.clock
+
+    def release(self) -> None:
+        """Let both lines go; a transfer whose clock line should be low fails."""
+        self.set_pin(0, True)
+        self.set_pin(1, True)
+
+    def _follow_clock(self) -> None:
+        if (clock := self.clock) != self._seen_clock:
             self._seen_clock = clock
             self.sensor.rise(self.data) if clock else self.sensor.fall()
             self._seen_data = self.data
 
-    def set_data(self, high: bool) -> None:
-        """Pull the data line low, or let it go."""
-        self.data_high = high
-        data = self.data
-        if data != self._seen_data:
+    def _follow_data(self) -> None:
+        if (data := self.data) != self._seen_data:
             self._seen_data = data
             if self._seen_clock:
                 self.sensor.stop() if data else self.sensor.start()
                 self._seen_data = self.data
-
-    def release(self) -> None:
-        """Let both lines go; a transfer whose clock line should be low fails."""
-        self.set_clock(True)
-        self.set_data(True)
 
     def hold(self, *, clock: bool | None = None, data: bool | None = None) -> None:
         """Hold lines low from outside, or no longer; the sensor does not take that for a pulse."""
@@ -92,7 +126,7 @@ class Wires:
     def connect(self, device: I2CDevice | None) -> None:
         """Plug in a device, or none."""
         self.sensor.connect(device)
-        self.set_data(self.data_high)
+        self._follow_data()
 
 
 class I2CBus(Wires):
@@ -191,7 +225,11 @@ class I2CBus(Wires):
                 return
 
     def stop(self) -> None:
-        """Stop the transfer and let both lines go."""
+        """Stop the transfer and let both lines go; versions that do not read on end a read with a stop."""
+        if self._reading is not None and not self._reads_on:
+            self.free_data()
+            self.set_clock(True)
+            self.pull_data()
         self._sending = self._reading = None
         self.release()
 
@@ -222,9 +260,10 @@ class I2CBus(Wires):
             yield from steps
         except _ClockHeldError:
             self._waiting = True
+            self.set_clock(True)
             while not self.clock:
                 yield
-            self.set_data(True)
+            self.free_data()
             self._waiting = False
 
     def _pulse(self) -> Steps:
@@ -242,12 +281,13 @@ class I2CBus(Wires):
 
     def _send(self, message: Iterable[int]) -> Steps:
         """Write the bytes; only the first one must be acknowledged."""
-        self.set_data(False)
+        self.pull_data()
         yield
         address = None
         for byte in message:
             if address is not None:
                 yield from _pause(_WRITE_PAUSE)
+                self._drives_data = True
             yield from self._send_byte(byte)
             if address is None:
                 address, self._acknowledged = byte, not self.data
@@ -271,11 +311,11 @@ class I2CBus(Wires):
             self.set_data(bool(byte >> self._bits_left & 1))
             yield from self._pulse()
         self.set_clock(False)
-        self.set_data(True)
+        self.free_data()
         yield from self._pulse()
 
     def _stop(self) -> Steps:
-        self.set_data(False)
+        self.pull_data()
         yield from self._pulse()
         self.set_data(True)
 
@@ -285,7 +325,7 @@ class I2CBus(Wires):
         self.set_clock(False)
         yield
         yield from self._pulse()
-        self.set_data(False)
+        self.pull_data()
         yield from _pause(_START_PAUSE)
         self._check_clock()
         self.set_clock(False)
@@ -302,9 +342,9 @@ class I2CBus(Wires):
 
     def _read(self) -> Steps:
         """Read the bytes that are wanted; all but the last are acknowledged."""
-        self.set_data(False)
+        self.pull_data()
         yield from _pause(_TURN_PAUSE)
-        self.set_data(True)
+        self.free_data()
         while self._unread:
             for bits_left in reversed(range(BYTE_BITS)):
                 yield from self._pulse()
@@ -313,10 +353,10 @@ class I2CBus(Wires):
                 self.set_clock(False)
             self._unread -= 1
             self._place = (self._place + 1) % BUFFER
-            self.set_data(not self._unread)
+            self.set_pin(1, not self._unread)
             yield from self._pulse()
             self.set_clock(False)
-            self.set_data(True)
+            self.free_data()
             if self._unread:
                 yield from _pause(_READ_PAUSE)
         yield

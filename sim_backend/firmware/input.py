@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Protocol
 
 from firmware_protocol.enums import SensorMode, SensorType
@@ -23,7 +23,7 @@ COLOR_EXIT = 18
 
 _MODE = 0xE0
 _SLOPE = 0x1F
-_FIRST_PIN, _SECOND_PIN = 0x01, 0x02
+_PINS = 0x03
 _COUNTING = (SensorMode.TRANSITION_COUNT, SensorMode.PERIOD_COUNT, SensorMode.ANGLE_STEPS)
 _SETTLING = 20
 _SETTLING_SOUND = 300
@@ -34,6 +34,9 @@ _DIGITAL = range(SensorType.LOW_SPEED, SensorType.COLOR_FULL)
 _EXIT_RAW = 50
 _LAMPS = (*range(SensorType.COLOR_FULL, SensorType.COLOR_NONE), COLOR_EXIT)
 """Types after which a colour sensor must be switched off."""
+
+_CALIBRATION_CLOCK = (True, False, True, False)
+"""Levels of the first pin in the passes in which the calibration of a colour sensor is read; the last one stays."""
 
 _SILENT = frozenset({SensorType.NONE, SensorType.LOW_SPEED, SensorType.LOW_SPEED_9V})
 """Types whose value is not read."""
@@ -48,7 +51,12 @@ _PIN_SETTINGS: dict[int, int] = {
 }  # fmt: skip
 """Types with the same number set the pins of the input alike."""
 
-_LOW_FIRST_PIN = (1, 3, _LAMP_OFF)
+_COLOR_PINS = 8
+_LEVELS: tuple[tuple[bool | None, bool | None], ...] = (
+    (None, None), (False, False), (True, False), (False, True), (None, None), (True, True), (True, True),
+    (False, False), (True, None),
+)  # fmt: skip
+"""Levels of the two pins by their setting; None is an input."""
 
 
 class AnalogSensor(Protocol):
@@ -56,6 +64,16 @@ class AnalogSensor(Protocol):
 
     def raw(self) -> int:
         """The converter's value now, 0..1023."""
+
+
+class DigitalPins(Protocol):
+    """The two digital pins of a port, 0 and 1; digital sensors use them as clock and data line."""
+
+    def set_pin(self, pin: int, level: bool | None) -> None:
+        """Make a pin an output of that level, or an input."""
+
+    def level(self, pin: int) -> bool:
+        """Whether a pin is high."""
 
 
 class InputPort:
@@ -71,7 +89,7 @@ class InputPort:
         scaled: Value in the mode.
         boolean: Whether "pressed".
         invalid: Whether the values are not yet those of the type: see `INVALID`.
-        on_new_pins: Called when the port is configured for a new type.
+        pins: The two digital pins; set by the low speed module.
         settling: Remaining passes until the values of a new type are valid.
         custom_zero_offset, custom_full_scale: Scale of `SensorType.CUSTOM`: raw value of 0, percent of the converter's.
         custom_active: As commanded.
@@ -79,17 +97,18 @@ class InputPort:
         color: Values of a colour sensor.
     """
 
-    def __init__(self, reading: int) -> None:
+    pins: DigitalPins
+
+    def __init__(self, reading: int, *, frees_first_pin: bool) -> None:
         self.sensor: AnalogSensor | None = None
         self.type = self.known_type = int(SensorType.NONE)
-        self.on_new_pins: Callable[[], None] = lambda: None
         self.mode = int(SensorMode.RAW)
         self.raw = self.normalized = self.scaled = reading
         self.boolean = self.invalid = self.settling = 0
         self.custom_zero_offset = self.custom_full_scale = self.custom_active = 0
         self.pin_directions, self.pins_in, self.pins_out = 0, 3, 0
         self.color = ColorPort()
-        self._first_pin = _FIRST_PIN
+        self._inputs = (0, 1) if frees_first_pin else (1,)
         self._disc = RotationDisc()
         self._debounce = self._edges = 0
 
@@ -115,17 +134,20 @@ class InputPort:
             self.settling = settling
             self.invalid |= INVALID
         if self.type == SensorType.CUSTOM:
-            self._drive_first_pin()
+            self._set_pins()
         elif pins is not None:
-            self._first_pin = int(pins not in _LOW_FIRST_PIN)
-        self.on_new_pins()
+            for pin, level in enumerate(_LEVELS[pins]):
+                self.pins.set_pin(pin, level)
         self._disc = RotationDisc()
         self._debounce = self._edges = 0
 
-    def _drive_first_pin(self) -> None:
-        """Drive the pin as an output if told so; it keeps its level when it becomes an input again."""
-        if self.pin_directions & _FIRST_PIN:
-            self._first_pin = self.pins_out & _FIRST_PIN
+    def _set_pins(self) -> None:
+        """Set the pins as the map says; the first one keeps its level as an output in most versions."""
+        for pin in range(2):
+            if self.pin_directions >> pin & 1:
+                self.pins.set_pin(pin, bool(self.pins_out >> pin & 1))
+            elif pin in self._inputs:
+                self.pins.set_pin(pin, None)
 
     def settle(self, passes: int) -> None:
         """Advance by `passes` without a change of type."""
@@ -142,13 +164,32 @@ class InputPort:
         """Read and scale the sensor's value."""
         self.raw = raw = self.voltage
         if self.type == SensorType.CUSTOM:
-            self._drive_first_pin()
-            second = (~self.pin_directions | self.pins_out) & _SECOND_PIN
-            self.pins_in = self.pins_in & ~(_FIRST_PIN | _SECOND_PIN) | second | self._first_pin
+            self._set_pins()
+            levels = self.pins.level(0) | self.pins.level(1) << 1
+            self.pins_in = self.pins_in & ~_PINS | levels
             self._scale(full_scale(raw, self.custom_zero_offset, self.custom_full_scale))
         else:
             normalize = NORMALIZE.get(self.type)
             self._scale(normalize(raw) if normalize else raw)
+
+    @property
+    def awaits_calibration(self) -> bool:
+        """Whether the first pin is about to change while the calibration of a colour sensor is awaited."""
+        color = self.color
+        return self.type in _COLOR and color.state == CALIBRATING and color.waited < len(_CALIBRATION_CLOCK)
+
+    def await_calibration(self) -> None:
+        """Wait for the calibration of a colour sensor that is not there; a low converter value looks like one."""
+        color = self.color
+        self.settling = NEVER
+        self.invalid |= INVALID
+        if self.awaits_calibration:
+            self.pins.set_pin(0, _CALIBRATION_CLOCK[color.waited])
+            color.waited += 1
+        if self.voltage > _EXIT_RAW:
+            color.state = OFF
+        elif color.state == OFF:
+            color.state, color.waited = CALIBRATING, 0
 
     def read_color(self, device: ColorDevice) -> None:
         """Read the colour sensor: the colour, or the brightness with one lamp on."""
@@ -205,7 +246,9 @@ class InputModule:
         self._version = version
         self._silent: frozenset[int] = frozenset() if version.evaluates_every_type else _SILENT
         reading = FULL_SCALE if version.evaluates_every_type else 0
-        self.ports: Sequence[InputPort] = [InputPort(reading) for _ in range(4)]
+        self.ports: Sequence[InputPort] = [
+            InputPort(reading, frees_first_pin=version.frees_first_pin) for _ in range(4)
+        ]
         self.due_ms = NEVER
         self._clock = clock
         self._last_ms = clock.now_ms
@@ -250,7 +293,7 @@ class InputModule:
                 port.raw = port.voltage
             elif port.color.device is not None and port.type in _COLOR:
                 port.read_color(port.color.device)
-            if self._version.color_sensor and COLOR_EXIT in (port.type, port.known_type):
+            if self._version.color_sensor and (COLOR_EXIT in (port.type, port.known_type) or port.awaits_calibration):
                 due = now_ms + 1
             self.due_ms = min(self.due_ms, due)
 
@@ -263,7 +306,7 @@ class InputModule:
                 port.configure(NEVER, self._pins(COLOR_EXIT))
                 return
             if self._version.color_sensor and port.type in _COLOR:
-                port.color.state = CALIBRATING
+                port.color.state, port.color.waited = CALIBRATING, 0
                 if self._version.absent_color is not None:
                     port.scaled = self._version.absent_color
             port.configure(self._settling(port), self._pins(port.type))
@@ -277,8 +320,7 @@ class InputModule:
     def _miss_color_sensor(self, port: InputPort, passes: int) -> None:
         """Handle a type of the colour sensor on a port without one."""
         if self._version.absent_color is None:
-            port.color.state, port.settling = OFF, NEVER
-            port.invalid |= INVALID
+            port.await_calibration()
         elif port.color.state == CALIBRATING and port.voltage <= _EXIT_RAW:
             port.settling = _SETTLING_COLOR
         else:
@@ -299,4 +341,6 @@ class InputModule:
         """The pin setting of a type, or None if it leaves the pins as they are."""
         if self._version.settles_by_pins:
             return _PIN_SETTINGS.get(sensor_type, _LAMP_OFF)
-        return _PIN_SETTINGS.get(sensor_type, 0 if sensor_type <= COLOR_EXIT else None)
+        if sensor_type in _COLOR:
+            return _COLOR_PINS
+        return _PIN_SETTINGS.get(sensor_type, 0 if sensor_type < COLOR_EXIT else None)

@@ -206,10 +206,11 @@ class LowSpeedModule:
         self.channels = [Channel(version) for _ in inputs]
         self.due_ms = NEVER
         self.active = self.at_once = self.no_restart = self._passes = 0
+        self._ticking = False
         self._clock, self._inputs = clock, inputs
         self._has_options, self._resends = version.write_options, version.resends_messages
         for port, channel in zip(inputs, self.channels, strict=True):
-            port.on_new_pins = channel.bus.release
+            port.pins = channel.bus
 
     def wake(self) -> None:
         """Run in the next pass: the map was written."""
@@ -221,7 +222,8 @@ class LowSpeedModule:
             for index, channel in enumerate(self.channels):
                 if channel.state != ChannelState.IDLE:
                     self._advance(index, channel)
-        if self.active:
+        self._ticking = self._ticking and bool(self.active)
+        if self._ticking:
             self._passes += 1
             interrupts = int(self._passes * STEPS_PER_MS) - int((self._passes - 1) * STEPS_PER_MS)
             for channel in self.channels:
@@ -238,10 +240,11 @@ class LowSpeedModule:
                 channel.state = ChannelState.IDLE
                 self.active &= ~(1 << index)
             case ChannelState.INIT | ChannelState.LOAD | ChannelState.COMMUNICATING if not self._low_speed(index):
-                channel.fail(ChannelError.NOT_READY)
+                channel.state, channel.error = ChannelState.ERROR, ChannelError.NOT_READY
             case ChannelState.INIT if self._has_options and self.at_once >> index & 1:
                 self._transfer(index, channel)
             case ChannelState.INIT:
+                self._ticking = True
                 channel.initialize()
             case ChannelState.LOAD:
                 self._load(index, channel)
