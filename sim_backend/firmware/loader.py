@@ -55,14 +55,15 @@ class Handle:
         matches: Test of that look-up.
         index: Directory entry that the last look-up found, `_NOWHERE` if none.
         keep: Whether it stays open when the USB cable is pulled.
+        slot: Number of its write buffer.
     """
 
-    __slots__ = ("file", "index", "keep", "matches", "name", "overrun", "position", "use")
+    __slots__ = ("file", "index", "keep", "matches", "name", "overrun", "position", "slot", "use")
 
     def __init__(self) -> None:
         self.use = Use.FREE
         self.file: File | None = None
-        self.position = 0
+        self.position = self.slot = 0
         self.overrun = self.keep = False
         self.name = ""
         self.matches: Callable[[str], bool] = lambda _: True
@@ -191,7 +192,7 @@ class Loader:
         """Write on; returns the status and the number of bytes that fitted."""
         handle = self._handle(number, Use.WRITE)
         if handle is None or handle.file is None:
-            return Status.ILLEGAL_HANDLE, 0
+            return Status(Status.ILLEGAL_HANDLE | self._first_writer_status), 0
         file = handle.file
         if handle.overrun:
             return Status.END_OF_FILE_EXPECTED, 0
@@ -331,8 +332,21 @@ class Loader:
         handle.name, handle.matches, handle.index = name.lower(), matcher(name), _NOWHERE
         return self.find_next(number)
 
+    @property
+    def _writers(self) -> dict[int, Handle]:
+        """The handles that write, by their write buffer."""
+        return {handle.slot: handle for handle in self._table if handle.use == Use.WRITE}
+
+    @property
+    def _first_writer_status(self) -> int:
+        """What the file in the first write buffer adds to the status of a Write by a handle that does not write."""
+        first = self._writers.get(0)
+        return Status.END_OF_FILE_EXPECTED if first and first.overrun else Status.OK
+
     def _take(self, number: int, use: Use, file: File, *, keep: bool) -> None:
         handle = self._handles[number]
+        if use == Use.WRITE:
+            handle.slot = min(set(range(HANDLES)) - set(self._writers))
         handle.use, handle.file, handle.position, handle.overrun, handle.keep = use, file, 0, False, keep
 
     def _handle(self, number: int, use: Use) -> Handle | None:
@@ -354,7 +368,7 @@ class Loader:
             return Status.FILE_EXISTS
         if len(self.flash.files) + len(downloads) >= self.flash.limit:
             return Status.NO_MORE_FILES
-        if sum(handle.use == Use.WRITE for handle in self._table) >= WRITERS:
+        if len(self._writers) >= WRITERS:
             return Status.NO_WRITE_BUFFERS
         return Status.OK
 
