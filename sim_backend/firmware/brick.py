@@ -30,6 +30,7 @@ from sim_backend.firmware.output_handlers import OutputHandlers
 from sim_backend.firmware.program_handlers import ProgramHandlers
 from sim_backend.firmware.property_handlers import PropertyHandlers
 from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.status_bar import StatusBar
 from sim_backend.firmware.ui import UiModule
@@ -94,11 +95,12 @@ class SimBrick:
         self.output = OutputModule(clock, version)
         self.input = InputModule(clock, version)
         self.low_speed = LowSpeedModule(clock, self.input.ports, version)
-        self.loader = Loader(flash or fresh_flash(version), version)
+        self.loader = loader = Loader(flash or fresh_flash(version), version)
         self.sound = SoundModule(clock, self.loader)
         self.display = DisplayModule(self._show_status)
+        self._screen = ScreenRefresh(clock)
         self.io_control = IoControl()
-        self.ui = UiModule(clock, self.io_control, self.sound, self.loader.restore_settings)
+        self.ui = UiModule(clock, self.io_control, self.sound, loader.restore_settings, loader.flash.has_extension)
         self.radio = Radio(clock, name.encode("latin-1"), address)
         self.button = ButtonModule(clock, self.ui.press, self.ui.switch_off)
         self.command = CommandModule(
@@ -113,7 +115,8 @@ class SimBrick:
         self.ui.programs, self.ui.buttons = self.command, self.button.buttons
         self._calibrations: dict[bytes, tuple[int, int]] = {}
         self.high_speed = HighSpeed()
-        self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, self.command, self.ui)
+        ui, screen = self.ui, self._screen
+        self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, self.command, screen, ui)
         channel = Channel()
         self._maps = self._make_maps(version)
         comm_map = self._maps[0]
@@ -139,7 +142,7 @@ class SimBrick:
             io_maps.comm_map(self.radio, self.high_speed),
             io_maps.input_map(self.input),
             io_maps.button_map(self.button),
-            io_maps.display_map(self.display, StatusBar(self._clock, self.ui, self.radio)),
+            io_maps.display_map(self.display, self._screen, StatusBar(self._clock, self.ui, self.radio)),
             io_maps.loader_map(self.loader),
             io_maps.low_speed_map(self.low_speed),
             io_maps.output_map(self.output),

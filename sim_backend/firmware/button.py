@@ -72,15 +72,15 @@ class ButtonModule:
         buttons: The four buttons in that order.
     """
 
-    def __init__(self, clock: Clock, on_press: Callable[[int], None], on_long_exit: Callable[[], None]) -> None:
+    def __init__(self, clock: Clock, on_change: Callable[[int], None], on_long_exit: Callable[[], None]) -> None:
         """Make the module.
 
         Args:
             clock: The brick's time.
-            on_press: Called with a mask of newly pressed buttons.
+            on_change: Called with a mask of newly pressed buttons when buttons were pressed or released.
             on_long_exit: Called when exit has been held for two seconds.
         """
-        self._clock, self._on_press, self._on_long_exit = clock, on_press, on_long_exit
+        self._clock, self._on_change, self._on_long_exit = clock, on_change, on_long_exit
         self.buttons = [Button() for _ in range(4)]
         self.due_ms = NEVER
         self._mask = 0
@@ -100,8 +100,9 @@ class ButtonModule:
         before = sum(button.pressed << number for number, button in enumerate(self.buttons))
         for number, button in enumerate(self.buttons):
             button.sample(bool(self._mask >> number & 1), now_ms)
-        if new := self._mask & ~before:
-            self._on_press(new)
+        new = self._mask & ~before
+        if self._mask != before:
+            self._on_change(new)
         if self.buttons[0].state & ButtonState.LONG_PRESS:
             self._on_long_exit()
         steady = new == 0 and any(button.state for button in self.buttons)

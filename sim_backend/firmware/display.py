@@ -16,7 +16,6 @@ from sim_backend.firmware.font import CELL_WIDTH, glyph
 
 LINES = 8
 _LINE = DISPLAY_HEIGHT // LINES
-_FLAGS, _ON = 117, 0x83
 _START = DISPLAY.field("Normal", 0).offset
 _SIZE = LINES * DISPLAY_WIDTH
 
@@ -34,7 +33,6 @@ class DisplayModule:
     def __init__(self, show_status: Callable[[bool], None] = lambda _: None) -> None:
         self._show_status = show_status
         self.memory = bytearray(DISPLAY.size)
-        self.memory[_FLAGS] = _ON
         self._drawn = False
 
     @property

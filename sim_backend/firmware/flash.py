@@ -87,6 +87,10 @@ class Flash:
         """Free bytes, as the firmware reports them."""
         return free_bytes(self._total - len(self._used))
 
+    def has_extension(self, extension: str) -> bool:
+        """Whether there is a file whose name ends like that."""
+        return any(file.name.lower().endswith(extension) for file in self.files)
+
     def find(self, matches: Callable[[str], bool], start: int = 0) -> int:
         """Index of the next matching file from `start` on; the number of files if there is none."""
         for number in range(start, len(self.files)):

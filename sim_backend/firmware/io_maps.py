@@ -14,6 +14,7 @@ from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.low_speed import LowSpeedModule
 from sim_backend.firmware.output import OutputModule
 from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.status_bar import StatusBar
 from sim_backend.firmware.ui import UiModule
@@ -155,7 +156,7 @@ def ui_map(module: UiModule, radio: Radio) -> LiveMap:
         ForceOff="force_off",
         Volume="volume",
     )
-    live.show(module, SleepTimer="sleep_timer")
+    live.bind(module, SleepTimer="sleep_timer")
     live.show(radio, BluetoothState="state")
     live.bind(module.battery, BatteryVoltage="millivolts")
     live.show(module.battery, BatteryState="bars", Rechargeable="rechargeable")
@@ -197,10 +198,11 @@ def command_map(module: CommandModule) -> LiveMap:
     return live
 
 
-def display_map(module: DisplayModule, status_bar: StatusBar) -> LiveMap:
+def display_map(module: DisplayModule, refresh: ScreenRefresh, status_bar: StatusBar) -> LiveMap:
     """Display with its frame buffer."""
-    live = LiveMap(iomap.DISPLAY, memory=module.memory)
-    live.show(status_bar, StatusIcons="icons", UpdateMask="update_mask")
+    live = LiveMap(iomap.DISPLAY, memory=module.memory, on_write=refresh.wake)
+    live.show(status_bar, StatusIcons="icons")
+    live.bind(refresh, EraseMask="erase_mask", UpdateMask="update_mask", Flags="flags")
     return live
 
 

@@ -39,3 +39,9 @@ def matcher(pattern: str) -> Callable[[str], bool]:
         part = pattern[1 : 2 + _EXTENSION]
         return lambda name: part in name.lower()
     return lambda name: name.lower() == pattern
+
+
+def extension(name: bytes) -> str:
+    """The extension of a packed name, with its dot, in lower case."""
+    text = unpack_name(name)
+    return text[text.rfind(".") :].lower() if "." in text else ""

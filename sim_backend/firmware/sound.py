@@ -128,8 +128,9 @@ class SoundModule:
         self.flags |= SoundFlag.UPDATE
         self.due_ms = self._clock.now_ms + 1
 
-    def click(self) -> None:
-        """Play the sound of a key; without that file only name and mode of the map change."""
+    def click(self, volume: int) -> None:
+        """Play the sound of a key; without that file only name, mode and volume of the map change."""
+        self.volume = volume
         self.name = _CLICK + self.name[len(_CLICK) :]
         self.mode = int(SoundMode.ONCE)
         status, handle, _ = self._loader.open_read(unpack_name(_CLICK))

@@ -16,9 +16,6 @@ _BLUETOOTH, _USB, _BATTERY, _RECHARGEABLE = 0x19, 0x1F, 0x0D, 0x13
 _STEPS = 12
 """Icons of the running sign, from 1."""
 
-_DRAWN = 0x8000
-"""Bit of UpdateMask that stands for the status bar."""
-
 
 class StatusBar:
     """Radio, USB, running sign and battery; the firmware draws it with every sample of the battery.
@@ -39,8 +36,3 @@ class StatusBar:
         running = self._clock.now_ms // SAMPLE_MS % _STEPS if ui.run_state else 0
         charge = (_RECHARGEABLE if battery.rechargeable else _BATTERY) + battery.bars
         return bytes((_BLUETOOTH + self._radio.state & 0xFF, _USB + ui.usb_state & 0xFF, 1 + running, charge))
-
-    @property
-    def update_mask(self) -> int:
-        """The parts of the screen that are about to be drawn."""
-        return 0 if self._clock.now_ms % SAMPLE_MS else _DRAWN

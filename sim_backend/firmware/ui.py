@@ -6,16 +6,17 @@ Source: docs/firmware.md section 1, 5.2 (Ui map) and section 8.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from enum import Enum, IntEnum, auto
-from typing import Protocol
 
 from firmware_protocol.iomap import SoundState, UiFlag
 from sim_backend.firmware.battery import SAMPLE_MS, Battery, next_sample_ms
 from sim_backend.firmware.button import Button
 from sim_backend.firmware.io_control import POWER_DOWN, IoControl
+from sim_backend.firmware.keys import KEYS, Key, Keys
+from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
-from sim_backend.firmware.names import NAME_SIZE, pack_name, unpack_name
+from sim_backend.firmware.names import NAME_SIZE, extension, pack_name, unpack_name
 from sim_backend.firmware.sound import MAX_VOLUME, SoundModule
+from sim_backend.firmware.ui_states import IN_MENU, STARTING, Programs, Run, UiState
 
 MINUTE_MS = 60_000
 
@@ -40,14 +41,16 @@ _DRAWING_MS = 3
 _DISPLAY_OFF_MS, _POWER_OFF_MS = 3, 7
 """Time from the decision to switch off until display and power go off."""
 
+_DEAF_MS = 257
+"""Time from the decision to switch off until keys count again."""
+
 _WARNING_MS = 2
 """Time from the sample of a low battery to the warning."""
 
 _MESSAGE_MS = 750
 """How long the display shows the end of a program."""
 
-_PROGRAMS, _SOUND = (".rxe", ".rtm"), ".rso"
-_ON_BRICK = ".rpg"
+_PROGRAMS, _SOUND, _ON_BRICK = (".rxe", ".rtm"), ".rso", ".rpg"
 """Programs made on the brick itself; they are not simulated, only the message after them is shown."""
 
 _STATUS_WORK = int(UiFlag.UPDATE | UiFlag.REDRAW_STATUS)
@@ -57,66 +60,7 @@ _RUNNING_FLAGS = int(UiFlag.DISABLE_LEFT_RIGHT_ENTER | UiFlag.DISABLE_EXIT)
 """Set while a program runs."""
 
 _EXIT_BUTTON = 1
-_EXIT_KEY, _ENTER_KEY = 4, 2
-_KEYS = ((_EXIT_BUTTON, _EXIT_KEY), (2, 3), (4, 1), (8, _ENTER_KEY))
-"""Bits of the button module (exit, right, left, enter), and their values in the map's Button."""
-
-
-class UiState(IntEnum):
-    """State byte of the map; the simulated states only."""
-
-    START = 0
-    LOGO = 2
-    MELODY = 3
-    ENTRY = 4
-    MENU = 5
-    DRAWING = 6
-    WAITING = 7
-    OPENING = 13
-    RUNNING = 14
-    LOW_BATTERY = 15
-
-
-_STARTING: dict[int, tuple[UiState, int]] = {
-    UiState.START: (UiState.LOGO, 2791),
-    UiState.LOGO: (UiState.MELODY, 897),
-    UiState.MELODY: (UiState.ENTRY, 1),
-    UiState.ENTRY: (UiState.MENU, 1),
-    UiState.MENU: (UiState.DRAWING, 1),
-    UiState.DRAWING: (UiState.WAITING, 1),
-}
-"""States of a start: the next one, and how long it lasts in ms."""
-
 _SLEEP_MINUTES = 10
-_IN_MENU = (UiState.MENU, UiState.DRAWING, UiState.WAITING)
-
-
-class _Run(Enum):
-    """What the state RUNNING waits for."""
-
-    TONE = auto()
-    TO_OPEN = auto()
-    PROGRAM = auto()
-    PROGRAM_ENDED = auto()
-    SOUND = auto()
-    MESSAGE = auto()
-
-
-class Programs(Protocol):
-    """The part of the command module that the user interface uses."""
-
-    @property
-    def active(self) -> bool:
-        """Whether a program is active."""
-
-    def start(self, name: bytes) -> None:
-        """Start a program in the next pass."""
-
-    def stop(self) -> None:
-        """Stop the program in the next pass."""
-
-    def reset(self) -> None:
-        """Forget the last program in the next pass."""
 
 
 class UiModule:
@@ -137,9 +81,15 @@ class UiModule:
     """
 
     programs: Programs
-    buttons: Sequence[Button]
 
-    def __init__(self, clock: Clock, io_control: IoControl, sound: SoundModule, on_restart: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        clock: Clock,
+        io_control: IoControl,
+        sound: SoundModule,
+        on_restart: Callable[[], None],
+        has_file: Callable[[str], bool],
+    ) -> None:
         self._clock, self._io_control, self._sound, self._on_restart = clock, io_control, sound, on_restart
         self.due_ms = NEVER
         self.battery = Battery()
@@ -151,16 +101,22 @@ class UiModule:
         self.run_state, self.usb_state = 1, 2
         self._timer_started_ms = 0
         self._next_step_ms = NEVER
-        self._run, self._file = _Run.TONE, bytes(NAME_SIZE)
+        self._run, self._file = Run.TONE, bytes(NAME_SIZE)
         self._menu_opened_ms = self._delay_ms = self._message_ends_ms = 0
         self._off_ms = NEVER
         self._warned = self._exit_pressed = self._starting = False
+        self.buttons: Sequence[Button] = ()
+        self._menu, self._keys = Menu(self, has_file), Keys()
         self._schedule()
 
     @property
     def sleep_timer(self) -> int:
         """Whole minutes since the timer was last reset."""
         return (self._clock.now_ms - self._timer_started_ms) // MINUTE_MS
+
+    @sleep_timer.setter
+    def sleep_timer(self, minutes: int) -> None:
+        self._timer_started_ms += (self.sleep_timer - minutes) * MINUTE_MS
 
     @property
     def sleep_ms(self) -> int:
@@ -189,16 +145,19 @@ class UiModule:
         self.wake()
 
     def press(self, buttons: int) -> None:
-        """Handle buttons that were pressed, given as bits of the button module."""
-        self._timer_started_ms = self._clock.now_ms
-        if self.state == UiState.RUNNING and (buttons & _EXIT_BUTTON or self._run is _Run.MESSAGE):
-            self._skip_message()
-        for bit, key in _KEYS:
-            disabled = self._disabled(key)
-            if buttons & bit and not disabled:
-                self.button = key
-            if buttons & bit and not (disabled and self.state == UiState.RUNNING):
-                self._sound.click()
+        """Handle a change of the buttons; those newly pressed are given as bits of the button module."""
+        if buttons:
+            self._timer_started_ms = self._clock.now_ms
+            if self.state == UiState.RUNNING and (buttons & _EXIT_BUTTON or self._run is Run.MESSAGE):
+                self._skip_message()
+        if not self._in_menu and self._off_ms == NEVER:
+            self._keys.read(self.buttons, self._clock.now_ms)
+            for number, key in KEYS[::-1]:
+                if buttons >> number & 1:
+                    disabled = self._disabled(key)
+                    self.button = self.button if disabled else key
+                    if not (disabled and self.state == UiState.RUNNING):
+                        self._sound.click(self.volume)
         self.wake()
 
     def _skip_message(self) -> None:
@@ -206,7 +165,7 @@ class UiModule:
         self._exit_pressed = True
         if self.programs.active:
             self.programs.stop()
-        elif self._run == _Run.MESSAGE:
+        elif self._run == Run.MESSAGE:
             self._next_step_ms = self._clock.now_ms
 
     @property
@@ -215,7 +174,7 @@ class UiModule:
         return self._exit_pressed or any(button.pressed for button in self.buttons)
 
     def _disabled(self, key: int) -> bool:
-        return bool(self.flags & (UiFlag.DISABLE_EXIT if key == _EXIT_KEY else UiFlag.DISABLE_LEFT_RIGHT_ENTER))
+        return bool(self.flags & (UiFlag.DISABLE_EXIT if key == Key.EXIT else UiFlag.DISABLE_LEFT_RIGHT_ENTER))
 
     def switch_off(self) -> None:
         """Switch the brick off."""
@@ -234,7 +193,7 @@ class UiModule:
     def program_ended(self) -> None:
         """Show the end of a program from the next pass on."""
         if self.state == UiState.RUNNING:
-            self._run, self._next_step_ms = _Run.PROGRAM_ENDED, self._clock.now_ms + 1
+            self._run, self._next_step_ms = Run.PROGRAM_ENDED, self._clock.now_ms + 1
             self._schedule()
 
     def run(self, now_ms: int) -> None:
@@ -247,20 +206,58 @@ class UiModule:
         if self.flags & UiFlag.RESET_SLEEP_TIMER:
             self.flags &= ~int(UiFlag.RESET_SLEEP_TIMER)
             self._timer_started_ms = now_ms
-        if self.button and not self._disabled(self.button):
+        if self._in_menu or self._off_ms != NEVER:
+            self._read_keys(now_ms)
+        elif self.button and not self._disabled(self.button):
             self._take_key()
         self._step(now_ms)
         self._watch_supply()
         self._schedule()
 
+    @property
+    def _in_menu(self) -> bool:
+        """Whether keys are for the menus."""
+        return self._off_ms == NEVER and (self.state in IN_MENU or self._menu.shows_key)
+
+    @property
+    def _reads_keys(self) -> bool:
+        """Whether keys count: the menu is drawn, or the brick has been off for a while."""
+        if self._off_ms == NEVER:
+            return self.state == UiState.WAITING
+        return self._clock.now_ms >= self._off_ms + _DEAF_MS
+
+    def _read_keys(self, now_ms: int) -> None:
+        """Follow a button, or the map's while none is held, when the menu is drawn."""
+        if not self._reads_keys:
+            return
+        key: int | None = self._keys.read(self.buttons, now_ms)
+        if key is not None and not self._disabled(key):
+            self._sound.click(self.volume)
+        elif self._keys.held(self.buttons) is None and self.button and not self._disabled(self.button):
+            key, self.button = self.button, 0
+        else:
+            return
+        self._timer_started_ms = now_ms
+        if self._off_ms == NEVER:
+            self._menu.press(key)
+            self._show_key()
+        elif key == Key.ENTER:
+            self._next_step_ms, self._starting = now_ms + 1, True
+
     def _take_key(self) -> None:
-        if self._off_ms != NEVER and self.button == _ENTER_KEY:
-            self._next_step_ms, self._starting = self._clock.now_ms + 1, True
         self.button = 0
         self._timer_started_ms = self._clock.now_ms
         if self.state == UiState.LOW_BATTERY:
             self.flags &= ~int(UiFlag.BUSY)
             self.state = int(UiState.WAITING)
+
+    def _show_key(self) -> None:
+        """Show the next state that a key brings; after the last one wait for another key, or switch off."""
+        if step := self._menu.next_state():
+            self.state, self._next_step_ms = int(step[0]), self._clock.now_ms + step[1]
+            return
+        self.state, self.force_off = int(UiState.WAITING), self.force_off or int(self._menu.switches_off)
+        self._menu.switches_off = False
 
     def _step(self, now_ms: int) -> None:
         """Continue to start or end a file."""
@@ -273,6 +270,7 @@ class UiModule:
         """Accept a request; one in the next pass can still replace the file."""
         self.flags |= int(UiFlag.BUSY)
         self.state = int(UiState.OPENING)
+        self._menu.interrupt()
         delay = dict(enumerate(_MENU_DELAYS)).get(now_ms - self._menu_opened_ms, 0)
         delay += next_sample_ms(now_ms + _STATUS_BAR_MS[0] - 1) - now_ms in _STATUS_BAR_MS
         self._timer_started_ms, self._next_step_ms, self._delay_ms = now_ms, now_ms + 1, delay
@@ -281,8 +279,10 @@ class UiModule:
         self._next_step_ms = NEVER
         if self._starting:
             self._start(now_ms)
+        elif self._menu.shows_key:
+            self._show_key()
         elif self.state == UiState.OPENING:
-            self.state, self._run, self._exit_pressed = int(UiState.RUNNING), _Run.TONE, False
+            self.state, self._run, self._exit_pressed = int(UiState.RUNNING), Run.TONE, False
             self._file, self._next_step_ms = self.program_name, now_ms + _FADE_MS + self._delay_ms
         elif self.state == UiState.RUNNING:
             self._continue(now_ms)
@@ -297,11 +297,12 @@ class UiModule:
             self._on_restart()
             self.flags, self.sleep_minutes = int(UiFlag.BUSY), _SLEEP_MINUTES
             self.battery.bars, self._off_ms, self._io_control.display_on = 0, NEVER, True
+            self._menu.reset()
         if self.state == UiState.WAITING:
             self.flags, self._starting = int(UiFlag.ENABLE_STATUS), False
             return
         off = self._off_ms != NEVER
-        state, wait_ms = (UiState.START, 1) if off else _STARTING.get(self.state, (UiState.WAITING, 1))
+        state, wait_ms = (UiState.START, 1) if off else STARTING.get(self.state, (UiState.WAITING, 1))
         self.state, self._next_step_ms = int(state), now_ms + wait_ms
         if state == UiState.WAITING:
             self.flags = int(UiFlag.ENABLE_STATUS | UiFlag.BUSY)
@@ -309,46 +310,47 @@ class UiModule:
     def _continue(self, now_ms: int) -> None:
         """Go on with a file: open it, wait for its end, show a message, go back to the menu."""
         match self._run:
-            case _Run.TONE if self._sound.state == SoundState.TONE:
+            case Run.TONE if self._sound.state == SoundState.TONE:
                 self._next_step_ms = now_ms + 1
-            case _Run.TONE:
-                known = _extension(self._file) in (*_PROGRAMS, _SOUND, _ON_BRICK)
-                self._run, self._next_step_ms = _Run.TO_OPEN, now_ms + (_OPENING_MS if known else _REFUSAL_MS)
-            case _Run.TO_OPEN:
+            case Run.TONE:
+                known = extension(self._file) in (*_PROGRAMS, _SOUND, _ON_BRICK)
+                self._run, self._next_step_ms = Run.TO_OPEN, now_ms + (_OPENING_MS if known else _REFUSAL_MS)
+            case Run.TO_OPEN:
                 self._open(now_ms)
-            case _Run.PROGRAM if self.programs.active:
+            case Run.PROGRAM if self.programs.active:
                 self.flags |= _RUNNING_FLAGS
-            case _Run.SOUND if self._sound.playing:
+            case Run.SOUND if self._sound.playing:
                 self._next_step_ms = now_ms + 1
-            case _Run.MESSAGE if now_ms < self._message_ends_ms and not self._skips_message:
+            case Run.MESSAGE if now_ms < self._message_ends_ms and not self._skips_message:
                 self._next_step_ms = self._message_ends_ms
-            case _Run.MESSAGE:
+            case Run.MESSAGE:
                 self._open_menu()
             case _:
                 self.flags = self.flags & ~(_RUNNING_FLAGS | _STATUS_WORK) | int(UiFlag.ENABLE_STATUS)
-                if self._run is not _Run.SOUND:
+                if self._run is not Run.SOUND:
                     self._sound.end_program(self.volume)
-                self._run = _Run.MESSAGE
+                self._run = Run.MESSAGE
                 self._next_step_ms, self._message_ends_ms = now_ms + 1, now_ms + _MESSAGE_MS
 
     def _open(self, now_ms: int) -> None:
         """Start a file by its extension; an unknown one leaves the user interface busy for ever, as on a real brick."""
-        extension = _extension(self._file)
+        kind = extension(self._file)
         self._next_step_ms = now_ms + 1
-        if extension in _PROGRAMS:
-            self._run = _Run.PROGRAM
+        if kind in _PROGRAMS:
+            self._run = Run.PROGRAM
             self.programs.start(self._file)
-        elif extension == _SOUND:
-            self._run, self._next_step_ms = _Run.SOUND, now_ms + 2
+        elif kind == _SOUND:
+            self._run, self._next_step_ms = Run.SOUND, now_ms + 2
             self._sound.play_file(unpack_name(self._file), loop=False)
-        elif extension == _ON_BRICK:
-            self._run = _Run.SOUND
+        elif kind == _ON_BRICK:
+            self._run = Run.SOUND
         else:
             self._show_menu()
 
     def _open_menu(self) -> None:
         """Accept buttons and requests again; a request made meanwhile is lost."""
         self.flags &= ~int(UiFlag.BUSY)
+        self._menu.show_file()
         self._show_menu()
         self.programs.reset()
 
@@ -369,7 +371,7 @@ class UiModule:
             self.force_off = 1
         if self.force_off and self._off_ms == NEVER:
             self._off_ms, self.force_off = now_ms, 0
-            if self.state in _IN_MENU:
+            if self.state in IN_MENU:
                 self.state, self._next_step_ms = int(UiState.DRAWING), NEVER
             if self.programs.active:
                 self.programs.stop()
@@ -380,19 +382,19 @@ class UiModule:
 
     @property
     def _warns(self) -> bool:
-        return self.battery.low and not self._warned and self.state in _IN_MENU
+        return self.battery.low and not self._warned and self.state in IN_MENU
 
     def _schedule(self) -> None:
         now_ms, due = self._clock.now_ms, self._next_step_ms
         if self.sleep_minutes and self._off_ms == NEVER:
             due = min(due, self._timer_started_ms + self.sleep_ms)
+        if self._keys.repeat_ms != NEVER and self._keys.held(self.buttons):
+            due = min(due, self._keys.repeat_ms)
         if self._off_ms != NEVER and now_ms < self._off_ms + _POWER_OFF_MS:
             due = min(due, now_ms + 1)
+        if self._off_ms != NEVER and not self._reads_keys:
+            due = min(due, self._off_ms + _DEAF_MS)
         if not self.battery.settled or not self.flags & (UiFlag.ENABLE_STATUS | UiFlag.UPDATE):
             due = min(due, next_sample_ms(now_ms))
-        self.due_ms = now_ms + 1 if self._warns else max(due, now_ms + 1)
-
-
-def _extension(name: bytes) -> str:
-    text = unpack_name(name)
-    return text[text.rfind(".") :].lower() if "." in text else ""
+        unread = self._warns or self.button or (self._reads_keys and self._keys.changed(self.buttons))
+        self.due_ms = now_ms + 1 if unread else max(due, now_ms + 1)

@@ -1,0 +1,55 @@
+"""The keys of the menus: which button counts, and when it counts again. Source: docs/firmware.md section 8.5."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntEnum
+
+from sim_backend.firmware.button import Button
+from sim_backend.firmware.module import NEVER
+
+_FIRST_REPEAT_MS, _REPEAT_MS = 800, 200
+"""Time until a button that is held counts again, and between two repetitions."""
+
+
+class Key(IntEnum):
+    """Button byte of the Ui map."""
+
+    LEFT = 1
+    ENTER = 2
+    RIGHT = 3
+    EXIT = 4
+
+
+KEYS = ((0, Key.EXIT), (3, Key.ENTER), (1, Key.RIGHT), (2, Key.LEFT))
+"""Numbers of the button module and their keys; of several the first one counts."""
+
+
+class Keys:
+    """The buttons as a menu reads them: a key counts when none was held before, left and right again while held.
+
+    Attributes:
+        repeat_ms: When a held button counts again.
+    """
+
+    def __init__(self) -> None:
+        self.repeat_ms = NEVER
+        self._held = False
+
+    def held(self, buttons: Sequence[Button]) -> Key | None:
+        """The key that is held."""
+        return next((key for number, key in KEYS if buttons[number].pressed), None)
+
+    def changed(self, buttons: Sequence[Button]) -> bool:
+        """Whether a key was pressed or all were released since the last reading."""
+        return self._held != any(button.pressed for button in buttons)
+
+    def read(self, buttons: Sequence[Button], now_ms: int) -> Key | None:
+        """The key that counts now."""
+        key = self.held(buttons)
+        before, self._held = self._held, key is not None
+        repeats = key in (Key.LEFT, Key.RIGHT)
+        if key is None or (before and not (repeats and now_ms >= self.repeat_ms)):
+            return None
+        self.repeat_ms = now_ms + (_REPEAT_MS if before else _FIRST_REPEAT_MS) if repeats else NEVER
+        return key

@@ -1,0 +1,83 @@
+"""How the display works off its masks and refreshes the screen, as far as its map shows it.
+
+Source: docs/firmware.md section 8.5.
+"""
+
+from __future__ import annotations
+
+from firmware_protocol.iomap import DisplayFlag
+from sim_backend.firmware.battery import SAMPLE_MS
+from sim_backend.firmware.module import NEVER, Clock
+
+_STATUS_BAR = 0x8000
+"""Bit of UpdateMask that stands for the status bar; the user interface sets it with every sample of the battery."""
+
+_PERIOD_MS, _PAUSE = 17, 15
+"""Passes of a refresh, and the one of them, counted from the boot, after which no line is being sent."""
+
+_STOPPED = DisplayFlag.POPUP | DisplayFlag.REFRESH_DISABLED
+
+
+class ScreenRefresh:
+    """The masks and flags of the Display map.
+
+    Attributes:
+        due_ms: See `Module`.
+        erase_mask: Parts of the screen to erase; one is done in each pass, the highest bit first.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self.due_ms = NEVER
+        self.erase_mask = self._update_mask = 0
+        self._flags = int(DisplayFlag.ON | DisplayFlag.REFRESH)
+
+    @property
+    def update_mask(self) -> int:
+        """Parts of the screen to draw, after those to erase and in the same way."""
+        return self._update_mask | (0 if self._clock.now_ms % SAMPLE_MS else _STATUS_BAR)
+
+    @update_mask.setter
+    def update_mask(self, mask: int) -> None:
+        self._update_mask = mask
+
+    @property
+    def flags(self) -> int:
+        """See `DisplayFlag`; the screen is being refreshed in all passes but one of each period."""
+        if self._flags & _STOPPED:
+            return self._flags
+        pauses = self._flags & DisplayFlag.REFRESH and self._clock.now_ms % _PERIOD_MS == _PAUSE
+        return self._flags & ~int(DisplayFlag.BUSY) | (0 if pauses else int(DisplayFlag.BUSY))
+
+    @flags.setter
+    def flags(self, flags: int) -> None:
+        self._flags = flags
+
+    def wake(self) -> None:
+        """Run in the next pass: the map was written."""
+        self.due_ms = self._clock.now_ms + 1
+
+    def run(self, now_ms: int) -> None:
+        """Do one part of the screen, and end the refresh when it is switched off."""
+        if self.erase_mask:
+            self.erase_mask = _without_highest(self.erase_mask)
+        else:
+            self._update_mask = _without_highest(self._update_mask)
+        pending = bool(self.erase_mask or self._update_mask)
+        if pending and now_ms % SAMPLE_MS == 0:
+            self._update_mask |= _STATUS_BAR
+        if not self._flags & DisplayFlag.POPUP:
+            pending = self._switch(now_ms) or pending
+        self.due_ms = now_ms + 1 if pending else NEVER
+
+    def _switch(self, now_ms: int) -> bool:
+        """Stop or restart the refresh as the flags say; whether it is about to stop."""
+        if self._flags & DisplayFlag.REFRESH:
+            self._flags &= ~int(DisplayFlag.REFRESH_DISABLED)
+        elif now_ms % _PERIOD_MS == _PAUSE:
+            self._flags = self._flags & ~int(DisplayFlag.BUSY) | int(DisplayFlag.REFRESH_DISABLED)
+        return not self._flags & (DisplayFlag.REFRESH | DisplayFlag.REFRESH_DISABLED)
+
+
+def _without_highest(mask: int) -> int:
+    return mask & ~(1 << mask.bit_length() >> 1)

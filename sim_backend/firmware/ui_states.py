@@ -1,0 +1,66 @@
+"""The states of the user interface. Source: docs/firmware.md sections 5.2 (Ui map) and 8."""
+
+from __future__ import annotations
+
+from enum import Enum, IntEnum, auto
+from typing import Protocol
+
+
+class UiState(IntEnum):
+    """State byte of the Ui map; the simulated states only."""
+
+    START = 0
+    LOGO = 2
+    MELODY = 3
+    ENTRY = 4
+    MENU = 5
+    DRAWING = 6
+    WAITING = 7
+    LEFT = 8
+    RIGHT = 9
+    ENTER = 10
+    EXIT = 11
+    OPENING = 13
+    RUNNING = 14
+    LOW_BATTERY = 15
+
+
+IN_MENU = (UiState.MENU, UiState.DRAWING, UiState.WAITING)
+
+STARTING: dict[int, tuple[UiState, int]] = {
+    UiState.START: (UiState.LOGO, 2791),
+    UiState.LOGO: (UiState.MELODY, 897),
+    UiState.MELODY: (UiState.ENTRY, 1),
+    UiState.ENTRY: (UiState.MENU, 1),
+    UiState.MENU: (UiState.DRAWING, 1),
+    UiState.DRAWING: (UiState.WAITING, 1),
+}
+"""States of a start: the next one, and how long it lasts in ms."""
+
+
+class Run(Enum):
+    """What the state RUNNING waits for."""
+
+    TONE = auto()
+    TO_OPEN = auto()
+    PROGRAM = auto()
+    PROGRAM_ENDED = auto()
+    SOUND = auto()
+    MESSAGE = auto()
+
+
+class Programs(Protocol):
+    """The part of the command module that the user interface uses."""
+
+    @property
+    def active(self) -> bool:
+        """Whether a program is active."""
+
+    def start(self, name: bytes) -> None:
+        """Start a program in the next pass."""
+
+    def stop(self) -> None:
+        """Stop the program in the next pass."""
+
+    def reset(self) -> None:
+        """Forget the last program in the next pass."""

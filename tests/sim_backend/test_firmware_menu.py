@@ -1,0 +1,169 @@
+"""Keys in the menus, pass by pass. Each value is the one that LEGO's firmware gave."""
+
+import pytest
+
+from firmware_protocol import direct, system
+from firmware_protocol.iomap import SOUND, UI
+from nxtdrive.tools.conformance.bench import Bench
+from sim_backend.firmware.brick import SimBrick
+
+BUTTONS = {"x": 1, "r": 2, "l": 4, "e": 8}
+STATES = {5: "5", 6: "6", 7: ".", 8: "L", 9: "R", 10: "E", 11: "X"}
+
+
+class Keypad:
+    """A bench whose user interface is looked at in each pass."""
+
+    def __init__(self, *files):
+        self.bench = Bench(SimBrick())
+        for name in files:
+            self.send(system.OpenWrite(name, 1))
+            self.send(system.Write(0, b"a"))
+            self.send(system.Close(0))
+
+    def send(self, command):
+        self.bench.telegram(command.encode().hex())
+
+    def hold(self, mask, passes):
+        """Hold buttons; the state in each pass, and ' behind it while the map's Button waits."""
+        self.bench.control(f"!button {mask}")
+        ui, states = self.bench.brick.ui, ""
+        for _ in range(passes):
+            self.bench.control("!tick 1")
+            states += STATES[ui.state] + "'" * bool(ui.button)
+        return states
+
+    def press(self, keys):
+        """Press keys one after the other; the states they bring."""
+        states = [self.hold(BUTTONS[key], 16) + self.hold(0, 10) for key in keys]
+        return [each.replace(".", "") for each in states]
+
+    def write(self, key):
+        self.send(UI.field("Button").write(key))
+
+
+@pytest.mark.parametrize(
+    ("before", "keys", "states"),
+    [
+        ("", "xrl", ["X56", "R56", "L56"]),
+        ("r", "eerxx", ["E566", "E566", "R56", "X56", "X56"]),
+        ("rrrr", "eex", ["E56", "E56E566X56", "X56"]),
+        ("l", "e", ["E56E566X56"]),
+        ("e", "e", ["E566X56"]),
+        ("llee", "rle", ["R566", "L566", "E56X56X56"]),
+        ("llee", "x", ["X56X56"]),
+        ("ller", "ere", ["E5666", "R566", "E56X56"]),
+    ],
+)
+def test_a_key_brings_its_state_and_draws_the_menu(before, keys, states):
+    keypad = Keypad()
+    keypad.press(before)
+    assert keypad.press(keys) == states
+
+
+@pytest.mark.parametrize(
+    ("files", "keys", "off"),
+    [
+        ([], "xe", True),
+        ([], "xre", False),
+        ([], "xrle", True),
+        ([], "xxe", False),
+        ([], "rxe", True),
+        ([], "eexe", False),
+        ([], "eexxe", True),
+        (["a.rxe"], "eexxe", False),
+        (["a.rxe"], "eexxxe", True),
+        (["a.rso"], "errexxxe", True),
+        ([], "reeexxxxe", True),
+        ([], "lexe", True),
+    ],
+)
+def test_enter_answers_the_question_whether_to_switch_off(files, keys, off):
+    keypad = Keypad(*files)
+    keypad.press(keys)
+    assert keypad.bench.control("!power").startswith("power=5a display=0") == off
+
+
+@pytest.mark.parametrize(
+    ("keys", "volume", "minutes"),
+    [
+        ("lleer", 0, 10),
+        ("lleel", 3, 10),
+        ("lleerx", 4, 10),
+        ("lleerre", 1, 10),
+        ("llerer", 4, 10),
+        ("llerere", 4, 30),
+        ("llererx", 4, 10),
+        ("llererrre", 4, 0),
+        ("llerele", 4, 5),
+    ],
+)
+def test_volume_and_sleep_time_can_be_set(keys, volume, minutes):
+    keypad = Keypad()
+    keypad.press(keys)
+    ui = keypad.bench.brick.ui
+    assert (ui.volume, ui.sleep_minutes) == (volume, minutes)
+
+
+def test_a_key_takes_over_the_volume_of_the_menu():
+    keypad = Keypad()
+    keypad.press("lleer")
+    assert keypad.bench.brick.sound.volume == 4
+    keypad.send(SOUND.field("Volume").write(2))
+    keypad.press("r")
+    assert keypad.bench.brick.sound.volume == 0
+
+
+@pytest.mark.parametrize(
+    ("mask", "states"), [(3, "X56"), (15, "X56"), (12, "E566X56"), (6, "R56"), (10, "E566X56")], ids=str
+)
+def test_of_several_buttons_one_counts(mask, states):
+    keypad = Keypad()
+    keypad.press("e")
+    assert keypad.hold(mask, 20).replace(".", "") == states
+
+
+def test_left_and_right_count_again_while_they_are_held():
+    for mask, times in ((2, 3), (4, 3), (12, 1), (1, 1)):
+        states = Keypad().hold(mask, 1150)
+        assert sum(states.count(key) for key in "LREX") == times
+
+
+def test_a_button_counts_only_after_all_were_released():
+    keypad = Keypad()
+    assert keypad.hold(4, 6) == ".L56.."
+    assert keypad.hold(1, 20) == "." * 20
+    assert keypad.hold(0, 2) + keypad.hold(1, 6) == ".." + ".X56.."
+
+
+def test_a_press_while_the_menu_is_drawn_is_lost():
+    keypad = Keypad()
+    assert keypad.hold(4, 2) + keypad.hold(0, 2) + keypad.hold(1, 8) == ".L56........"
+
+
+def test_a_key_of_the_map_waits_for_the_menu_and_for_the_buttons():
+    keypad = Keypad()
+    keypad.write(1)
+    keypad.write(3)
+    assert keypad.hold(0, 6) == "6'.'R56."
+    keypad.hold(2, 8)
+    keypad.write(1)
+    assert keypad.hold(2, 3) == ".'.'.'"
+    assert keypad.hold(0, 8) == ".'L56...."
+
+
+def test_the_page_of_a_file_that_has_run_is_four_levels_down():
+    for exits in range(5):
+        keypad = Keypad("a.rxe")
+        keypad.send(direct.StartProgram("a.rxe"))
+        keypad.bench.control("!tick 900")
+        keypad.press("x" * exits + "e")
+        assert keypad.bench.control("!power").startswith("power=5a") == (exits == 4)
+
+
+def test_the_sleep_timer_can_be_written():
+    keypad = Keypad()
+    keypad.send(UI.field("SleepTimer").write(5))
+    assert keypad.bench.brick.ui.sleep_timer == 5
+    keypad.bench.control("!tick 60000")
+    assert keypad.bench.brick.ui.sleep_timer == 6
