@@ -33,6 +33,11 @@ _SHORT = 60
 _HEADER = ("kind", "opcode", "status")
 _STATUS = REPLY_HEADER - 1
 
+ICONS = "LEGO's icons are not drawn"
+"""Cause of a blank frame buffer: docs/firmware.md, section 8.5."""
+
+_FRAME_BUFFER = "Display.Normal,"
+
 _BYTE_NUMBER = re.compile(r", byte \d+$")
 
 
@@ -116,6 +121,8 @@ def _compare_bytes(step: Step, got: str) -> Difference | None:
         return Difference(step.number, f"{name}: {lengths}", f"{sent}: {lengths} {replies}")
     text = f"{sent}: {field} is 0x{ours[offset]:02x}, the firmware's is 0x{theirs[offset]:02x} {replies}"
     cause = f"{name}: {_BYTE_NUMBER.sub('', field)}{_statuses(field, ours[start:], theirs[start:])}"
+    if field.startswith(_FRAME_BUFFER) and not any(ours[offset:]):
+        cause = ICONS
     return Difference(step.number, cause, text)
 
 
