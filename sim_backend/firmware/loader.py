@@ -6,11 +6,11 @@ and leaks its own, and handles beyond the table can be "closed".
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-from enum import Enum, auto
+from collections.abc import Collection
 from typing import NamedTuple
 
 from firmware_protocol.status import Status
+from sim_backend.firmware.file_handle import Handle, Use
 from sim_backend.firmware.flash import FIRST_PAGE, File, Flash
 from sim_backend.firmware.names import NAME_LIMIT, matcher
 from sim_backend.firmware.versions import Version
@@ -31,43 +31,6 @@ _LINEAR = (".rxe", ".sys", ".rtm")
 def fresh_flash(version: Version) -> Flash:
     """The flash after the first boot."""
     return Flash(version.sectors, version.directory_size, version.settings)
-
-
-class Use(Enum):
-    """Use of a handle."""
-
-    FREE = auto()
-    READ = auto()
-    EXECUTE = auto()
-    WRITE = auto()
-    SEARCH = auto()
-
-
-class Handle:
-    """One entry of the table.
-
-    Attributes:
-        use: See `Use`.
-        file: The open file.
-        position: Next byte to read.
-        overrun: Whether more was written than announced.
-        name: Name or pattern of the last look-up, in lower case; every look-up uses a handle, and none forgets it.
-        matches: Test of that look-up.
-        index: Directory entry that the last look-up found, `_NOWHERE` if none.
-        keep: Whether it stays open when the USB cable is pulled.
-        slot: Number of its write buffer.
-    """
-
-    __slots__ = ("file", "index", "keep", "matches", "name", "overrun", "position", "slot", "use")
-
-    def __init__(self) -> None:
-        self.use = Use.FREE
-        self.file: File | None = None
-        self.position = self.slot = 0
-        self.overrun = self.keep = False
-        self.name = ""
-        self.matches: Callable[[str], bool] = lambda _: True
-        self.index = 0
 
 
 class Opened(NamedTuple):
