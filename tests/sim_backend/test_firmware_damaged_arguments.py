@@ -12,7 +12,7 @@ from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.vm.rxe import Type
 
-ADD, COMPARE, SIZE_OF, FILL, SET = 0x00, 0x11, 0x17, 0x1A, 0x1C
+ADD, NEGATE, COMPARE, SIZE_OF, FILL, SET = 0x00, 0x02, 0x11, 0x17, 0x1A, 0x1C
 FLATTEN, TO_TEXT, TO_NUMBER, JOIN, PART, TO_BYTES = 0x1D, 0x1F, 0x20, 0x21, 0x22, 0x23
 JUMP, BRANCH, STOP, ACQUIRE, SYSTEM_CALL, WAIT, TICK = 0x25, 0x26, 0x29, 0x2C, 0x28, 0x34, 0x35
 LESS, GREATER, LESS_OR_EQUAL, EQUAL = 0, 1, 2, 4
@@ -212,6 +212,13 @@ def test_a_clump_that_waits_at_its_end_runs_one_more_instruction():
     brick.receive(StartProgram("a.rxe").encode())
     brick.tick(20)
     assert brick.command.pool[56 + 4] == 0x33
+
+
+def test_a_negation_of_two_values_gives_0_in_firmware_1_29():
+    run = Run([instruction(NEGATE, A, B, TWO)], "1.29")
+    assert run.went_on
+    assert run.number(A) == 0
+    assert Run([instruction(NEGATE, A, B, TWO)], "1.05").status == FAILED
 
 
 @pytest.mark.parametrize(("asked", "later"), [(46, 0), (47, 1)])

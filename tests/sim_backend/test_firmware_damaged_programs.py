@@ -26,7 +26,7 @@ ADD, FILL, COMPARE, TEST, MOVE, SET, JUMP, BRANCH, BRANCH_TEST, SET_OUTPUT = (
     0x27,
     0x31,
 )
-SIZE_OF, SYSTEM_CALL, FINISH_INTO, CALL, RETURN = 0x17, 0x28, 0x2B, 0x2E, 0x2F
+SIZE_OF, SYSTEM_CALL, FINISH, FINISH_INTO, CALL, RETURN = 0x17, 0x28, 0x2A, 0x2B, 0x2E, 0x2F
 RUNNING, ENDED, FAILED = 2, 1, 3
 NONE = 0xFFFF
 SPIN = instruction(JUMP, 0)
@@ -247,6 +247,39 @@ def test_a_return_to_a_variable_beyond_the_table_continues_nothing(firmware):
     code = [instruction(CALL, 1, 0), SPIN]
     outcome = Outcome(program(code, [instruction(RETURN, 0x2763)], fire=[0, 1]), firmware, clumps=2)
     assert outcome.status == ENDED
+
+
+@pytest.mark.parametrize("firmware", ["1.05", "1.29"])
+@pytest.mark.parametrize(
+    ("first", "last", "ran"), [(0, 2, (1, 1, 1)), (2, 3, (1, 0, 1)), (0xFFFF, 0, (0, 1, 0)), (0, 0xFFFF, (0, 0, 0))]
+)
+def test_dependents_in_front_of_or_behind_those_of_a_clump_are_fired(firmware, first, last, ran):
+    """The lists follow each other: 2, 1; 3; 1; 2."""
+    variables = Variables()
+    counts, one = [variables.number() for _ in range(3)], variables.number(1)
+    clumps = [[instruction(ADD, count, count, one), SPIN] for count in counts]
+    finish = [instruction(FINISH, first, last)]
+    content = assemble(variables, finish, *clumps, fire=[0, 1, 1, 1], dependents=[[2, 1], [3], [1], [2]])
+    assert Outcome(content, firmware, clumps=4).numbers[:3] == ran
+
+
+@pytest.mark.parametrize("firmware", ["1.05", "1.29"])
+def test_a_clump_that_calls_itself_goes_on(firmware):
+    code = [instruction(CALL, 0, 2), instruction(SET, 1, 0x72), SPIN]
+    outcome = Outcome(program(code), firmware)
+    assert (outcome.status, outcome.numbers[1]) == (RUNNING, 0x72)
+
+
+@pytest.mark.parametrize(("kind", "firmware"), [(Type.MUTEX, "1.05"), (Type.MUTEX, "1.29"), (Type.SLONG, "1.29")])
+def test_a_return_reads_the_first_byte_of_a_variable(kind, firmware):
+    variables = Variables()
+    for value in (0x11, 0x22, 0x33, 0x44):
+        variables.number(value)
+    number = variables.number(0x100, kind)
+    code = [instruction(CALL, 1, 2), instruction(SET, 1, 0x72), SPIN]
+    content = assemble(variables, code, [instruction(RETURN, number)], fire=[0, 1])
+    outcome = Outcome(content, firmware, clumps=2)
+    assert (outcome.status, outcome.numbers[1]) == (RUNNING, 0x72)
 
 
 @pytest.mark.parametrize("firmware", ["1.05", "1.29"])

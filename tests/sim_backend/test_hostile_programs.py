@@ -25,7 +25,7 @@ def nested(length, element):
     descriptors = struct.pack("<5H", 4, 10, 2, 0xFFFF, 1) + struct.pack("<5H", 24, element, length, 0, 0xFFFF)
     values = struct.pack("<H", 1) + descriptors + struct.pack("<H", 1) * length
     table = [Variable(Type.ARRAY, False, 0)] * (LEVELS - 1) + [Variable(Type.UBYTE, True, 0)]
-    clumps = (Clump(0, (), 0, 1),)
+    clumps = (Clump(0, 0, 1),)
     program = Program(tuple(table), LEVELS, values, len(values) + 2, 4, 2, len(values) - 2, 0, 1, 4, clumps, ())
     memory = Memory(program, LAYOUT)
     memory.fill()

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from sim_backend.firmware.cint import divide, s16
 from sim_backend.firmware.vm import aggregates, scalars
 from sim_backend.firmware.vm.aggregates import COMPARISONS, HOLD_FOR_EQUALS, comparable
-from sim_backend.firmware.vm.data import Place, ProgramError
+from sim_backend.firmware.vm.data import ERR_INSTR, Place, ProgramError
 from sim_backend.firmware.vm.instructions import Instruction, Translation
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.numbers import SIGNED
@@ -80,6 +80,14 @@ def _calculation(machine: Machine, instruction: Instruction) -> str | None:
             function = operands.function("quotient", scalars.float_divide)
             return f"{function}({operands.value(left)}, {operands.value(right)})"
     return None
+
+
+def _negation_of_two(machine: Machine, instruction: Instruction) -> Translation:
+    """An operation that firmware 1.05 does not know, and whose result is 0 in later ones."""
+    if machine.dialect.has_fields:
+        raise ProgramError(ERR_INSTR, "a negation of two values")
+    target, left, right = (Place(argument) for argument in instruction.arguments)
+    return lambda: aggregates.calculate(machine.data, lambda *_: 0, target, left, right)
 
 
 def _unary(machine: Machine, instruction: Instruction) -> Translation:
@@ -164,6 +172,7 @@ def _set(machine: Machine, instruction: Instruction) -> Translation:
 
 TABLE: Mapping[tuple[int, int], Translate] = {
     **{(opcode, 3): _binary for opcode in (*_SYMBOLS, scalars.DIV, scalars.MOD)},
+    (scalars.NEG, 3): _negation_of_two,
     **{(opcode, 2): _unary for opcode in (scalars.NEG, scalars.NOT, scalars.SQRT, scalars.ABS)},
     (0x11, 3): _compare,
     (0x12, 2): _test,

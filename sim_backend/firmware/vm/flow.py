@@ -13,7 +13,8 @@ from sim_backend.firmware.vm.machine import QUEUE_GREW, Machine, Translate
 from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.rxe import Type
 
-_NOBODY = 0xFF
+_FREE = _NO_CLUMP = 0xFF
+"""Owner of a mutex that is free; number of no clump."""
 
 
 def _target(machine: Machine, instruction: Instruction) -> int:
@@ -63,8 +64,9 @@ def _stop(machine: Machine, instruction: Instruction) -> Next:
 
 
 def _finish(machine: Machine, instruction: Instruction) -> Next:
-    """End the clump and fire the given range of its dependents."""
+    """End the clump and fire the given range of its dependents; the firmware does not check that there are so many."""
     first, last = instruction.arguments
+    content = machine.program.content
 
     def run() -> int:
         task = machine.task
@@ -72,7 +74,9 @@ def _finish(machine: Machine, instruction: Instruction) -> Next:
         machine.suspend(clump.start)
         task.missing = clump.fire_count
         if last != NONE:
-            for dependent in clump.dependents[first : last + 1]:
+            begin, end = (max(clump.list_at + s16(number), 0) for number in (first, last + 1))
+            machine.memory.spend(len(content[begin:end]))
+            for dependent in content[begin:end]:
                 machine.fire(dependent)
         return END_TURN
 
@@ -99,7 +103,7 @@ def _acquire(machine: Machine, instruction: Instruction) -> Next:
     def run() -> int:
         at = data.address(Place(mutex))
         owner = data.memory.load(Type.UBYTE, at)
-        if owner == _NOBODY:
+        if owner == _FREE:
             data.memory.store(Type.UBYTE, at, machine.task.number)
             return following
         machine.wait_for(at, machine.task)
@@ -120,7 +124,7 @@ def _release(machine: Machine, instruction: Instruction) -> Next:
 
 
 def _call(machine: Machine, instruction: Instruction) -> Next:
-    """Run another clump, and continue when it returns."""
+    """Run another clump, and continue when it returns; a clump that calls itself goes on."""
     clump, caller = instruction.arguments
 
     def run() -> int:
@@ -130,7 +134,9 @@ def _call(machine: Machine, instruction: Instruction) -> Next:
             machine.data.put(caller, machine.task.number)
         machine.suspend(instruction.following)
         task = machine.clump(clump)
-        if task is not None:
+        if task is machine.task:
+            machine.queue.append(task)
+        elif task is not None:
             machine.restart(task)
         return END_TURN
 
@@ -139,20 +145,29 @@ def _call(machine: Machine, instruction: Instruction) -> Next:
 
 def _return(machine: Machine, instruction: Instruction) -> Next:
     """Let the caller continue; without a variable, the one in the first byte of the variables."""
-    caller, data = instruction.arguments[0], machine.data
+    caller = instruction.arguments[0]
 
     def run() -> int:
-        if caller == NONE:
-            number = int(machine.memory.load(Type.UBYTE, 0))
-        else:
-            number = data.integer(caller) if data.kind(caller) in SCALARS else _NOBODY
-        task = machine.clump(number)
+        task = machine.clump(_caller(machine, caller))
         machine.suspend(machine.program.clumps[machine.task.number].start)
         if task is not None:
             machine.queue.append(task)
         return END_TURN
 
     return Next(run)
+
+
+def _caller(machine: Machine, argument: int) -> int:
+    """The number of a clump in a variable of any type: its first byte."""
+    data, kind, older = machine.data, machine.data.kind(argument), machine.dialect.has_fields
+    if argument == NONE:
+        return int(machine.memory.load(Type.UBYTE, 0))
+    if argument >= data.first_field:
+        return data.integer(argument)
+    if kind not in (*SCALARS, Type.MUTEX, Type.CLUSTER, Type.ARRAY) or (older and kind == Type.ARRAY):
+        return _NO_CLUMP
+    place = Place(argument + 1 if older and kind == Type.CLUSTER else argument)
+    return int(machine.memory.load(Type.UBYTE, data.address(place)))
 
 
 def _wait(machine: Machine, instruction: Instruction) -> Next:

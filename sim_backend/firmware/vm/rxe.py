@@ -116,15 +116,15 @@ class Clump(NamedTuple):
 
     Attributes:
         fire_count: Number of clumps that must end before it starts; 0 starts at once.
-        dependents: Numbers of the clumps it may fire.
         start: Index of its first word of code.
         end: Index of the word after its last one.
+        list_at: Where the numbers of the clumps it may fire are in the file.
     """
 
     fire_count: int
-    dependents: tuple[int, ...]
     start: int
     end: int
+    list_at: int = 0
 
 
 class _Header(NamedTuple):
@@ -161,6 +161,7 @@ class Program:
         descriptors: Offset of the array descriptors in memory.
         clumps: All clumps.
         code: Words of code.
+        content: The file.
     """
 
     variables: tuple[Variable, ...]
@@ -175,6 +176,7 @@ class Program:
     descriptors: int
     clumps: tuple[Clump, ...]
     code: tuple[int, ...]
+    content: bytes = b""
 
     def check(self) -> None:
         """Check what the firmware checks after the sizes of the file's parts.
@@ -272,6 +274,7 @@ def _parse(content: bytes, types: bytes) -> Program:
         header.descriptors,
         clumps,
         code,
+        content,
     )
 
 
@@ -294,7 +297,7 @@ def _clumps(content: bytes, at: int, header: _Header) -> tuple[tuple[Clump, ...]
     ends = [start for _, _, start in records[1:]] + [header.words]
     clumps = []
     for (fire_count, dependents, start), end in zip(records, ends, strict=True):
-        clumps.append(Clump(fire_count, tuple(content[lists : lists + dependents]), start, end))
+        clumps.append(Clump(fire_count, start, end, lists))
         lists += dependents
     return tuple(clumps), _even(lists)
 
