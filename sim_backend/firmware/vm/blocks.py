@@ -90,6 +90,9 @@ class Compiler:
             elif not isinstance(translation, Next):
                 quiet = False
                 lines.append(f"{self._named(instruction, translation)}()")
+                if at == instruction.at:  # it has no size and follows itself: once a turn is enough
+                    count = min(most, LONGEST)
+                    break
             elif isinstance(translation.word, int):
                 at = translation.word
                 if at == start and ports & Ports.SETS:  # the second time, it may change nothing
