@@ -24,7 +24,7 @@ from behaviors.outages import OutageSupervisor, part_of
 from behaviors.pause import Pause
 from behaviors.ports import Body, Clock, Eyes, Outage
 from behaviors.profiles.profile import MakeProfile
-from behaviors.profiles.registry import PROFILES
+from behaviors.profiles.registry import find_profile
 from behaviors.recoveries import Choice
 from behaviors.skills import Reply, Skill, SkillContext, TimeUp
 from behaviors.target_queue import TargetProgress, TargetQueue
@@ -132,7 +132,7 @@ class Executive:
             extend_time=self._context.add_pause,
         )
         self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
-        self._profile = (make_profile or PROFILES[mission.mission.profile])(self._context, mission, self._queue)
+        self._profile = (make_profile or find_profile(mission.mission.profile))(self._context, mission, self._queue)
         self._chart = MissionChart(self._queue, self._decide, [self])
         self._service: Skill | None = None
         self._serves = ""

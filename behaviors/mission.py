@@ -12,11 +12,12 @@ from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AliasChoices, Field, TypeAdapter, ValidationError
+from pydantic import AfterValidator, AliasChoices, Field, TypeAdapter, ValidationError
 
 from behaviors.mission_cross_checks import cross_checks
 from behaviors.mission_mistakes import mistakes
 from behaviors.plausibility import TOLERANCE_MM
+from behaviors.profile_names import ADAPTIVE, profile_name
 from behaviors.robot_description import (
     ROBOT_VARIABLE,
     CalibrationTable,
@@ -178,7 +179,7 @@ class MissionTable(Table):
     Attributes:
         name: A title, for displays and run folders.
         targets: Names of targets, in order.
-        profile: How to behave: adaptive, or exactly as the thesis does.
+        profile: How to behave: adaptive, exactly as the thesis does, or as a profile from elsewhere (docs/profiles.md).
         rounds: Rounds of the list at most; later rounds try again what was given up.
         time_limit_s: When the mission ends, whatever has been reached.
         reconnect_timeout_s: A mission is suspended while brick or camera do not answer, and ends when that lasts
@@ -188,7 +189,7 @@ class MissionTable(Table):
 
     name: str = "mission"
     targets: list[str] = Field(min_length=1)
-    profile: Literal["thesis", "adaptive"] = "adaptive"
+    profile: Annotated[str, AfterValidator(profile_name)] = ADAPTIVE
     rounds: int = Field(default=1, ge=1, le=20)
     time_limit_s: float = Field(default=600.0, gt=0, le=86400)
     reconnect_timeout_s: float = Field(

@@ -87,11 +87,16 @@ class AdaptiveProfile:
         self._queue = queue
         self.world = WorldModel(mission)
         self._perception = Perception(context, profile, self.world, queue)
-        self._policy = policy or AdaptivePolicy.of(profile)
+        self._policy = policy or self.own_policy(mission)
         self._pursuit: tuple[str, int] | None = None
         self._pursued_s = 0.0
         self._eyes_only_s: float | None = None
         self._decided: tuple[float, Point] | None = None
+
+    @classmethod
+    def own_policy(cls, mission: Mission) -> RecoveryPolicy:
+        """Return the policy that weighs candidates."""
+        return AdaptivePolicy.of(mission.adaptive)
 
     def skill(self, state: str, choice: Choice | None) -> Skill:
         """Return the skill for a state; whatever it is, its failure leads to no hasty decision."""

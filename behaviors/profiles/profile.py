@@ -53,6 +53,28 @@ class Profile(Protocol):
 
 
 MakeProfile = Callable[[SkillContext, Mission, TargetQueue], Profile]
+"""Makes the profile of a mission that begins."""
+
+
+class ProfileClass(Protocol):
+    """The class of a profile."""
+
+    def __call__(
+        self, context: SkillContext, mission: Mission, queue: TargetQueue, policy: RecoveryPolicy | None = None
+    ) -> Profile:
+        """Make the profile of a mission that begins.
+
+        Args:
+            context: What to work with.
+            mission: What to do.
+            queue: Its present target is pursued.
+            policy: Chooses in place of the profile's own policy, for a person who confirms its choices.
+        """
+        ...
+
+    def own_policy(self, mission: Mission) -> RecoveryPolicy:
+        """Return the policy by which it chooses, with the mission's numbers; a class method."""
+        ...
 
 
 class ThesisProfile:
@@ -70,7 +92,12 @@ class ThesisProfile:
     ) -> None:
         self._context = context
         self._queue = queue
-        self._policy = policy or ThesisPolicy.of(mission.thesis)
+        self._policy = policy or self.own_policy(mission)
+
+    @classmethod
+    def own_policy(cls, mission: Mission) -> RecoveryPolicy:
+        """Return the thesis's policy."""
+        return ThesisPolicy.of(mission.thesis)
 
     def skill(self, state: str, choice: Choice | None) -> Skill:
         """Return the thesis's skill for a state."""

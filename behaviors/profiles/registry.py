@@ -2,30 +2,62 @@
 
 from __future__ import annotations
 
+import sys
 from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any
 
-from behaviors.adaptive.policy import AdaptivePolicy
-from behaviors.mission import Mission
+from behaviors.mission import Mission, MissionError
 from behaviors.operator import Ask, ConfirmedPolicy
+from behaviors.profile_names import ADAPTIVE, THESIS, installed_profiles
 from behaviors.profiles.adaptive import AdaptiveProfile
-from behaviors.profiles.profile import MakeProfile, ThesisProfile
-from behaviors.recoveries import RecoveryPolicy, ThesisPolicy
+from behaviors.profiles.profile import MakeProfile, ProfileClass, ThesisProfile
+from behaviors.recoveries import RecoveryPolicy
 
-PROFILES: dict[str, type[ThesisProfile] | type[AdaptiveProfile]] = {
-    "thesis": ThesisProfile,
-    "adaptive": AdaptiveProfile,
-}
-"""All profiles, by name."""
+PROFILES: dict[str, ProfileClass] = {THESIS: ThesisProfile, ADAPTIVE: AdaptiveProfile}
+"""The built-in profiles, by name."""
+NEEDED = ("own_policy", "skill", "learn", "evidence", "select")
+
+
+def find_profile(name: str) -> ProfileClass:
+    """Return the class of a profile: a built-in one, an installed one, or ``package.module:Class``.
+
+    Raises:
+        MissionError: There is no such class, or it is no profile.
+    """
+    if built_in := PROFILES.get(name):
+        return built_in
+    try:
+        entry = installed_profiles().get(name)
+        found: Any = entry.load() if entry else _imported(name)
+    except Exception as error:  # the module of another package may raise anything
+        raise MissionError(f"profile {name!r} cannot be loaded: {type(error).__name__}: {error}") from error
+    missing = [each for each in NEEDED if not callable(getattr(found, each, None))]
+    if missing:
+        raise MissionError(f"profile {name!r} lacks {', '.join(missing)}; docs/profiles.md says what a profile has.")
+    return found  # type: ignore[no-any-return]
+
+
+def _imported(name: str) -> object:
+    """Import a class from a module, also from one in the current folder, as ``python -m`` does."""
+    module, _, attribute = name.partition(":")
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)
+    return getattr(import_module(module), attribute)
 
 
 def make_policy(profile: str, mission: Mission) -> RecoveryPolicy:
-    """Make a profile's own policy with the mission's numbers."""
-    if profile == "thesis":
-        return ThesisPolicy.of(mission.thesis)
-    return AdaptivePolicy.of(mission.adaptive)
+    """Make a profile's own policy with the mission's numbers.
+
+    Raises:
+        MissionError: See `find_profile`.
+    """
+    return find_profile(profile).own_policy(mission)
 
 
 def supervised(mission: Mission, ask: Ask) -> MakeProfile:
     """Make the mission's profile with a person who confirms or replaces every choice."""
     profile = mission.mission.profile
-    return partial(PROFILES[profile], policy=ConfirmedPolicy(make_policy(profile, mission), ask))
+    return partial(find_profile(profile), policy=ConfirmedPolicy(make_policy(profile, mission), ask))

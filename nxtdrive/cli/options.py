@@ -115,8 +115,17 @@ def add_json_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def add_profile_argument(parser: argparse.ArgumentParser, meaning: str) -> None:
-    """Add ``--profile NAME``; ``--policy`` is its old name."""
-    from behaviors.profiles.registry import PROFILES
+    """Add ``--profile NAME``, also called ``--policy``."""
+    named = "thesis, adaptive, an installed profile, or package.module:Class"
+    parser.add_argument(
+        "--profile", "--policy", metavar="NAME", type=_profile, help=f"{meaning}; NAME is {named} (docs/profiles.md)"
+    )
 
-    parser.add_argument("--profile", choices=PROFILES, help=meaning)
-    parser.add_argument("--policy", choices=PROFILES, dest="profile", help=argparse.SUPPRESS)
+
+def _profile(text: str) -> str:
+    from behaviors.profile_names import profile_name
+
+    try:
+        return profile_name(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{error}, not {text!r}") from None

@@ -151,7 +151,7 @@ def _mission(args: argparse.Namespace) -> Mission:
         ConfigError: The file has mistakes, or there is no terminal for questions.
     """
     from nxtdrive.mission.checking import warnings
-    from nxtdrive.mission.setup import load
+    from nxtdrive.mission.setup import load, with_profile
 
     if args.web:
         require_extra()
@@ -159,8 +159,7 @@ def _mission(args: argparse.Namespace) -> Mission:
         raise ConfigError("--confirm-recovery needs a terminal to ask you in.", remedy="Run it in one, or add --web.")
     mission = load(args.mission, args.robot)
     if args.profile is not None:
-        table = mission.mission.model_copy(update={"profile": args.profile})
-        mission = mission.model_copy(update={"mission": table})
+        mission = with_profile(mission, args.profile)
     for warning in warnings(mission):
         complain(f"warning: {warning}")
     return mission

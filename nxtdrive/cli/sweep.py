@@ -58,8 +58,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--classes", metavar="A,B", type=_names, help="only these classes of scenarios")
     parser.add_argument("--seeds", metavar="A-B", type=_seeds, help="these seeds of each class, both ends included")
-    parser.add_argument("--profiles", metavar="A,B", type=_names, help="only these profiles and baselines")
-    parser.add_argument("--policies", type=_names, dest="profiles", help=argparse.SUPPRESS)
+    parser.add_argument(
+        "--profiles",
+        "--policies",
+        metavar="A,B",
+        type=_names,
+        help="only these profiles and baselines; also package.module:Class (docs/profiles.md)",
+    )
     parser.add_argument(
         "--eyes",
         choices=("geometric", "camera"),
@@ -95,7 +100,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the sweep, or draw a map; returns the exit code."""
     from nxtdrive.mission.setup import read_robot_file
-    from nxtdrive.tools.sweep.policies import ALL_NAMES, NAMES
+    from nxtdrive.tools.sweep.policies import NAMES
     from nxtdrive.tools.sweep.runner import plan
     from sim_backend.scenarios.classes import ALL_CLASSES, CLASSES, HARD_CLASSES, REALITY_CLASSES
 
@@ -111,7 +116,7 @@ def run(args: argparse.Namespace) -> int:
     tasks = plan(
         _known("class", args.classes or classes, ALL_CLASSES),
         range(first, last + 1),
-        _known("profile", args.profiles or policies or NAMES, ALL_NAMES),
+        _policies(args.profiles or policies or NAMES),
         args.eyes,
         read_robot_file(args.robot),
     )
@@ -184,7 +189,6 @@ def _draw_map(args: argparse.Namespace) -> int:
     from nxtdrive.drawing.sheet import encoded
     from nxtdrive.recording.output_file import write_file
     from nxtdrive.tools.sweep.performance import perform
-    from nxtdrive.tools.sweep.policies import ALL_NAMES
     from nxtdrive.tools.sweep.scenarios import draw_scenario
     from nxtdrive.tools.sweep.true_map import draw_true_map
     from sim_backend.scenarios.classes import ALL_CLASSES
@@ -194,13 +198,31 @@ def _draw_map(args: argparse.Namespace) -> int:
     if not seed.isdecimal():
         raise ConfigError(f"--map {args.map}: expected CLASS:SEED:POLICY, as in clutter:100:thesis.")
     _known("class", [kind], ALL_CLASSES)
-    _known("profile", [policy], ALL_NAMES)
+    _policies([policy])
     out = args.out or Path(f"{kind}-{seed}-{policy}.png")
     play, _ = perform(draw_scenario(kind, int(seed)), policy, args.eyes)
     with writing(out, "Name a PNG in a folder that exists and has room, with --out."):
         write_file(out, encoded(draw_true_map(play, f"{kind}, seed {seed}, profile {policy}"), out))
     write_line(out)
     return 0
+
+
+def _policies(names: Sequence[str]) -> list[str]:
+    """Return the names if each is a policy of the sweep or a profile from elsewhere, whose class can be loaded."""
+    from behaviors.mission import MissionError
+    from behaviors.profile_names import installed_profiles
+    from behaviors.profiles.registry import find_profile
+    from nxtdrive.tools.sweep.policies import ALL_NAMES
+
+    for name in names:
+        if ":" in name or (name in installed_profiles() and name not in ALL_NAMES):
+            try:
+                find_profile(name)
+            except MissionError as error:
+                raise ConfigError(str(error)) from None
+        else:
+            _known("profile", [name], ALL_NAMES)
+    return list(names)
 
 
 def _known(what: str, names: Sequence[str], known: Any) -> list[str]:  # noqa: ANN401 - any collection of names

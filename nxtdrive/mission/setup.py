@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from behaviors.mission import BUILT_IN, Mission, MissionError, Target, load_mission
+from behaviors.profile_names import BUILT_IN_PROFILES
 from behaviors.robot_description import ROBOT_VARIABLE, RobotFile, RobotFileError, load_robot_file
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.mission.body import MissionBody, MissionClock
@@ -66,9 +67,26 @@ def load(path: Path | None, robot: Path | None = None) -> Mission:
         ConfigError: A file has mistakes; the message lists all of them.
     """
     try:
-        return load_mission(path or BUILT_IN, [PICTURES], robot=robot, usual_robot=usual_robot())
+        mission = load_mission(path or BUILT_IN, [PICTURES], robot=robot, usual_robot=usual_robot())
     except MissionError as error:
         raise ConfigError(str(error)) from None
+    return with_profile(mission, mission.mission.profile)
+
+
+def with_profile(mission: Mission, profile: str) -> Mission:
+    """Return the mission with a profile, whose class can be loaded.
+
+    Raises:
+        ConfigError: It cannot.
+    """
+    if profile not in BUILT_IN_PROFILES:
+        from behaviors.profiles.registry import find_profile
+
+        try:
+            find_profile(profile)
+        except MissionError as error:
+            raise ConfigError(str(error)) from None
+    return mission.model_copy(update={"mission": mission.mission.model_copy(update={"profile": profile})})
 
 
 def build_rover(brick: Brick, mission: Mission) -> Rover:

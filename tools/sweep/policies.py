@@ -13,6 +13,7 @@ from behaviors.executive import Executive, Report
 from behaviors.mission import Mission
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.profile import MakeProfile, ThesisProfile
+from behaviors.profiles.registry import find_profile
 from behaviors.recoveries import ThesisPolicy
 from sim_backend.simulation import Simulation
 
@@ -72,7 +73,8 @@ def equipped(policy: str, mission: Mission) -> Mission:
 
 
 def drive(policy: str, robot: Robot, simulation: Simulation) -> Report:
-    """Run a mission with a policy; only the oracle gets the simulation."""
+    """Run a mission with a policy or with a profile from elsewhere; only the oracle gets the simulation."""
     if policy == ORACLE:
         return Oracle(robot, simulation).run()
-    return {**POLICIES, **ABLATIONS}[policy](robot)
+    known = POLICIES.get(policy) or ABLATIONS.get(policy)
+    return (known or _executive(find_profile(policy)))(robot)

@@ -15,7 +15,7 @@ from behaviors.operator import Question
 from behaviors.pause import Pause
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.profile import Profile
-from behaviors.profiles.registry import PROFILES, make_policy, supervised
+from behaviors.profiles.registry import find_profile, make_policy, supervised
 from behaviors.recoveries import Choice
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
@@ -181,7 +181,7 @@ class ShownMission:
         self._hub.tell("problem", {"text": f"{name}: {error}"})
 
     def _make_profile(self, context: SkillContext, mission: Mission, targets: TargetQueue) -> Profile:
-        make = supervised(mission, self._operator) if self._confirm else PROFILES[mission.mission.profile]
+        make = supervised(mission, self._operator) if self._confirm else find_profile(mission.mission.profile)
         self._profile = make(context, mission, targets)
         return self._profile
 

@@ -55,12 +55,9 @@ class Missions:
             raise ValueError(f"There is no mission {name!r} here.")
         try:
             mission = setup.load(self.file(name), self._robot)
+            return mission if profile is None else setup.with_profile(mission, profile)
         except ConfigError as error:
             raise ValueError(str(error)) from None
-        if profile is None:
-            return mission
-        table = mission.mission.model_copy(update={"profile": profile})
-        return mission.model_copy(update={"mission": table})
 
     def read(self, name: str) -> tuple[str, str]:
         """Return the text of a mission file and its version, which `save` asks for.

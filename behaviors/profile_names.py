@@ -1,0 +1,27 @@
+"""Names of profiles: the built-in ones, installed ones, and classes given as ``package.module:Class``."""
+
+from __future__ import annotations
+
+from importlib.metadata import EntryPoint, entry_points
+
+THESIS, ADAPTIVE = "thesis", "adaptive"
+BUILT_IN_PROFILES = (THESIS, ADAPTIVE)
+GROUP = "nxtdrive.profiles"
+"""Group of the entry points by which installed packages offer profiles."""
+
+
+def installed_profiles() -> dict[str, EntryPoint]:
+    """Return the profiles that installed packages offer, by name."""
+    return {entry.name: entry for entry in entry_points(group=GROUP)}
+
+
+def profile_name(name: str) -> str:
+    """Return the name of a profile if it can be one; its class is not imported.
+
+    Raises:
+        ValueError: No profile has this name; the text says which there are.
+    """
+    if name in BUILT_IN_PROFILES or ":" in name or name in installed_profiles():
+        return name
+    known = ", ".join([*BUILT_IN_PROFILES, *sorted(installed_profiles())])
+    raise ValueError(f"must be {known}, or a class as package.module:Class")

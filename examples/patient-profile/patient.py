@@ -1,0 +1,40 @@
+"""A profile for busy floors: what is in the way gets twenty seconds to leave, twice, before the robot goes round."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from behaviors.adaptive.policy import AdaptivePolicy
+from behaviors.evidence import Evidence
+from behaviors.mission import Mission
+from behaviors.profiles.adaptive import AdaptiveProfile
+from behaviors.recoveries import WAIT, Candidate, Choice
+
+WAIT_S, WAITS = 20.0, 2
+
+
+@dataclass(frozen=True)
+class PatientPolicy:
+    """Waits for what is in the way; for everything else it chooses as the adaptive policy does."""
+
+    otherwise: AdaptivePolicy
+
+    def select(self, evidence: Evidence) -> Choice:
+        """Choose what to do after a failure."""
+        if evidence.blocker is not None and evidence.repeats.get(WAIT.name, 0) < WAITS:
+            return Choice(WAIT, "people need their time", wait_s=WAIT_S)
+        return self.otherwise.select(evidence)
+
+    def options(self, evidence: Evidence) -> Sequence[Candidate]:
+        """Return what could be done, for a person who confirms choices and for explain-run."""
+        return self.otherwise.options(evidence)
+
+
+class Patient(AdaptiveProfile):
+    """The adaptive profile with that policy."""
+
+    @classmethod
+    def own_policy(cls, mission: Mission) -> PatientPolicy:
+        """Return the policy by which it chooses."""
+        return PatientPolicy(AdaptivePolicy.of(mission.adaptive))

@@ -1,0 +1,99 @@
+"""Profiles that are not part of nxtdrive: named by module and class, or installed."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from behaviors.mission import MissionError
+from behaviors.profile_names import profile_name
+from behaviors.profiles.registry import find_profile
+from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "patient-profile"
+
+
+@pytest.fixture(autouse=True)
+def _folder(monkeypatch, tmp_path):
+    """A folder with the example's module, and an import system that forgets it afterwards."""
+    (tmp_path / "patient.py").write_text((EXAMPLE / "patient.py").read_text(encoding="utf-8"), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    yield
+    for name in ("patient", "odd"):
+        sys.modules.pop(name, None)
+
+
+def _install(folder):
+    info = folder / "patient_profile-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: patient-profile\nVersion: 1.0\n", encoding="utf-8")
+    (info / "entry_points.txt").write_text("[nxtdrive.profiles]\npatient = patient:Patient\n", encoding="utf-8")
+    sys.path.insert(0, str(folder))
+
+
+def test_a_class_of_this_folder_is_a_profile():
+    assert find_profile("patient:Patient").__name__ == "Patient"
+
+
+def test_an_installed_profile_is_found_by_its_name(tmp_path):
+    with pytest.raises(ValueError, match="must be thesis, adaptive, or a class"):
+        profile_name("patient")
+    _install(tmp_path)
+    assert profile_name("patient") == "patient"
+    assert find_profile("patient").__name__ == "Patient"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("patient:Nobody", "cannot be loaded: AttributeError"),
+        ("missing:Profile", "cannot be loaded: ModuleNotFoundError"),
+        ("odd:Profile", "cannot be loaded: ZeroDivisionError"),
+        ("patient:PatientPolicy", "lacks own_policy, skill, learn, evidence"),
+    ],
+)
+def test_what_is_no_profile_is_a_sentence(tmp_path, name, text, capsys):
+    (tmp_path / "odd.py").write_text("1 / 0\n", encoding="utf-8")
+    with pytest.raises(MissionError, match=text):
+        find_profile(name)
+    for command in (["run", "--policy"], ["sweep", "--policies"]):
+        assert main([*command, name]) == USAGE
+        assert text in capsys.readouterr().err
+
+
+def test_a_mission_may_name_an_installed_profile_only(tmp_path, capsys):
+    mission = tmp_path / "mission.toml"
+    mission.write_text(
+        '[mission]\ntargets = ["tag"]\nprofile = "patient"\n[target.tag]\ndetector = "marker"\nid = 7\n',
+        encoding="utf-8",
+    )
+    assert main(["mission", "check", str(mission)]) == USAGE
+    assert "must be thesis, adaptive, or a class as package.module:Class, not 'patient'" in capsys.readouterr().err
+    _install(tmp_path)
+    assert main(["mission", "check", str(mission)]) == DONE
+
+
+@pytest.mark.slow
+def test_a_profile_from_elsewhere_is_swept(tmp_path):
+    words = ["--classes", "block_transient", "--seeds", "100-101", "--policies", "patient:Patient"]
+    assert main(["sweep", *words, "--out", "patient.jsonl"]) == DONE
+    lines = [json.loads(line) for line in (tmp_path / "patient.jsonl").read_text(encoding="utf-8").splitlines()]
+    assert {line["policy"] for line in lines} == {"patient:Patient"}
+    chosen = [choice for line in lines for choice in line["choices"]]
+    assert "wait" in {choice["choice"] for choice in chosen}
+
+
+@pytest.mark.slow
+def test_a_run_says_which_profile_from_elsewhere_drove(tmp_path, capsys):
+    mission = tmp_path / "short.toml"
+    text = '[mission]\ntargets = ["tag"]\ntime_limit_s = 2\n[target.tag]\ndetector = "marker"\nid = 7\n'
+    mission.write_text(text, encoding="utf-8")
+    assert main(["run", str(mission), "--policy", "patient:Patient", "--no-video", "--out", "runs"]) == NOT_ACHIEVED
+    (run,) = (tmp_path / "runs").iterdir()
+    capsys.readouterr()
+    assert main(["explain-run", str(run)]) == DONE
+    assert "profile patient:Patient" in capsys.readouterr().out
