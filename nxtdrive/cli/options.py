@@ -116,16 +116,23 @@ def add_json_argument(parser: argparse.ArgumentParser) -> None:
 
 def add_profile_argument(parser: argparse.ArgumentParser, meaning: str) -> None:
     """Add ``--profile NAME``, also called ``--policy``."""
-    named = "thesis, adaptive, an installed profile, or package.module:Class"
-    parser.add_argument(
-        "--profile", "--policy", metavar="NAME", type=_profile, help=f"{meaning}; NAME is {named} (docs/profiles.md)"
-    )
+    named = "thesis, adaptive, an installed profile, or package.module:Class (docs/profiles.md)"
+    help_text = f"{meaning}; NAME is {named}"
+    parser.add_argument("--profile", "--policy", metavar="NAME", choices=_Profiles(), help=help_text)
 
 
-def _profile(text: str) -> str:
-    from behaviors.profile_names import profile_name
+class _Profiles:
+    """The names that a profile can have."""
 
-    try:
-        return profile_name(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"{error}, not {text!r}") from None
+    def __contains__(self, name: object) -> bool:
+        from behaviors.profile_names import profile_name
+
+        try:
+            return bool(profile_name(str(name)))
+        except ValueError:
+            return False
+
+    def __iter__(self) -> Iterator[str]:
+        from behaviors.profile_names import BUILT_IN_PROFILES, installed_profiles
+
+        yield from (*BUILT_IN_PROFILES, *installed_profiles(), "package.module:Class")

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-EXAMPLE = ROOT / "examples" / "careful-explorer"
 PLUGIN = "nxtdrive.pytest_plugin"
 
 
@@ -132,11 +131,12 @@ def test_the_entry_point_is_called_as_its_module():
 
 
 @pytest.mark.slow
-def test_the_examples_own_tests_pass():
+@pytest.mark.parametrize("example", ["careful-explorer", "patient-profile"])
+def test_the_examples_own_tests_pass(example):
     arguments = ["-p", PLUGIN, "-p", "no:cacheprovider", "-q"]
     done = subprocess.run(
         [sys.executable, "-m", "pytest", *arguments],
-        cwd=EXAMPLE,
+        cwd=ROOT / "examples" / example,
         capture_output=True,
         text=True,
         check=False,
