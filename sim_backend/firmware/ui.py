@@ -112,7 +112,7 @@ class UiModule:
     @property
     def sleep_timer(self) -> int:
         """Whole minutes since the timer was last reset."""
-        return (self._clock.now_ms - self._timer_started_ms) // MINUTE_MS
+        return (self._clock.now_ms - self._timer_started_ms) // MINUTE_MS if self.sleep_minutes else 0
 
     @sleep_timer.setter
     def sleep_timer(self, minutes: int) -> None:
@@ -203,9 +203,9 @@ class UiModule:
             self.flags |= int(UiFlag.UPDATE)
         if self.flags & UiFlag.ENABLE_STATUS:
             self.flags &= ~_STATUS_WORK
-        if self.flags & UiFlag.RESET_SLEEP_TIMER:
-            self.flags &= ~int(UiFlag.RESET_SLEEP_TIMER)
-            self._timer_started_ms = now_ms
+        if self.flags & UiFlag.RESET_SLEEP_TIMER or not self.sleep_minutes:
+            self._timer_started_ms, never = now_ms, not self.sleep_minutes  # which keeps the flag
+            self.flags = self.flags & ~int(UiFlag.RESET_SLEEP_TIMER) | never * int(UiFlag.RESET_SLEEP_TIMER)
         if self._in_menu or self._off_ms != NEVER:
             self._read_keys(now_ms)
         elif self.button and not self._disabled(self.button):

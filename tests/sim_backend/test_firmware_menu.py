@@ -167,3 +167,14 @@ def test_the_sleep_timer_can_be_written():
     assert keypad.bench.brick.ui.sleep_timer == 5
     keypad.bench.control("!tick 60000")
     assert keypad.bench.brick.ui.sleep_timer == 6
+
+
+def test_a_brick_that_never_sleeps_resets_its_sleep_timer_in_each_pass():
+    keypad = Keypad()
+    keypad.send(UI.field("SleepTimeout").write(0))
+    keypad.bench.brick.tick(125_000)
+    ui = keypad.bench.brick.ui
+    assert (ui.flags, ui.sleep_timer) == (0x90, 0)
+    keypad.send(UI.field("SleepTimeout").write(3))
+    keypad.bench.brick.tick(60_001)
+    assert (ui.flags, ui.sleep_timer) == (0x80, 1)
