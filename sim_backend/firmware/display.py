@@ -77,6 +77,13 @@ class DisplayModule:
             row = DISPLAY_HEIGHT - 1 - y
             self.memory[_START + row // _LINE * DISPLAY_WIDTH + x] &= ~(1 << row % _LINE)
 
+    def get(self, x: int, y: int) -> int:
+        """Whether a pixel is black; white outside of the screen."""
+        if not (0 <= x < DISPLAY_WIDTH and 0 <= y < DISPLAY_HEIGHT):
+            return 0
+        row = DISPLAY_HEIGHT - 1 - y
+        return self.memory[_START + row // _LINE * DISPLAY_WIDTH + x] >> row % _LINE & 1
+
     def line(self, x: int, y: int, end_x: int, end_y: int) -> None:
         """Draw a line by Bresenham's algorithm, which decides ties by the direction of drawing."""
         across, up = abs(end_x - x), abs(end_y - y)

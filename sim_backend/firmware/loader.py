@@ -46,6 +46,7 @@ class Loader:
 
     Attributes:
         flash: The files.
+        handles: The handles by their numbers.
         free_flash: Free bytes at the last change; closing a file does not refresh it.
     """
 
@@ -61,7 +62,7 @@ class Loader:
         self.free_flash = flash.free
         self._version = version
         self._handles = [Handle() for _ in range(_ADDRESSABLE)]
-        self._table = self._handles[:HANDLES]
+        self.handles = self._table = self._handles[:HANDLES]
 
     def exists(self, name: str) -> bool:
         """Whether a file exists; False without a free handle for the search.

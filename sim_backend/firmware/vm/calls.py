@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from sim_backend.firmware.cint import s16
+from sim_backend.firmware.cint import s16, s32
 from sim_backend.firmware.vm.data import NONE, Place
 from sim_backend.firmware.vm.numbers import Number
 from sim_backend.firmware.vm.rxe import Type
@@ -39,6 +39,10 @@ class Call:
     def number(self, position: int) -> int:
         """A number as an unsigned one of 32 bits."""
         return int(self.value(position)) & 0xFFFF_FFFF
+
+    def signed(self, position: int) -> int:
+        """A number as a signed one of 32 bits."""
+        return s32(int(self.value(position)))
 
     def numbers(self, position: int) -> list[int]:
         """The numbers of an array or cluster."""

@@ -12,7 +12,7 @@ _CLEAR = 0x3
 """Bits of the options that clear the screen before drawing."""
 
 
-def _drawing(draw: Callable[[Call], int | None], options_at: int) -> Function:
+def drawing(draw: Callable[[Call], int | None], options_at: int) -> Function:
     """A call with options as one of its arguments."""
 
     def run(call: Call) -> None:
@@ -68,12 +68,12 @@ def _screen_mode(call: Call) -> None:
 
 
 TABLE: Mapping[int, Function] = {
-    13: _drawing(_text, 3),
-    14: _drawing(_point, 2),
-    15: _drawing(_line, 3),
-    16: _drawing(_circle, 3),
-    17: _drawing(_rectangle, 3),
-    18: _drawing(_picture, 4),
+    13: drawing(_text, 3),
+    14: drawing(_point, 2),
+    15: drawing(_line, 3),
+    16: drawing(_circle, 3),
+    17: drawing(_rectangle, 3),
+    18: drawing(_picture, 4),
     19: _screen_mode,
 }
 """Number of each call to its function."""

@@ -14,37 +14,40 @@ from sim_backend.firmware.vm.calls import Call, Function
 _NO_HANDLE = 0xFF
 
 
-def _status(call: Call, status: int) -> None:
+def put_status(call: Call, status: int) -> None:
+    """Return a status of the loader."""
     call.put(0, status << 8)
 
 
-def _name(call: Call, position: int) -> str:
+def name_at(call: Call, position: int) -> str:
+    """The file name among the arguments."""
     return call.text(position).decode("latin-1")
 
 
 def _open_read(call: Call) -> None:
     """Open a file to read it: status, handle, name, length."""
-    _opened(call, call.devices.loader.open_read(_name(call, 2)))
+    returned(call, call.devices.loader.open_read(name_at(call, 2)))
 
 
 def _open_write(call: Call) -> None:
     """Create a data file: status, handle, name, length."""
     size = call.number(3)
-    _opened(call, call.devices.loader.create(_name(call, 2), size, appendable=True)._replace(size=size))
+    returned(call, call.devices.loader.create(name_at(call, 2), size, appendable=True)._replace(size=size))
 
 
 def _open_append(call: Call) -> None:
     """Open a data file to write more: status, handle, name, space left."""
-    opened = call.devices.loader.append(_name(call, 2))
-    _opened(call, opened)
+    opened = call.devices.loader.append(name_at(call, 2))
+    returned(call, opened)
     call.put(3, opened.size)
 
 
-def _opened(call: Call, opened: Opened) -> None:
+def returned(call: Call, opened: Opened) -> None:
+    """Return an opened file: status, handle, length."""
     call.put(1, opened.handle)
     if opened.status == Status.OK:
         call.put(3, opened.size)
-    _status(call, opened.status)
+    put_status(call, opened.status)
 
 
 def _read(call: Call) -> None:
@@ -59,45 +62,45 @@ def _read(call: Call) -> None:
     else:
         call.put(3, len(content))
     data.memory.write(data.memory.array(index).offset, content + b"\0")
-    _status(call, status)
+    put_status(call, status)
 
 
 def _write(call: Call) -> None:
     """Write to a file: status, handle, bytes, length."""
     status, written = call.devices.loader.write(call.number(1), call.content(2)[: call.number(3)])
     call.put(3, written)
-    _status(call, status)
+    put_status(call, status)
 
 
 def _close(call: Call) -> None:
     """Close a file: status, handle."""
     handle = call.number(1)
-    _status(call, call.devices.loader.close(handle) if handle < HANDLES else Status.ILLEGAL_HANDLE)
+    put_status(call, call.devices.loader.close(handle) if handle < HANDLES else Status.ILLEGAL_HANDLE)
 
 
 def _resolve(call: Call) -> None:
     """Ask for the handle of an open file: status, handle, whether it is open for writing, name."""
-    found = call.devices.loader.open_handle(_name(call, 3))
+    found = call.devices.loader.open_handle(name_at(call, 3))
     call.put(1, _NO_HANDLE if found is None else found[0])
     if found is not None:
         call.put(2, int(found[1]))
-    _status(call, Status.HANDLE_ALREADY_CLOSED if found is None else Status.OK)
+    put_status(call, Status.HANDLE_ALREADY_CLOSED if found is None else Status.OK)
 
 
 def _rename(call: Call) -> None:
     """Rename a file: status, old name, new name."""
-    _status(call, call.devices.loader.rename(_name(call, 1), _name(call, 2)).status)
+    put_status(call, call.devices.loader.rename(name_at(call, 1), name_at(call, 2)).status)
 
 
 def _delete(call: Call) -> None:
     """Delete a file: status, name."""
-    _status(call, call.devices.loader.delete(_name(call, 1)))
+    put_status(call, call.devices.loader.delete(name_at(call, 1)))
 
 
 def _list(call: Call) -> None:
     """List files: result, pattern, names."""
     loader, names = call.devices.loader, list[bytes]()
-    status, handle, file = loader.find_first(_name(call, 1))
+    status, handle, file = loader.find_first(name_at(call, 1))
     if status == Status.OK:
         while file is not None:
             names.append(file.name.encode("latin-1"))

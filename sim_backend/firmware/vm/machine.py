@@ -91,6 +91,7 @@ class Machine:
         task: The clump that runs now.
         now_ms: The current pass.
         sending: Whether it sent something over Bluetooth; to nowhere, since nothing is connected.
+        random_state: The last random number of firmware 1.32.
         semaphores: Two bytes of the firmware for programs.
         asked_time: Number of instructions of this turn that asked for the time.
         free: Number of instructions just run that take no time.
@@ -115,7 +116,7 @@ class Machine:
         self._compiler = Compiler(program.code, decoder, self._translate, self.operands.names)
         self._spins = frozenset(at for at in range(len(program.code)) if program.code[at : at + 2] == _JUMP_TO_ITSELF)
         self._patience = self._turns_to_wait = 0
-        self.semaphores, self.sending = [0, 0], False
+        self.semaphores, self.sending, self.random_state = [0, 0], False, 1
         self.tasks = [
             Task(i, clump.start, self._end(clump), clump.fire_count) for i, clump in enumerate(program.clumps)
         ]

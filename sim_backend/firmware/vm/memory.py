@@ -150,6 +150,11 @@ class Memory:
             count, index = count + 1, self.array(index).link
         return count
 
+    @property
+    def end(self) -> int:
+        """Where the last array ends, from `base`."""
+        return self._end
+
     def begin_pass(self) -> None:
         """Allow as much work as a damaged program, whose arrays contain themselves, may cause in one pass."""
         self.work_left = _WORK
@@ -330,14 +335,14 @@ class Memory:
     def _allocate(self, size: int) -> int:
         end = aligned(self._end)
         if self.base + end + size > POOL_SIZE:
-            self._compact()
+            self.compact()
             end = aligned(self._end)
         if self.base + end + size > POOL_SIZE:
             raise OutOfMemory
         self._end = end + size
         return end
 
-    def _compact(self) -> None:
+    def compact(self) -> None:
         """Move all arrays together, in the order of the list."""
         end = self.program.static_size
         for index in self._list():

@@ -128,8 +128,13 @@ def draw_picture(
 ) -> int:
     """Draw a picture file, which must be contiguous; returns the status, which is FD also when all was drawn."""
     status, content = loader.linear_content(name.decode("latin-1"))
-    if status:
-        return status
+    return status or draw_content(display, content, origin, parameters, enhanced=enhanced)
+
+
+def draw_content(
+    display: DisplayModule, content: bytes, origin: Sequence[int], parameters: Sequence[int], *, enhanced: bool
+) -> int:
+    """Draw a picture; returns the status."""
     picture, at = _Picture(display, content, origin, parameters, enhanced=enhanced), 0
     while at + _HEADER.size <= len(content):
         size, opcode = _HEADER.unpack_from(content, at)

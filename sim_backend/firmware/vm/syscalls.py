@@ -14,13 +14,14 @@ from firmware_protocol.direct import LS_LIMIT
 from firmware_protocol.status import Status
 from sim_backend.firmware.analog import FULL_SCALE
 from sim_backend.firmware.cint import divide, s16
-from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.mailboxes import LOG
 from sim_backend.firmware.names import NAME_LIMIT
 from sim_backend.firmware.sound import MAX_VOLUME
 from sim_backend.firmware.vm.calls import MOST_ARGUMENTS, Call, Function
 from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError
 from sim_backend.firmware.vm.draw_calls import TABLE as DRAWING
+from sim_backend.firmware.vm.enhanced_calls import TABLE as ENHANCED
+from sim_backend.firmware.vm.enhanced_calls import read_map, write_map
 from sim_backend.firmware.vm.file_calls import TABLE as FILES
 from sim_backend.firmware.vm.instructions import Instruction, Translation
 from sim_backend.firmware.vm.machine import Machine, Translate
@@ -155,18 +156,7 @@ def _io_map_read(call: Call) -> None:
         call.put_bytes(4, b"")
         call.put(0, Status.ILLEGAL_SIZE)
     else:
-        _read_map(call, call.devices.module(call.text(1)))
-
-
-def _read_map(call: Call, live: LiveMap | None) -> None:
-    at, size = call.number(2), call.number(3)
-    if live is None:
-        call.put(0, Status.MODULE_NOT_FOUND)
-    elif at + size > live.size:
-        call.put(0, Status.OUT_OF_BOUNDARY)
-    else:
-        call.put_bytes(4, live.read(at, size))
-        call.put(0, Status.OK)
+        read_map(call, call.devices.module(call.text(1)))
 
 
 def _io_map_write(call: Call) -> None:
@@ -174,18 +164,7 @@ def _io_map_write(call: Call) -> None:
     if len(call.content(3)) > _MAP_LIMIT and not call.machine.dialect.enhanced_calls:
         call.put(0, Status.ILLEGAL_SIZE)
     else:
-        _write_map(call, call.devices.module(call.text(1)))
-
-
-def _write_map(call: Call, live: LiveMap | None) -> None:
-    at, new = call.number(2), call.content(3)
-    if live is None:
-        call.put(0, Status.MODULE_NOT_FOUND)
-    elif at + len(new) > live.size:
-        call.put(0, Status.OUT_OF_BOUNDARY)
-    else:
-        live.write(at, new)
-        call.put(0, Status.OK)
+        write_map(call, call.devices.module(call.text(1)))
 
 
 def _color_sensor(call: Call) -> None:
@@ -293,16 +272,6 @@ def _high_speed_status(call: Call) -> None:
     call.put(1, 0)
 
 
-def _io_map_read_by_number(call: Call) -> None:
-    """Read an IO map: status, number of the module, offset, count, bytes."""
-    _read_map(call, call.devices.module_of(call.number(1)))
-
-
-def _io_map_write_by_number(call: Call) -> None:
-    """Write an IO map: status, number of the module, offset, bytes."""
-    _write_map(call, call.devices.module_of(call.number(1)))
-
-
 CALLS: Mapping[int, Function] = {
     **FILES,
     9: _play_file,
@@ -337,14 +306,13 @@ CALLS: Mapping[int, Function] = {
 """Number of each call to its function. Those of the high speed port are the ones of I2C."""
 
 ENHANCED_CALLS: Mapping[int, Function] = {
+    **ENHANCED,
     36: _far_connection,
     37: _high_speed_write,
     38: _high_speed_read,
     39: _high_speed_status,
-    78: _io_map_read_by_number,
-    79: _io_map_write_by_number,
 }
-"""Those of firmware 1.32 that are others there. Numbers up to 99 without an entry do nothing."""
+"""Those of firmware 1.32. Numbers up to 99 without an entry do nothing."""
 
 TABLE: Mapping[tuple[int, int], Translate] = {(0x28, 2): _call}
 """Opcode and number of arguments to the function that translates it."""

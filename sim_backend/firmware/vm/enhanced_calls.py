@@ -1,0 +1,211 @@
+"""System calls that only firmware 1.32 has. Source: docs/firmware.md section 8.6."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from firmware_protocol.direct import LS_LIMIT
+from firmware_protocol.status import Status
+from sim_backend.firmware.flash import File
+from sim_backend.firmware.io_map import LiveMap
+from sim_backend.firmware.loader import Use
+from sim_backend.firmware.low_speed import Option
+from sim_backend.firmware.names import NAME_SIZE, pack_name
+from sim_backend.firmware.vm.calls import Call, Function
+from sim_backend.firmware.vm.enhanced_drawing import DRAWING
+from sim_backend.firmware.vm.file_calls import name_at, put_status, returned
+
+_NO_POSITION = 0x9C
+"""Status of a position outside of a file."""
+
+_START, _CURRENT, _END = range(3)
+_MODULUS, _FACTOR = 2**31 - 1, 48271
+"""Of the random numbers."""
+
+_HIGH_SPEED_RESULTS = {0: 5, 1: 1, 2: 4}
+"""Function to its result."""
+
+_NO_PORT = 0xDF
+
+
+def _find_first(call: Call) -> None:
+    """Start a listing: status, handle, pattern and then name, length."""
+    _found(call, *call.devices.loader.find_first(name_at(call, 2)))
+
+
+def _find_next(call: Call) -> None:
+    """Continue a listing, as `_find_first`."""
+    _found(call, *call.devices.loader.find_next(call.number(1) & 0xFF))
+
+
+def _found(call: Call, status: Status, handle: int, file: File | None) -> None:
+    data = call.machine.data
+    index = data.index_of(call.members[2])
+    data.memory.resize(index, NAME_SIZE)
+    if file is not None:
+        data.memory.write(data.memory.array(index).offset, pack_name(file.name))
+    call.put(1, handle)
+    call.put(3, 0 if file is None else file.size)
+    put_status(call, status)
+
+
+def _open_write_linear(call: Call) -> None:
+    """Create a file in one block: status, handle, name, length."""
+    size = call.number(3)
+    returned(call, call.devices.loader.create(name_at(call, 2), size, linear=True)._replace(size=size))
+
+
+def _open_write(call: Call) -> None:
+    """Create a file, as `_open_write_linear`."""
+    size = call.number(3)
+    returned(call, call.devices.loader.create(name_at(call, 2), size)._replace(size=size))
+
+
+def _open_read_linear(call: Call) -> None:
+    """Open a file that is in one block: status, handle, name, length."""
+    loader = call.devices.loader
+    opened = loader.open_read(name_at(call, 2))
+    file = loader.handles[opened.handle].file
+    call.put(1, opened.handle)
+    call.put(3, opened.size)
+    if opened.status == Status.OK and file is not None and not file.linear:
+        loader.close(opened.handle)
+        opened = opened._replace(status=Status.NOT_A_LINEAR_FILE)
+    put_status(call, opened.status)
+
+
+def _seek(call: Call) -> None:
+    """Set where a file is read on: status, handle, origin, distance. Where it is written stays."""
+    loader, number, origin = call.devices.loader, call.number(1), call.number(2)
+    handle = loader.handles[number] if number < len(loader.handles) else None
+    if handle is None or handle.file is None:
+        put_status(call, Status.ILLEGAL_HANDLE)
+        return
+    if origin > _END:
+        call.put(3, 0)
+        origin = _CURRENT
+    size = handle.file.data_size
+    place = {_START: 0, _CURRENT: handle.position, _END: size}[origin] + call.signed(3)
+    if 0 <= place <= size:
+        handle.position = place
+        put_status(call, Status.OK)
+    else:
+        put_status(call, _NO_POSITION)
+
+
+def _tell(call: Call) -> None:
+    """Ask where a file is read on, or how long it was when it was opened to append: status, handle, position."""
+    loader, number = call.devices.loader, call.number(1)
+    handle = loader.handles[number] if number < len(loader.handles) else None
+    if handle is None or handle.file is None:
+        put_status(call, Status.ILLEGAL_HANDLE)
+        return
+    call.put(2, handle.file.data_size if handle.use == Use.WRITE else handle.position)
+    put_status(call, Status.OK)
+
+
+def _resize(call: Call) -> None:
+    """Change nothing: result and handle become 0."""
+    call.put(0, 0)
+    call.put(1, 0)
+
+
+def _ls_write_with_options(call: Call) -> None:
+    """Start an I2C transaction: status, port, bytes to send, number to read, whether without a second start."""
+    port, size, bus = call.number(1), call.number(3), call.devices.low_speed
+    message = call.content(2)
+    if port >= len(bus.channels):
+        call.put(0, _NO_PORT)
+    elif len(message) > LS_LIMIT or size > LS_LIMIT:
+        call.put(0, Status.ILLEGAL_SIZE)
+    else:
+        started = bus.write(port, message, size, Option.NO_RESTART if call.number(4) else 0)
+        call.put(0, Status.OK if started else Status.CHANNEL_NOT_CONFIGURED)
+
+
+def _high_speed_control(call: Call) -> None:
+    """Control the high speed port: result, function, rate, mode. Nothing is connected."""
+    call.put(0, _HIGH_SPEED_RESULTS.get(call.number(1), 0))
+
+
+def _memory_sizes(call: Call) -> None:
+    """Ask for the sizes of pool and variables: status, whether to move the arrays together first, pool, variables."""
+    memory = call.machine.memory
+    if call.number(1):
+        memory.compact()
+    call.put(2, memory.base + memory.end)
+    call.put(3, memory.end)
+    call.put(0, Status.OK)
+
+
+def _last_response(call: Call) -> None:
+    """Ask for another brick's last reply: status, whether to clear it, length, command, bytes. There is none."""
+    call.put(2, 0)
+    call.put_bytes(4, b"")
+    call.put(0, Status.OK)
+
+
+def _random(call: Call) -> None:
+    """Draw a random number, or set where they begin: number, whether to set; 0 takes the time."""
+    machine = call.machine
+    if call.number(1):
+        seed = call.signed(0)
+        machine.random_state = machine.tick if seed == 0 else seed if seed > 0 else 1
+    else:
+        machine.random_state = machine.random_state * _FACTOR % _MODULUS
+        call.put(0, machine.random_state)
+
+
+def _io_map_read(call: Call) -> None:
+    """Read an IO map: status, number of the module, offset, count, bytes."""
+    read_map(call, call.devices.module_of(call.number(1)))
+
+
+def _io_map_write(call: Call) -> None:
+    """Write an IO map: status, number of the module, offset, bytes."""
+    write_map(call, call.devices.module_of(call.number(1)))
+
+
+def read_map(call: Call, live: LiveMap | None) -> None:
+    """Return a part of an IO map."""
+    at, size = call.number(2), call.number(3)
+    if live is None:
+        call.put(0, Status.MODULE_NOT_FOUND)
+    elif at + size > live.size:
+        call.put(0, Status.OUT_OF_BOUNDARY)
+    else:
+        call.put_bytes(4, live.read(at, size))
+        call.put(0, Status.OK)
+
+
+def write_map(call: Call, live: LiveMap | None) -> None:
+    """Write to an IO map."""
+    at, new = call.number(2), call.content(3)
+    if live is None:
+        call.put(0, Status.MODULE_NOT_FOUND)
+    elif at + len(new) > live.size:
+        call.put(0, Status.OUT_OF_BOUNDARY)
+    else:
+        live.write(at, new)
+        call.put(0, Status.OK)
+
+
+TABLE: Mapping[int, Function] = {
+    78: _io_map_read,
+    79: _io_map_write,
+    83: _find_first,
+    84: _find_next,
+    85: _open_write_linear,
+    86: _open_write,
+    87: _open_read_linear,
+    88: _high_speed_control,
+    89: _ls_write_with_options,
+    90: _seek,
+    91: _resize,
+    96: _memory_sizes,
+    97: _last_response,
+    98: _tell,
+    99: _random,
+    **DRAWING,
+}
+"""Number of each call to its function."""

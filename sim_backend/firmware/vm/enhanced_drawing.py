@@ -1,0 +1,117 @@
+"""Drawing calls that only firmware 1.32 has. Source: docs/firmware.md section 8.6."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from firmware_protocol.iomap import DISPLAY_HEIGHT, DISPLAY_WIDTH
+from firmware_protocol.status import Status
+from sim_backend.firmware.cint import s16
+from sim_backend.firmware.font import CELL_WIDTH, glyph
+from sim_backend.firmware.vm.calls import Call, Function
+from sim_backend.firmware.vm.data import Place
+from sim_backend.firmware.vm.draw_calls import drawing
+from sim_backend.firmware.vm.pictures import draw_content
+
+_DRAWS, _ERASES, _TURNS = range(3)
+"""Values of the display function's switch; others draw."""
+
+_TEXT_LINE = 8
+
+
+def _picture_of_bytes(call: Call) -> int:
+    """Draw a picture: status, point, its bytes, parameters, options."""
+    display, enhanced = call.devices.display, call.machine.dialect.enhanced_calls
+    return draw_content(display, call.content(2), call.pair(1), call.numbers(3), enhanced=enhanced)
+
+
+def _polygon(call: Call) -> None:
+    """Draw a closed polygon: status, points, options."""
+    data, display = call.machine.data, call.devices.display
+    corners = []
+    for corner in data.parts(Place(call.members[1])):
+        values = [int(data.get(part.entry, part.offset)) for part in data.parts(corner)]
+        corners.append((s16(values[0]), s16(values[1])))
+    for start, end in zip(corners, [*corners[1:], *corners[:1]], strict=True):
+        display.line(*end, *start)
+
+
+def _ellipse(call: Call) -> None:
+    """Draw an ellipse: status, centre, horizontal and vertical radius, options."""
+    x, y = call.pair(1)
+    for across, up in _quadrant(call.number(2) & 0xFF, call.number(3) & 0xFF):
+        for left in (x - across, x + across):
+            call.devices.display.point(left, y - up)
+            call.devices.display.point(left, y + up)
+
+
+def _quadrant(width: int, height: int) -> Iterator[tuple[int, int]]:
+    """A quarter of an ellipse by McIlroy's algorithm, from its top to its right end."""
+    x, y = 0, height
+    width_2, height_2 = width * width, height * height
+    lowest = -(width_2 // 4 + width % 2 + height_2)
+    right = -(height_2 // 4 + height % 2 + width_2)
+    flat = -(height_2 // 4 + height % 2)
+    error, change_x, change_y = -width_2 * y, 0, -2 * width_2 * y
+    while y >= 0 and x <= width:
+        yield x, y
+        level = error + height_2 * x <= lowest or error + width_2 * y <= flat
+        if level or error - width_2 * y <= right:
+            x += 1
+            change_x += 2 * height_2
+            error += change_x
+        if not level:
+            y -= 1
+            change_y += 2 * width_2
+            error += change_y
+
+
+def _display_function(call: Call) -> None:
+    """Carry out a function of the display: status, function, switch, x, y, and two more numbers; y from the bottom."""
+    display = call.devices.display
+    function, switch, x, y, right, up = (call.number(position) & 0xFF for position in range(1, 7))
+    ink = switch if switch in (_ERASES, _TURNS) else _DRAWS
+    match function:
+        case 0:
+            display.clear()
+        case 1:
+            _fill(call, range(x, x + 1), range(y, y + 1), ink)
+        case 2:
+            _fill(call, range(min(x, right), max(x, right) + 1), range(y, y + 1), ink)
+        case 3:
+            _fill(call, range(x, x + 1), range(min(y, up), max(y, up) + 1), ink)
+        case 4:
+            _character(call, x, y, right, inverted=switch != _ERASES)
+        case 5:
+            top = DISPLAY_HEIGHT - 1 - _TEXT_LINE * y
+            _fill(call, range(DISPLAY_WIDTH), range(top - _TEXT_LINE + 1, top + 1), _ERASES)
+        case 6:
+            _fill(call, range(x, x + right), range(y - up + 1, y + 1), ink)
+        case 7:
+            _fill(call, range(x, x + right), range(y, y + 1), ink)
+            for column in (x, x + right - 1):
+                _fill(call, range(column, column + 1), range(y - up + 1, y), ink)
+    call.put(0, Status.OK)
+
+
+def _fill(call: Call, columns: range, rows: range, ink: int) -> None:
+    display = call.devices.display
+    for y in rows:
+        for x in columns:
+            display.set(x, y, display.get(x, y) ^ 1 if ink == _TURNS else int(ink == _DRAWS))
+
+
+def _character(call: Call, x: int, top: int, character: int, *, inverted: bool) -> None:
+    """Draw a character; its place counts from the top left."""
+    for column, bits in enumerate((glyph(character) or b"")[:CELL_WIDTH]):
+        for row in range(_TEXT_LINE):
+            call.devices.display.set(x + column, DISPLAY_HEIGHT - 1 - top - row, (bits >> row & 1) ^ inverted)
+
+
+DRAWING: Mapping[int, Function] = {
+    80: _display_function,
+    92: drawing(_picture_of_bytes, 4),
+    93: drawing(_polygon, 2),
+    94: drawing(_ellipse, 4),
+}
+"""Number of each call to its function."""
