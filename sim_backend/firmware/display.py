@@ -30,8 +30,8 @@ class DisplayModule:
         memory: The module's IO map.
     """
 
-    def __init__(self, show_status: Callable[[bool], None] = lambda _: None) -> None:
-        self._show_status = show_status
+    def __init__(self, show_status: Callable[[bool], None] = lambda _: None, *, rightwards: bool = False) -> None:
+        self._show_status, self._rightwards = show_status, rightwards
         self.memory = bytearray(DISPLAY.size)
         self._drawn = False
 
@@ -86,6 +86,8 @@ class DisplayModule:
 
     def line(self, x: int, y: int, end_x: int, end_y: int) -> None:
         """Draw a line by Bresenham's algorithm, which decides ties by the direction of drawing."""
+        if self._rightwards and x > end_x:
+            x, y, end_x, end_y = end_x, end_y, x, y
         across, up = abs(end_x - x), abs(end_y - y)
         step_x, step_y = 1 if x < end_x else -1, 1 if y < end_y else -1
         steep = across <= up

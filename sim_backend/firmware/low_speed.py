@@ -306,6 +306,14 @@ class LowSpeedModule:
         self.wake()
         return True
 
+    def error_at_once(self, port: int) -> int:
+        """Carry a transaction out now that was just started with that option, as for programs; 0, or its error."""
+        channel = self.channels[port]
+        if not (self._has_options and self.at_once >> port & 1 and self._low_speed(port)):
+            return 0
+        self._transfer(port, channel)
+        return channel.error if channel.state == ChannelState.ERROR else 0
+
     def _low_speed(self, port: int) -> bool:
         return self._inputs[port].type in _LOW_SPEED
 

@@ -188,7 +188,8 @@ _V1_32 = replace(
     ),
     map_sizes={"Comm.mod": 1900, "Input.mod": 420, "Low Speed.mod": 172, "Ui.mod": 44},
     map_presets={
-        "Comm.mod": {1896: bytes.fromhex("c0080002")},
+        "Comm.mod": {1892: b"\x0f", 1896: bytes.fromhex("c0080002")},
+        "Display.mod": {1719: b"\x5a"},
         "Output.mod": {30: b"\x50\x14", 62: b"\x50\x14", 94: b"\x50\x14", 96: b"\x64"},
         "Ui.mod": {40: b"\x01"},
     },

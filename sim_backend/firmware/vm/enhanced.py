@@ -14,6 +14,7 @@ from sim_backend.firmware.vm.numbers import Number
 from sim_backend.firmware.vm.rxe import Type
 
 _SORT = 6
+_SUMMARY_ARGUMENTS = 5
 _CONVERSION = re.compile(r"%[+\-# 0]*\d*(?:\.\d+)?l?[diuxXoceEfgG]|%%")
 
 
@@ -90,7 +91,10 @@ def _print(machine: Machine, instruction: Instruction) -> Translation:
 def _summarize(machine: Machine, instruction: Instruction) -> Translation:
     """Calculate one number from a part of an array, or sort it: operation, target, array, first element, count."""
     data = machine.data
-    operation, target, source, first, count = sized_arguments(machine.program.code, instruction)
+    arguments = instruction.arguments
+    if len(arguments) != _SUMMARY_ARGUMENTS:
+        arguments = sized_arguments(machine.program.code, instruction)
+    operation, target, source, first, count = arguments
 
     def run() -> None:
         parts = data.parts(Place(source))

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from firmware_protocol.direct import LS_LIMIT
 from firmware_protocol.status import Status
 from sim_backend.firmware.flash import File
 from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.loader import Use
-from sim_backend.firmware.low_speed import Option
 from sim_backend.firmware.names import NAME_SIZE, pack_name
 from sim_backend.firmware.vm.calls import Call, Function
 from sim_backend.firmware.vm.enhanced_drawing import DRAWING
@@ -24,8 +22,6 @@ _MODULUS, _FACTOR = 2**31 - 1, 48271
 
 _HIGH_SPEED_RESULTS = {0: 5, 1: 1, 2: 4}
 """Function to its result."""
-
-_NO_PORT = 0xDF
 
 
 def _find_first(call: Call) -> None:
@@ -110,19 +106,6 @@ def _resize(call: Call) -> None:
     call.put(1, 0)
 
 
-def _ls_write_with_options(call: Call) -> None:
-    """Start an I2C transaction: status, port, bytes to send, number to read, whether without a second start."""
-    port, size, bus = call.number(1), call.number(3), call.devices.low_speed
-    message = call.content(2)
-    if port >= len(bus.channels):
-        call.put(0, _NO_PORT)
-    elif len(message) > LS_LIMIT or size > LS_LIMIT:
-        call.put(0, Status.ILLEGAL_SIZE)
-    else:
-        started = bus.write(port, message, size, Option.NO_RESTART if call.number(4) else 0)
-        call.put(0, Status.OK if started else Status.CHANNEL_NOT_CONFIGURED)
-
-
 def _high_speed_control(call: Call) -> None:
     """Control the high speed port: result, function, rate, mode. Nothing is connected."""
     call.put(0, _HIGH_SPEED_RESULTS.get(call.number(1), 0))
@@ -199,7 +182,6 @@ TABLE: Mapping[int, Function] = {
     86: _open_write,
     87: _open_read_linear,
     88: _high_speed_control,
-    89: _ls_write_with_options,
     90: _seek,
     91: _resize,
     96: _memory_sizes,

@@ -33,7 +33,7 @@ def _polygon(call: Call) -> None:
         values = [int(data.get(part.entry, part.offset)) for part in data.parts(corner)]
         corners.append((s16(values[0]), s16(values[1])))
     for start, end in zip(corners, [*corners[1:], *corners[:1]], strict=True):
-        display.line(*end, *start)
+        display.line(*start, *end)
 
 
 def _ellipse(call: Call) -> None:
@@ -83,7 +83,7 @@ def _display_function(call: Call) -> None:
         case 4:
             _character(call, x, y, right, inverted=switch != _ERASES)
         case 5:
-            top = DISPLAY_HEIGHT - 1 - _TEXT_LINE * y
+            top = DISPLAY_HEIGHT - 1 - _TEXT_LINE * x
             _fill(call, range(DISPLAY_WIDTH), range(top - _TEXT_LINE + 1, top + 1), _ERASES)
         case 6:
             _fill(call, range(x, x + right), range(y - up + 1, y + 1), ink)

@@ -44,12 +44,14 @@ def _set_output(machine: Machine, instruction: Instruction) -> Translation:
     if values and operands.scalars(ports) and all(field < len(OUTPUT_FIELDS) for field, _ in values):
         return _fast_setting(machine, ports, values)
 
+    fields = len(machine.devices.output_fields)
+
     def run() -> None:
         places = data.parts(Place(ports)) if data.kind(ports) == Type.ARRAY else [Place(ports)]
         for place in places:
             port = data.integer(place.entry, place.offset)
             for field, source in values:
-                if 0 <= port < _PORTS <= port + field / len(OUTPUT_FIELDS):
+                if 0 <= port < _PORTS <= port + field / fields:
                     raise ProgramError(ERR_ARG, f"there is no field {field}")
                 put(port, field, data.integer(source))
 

@@ -102,15 +102,16 @@ def _read_button(call: Call) -> None:
 
 def _ls_write(call: Call) -> None:
     """Start an I2C transaction: status, port, bytes to send, number of bytes to read."""
-    port, size, bus = call.number(1), call.number(3), call.devices.low_speed
-    port = port % len(bus.channels) if call.machine.dialect.enhanced_calls else port
-    message = call.content(2)
+    options, size, bus = call.number(1), call.number(3), call.devices.low_speed
+    port, message = bus.write_port(options), call.content(2)
     if port >= len(bus.channels):
         call.put(0, _NO_PORT)
     elif len(message) > LS_LIMIT or size > LS_LIMIT:
         call.put(0, Status.ILLEGAL_SIZE)
     else:
-        call.put(0, Status.OK if bus.write(port, message, size) else Status.CHANNEL_NOT_CONFIGURED)
+        call.put(
+            0, bus.error_at_once(port) if bus.write(port, message, size, options) else Status.CHANNEL_NOT_CONFIGURED
+        )
 
 
 def _ls_read(call: Call) -> None:

@@ -53,9 +53,9 @@ def test_programs_do_the_same_as_on_the_firmware(recorded):
 
 
 def test_every_program_is_recorded():
-    assert [name_of(run) for run in RUNS] == [
-        f"{source}-{firmware}" for firmware in ("1.29", "1.32") for source in SOURCES
-    ]
+    everywhere = [source for source in SOURCES if (PROGRAMS / f"{source}.rxe").exists()]
+    names = [f"{source}-1.29" for source in everywhere] + [f"{source}-1.32" for source in SOURCES]
+    assert [name_of(run) for run in RUNS] == names
 
 
 def instructions(path):
@@ -68,8 +68,8 @@ def instructions(path):
 
 def test_the_programs_use_every_instruction_and_every_system_call():
     used, calls = set(), set()
-    for source in SOURCES:
-        for instruction in instructions(PROGRAMS / f"{source}.rxe"):
+    for program in sorted(PROGRAMS.glob("*.rxe")):
+        for instruction in () if program.name.endswith(".1.32.rxe") else instructions(program):
             used.add(instruction.opcode)
             if instruction.opcode == SYSTEM_CALL:
                 calls.add(instruction.arguments[0])
