@@ -97,7 +97,7 @@ class SimBrick:
         self.low_speed = LowSpeedModule(clock, self.input.ports, version)
         self.loader = loader = Loader(flash or fresh_flash(version), version)
         self.sound = SoundModule(clock, self.loader)
-        self.display = DisplayModule(self._show_status, rightwards=version.dialect.enhanced_calls)
+        self.display = DisplayModule(self._show_status, enhanced=version.dialect.enhanced_calls)
         self._screen = ScreenRefresh(clock)
         self.io_control = IoControl()
         self.ui = UiModule(clock, self.io_control, self.sound, loader.restore_settings, loader.flash.has_extension)

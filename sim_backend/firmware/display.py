@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from firmware_protocol.iomap import DISPLAY, DISPLAY_HEIGHT, DISPLAY_WIDTH
+from sim_backend.firmware.cint import divide
 from sim_backend.firmware.font import CELL_WIDTH, glyph
 
 LINES = 8
@@ -26,12 +27,16 @@ class DisplayModule:
     Args:
         show_status: Called with False when a program takes the screen, with True when it gives it back.
 
+    Args:
+        show_status: Called with whether the status bar is shown.
+        enhanced: Whether lines are drawn from left to right, and cut off at the edges of the screen first.
+
     Attributes:
         memory: The module's IO map.
     """
 
-    def __init__(self, show_status: Callable[[bool], None] = lambda _: None, *, rightwards: bool = False) -> None:
-        self._show_status, self._rightwards = show_status, rightwards
+    def __init__(self, show_status: Callable[[bool], None] = lambda _: None, *, enhanced: bool = False) -> None:
+        self._show_status, self._enhanced = show_status, enhanced
         self.memory = bytearray(DISPLAY.size)
         self._drawn = False
 
@@ -86,8 +91,11 @@ class DisplayModule:
 
     def line(self, x: int, y: int, end_x: int, end_y: int) -> None:
         """Draw a line by Bresenham's algorithm, which decides ties by the direction of drawing."""
-        if self._rightwards and x > end_x:
-            x, y, end_x, end_y = end_x, end_y, x, y
+        if self._enhanced:
+            ends = _cut((x, y, end_x, end_y) if x <= end_x else (end_x, end_y, x, y))
+            if ends is None:
+                return
+            x, y, end_x, end_y = ends
         across, up = abs(end_x - x), abs(end_y - y)
         step_x, step_y = 1 if x < end_x else -1, 1 if y < end_y else -1
         steep = across <= up
@@ -160,3 +168,22 @@ class DisplayModule:
                 for row in range(_LINE):
                     self.set(x + column, y + _LINE - 1 - row, bits >> row & 1)
             x += CELL_WIDTH
+
+
+def _cut(line: tuple[int, int, int, int]) -> tuple[int, int, int, int] | None:
+    """The part of a line on the screen, each end cut off at top or bottom and then at a side; None if there is none."""
+    x, y, end_x, end_y = line
+    for first, last, size in ((x, end_x, DISPLAY_WIDTH), (y, end_y, DISPLAY_HEIGHT)):
+        if max(first, last) < 0 or min(first, last) >= size:
+            return None
+    across, up = end_x - x, end_y - y
+    ends = []
+    for column, row in ((x, y), (end_x, end_y)):
+        if not 0 <= row < DISPLAY_HEIGHT:
+            edge = 0 if row < 0 else DISPLAY_HEIGHT - 1
+            column, row = column + divide(across * (edge - row), up), edge
+        if not 0 <= column < DISPLAY_WIDTH:
+            edge = 0 if column < 0 else DISPLAY_WIDTH - 1
+            column, row = edge, row + divide(up * (edge - column), across)
+        ends += [column, row]
+    return ends[0], ends[1], ends[2], ends[3]
