@@ -21,6 +21,10 @@ _START = DISPLAY.field("Normal", 0).offset
 _SIZE = LINES * DISPLAY_WIDTH
 
 
+_TURN, _FILL = 0x04, 0x20
+"""Options of drawings."""
+
+
 class DisplayModule:
     """The display.
 
@@ -39,6 +43,7 @@ class DisplayModule:
         self._show_status, self._enhanced = show_status, enhanced
         self.memory = bytearray(DISPLAY.size)
         self._drawn = False
+        self._shape: dict[tuple[int, int], int] | None = None
 
     @property
     def pixels(self) -> bytes:
@@ -69,14 +74,35 @@ class DisplayModule:
             self.clear()
             self._drawn = False
 
+    def collect(self) -> None:
+        """Keep what is drawn from now on until `combine`."""
+        self._shape = {}
+
+    def combine(self, options: int, *, fills: bool) -> None:
+        """Draw what was kept. Options: 4 white, 8, 16 and 24 and, or, exclusive or with what is there, 32 filled."""
+        kept, self._shape = self._shape or {}, None
+        if fills and options & _FILL:
+            rows: dict[int, list[int]] = {}
+            for x, y in kept:
+                rows.setdefault(y, []).append(x)
+            kept = {(x, y): 1 for y, columns in rows.items() for x in range(min(columns), max(columns) + 1)}
+        for (x, y), pixel in kept.items():
+            new, old = pixel ^ bool(options & _TURN), self.get(x, y)
+            self.set(x, y, (new, old & new, old | new, old ^ new)[options >> 3 & 3])
+
     def point(self, x: int, y: int) -> None:
         """Draw a pixel; nothing outside of the screen."""
-        if 0 <= x < DISPLAY_WIDTH and 0 <= y < DISPLAY_HEIGHT:
+        if self._shape is not None:
+            self._shape[x, y] = 1
+        elif 0 <= x < DISPLAY_WIDTH and 0 <= y < DISPLAY_HEIGHT:
             row = DISPLAY_HEIGHT - 1 - y
             self.memory[_START + row // _LINE * DISPLAY_WIDTH + x] |= 1 << row % _LINE
 
     def set(self, x: int, y: int, pixel: int) -> None:
         """Make a pixel black or white."""
+        if self._shape is not None:
+            self._shape[x, y] = pixel
+            return
         self.point(x, y)
         if not pixel and 0 <= x < DISPLAY_WIDTH and 0 <= y < DISPLAY_HEIGHT:
             row = DISPLAY_HEIGHT - 1 - y

@@ -11,14 +11,28 @@ from sim_backend.firmware.vm.pictures import draw_picture
 _CLEAR = 0x3
 """Bits of the options that clear the screen before drawing."""
 
+_CLEARED = 1
+"""Screen mode of firmware 1.32."""
 
-def drawing(draw: Callable[[Call], int | None], options_at: int) -> Function:
-    """A call with options as one of its arguments."""
+_COMBINATIONS = 0x3C
+"""Bits of the options that say how a drawing is combined with what is there."""
+
+
+def drawing(
+    draw: Callable[[Call], int | None], options_at: int, *, combines: bool = True, fills: bool = False
+) -> Function:
+    """A call with options as one of its arguments; firmware 1.32 has more of them, see `DisplayModule.combine`."""
 
     def run(call: Call) -> None:
         options = call.number(options_at)
         call.devices.display.begin(clear=bool(options & _CLEAR))
-        call.put(0, draw(call) or Status.OK)
+        combined = combines and call.machine.dialect.enhanced_calls and options & _COMBINATIONS
+        if combined:
+            call.devices.display.collect()
+        status = draw(call)
+        if combined:
+            call.devices.display.combine(options, fills=fills)
+        call.put(0, status or Status.OK)
 
     return run
 
@@ -61,19 +75,21 @@ def _picture(call: Call) -> int:
 
 
 def _screen_mode(call: Call) -> None:
-    """Give the screen back: status, mode 0."""
+    """Give the screen back, or clear it: status, mode 0 or 1."""
     if call.number(1) == 0:
         call.devices.display.release()
+    elif call.number(1) == _CLEARED and call.machine.dialect.enhanced_calls:
+        call.devices.display.clear()
     call.put(0, Status.OK)
 
 
 TABLE: Mapping[int, Function] = {
-    13: drawing(_text, 3),
+    13: drawing(_text, 3, fills=True),
     14: drawing(_point, 2),
     15: drawing(_line, 3),
-    16: drawing(_circle, 3),
-    17: drawing(_rectangle, 3),
-    18: drawing(_picture, 4),
+    16: drawing(_circle, 3, fills=True),
+    17: drawing(_rectangle, 3, fills=True),
+    18: drawing(_picture, 4, combines=False),
     19: _screen_mode,
 }
 """Number of each call to its function."""

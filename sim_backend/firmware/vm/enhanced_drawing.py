@@ -110,8 +110,8 @@ def _character(call: Call, x: int, top: int, character: int, *, inverted: bool) 
 
 DRAWING: Mapping[int, Function] = {
     80: _display_function,
-    92: drawing(_picture_of_bytes, 4),
-    93: drawing(_polygon, 2),
-    94: drawing(_ellipse, 4),
+    92: drawing(_picture_of_bytes, 4, combines=False),
+    93: drawing(_polygon, 2, fills=True),
+    94: drawing(_ellipse, 4, fills=True),
 }
 """Number of each call to its function."""

@@ -22,8 +22,8 @@ DIALECT = VERSIONS["1.29"].dialect
 SYSTEM_CALL = 0x28
 
 
-KNOWN = pytest.mark.xfail(strict=True, reason="lines beyond the screen; a comparison of arrays ends the program")
-KNOWN_DIFFERENCES = ("drawing-1.32", "logic-1.32")
+KNOWN = pytest.mark.xfail(strict=True, reason="a comparison of arrays ends the program")
+KNOWN_DIFFERENCES = ("logic-1.32",)
 
 
 def name_of(recorded):
