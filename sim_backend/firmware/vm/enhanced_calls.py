@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from firmware_protocol.status import Status
+from sim_backend.firmware.file_handle import Use
 from sim_backend.firmware.flash import File
 from sim_backend.firmware.io_map import LiveMap
-from sim_backend.firmware.loader import Use
 from sim_backend.firmware.names import NAME_SIZE, pack_name
 from sim_backend.firmware.vm.calls import Call, Function
 from sim_backend.firmware.vm.enhanced_drawing import DRAWING
