@@ -15,6 +15,7 @@ import random
 import sys
 import tempfile
 import time
+import zlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +23,7 @@ from statistics import median
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from nxtdrive.vision.detection import Detection, Detector
 from nxtdrive.vision.detectors import make_detector
@@ -117,11 +119,11 @@ class Shot:
 
 def taken(shot: Shot, camera: Camera, rng: random.Random, width_share: float) -> tuple[Image, float, float]:
     """Return the frame that the camera takes, and the print's centre in it."""
-    frame = _glared(shot, camera.glare, rng, width_share) if camera.glare else shot.image
+    frame: cv2.typing.MatLike = _glared(shot, camera, rng, width_share) if camera.glare else shot.image
     centre = frame.shape[1] / 2, frame.shape[0] / 2
     turn = cv2.getRotationMatrix2D((centre[0] - 0.5, centre[1] - 0.5), camera.roll_deg, 1.0)
     if camera.roll_deg:
-        frame = np.asarray(cv2.warpAffine(frame, turn, frame.shape[1::-1], flags=cv2.INTER_CUBIC), np.uint8)
+        frame = np.asarray(cv2.warpAffine(frame, turn, frame.shape[1::-1], flags=cv2.INTER_CUBIC))
     u, v = turn @ (shot.u, shot.v, 1.0)
     frame = frame[MARGIN[1] : MARGIN[1] + SIZE[1], MARGIN[0] : MARGIN[0] + SIZE[0]]
     light = cv2.GaussianBlur(frame, (5, 5), 0.6).astype(np.float32)
@@ -133,18 +135,19 @@ def taken(shot: Shot, camera: Camera, rng: random.Random, width_share: float) ->
     return np.asarray(cv2.imdecode(packed, cv2.IMREAD_COLOR), np.uint8), u - MARGIN[0], v - MARGIN[1]
 
 
-def _glared(shot: Shot, share: float, rng: random.Random, width_share: float) -> Image:
-    """Return the frame with a white ellipse of `share` of the print's area somewhere on it, its edge soft."""
+def _glared(shot: Shot, camera: Camera, rng: random.Random, width_share: float) -> NDArray[np.float32]:
+    """Return the frame with a soft ellipse on a share of the print, so bright that the camera shows it white."""
     high, wide = shot.height_px, shot.height_px * width_share
     stretch = math.exp(rng.uniform(-0.3, 0.3))
-    radius = math.sqrt(share * high * wide / math.pi)
+    radius = math.sqrt(camera.glare * high * wide / math.pi)
     u = shot.u + rng.uniform(-0.5, 0.5) * max(0.0, wide - 2 * radius * stretch)
     v = shot.v + rng.uniform(-0.5, 0.5) * max(0.0, high - 2 * radius / stretch)
     mask = np.zeros(shot.image.shape[:2], np.float32)
     axes = round(16 * radius * stretch), round(16 * radius / stretch)
     cv2.ellipse(mask, (round(16 * u), round(16 * v)), axes, 0, 0, 360, 1.0, -1, cv2.LINE_8, 4)
     mask = np.asarray(cv2.GaussianBlur(mask, (0, 0), max(0.5, 0.1 * radius)), np.float32)
-    return np.asarray(shot.image + mask[:, :, None] * (255.0 - shot.image), np.uint8)
+    white = 255.0 / min(1.0, *camera.gain)
+    return np.asarray(shot.image + mask[:, :, None] * (white - shot.image), np.float32)
 
 
 def _smear(length_px: float) -> cv2.typing.MatLike:
@@ -189,9 +192,9 @@ class LivingRoom:
         return taken
 
     def rooms(self, name: str, frames: int) -> Iterable[Image]:
-        """Render frames of rooms without the print, each in a condition of its own."""
-        rooms = Rooms(self._size, self._hfov_deg, self._seed, PERFECT)
-        rng = random.Random(f"{self._seed} rooms")  # noqa: S311 - a repeatable draw
+        """Render frames of rooms without the print, other ones for each print, each in a condition of its own."""
+        rooms = Rooms(self._size, self._hfov_deg, self._seed + zlib.crc32(name.encode()), PERFECT)
+        rng = random.Random(f"{self._seed} rooms {name}")  # noqa: S311 - a repeatable draw
         draws = list(CONDITIONS.values())
         for number in range(frames):
             view = rooms.view(None, self._others(name, rng))

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from nxtdrive.vision.detection import Detection, Image, Quad, box_of, overlap
 from nxtdrive.vision.detectors.alignment import Aligner, Poses
+from nxtdrive.vision.detectors.chance import coarseness, distinctness, least_score
 from nxtdrive.vision.detectors.frame_pyramid import Pyramid, straightened
 from nxtdrive.vision.detectors.proposals import Proposer
-from nxtdrive.vision.detectors.resemblance import distinctness, resemblance
+from nxtdrive.vision.detectors.resemblance import resemblance
 from nxtdrive.vision.detectors.scaling import at_height
 
 CORE = 0.6
@@ -45,13 +46,11 @@ KEPT_HEIGHT = 160
 LENS_BLUR_PX = 0.8
 """Standard deviation of a camera's blur, with that of reading between its pixels."""
 
-SURE = 0.75
-CHANCE_AREA = 20.0
-CHANCE_WAVES, MOST_CHANCE = 1.3, 0.17
-CORE_EXTRA = 0.08
-"""A score is accepted from ``SURE + CHANCE_AREA / area + CHANCE_WAVES / distinctness`` on, with the compared area in
-square pixels: the fewer pixels and details, the better the matches that chance finds. The core has less to tell it from
-other things. Source: docs/vision.md."""
+ALL_SHOWN = 0.95
+"""Where less of a picture tells something, what is left of it may be coarser than the whole."""
+
+LEAST_INSIDE = 0.6
+"""Share of a place that must lie inside the frame."""
 
 LEAST_HEIGHT_PX = 15
 MOST_ROLL_DEG, MOST_SHEAR_DEG = 22.0, 10.0
@@ -117,9 +116,8 @@ class _Part:
         self._grays = gray, cut if np.ptp(cut) >= LEAST_RANGE else gray
         self.proposer = Proposer(*self._grays, share)
         self._aligners: dict[tuple[int, bool], Aligner] = {}
-        self._sizes: dict[int, NDArray[np.float32]] = {}
-        chance = min(MOST_CHANCE, CHANCE_WAVES / distinctness(picture))
-        self._sure = SURE + chance + (CORE_EXTRA if share != 1.0 else 0.0)
+        self._sizes: dict[int, tuple[NDArray[np.float32], float]] = {}
+        self._waves = distinctness(picture)
 
     def aligner(self, height: int, *, cut: bool) -> Aligner:
         """Return what aligns the part at a height, `cut` as an overexposed frame shows it; made once."""
@@ -131,21 +129,23 @@ class _Part:
     def score(self, frame: Pyramid, pose: Poses) -> float | None:
         """Return how well the colours at a pose resemble the part's, 0..1; None if chance may do as well."""
         width_px, height_px = (float(side) for side in np.hypot(*pose[:, :2]))
-        picture = self._at(max(4, min(FINE_HEIGHT, round(height_px))))
-        seen, lit = straightened(frame, pose, picture.shape[1], picture.shape[0])
-        score, share = resemblance(seen, picture, lit)
-        area = share * picture.shape[0] ** 2 * width_px / height_px  # as it appears: seen from the side it is less
-        needed = self._sure + CHANCE_AREA / area
-        return score if score >= needed else None
+        picture, coarse = self._at(max(4, min(FINE_HEIGHT, round(height_px))))
+        seen, inside = straightened(frame, pose, picture.shape[1], picture.shape[0])
+        if inside.mean() < LEAST_INSIDE:
+            return None
+        score, share, expected = resemblance(seen, picture, inside)
+        if share < ALL_SHOWN:
+            coarse = max(coarse, coarseness(expected))
+        area = max(0.01, share) * picture.shape[0] ** 2 * width_px / height_px  # as it appears
+        return score if score >= least_score(coarse, self._waves, area, core=self.share != 1.0) else None
 
-    def _at(self, height: int) -> NDArray[np.float32]:
-        """Return the part in colour at a height; cached, because few heights occur."""
+    def _at(self, height: int) -> tuple[NDArray[np.float32], float]:
+        """Return the part in colour at a height, and its coarseness; cached, because few heights occur."""
         if height not in self._sizes:
             small = at_height(self._picture, height).astype(np.float32)
-            soft = height < FINE_HEIGHT  # a smaller place is compared pixel by pixel, and a lens blurs those
-            self._sizes[height] = np.asarray(
-                cv2.GaussianBlur(small, (0, 0), LENS_BLUR_PX) if soft else small, np.float32
-            )
+            if height < FINE_HEIGHT:  # a smaller place is compared pixel by pixel, and a lens blurs those
+                small = np.asarray(cv2.GaussianBlur(small, (0, 0), LENS_BLUR_PX), np.float32)
+            self._sizes[height] = small, coarseness(small)
         return self._sizes[height]
 
 

@@ -70,14 +70,12 @@ class Pyramid:
         levels: Gray, the finest first, at most `WORK_WIDTH` wide.
         canvas: The same levels for the alignment.
         colors: The frame in colour and its smaller copies, with their scales, the finest first.
-        lit: 1 where the finest level is free of glare, else 0; None without glare.
         overexposed: Whether much of the frame is white.
     """
 
     levels: list[Level]
     canvas: Canvas
     colors: list[tuple[Image, float]]
-    lit: NDArray[np.float32] | None
     overexposed: bool
 
 
@@ -104,7 +102,7 @@ def pyramid(image: Image) -> Pyramid:
         colors.append((work, scale * 2 ** len(levels)))
         levels.append(_level(gray, colors[-1][1], STEPS[len(levels)]))
     canvas = canvas_of([(level.gray, each, level.scale) for level, each in zip(levels, lit, strict=True)])
-    return Pyramid(levels, canvas, colors, lit[0], overexposed)
+    return Pyramid(levels, canvas, colors, overexposed)
 
 
 def _glare(image: Image) -> tuple[bool, cv2.typing.MatLike | None]:
@@ -146,23 +144,20 @@ def spectrum(gray: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.fl
     return np.asarray(cv2.dft(padded), np.float32)
 
 
-def straightened(
-    frame: Pyramid, pose: Poses, width: int, height: int
-) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
-    """Return what the frame shows at a pose, at a size: the colours, and which of them are free of glare."""
+def straightened(frame: Pyramid, pose: Poses, width: int, height: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Return the colours that the frame shows at a pose, at a size, and which of them lie inside the frame."""
     tall = float(np.hypot(*pose[:, 1]))
     fine = [number for number, (_, scale) in enumerate(frame.colors) if tall / scale >= height - 0.5]
     image, scale = frame.colors[fine[-1] if fine else 0]
     to_pixels = np.array([[1 / width, 0, 0.5 / width - 0.5], [0, 1 / height, 0.5 / height - 0.5], [0, 0, 1]])
-
-    def warped(source: cv2.typing.MatLike, scale: float) -> NDArray[np.float32]:
-        matrix = (pose / scale) @ to_pixels
-        matrix[:, 2] -= 0.5
-        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        straight = cv2.warpAffine(source, matrix, (width, height), flags=flags, borderMode=cv2.BORDER_REPLICATE)
-        return np.asarray(straight, np.float32)
-
-    return warped(image, scale), None if frame.lit is None else warped(frame.lit, frame.levels[0].scale)
+    matrix = (pose / scale) @ to_pixels
+    matrix[:, 2] -= 0.5
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    straight = cv2.warpAffine(image, matrix, (width, height), flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    across, down = np.arange(width), np.arange(height)[:, None]
+    x, y = (row[0] * across + row[1] * down + row[2] for row in matrix)
+    inside = (x > -1) & (y > -1) & (x < image.shape[1]) & (y < image.shape[0])
+    return np.asarray(straight, np.float32), inside
 
 
 def _u8(array: cv2.typing.MatLike) -> Image:

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nxtdrive.vision.detection import Image
+from nxtdrive.vision.detectors.chance import DETAIL_HEIGHT, distinctness
 from nxtdrive.vision.detectors.correlation import CorrelationMatcher
 from nxtdrive.vision.detectors.frame_pyramid import pyramid
-from nxtdrive.vision.detectors.resemblance import DETAIL_HEIGHT, distinctness
 from nxtdrive.vision.detectors.scaling import at_height
 
 HEIGHTS_PX = (18, 21, 25, 30, 36, 43, 52, 62, 75)

@@ -8,6 +8,7 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detectors.picture import PictureDetector
 from nxtdrive.vision.focus import detect_near
 from nxtdrive.vision.geometry import Pinhole
+from sim_backend.bundled import PICTURES
 
 PINHOLE = Pinhole.from_hfov(320, 60)
 
@@ -86,7 +87,7 @@ GAINS = {
 
 
 @pytest.mark.parametrize("light", sorted(GAINS))
-@pytest.mark.parametrize("distance_mm", [600, 1500, 2500])
+@pytest.mark.parametrize("distance_mm", [600, 1500, 2500, 3500])
 def test_it_bears_exposure_and_white_balance(detector, scene, light, distance_mm):
     frame = scene.render(distance_mm, 2).astype(np.float32) * np.array(GAINS[light], np.float32)
     bearing_deg, depth_mm = locate(detector, frame.clip(0, 255).astype(np.uint8))
@@ -95,7 +96,7 @@ def test_it_bears_exposure_and_white_balance(detector, scene, light, distance_mm
 
 
 @pytest.mark.parametrize("place", [(-0.2, -0.2), (0.0, 0.0), (0.2, 0.25)])
-@pytest.mark.parametrize("distance_mm", [700, 1400, 2200])
+@pytest.mark.parametrize("distance_mm", [700, 1400, 2200, 3000])
 def test_it_bears_glare_on_a_fifth_of_the_print(detector, scene, place, distance_mm):
     frame = scene.render(distance_mm)
     height = PINHOLE.focal_px * 297 / distance_mm
@@ -106,6 +107,32 @@ def test_it_bears_glare_on_a_fifth_of_the_print(detector, scene, place, distance
     bearing_deg, depth_mm = locate(detector, cv2.GaussianBlur(frame, (0, 0), 0.7))
     assert bearing_deg == pytest.approx(0, abs=0.7)
     assert depth_mm == pytest.approx(distance_mm, rel=0.08)
+
+
+@pytest.mark.parametrize(("name", "distance_mm"), [("landscape", 1500), ("landscape", 2200), ("lena", 1000)])
+def test_pictures_of_few_details_are_found_with_three_times_the_light(make_scene, distractors, name, distance_mm):
+    picture = cv2.imread(str(PICTURES / f"{name}.png"))
+    frame = make_scene(picture, distractors["brick"]).render(distance_mm, 2).astype(np.float32) * 3
+    _, depth_mm = locate(detector_without_features(picture), frame.clip(0, 255).astype(np.uint8))
+    assert depth_mm == pytest.approx(distance_mm, rel=0.08)
+
+
+@pytest.mark.parametrize(("name", "distance_mm"), [("rilakkuma", 1500), ("landscape", 3000), ("landscape", 3500)])
+def test_drawings_are_found_with_glare_on_a_fifth_of_them(make_scene, distractors, name, distance_mm):
+    picture = cv2.imread(str(PICTURES / f"{name}.png"))
+    frame = make_scene(picture, distractors["brick"]).render(distance_mm)
+    height = PINHOLE.focal_px * 297 / distance_mm
+    radius = height * (0.2 * picture.shape[1] / picture.shape[0] / math.pi) ** 0.5
+    cv2.circle(frame, (160, round(120 + 0.15 * height)), round(radius), (255, 255, 255), -1, cv2.LINE_AA)
+    _, depth_mm = locate(detector_without_features(picture), cv2.GaussianBlur(frame, (0, 0), 0.7))
+    assert depth_mm == pytest.approx(distance_mm, rel=0.1)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_picture_that_reaches_out_of_the_frame_is_found(detector, scene, side):
+    bearing_deg, depth_mm = locate(detector_without_features(scene.picture), scene.render(900, side * 27))
+    assert depth_mm == pytest.approx(900, rel=0.1)
+    assert bearing_deg == pytest.approx(side * 27, abs=1.5)
 
 
 @pytest.mark.slow
