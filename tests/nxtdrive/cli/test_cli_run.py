@@ -9,12 +9,12 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import get_args
 
 import cv2
 import pytest
 
 from behaviors.mission import MissionTable
+from behaviors.profile_names import BUILT_IN_PROFILES
 from behaviors.profiles.registry import PROFILES
 from nxtdrive.cli.main import main
 from nxtdrive.recording.camera_index import read_pictures
@@ -118,7 +118,9 @@ def test_the_policy_can_be_chosen_whatever_the_mission_says(capsys, small):
 
 
 def test_mission_files_may_name_every_profile_there_is():
-    assert set(get_args(MissionTable.model_fields["profile"].annotation)) == set(PROFILES)
+    for profile in PROFILES:
+        assert MissionTable(targets=["tag"], profile=profile).profile == profile
+    assert tuple(PROFILES) == BUILT_IN_PROFILES
 
 
 @pytest.mark.slow
