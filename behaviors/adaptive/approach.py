@@ -146,7 +146,8 @@ class ApproachSkill:
             self._oblique = self._perception.world.oblique(self._perception.target, sighting)
             self._seen_s = observation.time_s
         if self._should_be_seen(bearing_deg, distance_mm):
-            self._verifier.frame(hit=sighting is not None)
+            for hit in observation.frames:
+                self._verifier.frame(hit=hit)
         elif sighting is None:
             self._seen_s = max(self._seen_s, observation.time_s - self._perception.lost_after_s / 2)
             self._verifier.forget_misses()

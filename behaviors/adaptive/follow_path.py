@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.perception import Observation, Perception
 from behaviors.adaptive.retreat import Retreat
@@ -25,6 +27,7 @@ class PathNumbers:
         steer_per_s: Turn rate per degree of bearing, 1/s: more than in an approach, since no picture has to stay sharp.
         steer_limit_deg_s: Fastest turn.
         renew_s: The path is planned again this often: along it more is seen of it.
+        kept: But it is kept unless it takes this many times the time of the best one.
         stops: A robot that was stopped more often than this has no path.
         clearance_mm: With less room beside the straight path to the target the robot stays on its own: more than a
             planned path leaves, since the last stretch is driven by eye.
@@ -42,6 +45,7 @@ class PathNumbers:
     steer_per_s: float = 2.0
     steer_limit_deg_s: float = 90.0
     renew_s: float = 1.5
+    kept: float = 1.25
     stops: int = 3
     clearance_mm: float = 70.0
     standoff_mm: float = 300.0
@@ -80,7 +84,7 @@ class FollowPathSkill:
         length_mm = sum(math.dist(one, other) for one, other in pairwise([perception.world.here, *self._route]))
         self._end_s = begun_s + N.leeway_s + N.leeway * length_mm / perception.profile.cruise_mm_s
         while self._route:
-            fact = self._back_off() if self._retreat else self._leg(self._route[0])
+            fact = self._back_off() if self._retreat else self._drive()
             if fact is not None:
                 perception.context.body.stop()
                 return fact
@@ -94,22 +98,25 @@ class FollowPathSkill:
         if self._perception.sonar.deaf:
             body.straight(-N.retreat_mm)
 
-    def _leg(self, point: Point) -> Fact | None:
-        """Drive to the next waypoint; None when it was reached or the path was planned again."""
+    def _drive(self) -> Fact | None:
+        """Drive along the path; None at its end, or when it was planned again after a stop."""
         perception = self._perception
         renew_s = perception.now() + N.renew_s
         while True:
             observation = perception.step()
             if (fact := self._seen(observation)) is not None:
                 return fact
-            bearing_deg, distance_mm = perception.world.polar_to(point)
-            if distance_mm <= N.passed_mm:
-                self._route.pop(0)
-                return None
             if observation.time_s > self._end_s or self._stops > N.stops:
                 return self._no_path(observation)
             if observation.time_s >= renew_s:
-                return self._replan(observation, Reason.PATH_RENEWED)
+                if (fact := self._replan(observation, Reason.PATH_RENEWED)) is not None:
+                    return fact
+                renew_s = observation.time_s + N.renew_s
+            while self._route and perception.world.polar_to(self._route[0])[1] <= N.passed_mm:
+                self._route.pop(0)
+            if not self._route:
+                return None
+            bearing_deg, _ = perception.world.polar_to(self._route[0])
             stop = perception.drive(*self._speeds(bearing_deg, observation))
             if stop is not None:
                 return self._stopped(stop, observation)
@@ -162,10 +169,17 @@ class FollowPathSkill:
         paths = PathPlanner(world.floor, world.here, self._perception.profile.cruise_mm_s)
         if not paths.reaches(self._goal):
             return self._no_path(observation)
+        if reason is Reason.PATH_RENEWED and self._still_good(paths):
+            return None
         self._route = list(paths.route_to(self._goal))
         route = [[round(x_mm), round(y_mm)] for x_mm, y_mm in self._route]
         self._perception.context.report(Fact(Event.REPLANNED, reason, {"route": route}))
         return None
+
+    def _still_good(self, paths: PathPlanner) -> bool:
+        """Whether the present path takes hardly longer than the best one; else the robot would swing between two."""
+        best_s = float(paths.seconds_to(np.array([self._goal]))[0])
+        return paths.seconds_along(tuple(self._route)) <= N.kept * best_s
 
     def _no_path(self, observation: Observation) -> Fact:
         """There is no path; from far enough along the old one it is worth looking round, too."""

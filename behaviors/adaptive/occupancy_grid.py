@@ -101,6 +101,7 @@ class OccupancyGrid:
         sonar_forward_mm: The sonar in front of the axle.
         forgotten: How often its obstacles were forgotten.
         unheard: Whether it has to do without a sonar now.
+        weight: An echo counts for this many; on a slow link there are fewer, and from places farther apart.
     """
 
     def __init__(self, robot: RobotTable = USUAL_ROBOT) -> None:
@@ -109,6 +110,7 @@ class OccupancyGrid:
         self.evidence: Grid = np.zeros((CELLS, CELLS), np.float32)
         self.forgotten = 0
         self.unheard = False
+        self.weight = 1.0
         self._time_s = -math.inf
         self._last: tuple[Pose, float] | None = None
 
@@ -128,12 +130,12 @@ class OccupancyGrid:
         window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, reach_mm + 2 * CELL_MM)
         cells = self.evidence[window]
         free = (along < reach_mm - N.margin_mm) & (off_deg <= self._beam_deg)
-        cells[free] = np.maximum(cells[free] - N.free_echo, N.freest)
+        cells[free] = np.maximum(cells[free] - self.weight * N.free_echo, N.freest)
         if range_mm >= N.far_mm or repeated:
             return
         hit = (np.abs(along - range_mm) <= CELL_MM * N.arc_cells) & (off_deg <= min(N.arc_deg, self._beam_deg))
         gain, most = (N.hit_near, N.most) if range_mm <= N.near_mm else (N.hit_far, N.solid - 0.1)
-        cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
+        cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + self.weight * gain, most))
 
     def no_echo(self, pose: Pose) -> None:
         """Update with silence: most likely nothing is near, but smooth surfaces reflect echoes away."""
@@ -144,7 +146,7 @@ class OccupancyGrid:
         window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, N.silent_mm)
         cells = self.evidence[window]
         free = (along < N.silent_mm) & (off_deg <= self._beam_deg)
-        cells[free] = np.maximum(cells[free] - N.free_silent, np.minimum(cells[free], N.freest_silent))
+        cells[free] = np.maximum(cells[free] - self.weight * N.free_silent, np.minimum(cells[free], N.freest_silent))
 
     def seen_past(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         """Update with a line of sight from `start` to `end`: it clears what is only suspected in between."""

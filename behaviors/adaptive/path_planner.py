@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +62,7 @@ class PathPlanner:
     """
 
     def __init__(self, floor: OccupancyGrid, start: Point, speed_mm_s: float) -> None:
+        self._begin = start
         self._window, self._cost = _costs(floor, start)
         i, j = cell(*start)
         self._start = (i - self._window[0].start, j - self._window[1].start)
@@ -76,6 +78,22 @@ class PathPlanner:
         inside = (i >= 0) & (j >= 0) & (i < self._field.shape[0]) & (j < self._field.shape[1])
         seconds = np.full(len(points), np.inf)
         seconds[inside] = self._field[i[inside], j[inside]] * self._pace
+        return seconds
+
+    def seconds_along(self, route: tuple[Point, ...]) -> float:
+        """Return the driving time along waypoints from the start, infinity if something blocks them."""
+        seconds = 0.0
+        for one, other in pairwise((self._begin, *route)):
+            length_mm = math.dist(one, other)
+            share = np.linspace(0.0, 1.0, 2 + int(2 * length_mm / CELL_MM))
+            i, j = (
+                np.floor((a + share * (b - a)) / CELL_MM).astype(np.int64) + CELLS // 2 - part.start
+                for a, b, part in zip(one, other, self._window, strict=True)
+            )
+            rows, columns = self._cost.shape
+            if i.min() < 0 or j.min() < 0 or i.max() >= rows or j.max() >= columns:
+                return math.inf
+            seconds += float(np.mean(self._cost[i, j])) * length_mm / CELL_MM * self._pace
         return seconds
 
     @property

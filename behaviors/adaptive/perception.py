@@ -26,6 +26,8 @@ class PerceptionNumbers:
         lost_frames: A target is lost only after this many frames without it.
         longest_step_s: What takes longer is a pause.
         deaf_share: Share of its speed at which the robot drives while the sonar seems dead.
+        slow_step_s: Where a look at brick and camera takes longer than this, the link is slow,
+        burst: and this many frames are looked at each time: a frame takes little compared with a round trip.
     """
 
     unheard_mm: float = 150.0
@@ -34,6 +36,8 @@ class PerceptionNumbers:
     lost_frames: float = 4.0
     longest_step_s: float = 2.0
     deaf_share: float = 0.6
+    slow_step_s: float = 0.45
+    burst: int = 3
 
 
 N = PerceptionNumbers()
@@ -45,13 +49,15 @@ class Observation:
 
     Attributes:
         time_s: When.
-        sighting: Of the present target, or None.
+        sighting: Of the present target, the newest one; or None.
         range_mm: The sonar's echo, or None.
+        frames: For each frame, oldest first, whether it showed the present target.
     """
 
     time_s: float
     sighting: Sighting | None
     range_mm: float | None
+    frames: tuple[bool, ...]
 
 
 def unheard_blocker(range_mm: float | None = None, *, hides: bool = False) -> Blocker:
@@ -93,8 +99,13 @@ class Perception:
         """Present time on the mission's clock."""
         return self.context.clock.now()
 
+    @property
+    def frames(self) -> int:
+        """How many frames are looked at in each step: several on a slow link."""
+        return N.burst if self._step_s > N.slow_step_s else 1
+
     def step(self) -> Observation:
-        """Look at the next frame, listen for an echo, and update the world model.
+        """Look at the next frame or frames, listen for an echo, and update the world model.
 
         Raises:
             TimeUp: The mission's time is over.
@@ -103,7 +114,7 @@ class Perception:
         context = self.context
         context.check_time()
         looked_for = [self.target, *self._others()]
-        glimpse = context.eyes.glance(looked_for)
+        glimpses = [context.eyes.glance(looked_for) for _ in range(self.frames)]
         range_mm = context.body.range_mm()
         pose = context.body.pose()
         now_s = self.now()
@@ -111,10 +122,14 @@ class Perception:
             self._step_s += (now_s - self._looked_s - self._step_s) / 2
         self._looked_s = now_s
         self._range_mm = range_mm = self.sonar.believed(now_s, pose, range_mm)
-        seen = self.world.perceive(now_s, pose, range_mm, looked_for, glimpse, hears=not self.sonar.deaf)
-        sighting = seen.get(self.target)
-        note_look(context, pose, range_mm, sighting)
-        return Observation(now_s, sighting, range_mm)
+        self.world.floor.weight = float(len(glimpses))
+        first, *further = glimpses
+        seen = [self.world.perceive(now_s, pose, range_mm, looked_for, first, hears=not self.sonar.deaf)]
+        seen += [self.world.look(looked_for, each, range_mm) for each in further]
+        sightings = [each.get(self.target) for each in seen]
+        newest = next(filter(None, reversed(sightings)), None)
+        note_look(context, pose, range_mm, newest)
+        return Observation(now_s, newest, range_mm, tuple(each is not None for each in sightings))
 
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
         """Drive on as `Body.drive` does, slower without a sonar and on a slow link.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from behaviors.adaptive.perception import Perception, unheard_blocker
@@ -17,6 +18,7 @@ class ScanNumbers:
 
     Attributes:
         step_deg: The robot turns no more than this between two frames, so that neighbouring frames show the same thing.
+        burst_step_deg: No more than this between two looks at several frames each, as on a slow link.
         slowest_deg_s: It turns no slower, however slow the link.
         full_deg: An arc this wide is a full turn; the width of a frame covers the rest.
         known_deg: A target is first looked for where it is remembered, this far to either side.
@@ -31,6 +33,7 @@ class ScanNumbers:
     """
 
     step_deg: float = 6.0
+    burst_step_deg: float = 24.0
     slowest_deg_s: float = 10.0
     full_deg: float = 330.0
     known_deg: float = 25.0
@@ -78,8 +81,8 @@ class ScanSkill:
         bearing_deg, distance_mm = perception.world.polar_to(known.place)
         if distance_mm > N.remembered_share * perception.world.detection_range_mm[perception.target]:
             return None
-        perception.context.body.turn(bearing_deg - perception.world.camera.yaw_deg)
-        fact = self._rest() or self._sweep(N.known_deg) or self._sweep(-2 * N.known_deg)
+        fact = self._face(bearing_deg - perception.world.camera.yaw_deg)
+        fact = fact or self._rest() or self._sweep(N.known_deg) or self._sweep(-2 * N.known_deg)
         if fact is None:
             perception.world.reconsider(perception.target)
         return fact
@@ -107,13 +110,19 @@ class ScanSkill:
             first_deg, sweep_deg = to_begin, width_deg
         else:
             first_deg, sweep_deg = to_end, -width_deg
-        if abs(first_deg) > N.aim_deg:
-            perception.context.body.turn(first_deg)
-        return self._rest() or self._sweep(sweep_deg)
+        fact = self._face(first_deg) if abs(first_deg) > N.aim_deg else None
+        return fact or self._rest() or self._sweep(sweep_deg)
+
+    def _face(self, angle_deg: float) -> Fact | None:
+        """Turn to where looking begins; on a slow link while looking, since there an exact turn takes longer."""
+        if self._perception.frames > 1:
+            return self._sweep(angle_deg)
+        self._perception.context.body.turn(angle_deg)
+        return None
 
     def _rest(self) -> Fact | None:
         """Look at a few frames at rest, for what is in view already."""
-        for _ in range(N.frames_at_rest):
+        for _ in range(math.ceil(N.frames_at_rest / self._perception.frames)):
             if (fact := self._see()) is not None:
                 return fact
         return None
@@ -137,8 +146,9 @@ class ScanSkill:
                 turned = {"turned_deg": sign * (heading_deg - start_deg)}
                 return Failure(Event.SEARCH_FAILED, Reason.NO_PROGRESS, turned, blocker=unheard_blocker())
             # on a slow link steps take longer: turn slower
+            step_deg = N.burst_step_deg if perception.frames > 1 else N.step_deg
             self._rate_deg_s = max(
-                N.slowest_deg_s, min(perception.profile.scan_deg_s, N.step_deg / max(0.01, now_s - then_s))
+                N.slowest_deg_s, min(perception.profile.scan_deg_s, step_deg / max(0.01, now_s - then_s))
             )
             then_s = now_s
         return None

@@ -184,8 +184,6 @@ class WorldModel:
         self._now_s = now_s
         self.trail.add(now_s, pose)
         self.echoes.add(now_s, pose, range_mm)
-        seen = {name: self.scale.corrected(sighting) for name, sighting in glance.seen.items()}
-        believed = {name: sighting for name, sighting in seen.items() if self._believes(sighting)}
         self._renew(now_s)
         self.floor.fade(now_s)
         self.floor.stands_on(pose)
@@ -194,6 +192,12 @@ class WorldModel:
             self.floor.echo(pose, range_mm)
         elif hears:
             self.floor.no_echo(pose)
+        return self.look(looked_for, glance, range_mm)
+
+    def look(self, looked_for: Sequence[str], glance: Glimpse, range_mm: float | None) -> Mapping[str, Sighting]:
+        """Update with a further frame, taken no later than the last echo and pose; returns as `perceive` does."""
+        seen = {name: self.scale.corrected(sighting) for name, sighting in glance.seen.items()}
+        believed = {name: sighting for name, sighting in seen.items() if self._believes(sighting)}
         for target in looked_for:
             if target in believed:
                 self._see(target, believed[target])

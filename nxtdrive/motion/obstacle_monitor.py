@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 
 from behaviors.ports import Pose, StopReason
 from firmware_protocol.errors import BrickError
@@ -12,9 +13,11 @@ from nxtdrive.motion.sensor_health import FAILURES, SensorHealth
 from nxtdrive.sensors import Touch, Ultrasonic
 
 FRESH_S = 0.3
-"""Oldest echo that may decide whether a motion begins."""
+"""Oldest echo that may decide whether a motion begins, or stand for a new measurement."""
 FORGOTTEN_S = 1.0
 """An echo older than this is ignored, and a measurement that takes longer is lost; the link's latency is added."""
+POLLS = 2
+"""A measurement is fetched this often before it is dropped: the first request may come while the bus is busy."""
 TRIPS = 8
 """Round trips from the start of a measurement to the end of the next: wheels, bumper, wheels, sonar, twice."""
 
@@ -92,6 +95,14 @@ class ObstacleMonitor:
         if not sonar.ready:
             sonar.set_up()
         asked_s = self._link.now()
+        if self._asked is not None and asked_s - self._asked.time_s <= FRESH_S:
+            # to drop a measurement that has just been started would take two more round trips
+            with suppress(BrickError):
+                for _ in range(POLLS):
+                    there, distance_mm = sonar.poll()
+                    if there:
+                        self._echo, self._asked = replace(self._asked, distance_mm=distance_mm), None
+                        return distance_mm
         self._echo, self._asked = Echo(sonar.distance_mm, asked_s, pose), None
         return self._echo.distance_mm
 

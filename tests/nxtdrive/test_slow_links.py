@@ -176,3 +176,18 @@ def test_radio_links_get_more_time_unless_it_is_specified(max_telegram, limit_s)
         assert brick.link.timeout_s == limit_s
     with Brick(SimTransport(Simulation("open")), timeout_s=0.3) as brick:
         assert brick.link.timeout_s == 0.3
+
+
+@SLOW
+def test_the_range_takes_one_round_trip_even_when_the_safety_stop_has_just_asked(latency_ms):
+    with Brick(SimTransport(Simulation("open"), latency_ms=latency_ms)) as brick:
+        rover = Rover(brick.link)
+        rover.range_mm()
+        took_s = []
+        for _ in range(6):
+            rover.drive(50, 0)
+            brick.sleep(0.05)
+            begun_s = brick.now()
+            rover.range_mm()
+            took_s.append(brick.now() - begun_s)
+    assert max(took_s) < 1.5 * latency_ms / 1000

@@ -1,0 +1,108 @@
+"""On a link on which each request takes 0.3 s the robot looks at more frames, turns on, and keeps to its path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from behaviors.adaptive.follow_path import FollowPathSkill
+from behaviors.adaptive.follow_path import N as PATH
+from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.occupancy_grid import OccupancyGrid, cell
+from behaviors.adaptive.path_planner import PathPlanner
+from behaviors.adaptive.perception import N, Perception
+from behaviors.adaptive.scan import ScanSkill
+from behaviors.events import Event, Fact, Reason
+from behaviors.ports import Pose
+from behaviors.profiles.adaptive import AdaptiveProfile
+from behaviors.skills import SkillContext
+from behaviors.target_queue import TargetQueue
+from nxtdrive.brick import Brick
+from nxtdrive.tools.sweep.robot import GEOMETRIC, build_robot
+from nxtdrive.tools.sweep.scenarios import draw_scenario
+from nxtdrive.transports.sim import SimTransport
+from sim_backend.simulation import Simulation
+
+SLOW_MS = 300.0
+MakePerception = Callable[[float], Perception]
+
+
+@pytest.fixture(name="perceive")
+def _perceive() -> Iterator[tuple[MakePerception, list[Fact]]]:
+    """A robot in a room without its first target, on a link of some latency; and what it reports."""
+    bricks: list[Brick] = []
+    facts: list[Fact] = []
+
+    def make(latency_ms: float) -> Perception:
+        scenario = draw_scenario("absent", 100)
+        simulation = Simulation(scenario.world, seed=100)
+        brick = Brick(SimTransport(simulation, latency_ms=latency_ms))
+        bricks.append(brick)
+        robot = build_robot(scenario, simulation, brick, GEOMETRIC, [])
+        context = SkillContext(
+            robot.body, robot.eyes, robot.clock, robot.mission.thesis, lambda *_, **__: None, facts.append
+        )
+        return AdaptiveProfile(context, robot.mission, TargetQueue(robot.mission.mission.targets))._perception
+
+    yield make, facts
+    for brick in bricks:
+        brick.close()
+
+
+@pytest.mark.parametrize(("latency_ms", "frames"), [(2.0, 1), (65.0, 1), (SLOW_MS, N.burst)])
+def test_on_a_slow_link_each_step_looks_at_several_frames(perceive, latency_ms, frames):
+    perception = perceive[0](latency_ms)
+    for _ in range(5):
+        perception.drive(0.0, 1.0)
+        observation = perception.step()
+    assert len(observation.frames) == frames
+    assert perception.world.floor.weight == frames
+
+
+def test_a_look_round_over_a_slow_link_takes_less_than_twice_as_long(perceive):
+    took_s = []
+    for latency_ms in (2.0, SLOW_MS):
+        perception = perceive[0](latency_ms)
+        for _ in range(3):
+            perception.step()
+        begun_s = perception.now()
+        assert ScanSkill(perception).call().event is Event.SEARCH_FAILED
+        took_s.append(perception.now() - begun_s)
+    assert took_s[1] < 2.0 * took_s[0]
+
+
+def test_an_echo_over_a_slow_link_clears_as_much_as_several_from_nearby_over_a_fast_one():
+    fast, slow = OccupancyGrid(), OccupancyGrid()
+    slow.weight = 3.0
+    slow.no_echo(Pose())
+    for heading_deg in (-3.0, 0.0, 3.0):
+        fast.no_echo(Pose(heading_deg=heading_deg))
+    place = cell(600.0, 0.0)
+    assert slow.evidence[place] == pytest.approx(fast.evidence[place]) == pytest.approx(-3 * GRID.free_silent)
+
+
+def test_a_path_takes_as_long_as_the_best_one_unless_something_blocks_it():
+    floor = OccupancyGrid()
+    for x_mm in np.arange(0.0, 1500.0, 50.0):
+        floor.stands_on(Pose(x_mm))
+    end = (1400.0, 0.0)
+    planner = PathPlanner(floor, (0.0, 0.0), 200.0)
+    assert planner.seconds_along((end,)) == pytest.approx(float(planner.seconds_to(np.array([end]))[0]), rel=0.1)
+    floor.block(Pose(500.0), 0.0)
+    assert PathPlanner(floor, (0.0, 0.0), 200.0).seconds_along((end,)) == math.inf
+    assert planner.seconds_along(((90_000.0, 0.0),)) == math.inf
+
+
+def test_a_path_that_is_hardly_worse_than_the_best_is_kept(perceive):
+    make, facts = perceive
+    perception = make(2.0)
+    perception.step()
+    x_mm, y_mm = perception.world.here
+    goal = x_mm - 300.0, y_mm
+    route = ((x_mm - 150.0, y_mm + 20.0), goal)
+    FollowPathSkill(perception, route).call()
+    assert PATH.kept > 1.0
+    assert not [fact for fact in facts if fact.reason is Reason.PATH_RENEWED]
