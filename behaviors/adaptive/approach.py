@@ -95,6 +95,7 @@ class ApproachSkill:
         self._oblique = False
         self._blocked_echoes = 0
         self._echo: tuple[float, float] | None = None
+        self._heard = True
         self._contradictions = 0
         self._stood_s: float | None = None
         self._rested = 0
@@ -102,10 +103,11 @@ class ApproachSkill:
 
     @property
     def _arrive_mm(self) -> float:
-        """From how near a stop counts as far as the camera is known."""
-        assured_mm = self._perception.world.scale.assured_mm(
-            self._perception.target, self._perception.profile.arrive_mm
-        )
+        """From how near a stop counts as far as the camera is known, or from where the target fills the frame."""
+        target, arrive_mm = self._perception.target, self._perception.profile.arrive_mm
+        world = self._perception.world
+        fills_mm = min(arrive_mm, world.scale.factor(target) * world.fills_mm[target])
+        assured_mm = max(fills_mm, world.scale.assured_mm(target, arrive_mm, heard=self._heard))
         return N.hysteresis * assured_mm if self._stands else assured_mm
 
     def call(self) -> Fact:
@@ -165,6 +167,9 @@ class ApproachSkill:
         sighting = observation.sighting
         if observation.range_mm is not None:
             self._echo = (observation.time_s, observation.range_mm)
+        if sighting is not None:
+            echo_mm = self._echo_of(sighting, observation.time_s)
+            self._heard = echo_mm is not None
         if self._verifier.verdict is Verdict.MISTAKEN:
             return self._mistaken(observation)
         if sighting is None or self._farthest_mm(sighting, observation.time_s) > self._arrive_mm:
@@ -176,7 +181,7 @@ class ApproachSkill:
             return None
         if self._rested < N.checks:
             return None
-        if self._contradicted(sighting, echo_mm := self._echo_of(sighting, observation.time_s)):
+        if self._contradicted(sighting, echo_mm):
             return self._mismatch(sighting, echo_mm)
         scale = round(self._perception.world.scale.factor(self._perception.target), 3)
         measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds, "scale": scale}
@@ -192,9 +197,9 @@ class ApproachSkill:
         """Return how far away the target is at most, by its size and by the sonar.
 
         An echo from farther away than the target looks may be of what is behind it; but then the size says enough from
-        a little nearer.
+        a little nearer. So may an echo from a slanted print, which throws most of the sound aside.
         """
-        echo_mm = self._echo_of(sighting, now_s)
+        echo_mm = self._echo_ahead(sighting, now_s)
         if echo_mm is None or self._contradicted(sighting, echo_mm):
             return sighting.distance_mm
         heard_mm = echo_mm + self._perception.world.scale.sonar_ahead_mm
@@ -202,10 +207,14 @@ class ApproachSkill:
 
     def _echo_of(self, sighting: Sighting, now_s: float) -> float | None:
         """Return the echo from where the target is seen; None if the sonar has nothing to say about that."""
+        # a slanted print throws hardly any echo back
+        return None if self._oblique else self._echo_ahead(sighting, now_s)
+
+    def _echo_ahead(self, sighting: Sighting, now_s: float) -> float | None:
+        """Return the last echo, if there is one and the target is within the sonar's beam."""
         if self._echo is None or now_s - self._echo[0] > N.echo_s:
             return None
-        # a slanted print throws no echo back, and the sonar does not hear what is beside its beam
-        return None if self._oblique or abs(sighting.bearing_deg) > N.ahead_deg else self._echo[1]
+        return None if abs(sighting.bearing_deg) > N.ahead_deg else self._echo[1]
 
     def _mismatch(self, sighting: Sighting, echo_mm: float | None) -> Failure | None:
         """Stand and listen again before the arrival fails: what is there has another size than the target."""

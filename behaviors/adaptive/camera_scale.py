@@ -37,6 +37,8 @@ class ScaleNumbers:
         stretch_mm: A picture's growth is measured over a stretch of this length,
         longest_mm: and up to this length, since wheels slip.
         straight_deg: On which the robot turns no more than this.
+        unheard_sd: The factor is no better known than this for a stop that no echo confirms: wheels are wrong by
+            up to 8 %, and so is what was learned by driving.
         sure: A stop may be this much farther away than it should be, with a chance of about 2 %.
     """
 
@@ -55,6 +57,7 @@ class ScaleNumbers:
     stretch_mm: float = 250.0
     longest_mm: float = 800.0
     straight_deg: float = 15.0
+    unheard_sd: float = 0.09
     sure: float = 1.1
 
 
@@ -117,9 +120,16 @@ class CameraScale:
         """Return by what distances by the size of a target have to be multiplied."""
         return self._of(target).factor
 
-    def assured_mm(self, target: str, arrive_mm: float) -> float:
-        """Return from how near a stop for a target counts: nearer than asked while the factor is uncertain."""
-        return arrive_mm * min(1.0, N.sure * math.exp(-2.0 * math.sqrt(self._of(target).variance)))
+    def assured_mm(self, target: str, arrive_mm: float, *, heard: bool = True) -> float:
+        """Return from how near a stop for a target counts: nearer than asked while the factor is uncertain.
+
+        Args:
+            target: Its name.
+            arrive_mm: What is asked.
+            heard: Whether an echo confirms the distance.
+        """
+        sd = math.sqrt(self._of(target).variance)
+        return arrive_mm * min(1.0, N.sure * math.exp(-2.0 * (sd if heard else max(sd, N.unheard_sd))))
 
     def learn(self, sighting: Sighting, pose: Pose, range_mm: float | None) -> None:
         """Update with a distance by size as measured.

@@ -31,6 +31,7 @@ class WorldNumbers:
         farthest_mm: No detector finds a target from farther away, at 320 x 240 pixels. Source: docs/vision.md section
             1.2, from the front.
         half_view_share: A target nearer to the frame's edge than this share of the field of view is partly outside.
+        fills_share: A target that takes this share of the frame's height fills it; frames are 4:3.
         renew_every_s: Beliefs age in steps of this time.
         new_look_s: A sighting this long after the last one is new evidence, not the same look again.
         settles: Weight of a new sighting in the estimate of a target's place, 0..1.
@@ -52,6 +53,7 @@ class WorldNumbers:
 
     farthest_mm: float = 4500.0
     half_view_share: float = 0.42
+    fills_share: float = 0.85
     renew_every_s: float = 5.0
     new_look_s: float = 1.0
     settles: float = 0.4
@@ -121,6 +123,7 @@ class WorldModel:
         blocker: What was in the way at the last failure, if anything.
         paths: All paths from where the robot was at the last failure.
         half_view_deg: Half the angle of view in which a target is wholly in the frame.
+        fills_mm: From how near each target fills the frame, by its size as it is believed.
         detection_range_mm: How far away each target's detector finds it in good light, by name.
     """
 
@@ -140,6 +143,8 @@ class WorldModel:
             name: min(N.farthest_mm, target.height_mm * RANGE_HEIGHTS[target.detector])
             for name, target in mission.target.items()
         }
+        slope = N.fills_share * 3 / 4 * math.tan(math.radians(mission.camera.hfov_deg) / 2)
+        self.fills_mm = {name: target.height_mm / 2 / slope for name, target in mission.target.items()}
         self.beliefs = {
             name: Belief(self.detection_range_mm[name], self.half_view_deg) for name in mission.mission.targets
         }

@@ -33,7 +33,7 @@ def test_a_target_that_is_higher_than_its_mission_says_is_not_reached_from_afar(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("height_mm", [100.0, 150.0, 2 * TRUE_HEIGHT_MM])
+@pytest.mark.parametrize("height_mm", [120.0, 150.0, 2 * TRUE_HEIGHT_MM])
 def test_a_stop_before_a_target_of_another_height_is_at_the_target(perform, mission_for, height_mm):
     done = perform("open", _mission(mission_for("lena"), height_mm, time_limit_s=60.0))
     assert done.report.achieved
@@ -58,3 +58,12 @@ def test_a_mission_may_tolerate_an_echo_from_behind_the_target(perform, mission_
 @pytest.mark.slow
 def test_the_thesis_arrives_by_apparent_size_alone(perform, mission_for):
     assert perform("open", _mission(mission_for("lena"), 20.0, "thesis")).report.achieved
+
+
+@pytest.mark.slow
+def test_a_print_that_fills_the_frame_is_reached_without_a_sonar(perform, mission_for):
+    mission = _mission(mission_for("lena"), TRUE_HEIGHT_MM, time_limit_s=60.0)
+    mission = mission.model_copy(update={"robot": mission.robot.model_copy(update={"ultrasonic": 0})})
+    done = perform("open", mission)
+    assert done.report.achieved
+    assert 2400.0 - 500.0 < done.track[-1][1].x_mm + LENS_FORWARD_MM < 2400.0 - 200.0

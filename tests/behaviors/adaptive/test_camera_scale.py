@@ -68,3 +68,14 @@ def test_what_is_aside_says_nothing_and_before_anything_is_measured_the_robot_go
     scale.learn(_sighting(800.0, bearing_deg=20.0), Pose(), 400.0)
     assert _factor(scale) == 1.0
     assert 0.8 * ARRIVE_MM < scale.assured_mm("door", ARRIVE_MM) < ARRIVE_MM
+
+
+@pytest.mark.parametrize("factor", FACTORS)
+@pytest.mark.parametrize("wheels", [0.92, 1.08])
+def test_where_no_echo_confirms_a_stop_the_robot_goes_nearer_by_as_much_as_wheels_may_be_wrong(factor, wheels):
+    scale = CameraScale(AHEAD_MM)
+    for target in ("door", "window"):
+        _approach(scale, factor, wheels, hears=False, target=target)
+        unheard_mm = scale.assured_mm(target, ARRIVE_MM, heard=False)
+        assert unheard_mm < scale.assured_mm(target, ARRIVE_MM)
+        assert unheard_mm * factor / _factor(scale, target) <= 1.08 * ARRIVE_MM
