@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 from pydantic import TypeAdapter
 
 from behaviors.events import Reason
 from behaviors.failures import Blocker
+from behaviors.journal import plain
 from behaviors.ports import Point
 
 
@@ -129,7 +130,12 @@ def evidence_from(target: str, known: Mapping[str, Any]) -> Evidence:
     return _adapter().validate_python({**values, "target": target})
 
 
+def as_recorded(evidence: Evidence) -> Evidence:
+    """Return the evidence as a journal has it, with rounded numbers, so that the choice follows from the journal."""
+    return evidence_from(evidence.target, cast("dict[str, Any]", plain(evidence.known())))
+
+
 @cache
 def _adapter() -> TypeAdapter[Evidence]:
-    """Return the reader of evidence; it takes 12 ms to make, which only readers of journals shall wait for."""
+    """Return the reader of evidence; it takes 12 ms to make, which no program shall wait for at its start."""
     return TypeAdapter(Evidence)

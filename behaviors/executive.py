@@ -15,7 +15,7 @@ from typing import Any, cast
 
 from behaviors.chart import MISSION_STATES, MissionChart
 from behaviors.events import Event, Fact, Reason
-from behaviors.evidence import Evidence
+from behaviors.evidence import Evidence, as_recorded
 from behaviors.failures import Failure
 from behaviors.journal import JOURNAL_FORMAT, Kind, Observer, Record, plain
 from behaviors.mission import Mission
@@ -257,9 +257,8 @@ class Executive:
         self.note(Kind.CALL, verb="select")
         self.note(Kind.REPLY, verb="select", value=int(self._exist))
         self._profile.learn(self._failure)
-        evidence = self._profile.evidence(
-            Evidence(self._queue.target, self._failure.reason, self._exist, self._researches)
-        )
+        basis = Evidence(self._queue.target, self._failure.reason, self._exist, self._researches)
+        evidence = as_recorded(self._profile.evidence(basis))
         choice = self._profile.select(evidence)
         self.note(Kind.CHOICE, **choice.record(), evidence=evidence.known())
         return choice
