@@ -84,7 +84,7 @@ class Lens:
         smear = self.smear_px(turn_rate_deg_s)
         frame = image
         if smear > 0.5:
-            frame = np.asarray(cv2.filter2D(frame, -1, _smear_kernel(smear), borderType=cv2.BORDER_REPLICATE), np.uint8)
+            frame = np.asarray(cv2.filter2D(frame, -1, smear_kernel(smear), borderType=cv2.BORDER_REPLICATE), np.uint8)
         if self.effects.softness_px:
             frame = np.asarray(cv2.GaussianBlur(frame, (5, 5), self.effects.softness_px), np.uint8)
         return frame
@@ -104,8 +104,8 @@ class Lens:
         return np.asarray(cv2.subtract(cv2.add(frame, self._brighter[window]), self._darker[window]), np.uint8)
 
 
-def _smear_kernel(length_px: float) -> NDArray[np.float32]:
-    """A horizontal box kernel of `length_px`; its ends are weighted by their coverage of the pixel."""
+def smear_kernel(length_px: float) -> NDArray[np.float32]:
+    """Return a horizontal box kernel of `length_px`; its ends are weighted by their coverage of the pixel."""
     reach = math.ceil((length_px - 1.0) / 2.0)
     kernel = np.ones((1, 2 * reach + 1), np.float32)
     kernel[0, 0] = kernel[0, -1] = (length_px - (2 * reach - 1)) / 2.0

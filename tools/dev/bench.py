@@ -175,9 +175,9 @@ def measure_protocol() -> Iterable[Figure]:
     yield Figure("encode GetOutputState", _microseconds(command.encode), "µs")
     yield Figure("decode its reply", _microseconds(lambda: GetOutputState.decode_reply(answer)), "µs")
     yield Figure("request of a motor's state over a null transport", request_us, "µs", peer=peer_us)
-    yield _at_most("request / bare struct", request_us / floor_us, "x", 8.0)
+    yield at_most("request / bare struct", request_us / floor_us, "x", 8.0)
     if peer_us is not None:
-        yield _at_most("request / nxt-python", request_us / peer_us, "x", 0.35)
+        yield at_most("request / nxt-python", request_us / peer_us, "x", 0.35)
 
 
 NXT_PYTHON = """
@@ -200,10 +200,8 @@ print(statistics.median(rounds))
 
 def measure_import() -> Iterable[Figure]:
     """Measure the CPU time of importing the driver without the interpreter's own; modules load on first use."""
-    yield _at_most("import nxtdrive, CPU", _import_cpu_ms("import nxtdrive"), "ms", 60.0)
-    yield _at_most(
-        "from nxtdrive import open_brick, CPU", _import_cpu_ms("from nxtdrive import open_brick"), "ms", 45.0
-    )
+    yield at_most("import nxtdrive, CPU", _import_cpu_ms("import nxtdrive"), "ms", 60.0)
+    yield at_most("from nxtdrive import open_brick, CPU", _import_cpu_ms("from nxtdrive import open_brick"), "ms", 45.0)
 
 
 def _import_cpu_ms(statement: str) -> float:
@@ -223,7 +221,7 @@ def measure_simulation() -> Iterable[Figure]:
         wall_s = time.perf_counter() - begun
         yield Figure(f"built-in mission with {name}: simulated time", report.duration_s, "s")
         yield Figure(f"built-in mission with {name}: wall time", wall_s, "s")
-        yield _at_least(f"simulated / wall time with {name}", report.duration_s / wall_s, "x", goal)
+        yield at_least(f"simulated / wall time with {name}", report.duration_s / wall_s, "x", goal)
 
 
 def perform_built_in_mission(camera: str) -> Report:
@@ -266,9 +264,11 @@ def measure_detectors() -> Iterable[Figure]:
             yield Figure(f"detector {name}, {size[0]}x{size[1]}", took_us / 1000, "ms/frame")
 
 
-def _at_most(name: str, value: float, unit: str, goal: float) -> Figure:
+def at_most(name: str, value: float, unit: str, goal: float) -> Figure:
+    """Return a figure that is good when it is small."""
     return Figure(name, value, unit, f"<= {goal:g}", value <= goal)
 
 
-def _at_least(name: str, value: float, unit: str, goal: float) -> Figure:
+def at_least(name: str, value: float, unit: str, goal: float) -> Figure:
+    """Return a figure that is good when it is large."""
     return Figure(name, value, unit, f">= {goal:g}", value >= goal)

@@ -30,7 +30,7 @@ from ..web.hub import FRAME, Hub
 from ..web.missions import Missions
 from ..web.robot import Robot
 from ..web.runs import Runs
-from .bench import Figure
+from .bench import Figure, at_most
 
 T = TypeVar("T")
 SECONDS = 10.0
@@ -125,17 +125,17 @@ def measure_web(*, seconds: float = SECONDS, drives: int = DRIVES) -> Iterable[F
             clients += more
             percent, seen = _cpu_percent(partial(_client, WATCH, url, clients, seconds))
             yield Figure(f"page, CPU of robot and server, clients: {clients}", percent, "%")
-            yield _at_most(f"page, CPU added by clients: {more} more", percent - before, "%", most)
+            yield at_most(f"page, CPU added by clients: {more} more", percent - before, "%", most)
             before = percent
             delays_ms = [(at_s - hub.frames[int(number)]) * 1000 for number, at_s in seen if number in hub.frames]
             yield Figure(f"page, pictures a second, clients: {clients}", len(seen) / seconds, "1/s")
             p50, p95 = statistics.median(delays_ms), statistics.quantiles(delays_ms, n=20)[-1]
-            yield _at_most(f"page, delay of a picture p50, clients: {clients}", p50, "ms", DELAY_P50_MS)
-            yield _at_most(f"page, delay of a picture p95, clients: {clients}", p95, "ms", DELAY_P95_MS)
+            yield at_most(f"page, delay of a picture p50, clients: {clients}", p50, "ms", DELAY_P50_MS)
+            yield at_most(f"page, delay of a picture p95, clients: {clients}", p95, "ms", DELAY_P95_MS)
         yield _joystick(url, drives, telegrams)
-    yield _at_most("extra web, installed, without bytecode", installed_mb("web"), "MB", SIZE_MB)
-    yield _at_most("modules of the extra web that `import nxtdrive` loads", _loaded("import nxtdrive"), "", 0)
-    yield _at_most(
+    yield at_most("extra web, installed, without bytecode", installed_mb("web"), "MB", SIZE_MB)
+    yield at_most("modules of the extra web that `import nxtdrive` loads", _loaded("import nxtdrive"), "", 0)
+    yield at_most(
         "modules of the extra web that `nxtdrive list` loads", _loaded("import nxtdrive.cli.list_bricks"), "", 0
     )
 
@@ -144,7 +144,7 @@ def _joystick(url: str, drives: int, telegrams: list[float]) -> Figure:
     sent, latency_ms = _client(DRIVE, url, drives)
     delays_ms = [(min(at for at in telegrams if at >= begun) - begun) * 1000 for begun in sent]
     above = statistics.median(delays_ms) - statistics.median(latency_ms)
-    return _at_most("joystick message to telegram p50, above the link's latency", above, "ms", JOYSTICK_MS)
+    return at_most("joystick message to telegram p50, above the link's latency", above, "ms", JOYSTICK_MS)
 
 
 @contextmanager
@@ -209,7 +209,3 @@ def _loaded(statement: str) -> int:
     code = f"import sys; {statement}; print(sum(name.split('.')[0] in {packages} for name in sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)  # noqa: S603 - our own interpreter
     return int(done.stdout)
-
-
-def _at_most(name: str, value: float, unit: str, goal: float) -> Figure:
-    return Figure(name, value, unit, f"<= {goal:g}", value <= goal)

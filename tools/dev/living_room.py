@@ -1,6 +1,7 @@
 """Measure the detectors with twenty prints in the conditions of a living room.
 
-    python -m tools.dev.living_room [--frames 10] [--rooms 1000] [--only fox,map] [--half tune|report] [--detector haar]
+    python -m tools.dev.living_room [--frames 10] [--rooms 1000] [--only fox,map]
+        [--conditions "roll 15,glare"] [--seeds tune|report] [--detector haar]
 
 For every print and condition: the range, which is the distance up to which 90 % of the frames find the print where it
 is. Each condition is applied to the same rendered frames, so that only the condition differs. The tables of
@@ -29,7 +30,7 @@ from nxtdrive.vision.detection import Detection, Detector
 from nxtdrive.vision.detectors import make_detector
 from nxtdrive.vision.geometry import A4_HEIGHT_MM, Pinhole
 from nxtdrive.vision.sources import read_image
-from sim_backend.camera.lens import PERFECT
+from sim_backend.camera.lens import PERFECT, smear_kernel
 from sim_backend.camera.textures import Image
 
 from .detector_ranges import Rooms
@@ -128,7 +129,7 @@ def taken(shot: Shot, camera: Camera, rng: random.Random, width_share: float) ->
     frame = frame[MARGIN[1] : MARGIN[1] + SIZE[1], MARGIN[0] : MARGIN[0] + SIZE[0]]
     light = cv2.GaussianBlur(frame, (5, 5), 0.6).astype(np.float32)
     if camera.smear_px:
-        light = np.asarray(cv2.filter2D(light, -1, _smear(camera.smear_px)), np.float32)
+        light = np.asarray(cv2.filter2D(light, -1, smear_kernel(camera.smear_px)), np.float32)
     noise = np.random.default_rng(rng.randrange(1 << 30)).normal(0, 4.0, light.shape)
     seen = (light * np.array(camera.gain, np.float32) + noise).clip(0, 255).astype(np.uint8)
     packed = cv2.imencode(".jpg", seen, [cv2.IMWRITE_JPEG_QUALITY, camera.jpeg])[1]
@@ -148,13 +149,6 @@ def _glared(shot: Shot, camera: Camera, rng: random.Random, width_share: float) 
     mask = np.asarray(cv2.GaussianBlur(mask, (0, 0), max(0.5, 0.1 * radius)), np.float32)
     white = 255.0 / min(1.0, *camera.gain)
     return np.asarray(shot.image + mask[:, :, None] * (white - shot.image), np.float32)
-
-
-def _smear(length_px: float) -> cv2.typing.MatLike:
-    reach = math.ceil((length_px - 1) / 2)
-    kernel: cv2.typing.MatLike = np.ones((1, 2 * reach + 1), np.float32)
-    kernel[0, [0, -1]] = (length_px - 2 * reach + 1) / 2
-    return np.asarray(kernel / kernel.sum(), np.float32)
 
 
 class LivingRoom:
