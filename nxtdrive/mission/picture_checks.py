@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 from itertools import permutations
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.mission.truth import shows
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.detectors.picture import PictureDetector, check_picture
-from nxtdrive.vision.detectors.prospect import USUAL_HEIGHT_PX, prospect
+from nxtdrive.vision.detectors.prospect import USUAL_HEIGHT_PX, Prospect, prospect
 from nxtdrive.vision.geometry import Pinhole
 from nxtdrive.vision.sources import read_image
 
@@ -30,10 +31,10 @@ def picture_warnings(mission: Mission) -> Iterator[str]:
     for name in dict.fromkeys(mission.mission.targets):
         target = mission.target[name]
         files = target.pictures if isinstance(target, PictureTarget) else []
-        usable = [image for file in files if (image := _usable(file)) is not None]
-        if usable:
-            pictures[name] = usable
-            yield from _hard_to_find(mission, name, usable)
+        tried = [found for file in files if (found := _tried(file)) is not None]
+        if tried:
+            pictures[name] = [image for image, _ in tried]
+            yield from _hard_to_find(mission, name, [expected for _, expected in tried])
     detectors = {name: PictureDetector(images) for name, images in pictures.items()} if len(pictures) > 1 else {}
     for name, other in permutations(pictures, 2):
         if any(shows(front, detectors[name]) for front in pictures[other]):
@@ -43,18 +44,25 @@ def picture_warnings(mission: Mission) -> Iterator[str]:
             )
 
 
-def _usable(file: str) -> Image | None:
+def _tried(file: str) -> tuple[Image, Prospect] | None:
+    """Return a photograph and what to expect of it; None if it cannot be used."""
     try:
-        image = read_image(Path(file))
-        check_picture(image)
-    except (CameraError, ConfigError):
+        stat = Path(file).stat()
+        return _prospect_of(file, stat.st_mtime_ns, stat.st_size)
+    except (OSError, CameraError, ConfigError):
         return None
-    return image
 
 
-def _hard_to_find(mission: Mission, name: str, pictures: list[Image]) -> Iterator[str]:
+@lru_cache(maxsize=32)
+def _prospect_of(file: str, _mtime_ns: int, _size: int) -> tuple[Image, Prospect]:
+    """Try the detector on a photograph, once for each version of its file: editors check at each pause in typing."""
+    image = read_image(Path(file))
+    check_picture(image)
+    return image, prospect(image)
+
+
+def _hard_to_find(mission: Mission, name: str, prospects: list[Prospect]) -> Iterator[str]:
     """Warn if no photograph of a target is found from as far as most prints are."""
-    prospects = [prospect(picture) for picture in pictures]
     best = min(prospects, key=lambda each: each.height_px or math.inf)
     pinhole = Pinhole.from_hfov(FRAME_WIDTH, mission.camera.hfov_deg)
     height_mm = mission.target[name].height_mm
