@@ -26,7 +26,7 @@ class PerceptionNumbers:
         lost_frames: A target is lost only after this many frames without it.
         longest_step_s: What takes longer is a pause.
         deaf_share: Share of its speed at which the robot drives while the sonar seems dead.
-        slow_step_s: Where a look at brick and camera takes longer than this, the link is slow,
+        slow_link_s: Where asking for an echo and the pose takes longer than this, the link is slow,
         burst: and this many frames are looked at each time: a frame takes little compared with a round trip.
     """
 
@@ -36,7 +36,7 @@ class PerceptionNumbers:
     lost_frames: float = 4.0
     longest_step_s: float = 2.0
     deaf_share: float = 0.6
-    slow_step_s: float = 0.45
+    slow_link_s: float = 0.5
     burst: int = 3
 
 
@@ -87,7 +87,7 @@ class Perception:
         self._queue = queue
         self.sonar = SonarTrust()
         self._looked_s = -math.inf
-        self._step_s = 0.0
+        self._step_s = self._answer_s = 0.0
         self._range_mm: float | None = None
 
     @property
@@ -102,7 +102,7 @@ class Perception:
     @property
     def frames(self) -> int:
         """How many frames are looked at in each step: several on a slow link."""
-        return N.burst if self._step_s > N.slow_step_s else 1
+        return N.burst if self._answer_s > N.slow_link_s else 1
 
     def step(self) -> Observation:
         """Look at the next frame or frames, listen for an echo, and update the world model.
@@ -115,11 +115,13 @@ class Perception:
         context.check_time()
         looked_for = [self.target, *self._others()]
         glimpses = [context.eyes.glance(looked_for) for _ in range(self.frames)]
+        asked_s = self.now()
         range_mm = context.body.range_mm()
         pose = context.body.pose()
         now_s = self.now()
         if now_s - self._looked_s <= N.longest_step_s:
             self._step_s += (now_s - self._looked_s - self._step_s) / 2
+        self._answer_s += (now_s - asked_s - self._answer_s) / 2
         self._looked_s = now_s
         self._range_mm = range_mm = self.sonar.believed(now_s, pose, range_mm)
         self.world.floor.weight = float(len(glimpses))

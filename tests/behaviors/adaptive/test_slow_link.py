@@ -27,18 +27,20 @@ from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 
 SLOW_MS = 300.0
-MakePerception = Callable[[float], Perception]
+MakePerception = Callable[..., Perception]
 
 
 @pytest.fixture(name="perceive")
 def _perceive() -> Iterator[tuple[MakePerception, list[Fact]]]:
-    """A robot in a room without its first target, on a link of some latency; and what it reports."""
+    """A robot in a room without its first target, on a link of some latency, with a computer that takes its time to
+    look; and what it reports."""
     bricks: list[Brick] = []
     facts: list[Fact] = []
 
-    def make(latency_ms: float) -> Perception:
+    def make(latency_ms: float, look_s: float = 0.0) -> Perception:
         scenario = draw_scenario("absent", 100)
-        simulation = Simulation(scenario.world, seed=100)
+        computer = scenario.world.computer.model_copy(update={"look_s": look_s})
+        simulation = Simulation(scenario.world.model_copy(update={"computer": computer}), seed=100)
         brick = Brick(SimTransport(simulation, latency_ms=latency_ms))
         bricks.append(brick)
         robot = build_robot(scenario, simulation, brick, GEOMETRIC, [])
@@ -52,9 +54,12 @@ def _perceive() -> Iterator[tuple[MakePerception, list[Fact]]]:
         brick.close()
 
 
-@pytest.mark.parametrize(("latency_ms", "frames"), [(2.0, 1), (65.0, 1), (SLOW_MS, N.burst)])
-def test_on_a_slow_link_each_step_looks_at_several_frames(perceive, latency_ms, frames):
-    perception = perceive[0](latency_ms)
+@pytest.mark.parametrize(
+    ("latency_ms", "look_s", "frames"),
+    [(2.0, 0.0, 1), (65.0, 0.0, 1), (SLOW_MS, 0.0, N.burst), (2.0, 0.8, 1), (65.0, 0.5, 1), (SLOW_MS, 0.3, N.burst)],
+)
+def test_on_a_slow_link_each_step_looks_at_several_frames(perceive, latency_ms, look_s, frames):
+    perception = perceive[0](latency_ms, look_s)
     for _ in range(5):
         perception.drive(0.0, 1.0)
         observation = perception.step()
