@@ -32,7 +32,9 @@ def find_profile(name: str) -> ProfileClass:
         entry = installed_profiles().get(name)
         found: Any = entry.load() if entry else _imported(name)
     except Exception as error:  # the module of another package may raise anything
-        raise MissionError(f"profile {name!r} cannot be loaded: {type(error).__name__}: {error}") from error
+        reason = f"{type(error).__name__}: {error}"
+        remedy = "docs/profiles.md says how to name one."
+        raise MissionError(f"profile {name!r} cannot be loaded: {reason}; {remedy}") from error
     missing = [each for each in NEEDED if not callable(getattr(found, each, None))]
     if missing:
         raise MissionError(f"profile {name!r} lacks {', '.join(missing)}; docs/profiles.md says what a profile has.")

@@ -3,7 +3,7 @@
 import pytest
 
 from firmware_protocol import direct
-from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction, store
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.vm.memory import SCALARS
 
@@ -16,20 +16,14 @@ HANDLE = 1
 """Handle of the first file that a program opens; the program's own is 0."""
 
 
-def upload(brick, name, content, **options):
-    handle = brick.loader.create(name, len(content), **options).handle
-    brick.loader.write(handle, content)
-    brick.loader.close(handle)
-
-
 def called(number, *members, before=()):
     """The numbers among the arguments of a call after it, and the brick."""
     brick, variables = SimBrick(firmware="1.32"), Variables()
-    upload(brick, "d.txt", b"0123456789")
-    upload(brick, "l.txt", b"linear", linear=True)
+    store(brick, "d.txt", b"0123456789")
+    store(brick, "l.txt", b"linear", linear=True)
     lines = [instruction(CALL, other, variables.call(*arguments)[0]) for other, *arguments in before]
     cluster, found = variables.call(*members)
-    upload(brick, "a.rxe", assemble(variables, [*lines, instruction(CALL, number, cluster), FOREVER]))
+    store(brick, "a.rxe", assemble(variables, [*lines, instruction(CALL, number, cluster), FOREVER]))
     brick.receive(direct.StartProgram("a.rxe").encode())
     brick.tick(40)
     values = []

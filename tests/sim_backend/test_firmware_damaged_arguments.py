@@ -8,7 +8,7 @@ import pytest
 from firmware_protocol.direct import StartProgram
 from firmware_protocol.iomap import COMMAND
 from firmware_protocol.system import IOMapRead
-from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction, store
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.vm.rxe import Type
 
@@ -46,9 +46,7 @@ class Run:
         table.table[TEXT + 1] = kind, zero, element_at
         content = assemble(table, [*code, instruction(SET, MARK, MARKED), ending])
         brick = SimBrick(firmware=firmware)
-        handle = brick.loader.create("a.rxe", len(content)).handle
-        brick.loader.write(handle, content)
-        brick.loader.close(handle)
+        store(brick, "a.rxe", content)
         brick.receive(StartProgram("a.rxe").encode())
         brick.tick(20)
         reply = IOMapRead.decode_reply(brick.receive(COMMAND.field("ProgStatus").read().encode()))
@@ -206,9 +204,7 @@ def test_a_clump_that_waits_at_its_end_runs_one_more_instruction():
         table.number(value)
     content = assemble(table, [instruction(WAIT, NONE, TWO)], [instruction(SET, B, 0x33), SPIN], fire=[0, 1])
     brick = SimBrick(firmware="1.29")
-    handle = brick.loader.create("a.rxe", len(content)).handle
-    brick.loader.write(handle, content)
-    brick.loader.close(handle)
+    store(brick, "a.rxe", content)
     brick.receive(StartProgram("a.rxe").encode())
     brick.tick(20)
     assert brick.command.pool[56 + 4] == 0x33
@@ -228,9 +224,7 @@ def test_the_time_may_change_within_a_pass_of_firmware_1_05(asked, later):
     first, last = table.number(), table.number()
     content = assemble(table, [instruction(TICK, first), *[instruction(TICK, last)] * (asked - 1), SPIN], fire=[0])
     brick = SimBrick(firmware="1.05")
-    handle = brick.loader.create("a.rxe", len(content)).handle
-    brick.loader.write(handle, content)
-    brick.loader.close(handle)
+    store(brick, "a.rxe", content)
     brick.receive(StartProgram("a.rxe").encode())
     brick.tick(20)
     begun, ended = (int.from_bytes(brick.command.pool[20 + at : 24 + at], "little") for at in (0, 4))

@@ -10,7 +10,7 @@ import pytest
 from firmware_protocol.direct import StartProgram
 from firmware_protocol.iomap import COMMAND
 from firmware_protocol.system import IOMapRead
-from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction, store
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.vm.rxe import Type
 
@@ -38,9 +38,7 @@ class Outcome:
 
     def __init__(self, content, firmware="1.29", clumps=1):
         brick = SimBrick(firmware=firmware)
-        handle = brick.loader.create("a.rxe", len(content)).handle
-        brick.loader.write(handle, content)
-        brick.loader.close(handle)
+        store(brick, "a.rxe", content)
         brick.receive(StartProgram("a.rxe").encode())
         brick.tick(20)
         self.status = _read(brick, "ProgStatus")[0]

@@ -4,7 +4,7 @@ import pytest
 
 from firmware_protocol import direct
 from nxtdrive.tools.conformance.bench import Bench
-from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction, store
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.versions import FIRMWARES
@@ -92,9 +92,7 @@ def test_a_program_that_draws_takes_and_gives_back_the_screen():
     cluster, _ = variables.call(0, 1)
     content = assemble(variables, [instruction(CALL, SCREEN_MODE, cluster), FOREVER])
     brick = SimBrick()
-    handle = brick.loader.create("a.rxe", len(content)).handle
-    brick.loader.write(handle, content)
-    brick.loader.close(handle)
+    store(brick, "a.rxe", content)
     brick.receive(direct.StartProgram("a.rxe").encode())
     brick.tick(20)
     brick.display.begin(clear=False)
@@ -128,9 +126,7 @@ def test_two_bits_of_the_options_clear_the_screen(firmware, options, cleared):
         lines.append(instruction(CALL, POINT, call))
     content = assemble(variables, [*lines, FOREVER])
     brick = SimBrick(firmware=firmware)
-    handle = brick.loader.create("a.rxe", len(content)).handle
-    brick.loader.write(handle, content)
-    brick.loader.close(handle)
+    store(brick, "a.rxe", content)
     brick.receive(direct.StartProgram("a.rxe").encode())
     brick.tick(30)
     white = firmware == "1.32" and options == 4

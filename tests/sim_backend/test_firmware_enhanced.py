@@ -6,7 +6,7 @@ import pytest
 
 from firmware_protocol import direct
 from firmware_protocol.iomap import COMMAND
-from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction, store
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.rxe import Type
@@ -34,9 +34,7 @@ U8, S8, U16, S16, U32, S32, F32 = Type.UBYTE, Type.SBYTE, Type.UWORD, Type.SWORD
 
 def started(variables, *clumps, firmware="1.32", ms=40, **options):
     brick, content = SimBrick(firmware=firmware), assemble(variables, *clumps, **options)
-    handle = brick.loader.create("a.rxe", len(content)).handle
-    brick.loader.write(handle, content)
-    brick.loader.close(handle)
+    store(brick, "a.rxe", content)
     brick.receive(direct.StartProgram("a.rxe").encode())
     brick.tick(ms)
     return brick

@@ -9,7 +9,7 @@ import pytest
 
 from firmware_protocol import direct
 from firmware_protocol.iomap import COMMAND, ProgramStatus
-from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction, store
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.vm.numbers import SCALARS
@@ -34,9 +34,7 @@ class Run:
     def __init__(self, variables, *clumps, firmware="1.29", ms=20, **options):
         self.table, self.brick = variables.table, SimBrick(firmware=firmware)
         content = assemble(variables, *clumps, **options)
-        handle = self.brick.loader.create("a.rxe", len(content)).handle
-        self.brick.loader.write(handle, content)
-        self.brick.loader.close(handle)
+        store(self.brick, "a.rxe", content)
         self.brick.receive(direct.StartProgram("a.rxe").encode())
         clump = {"1.29": 28, "1.05": 20}[firmware]
         self.base = -(-clump * len(clumps) // 4) * 4

@@ -8,7 +8,7 @@ from firmware_protocol import direct, system
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState, SensorMode, SensorType
 from firmware_protocol.iomap import COMMAND, SOUND, UI, ProgramStatus, SoundState, UiFlag
 from firmware_protocol.status import Status
-from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction, store
 from sim_backend.devices import AnalogInput
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
@@ -34,12 +34,6 @@ def status_of(brick, command):
     reply = brick.receive(command.encode())
     brick.tick()
     return Status(reply[2])
-
-
-def store(brick, name, content):
-    handle = brick.loader.create(name, len(content)).handle
-    brick.loader.write(handle, content)
-    brick.loader.close(handle)
 
 
 def started(content, name="test.rxe", brick=None):

@@ -10,7 +10,7 @@ import pytest
 from firmware_protocol import direct
 from firmware_protocol.iomap import COMMAND, SOUND, UI, ProgramStatus
 from nxtdrive.tools.conformance.bench import Bench
-from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction, store
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.vm.memory import SCALARS
 from sim_backend.firmware.vm.rxe import Type
@@ -31,19 +31,13 @@ class Run:
 
     def __init__(self, variables, code, *, ms=40, brick=None):
         self.table, self.brick = variables.table, brick or SimBrick()
-        upload(self.brick, "a.rxe", assemble(variables, code))
+        store(self.brick, "a.rxe", assemble(variables, code), linear=True)
         self.brick.receive(direct.StartProgram("a.rxe").encode())
         self.brick.tick(ms)
 
     def __getitem__(self, variable):
         kind, _, data = self.table[variable]
         return SCALARS[kind].unpack_from(self.brick.command.pool, CLUMP_1_29 + data)[0]
-
-
-def upload(brick, name, content, *, linear=True):
-    handle = brick.loader.create(name, len(content), linear=linear).handle
-    brick.loader.write(handle, content)
-    brick.loader.close(handle)
 
 
 def look(brick, io_map, name, index=None):
@@ -190,7 +184,7 @@ CIRCLE = bytes.fromhex("0a00 0700 0000 1e00 1e00 0500")
 )
 def test_a_picture_is_drawn_from_one_block_until_a_circle(content, linear, status, black):
     brick = SimBrick()
-    upload(brick, "a.ric", content, linear=linear)
+    store(brick, "a.ric", content, linear=linear)
     variables = Variables()
     variables.table.append((Type.CLUSTER, 0, 5))
     picture = len(variables.table) - 1

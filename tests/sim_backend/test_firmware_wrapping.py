@@ -6,7 +6,7 @@ from firmware_protocol.direct import GetCurrentProgramName, GetInputValues, GetO
 from firmware_protocol.enums import InputPort, OutputPort
 from firmware_protocol.iomap import COMM, COMMAND, INPUT, OUTPUT
 from firmware_protocol.system import GetDeviceInfo, IOMapRead, IOMapWrite
-from nxtdrive.tools.dev.faults.assembler import sample_program
+from nxtdrive.tools.dev.faults.assembler import sample_program, store
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.simulation import Simulation
@@ -80,9 +80,7 @@ def test_a_name_without_a_closing_zero_is_cut(brick):
 
 def test_the_program_name_is_that_of_the_start_whatever_the_map_says(brick):
     content = sample_program()
-    handle = brick.loader.create("loop.rxe", len(content)).handle
-    brick.loader.write(handle, content)
-    brick.loader.close(handle)
+    store(brick, "loop.rxe", content)
     brick.receive(StartProgram("loop.rxe").encode())
     brick.tick(50)
     field = COMMAND.field("FileName")

@@ -7,7 +7,7 @@ import pytest
 from firmware_protocol.direct import StartProgram
 from firmware_protocol.iomap import COMMAND, ProgramStatus
 from firmware_protocol.system import IOMapRead
-from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction, store
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.vm.aggregates import compare
@@ -35,9 +35,7 @@ def nested(length, element):
 def run_program(*clumps, variables, **options):
     brick = SimBrick()
     content = assemble(variables, *clumps, **options)
-    handle = brick.loader.create("a.rxe", len(content)).handle
-    brick.loader.write(handle, content)
-    brick.loader.close(handle)
+    store(brick, "a.rxe", content)
     brick.receive(StartProgram("a.rxe").encode())
     brick.tick(10)
     return brick

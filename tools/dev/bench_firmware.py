@@ -15,7 +15,7 @@ from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.vm.rxe import Type
 
 from .bench import REPEATS, Figure, at_least
-from .faults.assembler import Variables, Words, assemble, instruction
+from .faults.assembler import Variables, Words, assemble, instruction, store
 
 TELEGRAMS, PASSES, PROGRAM_MS, BRICKS = 3_000, 3_000, 1_000, 10
 TELEGRAMS_GOAL, PASSES_GOAL, MEMORY_GOAL_MB, PROGRAMS_GOAL = 150_000, 50, 6, 200
@@ -137,9 +137,7 @@ def _brick(program: bytes | None = None, firmware: str = "1.29") -> SimBrick:
         brick.attach_motor(port, BenchMotor())
     brick.attach_sensor(1, AnalogInput(lambda: 512))
     if program is not None:
-        handle = brick.loader.create("bench.rxe", len(program)).handle
-        brick.loader.write(handle, program)
-        brick.loader.close(handle)
+        store(brick, "bench.rxe", program)
         brick.receive(StartProgram("bench.rxe").encode())
         brick.tick(_START_MS)
     return brick

@@ -13,13 +13,15 @@ from typing import TYPE_CHECKING, Any
 
 from behaviors.pause import Pause
 from behaviors.robot_description import RobotFile, RobotFileError, load_robot_file
-from firmware_protocol.errors import NXTError
+from firmware_protocol.errors import ConfigError, NXTError
+from nxtdrive.mission.setup import read_robot_file
 
 from ..calibrate.colors import calibrate_color
 from ..calibrate.ruler import calibrate_by_ruler
 from ..calibrate.session import Outcome, calibrate
 from ..calibrate.sheet import sheet_bytes
 from ..calibrate.verdict import write_robot_file
+from .mission_run import LOOK_S
 
 if TYPE_CHECKING:
     from nxtdrive.mission.assembly import OpenRobot
@@ -29,8 +31,6 @@ if TYPE_CHECKING:
 
 NOTHING: dict[str, Any] = {"values": [], "misfit_px": None, "views": 0, "remark": ""}
 """What clients see of a calibration that has found nothing yet."""
-LOOK_S = 0.2
-"""How often a wait for an answer looks for signals, which an unlimited wait ignores on Windows."""
 
 
 class ShownCalibration:
@@ -153,8 +153,8 @@ class Calibrations:
             ValueError: It cannot start now, or the robot file has mistakes; the text says why.
         """
         try:
-            before = load_robot_file(self._file) if os.path.lexists(self._file) else RobotFile()
-        except RobotFileError as error:
+            before = read_robot_file(self._file if os.path.lexists(self._file) else None)
+        except ConfigError as error:
             raise ValueError(str(error)) from None
         calibration = ShownCalibration(wanted, before, self._show)
         begin(calibration)

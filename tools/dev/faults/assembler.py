@@ -8,6 +8,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 
+from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.rxe import SIZES, Type
 
@@ -135,3 +136,10 @@ def sample_program() -> bytes:
     ]
     size = sum(map(len, lines))
     return assemble(variables, [*lines, instruction(0x25, -size)])
+
+
+def store(brick: SimBrick, name: str, content: bytes, *, linear: bool = False) -> None:
+    """Put a file on a simulated brick, as a download does."""
+    handle = brick.loader.create(name, len(content), linear=linear).handle
+    brick.loader.write(handle, content)
+    brick.loader.close(handle)

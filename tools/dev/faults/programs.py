@@ -17,7 +17,7 @@ from sim_backend.firmware.vm.memory import POOL_SIZE
 from sim_backend.firmware.vm.rxe import Type
 from sim_backend.firmware.vm.syscalls import CALLS
 
-from .assembler import Variables, Words, assemble, instruction
+from .assembler import Variables, Words, assemble, instruction, store
 from .campaign import Campaign, Tally, Violation
 from .hostile import mutated, peak_memory_kb
 from .program_mutation import compiled_programs, damaged
@@ -125,10 +125,7 @@ def _brick(rng: Random) -> SimBrick:
 
 def _try(brick: SimBrick, rng: Random, content: bytes) -> str:
     """Store, start and run one program, end it, and return its outcome."""
-    loader = brick.loader
-    handle = loader.create(NAME, len(content)).handle
-    loader.write(handle, content)
-    loader.close(handle)
+    store(brick, NAME, content)
     brick.receive(StartProgram(NAME).encode())
     brick.tick(START_MS)
     status = COMMAND.field("ProgStatus").read().encode()
@@ -141,7 +138,7 @@ def _try(brick: SimBrick, rng: Random, content: bytes) -> str:
     pool = len(brick.command.pool)
     brick.receive(b"\x00\x01")
     brick.tick(1000)
-    loader.erase()
+    brick.loader.erase()
     brick.io_control.power_word = brick.ui.force_off = 0
     battery = brick.receive(GetBatteryLevel().encode())
     if pool != POOL_SIZE:

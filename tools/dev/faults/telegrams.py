@@ -18,7 +18,7 @@ from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.versions import FIRMWARES
 from sim_backend.simulation import Simulation
 
-from .assembler import sample_program
+from .assembler import sample_program, store
 from .campaign import Campaign, Tally, Violation
 from .hostile import random_request
 
@@ -61,7 +61,7 @@ class _Rig:
             self.brick.attach_sensor(1, AnalogInput(lambda: rng.randrange(1024)))
             self.brick.attach_sensor(4, GenericI2CDevice())
         self.frames = FrameReader(LENGTH_LIMIT)
-        _store(self.brick, "a.rxe", sample_program())
+        store(self.brick, "a.rxe", sample_program())
 
     def exchange(self, *pieces: bytes) -> list[tuple[bytes, bytes]]:
         """Send what a program writes; return each telegram that the brick got, with its reply if there was one."""
@@ -162,12 +162,6 @@ def _decoded(command: type[Command[Any]], reply: bytes, outcome: str) -> str:
     except RemoteProtocolError as error:
         return f"violated: {error}"
     return outcome
-
-
-def _store(brick: SimBrick, name: str, content: bytes) -> None:
-    handle = brick.loader.create(name, len(content)).handle
-    brick.loader.write(handle, content)
-    brick.loader.close(handle)
 
 
 CAMPAIGN = Campaign(
