@@ -188,8 +188,8 @@ def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:
 def _draw_map(args: argparse.Namespace) -> int:
     from nxtdrive.drawing.sheet import encoded
     from nxtdrive.recording.output_file import write_file
+    from nxtdrive.simulated.scenario import draw_scenario
     from nxtdrive.tools.sweep.performance import perform
-    from nxtdrive.tools.sweep.scenarios import draw_scenario
     from nxtdrive.tools.sweep.true_map import draw_true_map
     from sim_backend.scenarios.classes import ALL_CLASSES
 

@@ -21,8 +21,8 @@ from behaviors.journal import Kind
 from behaviors.mission import Mission
 from behaviors.operator import Ask, Question
 from behaviors.recoveries import DETOUR, MOVE_TO, RECOVERIES, Choice
+from nxtdrive.simulated.scenario import Scenario, draw_scenario
 from nxtdrive.tools.sweep.performance import perform as perform_scenario
-from nxtdrive.tools.sweep.scenarios import Scenario, draw_scenario
 from sim_backend.link import LinkFaults
 
 STATES = ("search", "arrive", "wait", "move_to", "detour", "rescan")

@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 
 from behaviors.journal import Kind
+from nxtdrive.simulated.scenario import draw_scenario
 from nxtdrive.tools.sweep.performance import perform
-from nxtdrive.tools.sweep.scenarios import draw_scenario
 
 LENS_FORWARD_MM, ARRIVE_MM = 60.0, 420.0
 

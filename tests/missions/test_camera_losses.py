@@ -7,8 +7,8 @@ import pytest
 from behaviors.events import Reason
 from behaviors.executive import Ending
 from behaviors.journal import Kind
+from nxtdrive.simulated.scenario import draw_scenario
 from nxtdrive.tools.sweep.performance import perform
-from nxtdrive.tools.sweep.scenarios import draw_scenario
 from nxtdrive.vision.eyes import GLANCE_TIMEOUT_S
 
 

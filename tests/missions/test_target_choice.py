@@ -10,8 +10,8 @@ from behaviors.executive import Ending
 from behaviors.journal import Kind
 from behaviors.mission import Mission
 from behaviors.recoveries import CHANGE_TARGET
+from nxtdrive.simulated.scenario import Scenario, draw_scenario
 from nxtdrive.tools.sweep.performance import perform
-from nxtdrive.tools.sweep.scenarios import Scenario, draw_scenario
 
 SCENARIO = draw_scenario("absent", 100)
 """The first target does not exist; the second is in view at the first look round."""

@@ -31,13 +31,13 @@ from behaviors.recoveries import WAIT, Choice
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
 from nxtdrive.brick import Brick
+from nxtdrive.simulated.robot import GEOMETRIC, Robot, build_robot
+from nxtdrive.simulated.scenario import draw_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.scenarios.classes import CLASSES
 from sim_backend.simulation import Simulation
 
 from ..sweep.performance import Task, evaluate
-from ..sweep.robot import GEOMETRIC, Robot, build_robot
-from ..sweep.scenarios import draw_scenario
 from .bench import REPEATS, Figure
 
 # Windows counts CPU time in steps of 15.6 ms, too coarse for single decisions

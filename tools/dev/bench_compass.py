@@ -13,13 +13,13 @@ from collections.abc import Iterable, Iterator
 from behaviors.angles import wrapped_deg
 from nxtdrive.brick import Brick
 from nxtdrive.motion.rover import Rover, SafetyLimits
+from nxtdrive.simulated.scenario import draw_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.scenarios.handicaps import COMPASS_PORT
 from sim_backend.simulation import Simulation
 from sim_backend.world.sensor_tables import CompassMount, Magnet
 from sim_backend.world.world_file import Floor, Robot, Slip, WorldFile
 
-from ..sweep.scenarios import draw_scenario
 from .bench import Figure
 
 TURNS, LOST_PERCENT = 10, 8.0

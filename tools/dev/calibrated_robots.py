@@ -31,6 +31,7 @@ from behaviors.mission import described_by
 from behaviors.robot_description import CALIBRATED, CameraTable, RobotFile, RobotTable
 from firmware_protocol.errors import NXTError
 from nxtdrive.mission.assembly import open_robot
+from nxtdrive.simulated.scenario import draw_scenario
 from sim_backend.bundled import WORLDS
 from sim_backend.scenarios.classes import CLASSES
 from sim_backend.world.world_file import Camera, Robot
@@ -38,7 +39,6 @@ from sim_backend.world.world_file import Camera, Robot
 from ..calibrate.session import calibrate
 from ..sweep.performance import UNCHANGED, judge, perform
 from ..sweep.result_file import ResultFile
-from ..sweep.scenarios import draw_scenario
 
 GOALS = {
     # value: goal, and whether it is a share of the value

@@ -20,8 +20,7 @@ from behaviors.outages import OutageSupervisor, part_of
 from behaviors.ports import MotionResult, Outage, Sighting, StopReason
 from behaviors.skills import SkillContext, ThesisArriveSkill, ThesisSearchSkill, TimeUp
 from behaviors.target_queue import TargetOutcome, TargetQueue
-
-from .robot import Robot
+from nxtdrive.simulated.robot import Robot
 
 
 class Baseline(ABC):

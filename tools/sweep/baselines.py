@@ -7,9 +7,9 @@ from random import Random
 from behaviors.events import Event, Reason
 from behaviors.ports import Sighting, StopReason
 from behaviors.skills import N as SKILLS
+from nxtdrive.simulated.robot import Robot
 
 from .baseline import Baseline
-from .robot import Robot
 
 RETRIES = 6
 """Nav2's default behavior tree recovers six times. Source: docs/evaluation.md, policies."""

@@ -9,6 +9,8 @@ from behaviors.executive import Ending
 from behaviors.mission import described_by
 from behaviors.robot_description import RobotFile
 from nxtdrive.brick import Brick
+from nxtdrive.simulated.robot import build_robot
+from nxtdrive.simulated.scenario import Scenario, draw_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 from sim_backend.world.sensing import VIEW_RANGE_MM
@@ -19,8 +21,6 @@ from .chart_coverage import taken
 from .metrics import judge_target
 from .policies import drive, equipped
 from .referee import EpisodeTrace, Referee
-from .robot import build_robot
-from .scenarios import Scenario, draw_scenario
 
 FAILED = "failed"
 """The ending of a mission that a bug in the program ended."""

@@ -15,11 +15,11 @@ from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.profile import MakeProfile, ThesisProfile
 from behaviors.profiles.registry import find_profile
 from behaviors.recoveries import ThesisPolicy
+from nxtdrive.simulated.robot import Robot
 from sim_backend.simulation import Simulation
 
 from .baselines import Nav2List, RandomWalk
 from .oracle import Oracle
-from .robot import Robot
 
 NEVER = 10**9
 """Number of searches for one target before it is given up."""

@@ -21,8 +21,8 @@ from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
 from nxtdrive.brick import Brick
-from nxtdrive.tools.sweep.robot import GEOMETRIC, build_robot
-from nxtdrive.tools.sweep.scenarios import draw_scenario
+from nxtdrive.simulated.robot import GEOMETRIC, build_robot
+from nxtdrive.simulated.scenario import draw_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 

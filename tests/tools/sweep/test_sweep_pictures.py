@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from nxtdrive.simulated.scenario import draw_scenario
 from nxtdrive.tools.sweep.performance import perform
 from nxtdrive.tools.sweep.plots import STYLES, counted, title, wilson, write_plot
 from nxtdrive.tools.sweep.policies import NAMES
-from nxtdrive.tools.sweep.scenarios import draw_scenario
 from nxtdrive.tools.sweep.true_map import draw_true_map, true_map_page
 
 

@@ -4,9 +4,9 @@ import pytest
 
 from behaviors.executive import Ending
 from behaviors.journal import Kind
+from nxtdrive.simulated.scenario import draw_scenario
 from nxtdrive.tools.sweep.performance import perform
 from nxtdrive.tools.sweep.policies import ALL_NAMES, NAMES
-from nxtdrive.tools.sweep.scenarios import draw_scenario
 
 
 def _limited(scenario, limit_s):

@@ -30,6 +30,8 @@ from nxtdrive.brick import Brick
 from nxtdrive.cli.main import main
 from nxtdrive.cli.mission_template import template
 from nxtdrive.mission.setup import PICTURES
+from nxtdrive.simulated.robot import build_robot
+from nxtdrive.simulated.scenario import draw_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.bundled import WORLDS
 from sim_backend.firmware.versions import FIRMWARES
@@ -41,8 +43,6 @@ from ...sweep.causes import Cause
 from ...sweep.performance import Task, evaluate, failed
 from ...sweep.policies import drive, equipped
 from ...sweep.result_file import read_lines
-from ...sweep.robot import build_robot
-from ...sweep.scenarios import draw_scenario
 from ...sweep.summary import aggregate
 from .campaign import Campaign, Tally, Violation
 from .mutation import mutated

@@ -11,15 +11,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nxtdrive.tools.sweep.robot import SpoiltSensor
-from nxtdrive.tools.sweep.scenarios import draw_scenario
+from nxtdrive.simulated.robot import SpoiltSensor
+from nxtdrive.simulated.scenario import draw_scenario
 from sim_backend.scenarios.classes import ALL_CLASSES
 from sim_backend.scenarios.handicaps import APART_MM
 from sim_backend.scenarios.hard import HARD
 from sim_backend.simulation import Simulation
 from sim_backend.world.loading import parse_world
 
-DOCS = Path(__file__).parents[3] / "docs"
+DOCS = Path(__file__).parents[2] / "docs"
 
 
 @pytest.mark.slow

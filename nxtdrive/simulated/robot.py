@@ -1,6 +1,6 @@
-"""Build the robot of a sweep: the product's body and eyes on a simulation, degraded as the scenario demands.
+"""Build the robot of a scenario: the product's body and eyes on a simulation, degraded as the scenario demands.
 
-A policy gets a `Robot` and nothing else; it cannot see the simulation.
+What drives gets a `Robot` and nothing else; it cannot see the simulation.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from sim_backend.camera.geometric import Quad
 from sim_backend.scenarios.extras import CameraLoss, Sight
 from sim_backend.simulation import Simulation
 
-from .scenarios import Scenario
+from .scenario import Scenario
 
 GEOMETRIC, CAMERA = "geometric", "camera"
 """Eyes that skip rendering and detection, and eyes that do both."""

@@ -1,0 +1,66 @@
+"""Draw a whole test from a class and a seed: world, mission, robot, faults and limits, as plain values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from sim_backend.bundled import PICTURES
+from sim_backend.link import LinkFaults
+from sim_backend.world.world_file import WorldFile
+
+from .classes import draw_room
+from .extras import Extras, Sight
+from .room_builder import PRINT_MM, RoomBuilder
+
+CRUISE_MM_S = 200.0
+"""The robot's cruising speed, the same for all profiles."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """What a class and a seed determine.
+
+    Attributes:
+        kind: The class.
+        seed: The seed.
+        world: The room, its events, and the robot as it is.
+        mission: The tables of a mission's file: targets in order, time limit, and the robot as the mission believes.
+        faults: Faults of the link.
+        latency_ms: Round-trip time of the link.
+        sight: Conditions that degrade the view.
+    """
+
+    kind: str
+    seed: int
+    world: WorldFile
+    mission: Mapping[str, Any]
+    faults: LinkFaults
+    latency_ms: float
+    sight: Sight
+
+
+def draw(kind: str, seed: int) -> Drawn:
+    """Draw the test of a class and a seed.
+
+    Raises:
+        KeyError: There is no such class.
+        RuntimeError: No sound room was found: the class's ranges are wrong.
+    """
+    builder, extras = draw_room(kind, seed)
+    title = f"{kind}-{seed}"
+    world, mission = builder.world(title), _mission(title, builder, extras)
+    return Drawn(kind, seed, world, mission, extras.faults, extras.latency_ms, extras.sight)
+
+
+def _mission(title: str, builder: RoomBuilder, extras: Extras) -> dict[str, Any]:
+    return {
+        "mission": {"name": title, "targets": list(builder.targets), "time_limit_s": extras.time_limit_s},
+        **{profile: {"cruise_mm_s": CRUISE_MM_S} for profile in ("thesis", "adaptive")},
+        "target": {
+            name: {"detector": "picture", "pictures": [str(PICTURES / f"{name}.png")], "height_mm": PRINT_MM[1]}
+            for name in builder.targets
+        },
+        "robot": dict(extras.robot),
+    }
