@@ -102,6 +102,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.mission.setup import read_robot_file
     from nxtdrive.tools.sweep.policies import NAMES
     from nxtdrive.tools.sweep.runner import plan
+    from nxtdrive.tools.sweep.summary_file import summary, summary_path, write_summary
     from sim_backend.scenarios.classes import ALL_CLASSES, CLASSES, HARD_CLASSES, REALITY_CLASSES
 
     if args.map:
@@ -121,15 +122,29 @@ def run(args: argparse.Namespace) -> int:
         read_robot_file(args.robot),
     )
     out = args.out or DEFAULT_OUT
-    if os.path.lexists(out) and not args.resume:
-        raise ConfigError(f"{out} exists already.", remedy="Go on with it (--resume), or name another file (--out).")
+    for path in (out, summary_path(out)):
+        if os.path.lexists(path) and not args.resume:
+            raise ConfigError(
+                f"{path} exists already.", remedy="Go on with it (--resume), or name another file (--out)."
+            )
     swept = _sweep(tasks, out, args)
+    content = summary(swept, _command(tasks, args))
+    write_summary(summary_path(out), content)
     if args.plot:
         from nxtdrive.tools.sweep.plots import write_plot
 
         write_plot(swept.lines, args.plot)
     _tell(swept.lines, swept.eval_s, as_json=args.json)
     return 0
+
+
+def _command(tasks: Sequence[Task], args: argparse.Namespace) -> list[str]:
+    """Return the command that gives the same lines, with everything said that a suite or a default says."""
+    classes, policies = dict.fromkeys(task.kind for task in tasks), dict.fromkeys(task.policy for task in tasks)
+    seeds = f"{min(task.seed for task in tasks)}-{max(task.seed for task in tasks)}"
+    command = ["nxtdrive", "sweep", "--classes", ",".join(classes), "--seeds", seeds]
+    command += ["--profiles", ",".join(policies), "--eyes", args.eyes]
+    return [*command, *(["--robot", str(args.robot)] if args.robot else [])]
 
 
 def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:

@@ -19,9 +19,10 @@ from nxtdrive.cli.output import write_line
 from sim_backend.scenarios.classes import REALITY_CLASSES
 from sim_backend.scenarios.effects import EFFECTS, PLAIN
 
+from ..sweep.headline import difference
 from ..sweep.performance import Line
 from ..sweep.result_file import read_lines
-from ..sweep.summary import Estimate, by, difference, figures
+from ..sweep.summary import Estimate, by, figures
 
 
 def rows(lines: Sequence[Line]) -> Iterator[str]:

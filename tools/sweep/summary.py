@@ -109,22 +109,6 @@ def figures(lines: Sequence[Line]) -> dict[str, Estimate]:
     return {name: estimate([pair(line) for line in lines]) for name, pair in FIGURES.items()}
 
 
-def difference(ours: Sequence[Line], theirs: Sequence[Line]) -> Estimate:
-    """Estimate by how much one policy's success exceeds another's on the same scenarios, resampled by scenario.
-
-    A mission that broke counts with the number of targets of the other policy's mission, none of them reached.
-    """
-    other = {(line["class"], line["seed"]): line for line in theirs}
-    both = [(line, other[key]) for line in ours if (key := (line["class"], line["seed"])) in other]
-    return estimate([_more(*lines) for lines in both])
-
-
-def _more(line: Line, other: Line) -> Pair:
-    """Return how many more targets were reached, and the number of targets."""
-    (reached, number), (others, same) = success_rate(line), success_rate(other)
-    return reached - others, same if line["ending"] == FAILED else number
-
-
 def percentiles(values: Sequence[float], shares: Sequence[float] = (50, 90)) -> list[float | None]:
     """Return percentiles of some values; None without values."""
     return [float(np.percentile(values, share)) if values else None for share in shares]

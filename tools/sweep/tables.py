@@ -6,7 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -15,18 +14,17 @@ from firmware_protocol.printable import printable
 
 from .causes import FITTING, Cause
 from .chart_coverage import coverage_words
+from .headline import HEADLINE, REACHED_BY_S, beyond, headline, success_by
 from .performance import FAILED, Line
 from .policies import ALL_NAMES
 from .summary import (
     Estimate,
     by,
-    difference,
     estimate,
     figures,
     given_up_s,
     longest_run,
     percentiles,
-    reached_by,
     recognition_s,
     soonest_s,
     success_rate,
@@ -48,9 +46,10 @@ POLICY_COLUMNS = [
     "mission s",
     "to goal s p50 / p90",
 ]
-REACHED_BY_S = (30.0, 60.0, 120.0, 300.0)
 FRAME = 3
 """Characters that a column has besides its text: a border and two spaces."""
+MORE_COLUMNS = ("SPL", "SCT", "contacts", "wrong stops", "longest run")
+"""Headline figures of a table of their own."""
 RECOVERY_COLUMNS = [
     "policy",
     "noticed s p50 / p90",
@@ -140,33 +139,49 @@ def choice_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
 
 def reached_rows(lines: Sequence[Line]) -> Rows:
     """Return the share of the targets that each policy had reached by each of `REACHED_BY_S`."""
-    times_s = np.array(REACHED_BY_S)
     return [
-        [policy, *(_number(share, 2) for share in reached_by(group, times_s))]
+        [policy, *(interval(estimate([success_by(time_s)(line) for line in group])) for time_s in REACHED_BY_S)]
         for policy, group in _by_policy(lines).items()
     ]
 
 
+def headline_rows(lines: Sequence[Line]) -> Rows:
+    """Return the headline figures of each policy that "targets reached by" does not have, with intervals."""
+    rows = []
+    for policy, group in _by_policy(lines).items():
+        known = headline(group)
+        rows.append([policy, *(interval(known[name]) for name in MORE_COLUMNS)])
+    return rows
+
+
 def difference_rows(lines: Sequence[Line], reference: str) -> Rows:
-    """Return by how much each policy's success exceeds the reference's on the same scenarios."""
+    """Return by how much each policy's headline figures exceed the reference's on the same scenarios."""
     groups = _by_policy(lines)
     others = [policy for policy in groups if policy != reference and reference in groups]
-    return [[policy, interval(difference(groups[policy], groups[reference]), signed=True)] for policy in others]
+    rows = []
+    for policy in others:
+        more = beyond(groups[policy], groups[reference])
+        rows.append([policy, *(interval(value, signed=True) for value in more.values())])
+    return rows
 
 
 def print_tables(lines: Sequence[Line], console: Console) -> None:
     """Print all tables."""
     _print(console, "policies", POLICY_COLUMNS, policy_rows(lines))
     _print(
-        console, "targets reached by", ["policy", *(f"{time_s:.0f} s" for time_s in REACHED_BY_S)], reached_rows(lines)
+        console,
+        "targets reached by [95 %]",
+        ["policy", *(f"{time_s:.0f} s" for time_s in REACHED_BY_S)],
+        reached_rows(lines),
     )
+    _print(console, "headline figures [95 %]", ["policy", *MORE_COLUMNS], headline_rows(lines))
     _print(console, "success by class", *class_rows(lines))
     if any(line.get("choices") for line in lines):
         _print(console, "recovery", RECOVERY_COLUMNS, recovery_rows(lines))
         _print(console, "choices that fitted, by cause", *cause_rows(lines))
         _print(console, "what was chosen, by cause", *choice_rows(lines), keys=2)
     if differences := difference_rows(lines, "thesis"):
-        _print(console, "success beyond the thesis's, paired", ["policy", "difference [95 %]"], differences)
+        _print(console, "beyond the thesis, paired [95 %]", ["policy", *HEADLINE], differences)
     if covered := coverage_words(lines):
         console.print(covered, markup=False)
     for line in lines:

@@ -1,0 +1,71 @@
+"""Headline figures are paired by scenario, and a sweep's summary says how to repeat it."""
+
+import json
+import platform
+import shlex
+
+import cv2
+import numpy as np
+import pytest
+
+import nxtdrive
+from nxtdrive.cli.main import main
+from nxtdrive.tools.sweep.headline import HEADLINE, beyond, headline
+from nxtdrive.tools.sweep.performance import FAILED
+
+
+def _line(seed, times_s, *, contacts=0, wrong=0):
+    targets = [
+        {"reachable": True, "success": time_s is not None, "time_s": time_s, "wrong_stops": wrong}
+        | {"spl": 0.5 * (time_s is not None), "sct": 0.25 * (time_s is not None)}
+        for time_s in times_s
+    ]
+    return {"class": "open", "seed": seed, "ending": "", "targets": targets, "contacts": contacts, "longest_run": 1}
+
+
+BROKEN = {"class": "open", "seed": 2, "ending": FAILED, "targets": []}
+
+
+def test_headline_figures_count_by_the_missions_time():
+    known = headline([_line(1, [59.0, 61.0]), _line(2, [121.0, None], contacts=3)])
+    means = {name: value.mean for name, value in known.items()}
+    assert [means[name] for name in ("by 60 s", "by 120 s", "by 300 s", "success")] == [0.25, 0.5, 0.75, 0.75]
+    assert (means["SPL"], means["SCT"], means["contacts"], means["longest run"]) == (0.375, 0.1875, 1.5, 1.0)
+
+
+def test_what_both_do_alike_cancels_out_of_a_difference():
+    """A difference that is the same in all scenarios has no width, however much scenarios differ."""
+    hard, easy = _line(1, [None, 100.0], contacts=5), _line(2, [10.0, 20.0], contacts=1)
+    more = beyond([hard | {"contacts": 7}, easy | {"contacts": 3}], [hard, easy])
+    assert (more["contacts"].low, more["contacts"].mean, more["contacts"].high) == (2.0, 2.0, 2.0)
+    assert all(more[name].mean == 0.0 for name in HEADLINE if name != "contacts")
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_mission_that_broke_reached_nothing_and_has_no_contacts_to_compare(swapped):
+    ours, theirs = ([BROKEN], [_line(2, [10.0, 20.0], contacts=4)])[:: -1 if swapped else 1]
+    more = beyond(ours, theirs)
+    assert more["by 60 s"].mean == (1.0 if swapped else -1.0)
+    assert more["contacts"].number == 0
+
+
+@pytest.mark.slow
+def test_a_sweep_leaves_a_summary_by_which_it_can_be_repeated(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    command = ["sweep", "--classes", "open", "--seeds", "100", "--profiles", "thesis,oracle", "--out", "a.jsonl"]
+    assert main(command) == 0
+    first = json.loads((tmp_path / "a.summary.json").read_text())
+    assert (
+        first["versions"].items()
+        >= {
+            **{"nxtdrive": nxtdrive.__version__, "python": platform.python_version()},
+            **{"numpy": np.__version__, "opencv": cv2.__version__},
+        }.items()
+    )
+    assert first["seeds"] == {"open": [100]}
+    assert set(first["paired"]) == {"thesis - oracle", "oracle - thesis"}
+    assert set(first["policies"]["oracle"]["headline"]) == set(HEADLINE)
+    assert main([*shlex.split(shlex.join(first["command"]))[1:], "--out", "b.jsonl"]) == 0
+    assert (tmp_path / "a.jsonl").read_bytes() == (tmp_path / "b.jsonl").read_bytes()
+    assert main([*command[:-1], "b.jsonl"]) != 0
+    assert "exists already" in capsys.readouterr().err

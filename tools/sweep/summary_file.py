@@ -1,0 +1,99 @@
+"""The summary of a sweep as a file: figures with intervals, and what is needed to compare or repeat them."""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib.metadata import version
+from itertools import permutations
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.recording.output_file import write_file
+
+from .cluster import installed
+from .headline import beyond, headline
+from .runner import Swept
+from .summary import CONFIDENCE, RESAMPLES, SEED, Estimate, aggregate, by
+
+FORMAT = 1
+SUFFIX = ".summary.json"
+
+
+def summary_path(out: Path) -> Path:
+    """Return the name of the summary of a sweep's file."""
+    return out.with_suffix(SUFFIX)
+
+
+def summary(swept: Swept, command: Sequence[str]) -> dict[str, Any]:
+    """Summarise a sweep.
+
+    Args:
+        swept: Its lines.
+        command: The command that was given.
+    """
+    lines, nxtdrive = swept.lines, installed()
+    policies = by(lines, "policy")
+    return {
+        "format": FORMAT,
+        "versions": {
+            "nxtdrive": nxtdrive.version,
+            "sources": nxtdrive.sources,
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "opencv": cv2.__version__,
+            "pymunk": version("pymunk"),
+            "system": platform.platform(),
+        },
+        "command": list(command),
+        "eyes": sorted(by(lines, "eyes")),
+        "seeds": {kind: sorted({line["seed"] for line in group}) for kind, group in by(lines, "class").items()},
+        "intervals": {"confidence": CONFIDENCE, "bootstrap": RESAMPLES, "seed": SEED, "resampled": "missions"},
+        "policies": {
+            policy: {
+                **aggregate(group, swept.eval_s),
+                "headline": _plain(headline(group)),
+                "classes": {kind: _plain(headline(each)) for kind, each in by(group, "class").items()},
+            }
+            for policy, group in policies.items()
+        },
+        "paired": {
+            f"{one} - {other}": _plain(beyond(policies[one], policies[other]))
+            for one, other in permutations(policies, 2)
+        },
+    }
+
+
+def write_summary(path: Path, content: dict[str, Any]) -> None:
+    """Write a summary; the one of the sweep before its resumption is replaced.
+
+    Raises:
+        ConfigError: It cannot be written.
+    """
+    try:
+        write_file(path, (json.dumps(_finite(content), indent=2) + "\n").encode())
+    except OSError as error:
+        raise ConfigError(
+            f"{path} cannot be written ({error.strerror}); the results are in the sweep's own file.",
+            remedy="Make room, and give the same command with --resume.",
+        ) from error
+
+
+def _plain(figures: dict[str, Estimate]) -> dict[str, Any]:
+    return {name: asdict(value) for name, value in figures.items()}
+
+
+def _finite(value: Any) -> Any:  # noqa: ANN401 - any plain value
+    """Replace what JSON does not know; a figure without values is null."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: _finite(each) for key, each in value.items()}
+    return [_finite(each) for each in value] if isinstance(value, list) else value
