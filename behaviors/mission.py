@@ -159,6 +159,17 @@ class MarkerTarget(_Target):
     id: int = Field(ge=0, le=586)
 
 
+class QrTarget(_Target):
+    """A printed QR code.
+
+    Attributes:
+        text: What it says, all of it.
+    """
+
+    detector: Literal["qr"]
+    text: str = Field(min_length=1, max_length=500)
+
+
 class ColorTarget(_Target):
     """A patch of strong colour.
 
@@ -170,7 +181,7 @@ class ColorTarget(_Target):
     color: ColorName
 
 
-Target = Annotated[PictureTarget | HaarTarget | MarkerTarget | ColorTarget, Field(discriminator="detector")]
+Target = Annotated[PictureTarget | HaarTarget | MarkerTarget | QrTarget | ColorTarget, Field(discriminator="detector")]
 
 
 class MissionTable(Table):

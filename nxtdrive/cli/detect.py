@@ -31,6 +31,7 @@ EXAMPLES = """\
   nxtdrive detect try photo.jpg --target lena
   nxtdrive detect try sim --color orange --frames 5
   nxtdrive detect try 0 --marker 7 --height-mm 150 --frames 50
+  nxtdrive detect try 0 --qr "7" --height-mm 160
   nxtdrive detect try film.mp4 --haar haarcascade_eye --out seen.webm
   nxtdrive detect try http://127.0.0.1:8081/camera.mjpg --color red"""
 
@@ -81,7 +82,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     try_ = add_action(actions, "try", "run a detector and draw what it sees", _try)
     try_.add_argument("source", metavar="SOURCE", help="image, video, folder of images, URL, a webcam's number, or sim")
     try_.usage = (
-        "%(prog)s [options] SOURCE\n    (--target NAME | --picture FILE ... | --haar NAME | --marker ID | --color C)"
+        "%(prog)s [options] SOURCE\n"
+        "    (--target NAME | --picture FILE ... | --haar NAME | --marker ID | --qr TEXT | --color C)"
     )
     target = try_.add_mutually_exclusive_group(required=True)
     target.add_argument("--target", metavar="NAME", help="a target of a mission (of the built-in one: lena, rilakkuma)")
@@ -89,6 +91,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     target.add_argument("--haar", metavar="NAME", help="a cascade of OpenCV's, or an XML file")
     identifier = number("id", int, 0, 49)
     target.add_argument("--marker", metavar="ID", type=identifier, help="an ArUco marker of the dictionary 4x4_50")
+    target.add_argument("--qr", metavar="TEXT", help="a QR code that says this text")
     target.add_argument("--color", metavar="C", help="red, orange, yellow, green, cyan, blue or magenta")
     try_.add_argument("--mission", metavar="FILE", type=Path, help="where --target is described")
     add_robot_argument(try_)
@@ -161,6 +164,8 @@ def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None
         name, spec = "haar", {"detector": "haar", "cascade": args.haar}
     elif args.marker is not None:
         name, spec = f"marker {args.marker}", {"detector": "marker", "id": args.marker}
+    elif args.qr is not None:
+        name, spec = f"QR {args.qr}", {"detector": "qr", "text": args.qr}
     else:
         name, spec = args.color, {"detector": "color", "color": args.color}
     if args.height_mm is not None:

@@ -43,6 +43,11 @@ rounds = 1                 # how often to go through the list for what was given
 # id = 7
 # height_mm = 150
 #
+# [target.sheet]
+# detector = "qr"          # a printed QR code
+# text = "7"               # what it says, all of it; short texts are read from farther away
+# height_mm = 160          # of the code, without the white around it
+#
 # [target.face]
 # detector = "haar"        # one of OpenCV's cascades, or an XML file of yours
 # cascade = "haarcascade_frontalface_alt2"

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from behaviors.mission import MarkerTarget, Mission, MissionError, PictureTarget, load_mission, valid_targets
+from behaviors.mission import MarkerTarget, Mission, MissionError, PictureTarget, QrTarget, load_mission, valid_targets
 from behaviors.mission_warnings import value_warnings
 from firmware_protocol.errors import CameraError
 from nxtdrive.mission.setup import PICTURES, make_detectors, usual_robot
@@ -70,7 +70,7 @@ def warnings(mission: Mission) -> Iterator[str]:
         shape = _shape(target.pictures[0]) if isinstance(target, PictureTarget) else None
         if shape is not None:
             yield from _odd_shape(name, target.height_mm, shape, chosen="height_mm" in target.model_fields_set)
-        whole = 1.0 if isinstance(target, MarkerTarget) else LEAST_IN_VIEW
+        whole = 1.0 if isinstance(target, MarkerTarget | QrTarget) else LEAST_IN_VIEW
         yield from _out_of_view(mission, name, (shape or 0.0) * target.height_mm, target.height_mm, whole)
 
 

@@ -245,6 +245,7 @@ DETECTORS: dict[str, dict[str, object]] = {
     "picture, target not there": {"detector": "picture", "pictures": [str(PICTURES / "rilakkuma.png")]},
     "haar": {"detector": "haar"},
     "marker": {"detector": "marker", "id": 7},
+    "qr": {"detector": "qr", "text": "7"},
     "color": {"detector": "color", "color": "red"},
 }
 

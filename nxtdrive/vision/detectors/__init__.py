@@ -20,6 +20,7 @@ DETECTORS = {
     "picture": "nxtdrive.vision.detectors.picture",
     "haar": "nxtdrive.vision.detectors.haar",
     "marker": "nxtdrive.vision.detectors.marker",
+    "qr": "nxtdrive.vision.detectors.qr",
     "color": "nxtdrive.vision.detectors.color",
 }
 """Kind -> module; imported when used."""

@@ -14,6 +14,7 @@ from nxtdrive.vision.detectors import DETECTORS, make_detector
         {"detector": "haar", "cascade": "haarcascade_profileface"},
         {"detector": "marker", "id": 3},
         {"detector": "marker", "id": 3, "family": "apriltag_36h11"},
+        {"detector": "qr", "text": "7"},
         {"detector": "color", "color": "magenta"},
     ],
 )
@@ -25,7 +26,7 @@ def test_each_kind_is_made_and_finds_nothing_in_the_dark(spec, tmp_path, astrona
 
 
 def test_every_kind_is_tried_above():
-    assert set(DETECTORS) == {"picture", "haar", "marker", "color"}
+    assert set(DETECTORS) == {"picture", "haar", "marker", "qr", "color"}
 
 
 def test_the_height_is_the_targets():
@@ -41,13 +42,17 @@ def test_a_cascade_beside_the_mission_file_is_found(tmp_path):
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
-        ({}, "no detector None. Use one of: picture, haar, marker, color"),
+        ({}, "no detector None. Use one of: picture, haar, marker, qr, color"),
         ({"detector": "magic"}, "no detector 'magic'"),
         ({"detector": ["picture"]}, "no detector"),
         ({"detector": "marker"}, "marker detector needs id"),
         ({"detector": "marker", "id": "3"}, "id of the marker detector must be a whole number, not '3'"),
         ({"detector": "marker", "id": True}, "must be a whole number"),
         ({"detector": "marker", "id": 3, "size": 5}, "no option size"),
+        ({"detector": "qr"}, "qr detector needs text"),
+        ({"detector": "qr", "text": 7}, "must be a text, not 7"),
+        ({"detector": "qr", "text": ""}, "needs a text of 1 to 500 characters, not of 0"),
+        ({"detector": "qr", "text": "7" * 501}, "not of 501"),
         ({"detector": "color", "color": 3}, "must be a text"),
         (
             {"detector": "color", "color": "red", "height_mm": "tall"},

@@ -9,6 +9,7 @@ from nxtdrive.mission.setup import build_detectors
 from nxtdrive.vision.detectors.color import HUES, ColorDetector
 from nxtdrive.vision.detectors.haar import HaarDetector, cascades
 from nxtdrive.vision.detectors.marker import FAMILIES, MarkerDetector
+from nxtdrive.vision.detectors.qr import QrDetector
 from nxtdrive.vision.geometry import Pinhole
 
 PINHOLE = Pinhole.from_hfov(320, 60)
@@ -51,6 +52,48 @@ def test_marker_that_does_not_exist_is_refused():
         MarkerDetector(50)
     with pytest.raises(ConfigError, match=r"no marker family"):
         MarkerDetector(1, "qr")
+
+
+def sheet_with_code(text, quarters=0):
+    """An A4 sheet with a QR code of 158 mm in its middle, turned by quarters."""
+    sheet = np.full((594, 420), 255, np.uint8)
+    code = cv2.QRCodeEncoder.create().encode(text)[2:-2, 2:-2]  # without the white around it
+    big = cv2.resize(np.rot90(code, quarters), (316, 316), interpolation=cv2.INTER_NEAREST)
+    sheet[139 : 139 + 316, 52 : 52 + 316] = big
+    return cv2.cvtColor(sheet, cv2.COLOR_GRAY2BGR)
+
+
+@pytest.mark.parametrize("text", ["7", "kitchen", "größer"])
+@pytest.mark.parametrize(("distance_mm", "bearing_deg", "quarters"), [(400, 0, 0), (500, -8, 1), (600, 6, 2)])
+def test_qr_code_is_found_where_it_is(make_scene, distractors, text, distance_mm, bearing_deg, quarters):
+    scene = make_scene(sheet_with_code(text, quarters), distractors["brick"])
+    (found,) = QrDetector(text).detect(scene.render(distance_mm, bearing_deg))
+    found_bearing_deg, found_distance_mm = PINHOLE.locate(found, 158)
+    assert found_bearing_deg == pytest.approx(bearing_deg, abs=0.4)
+    depth_mm = found_distance_mm * np.cos(np.radians(found_bearing_deg))
+    assert depth_mm == pytest.approx(distance_mm, rel=0.05)
+    assert found.score == 1.0
+    assert np.argmin(np.sum(found.quad, axis=1)) == 0
+
+
+def test_qr_code_with_another_text_is_another_target(make_scene, distractors):
+    frame = make_scene(sheet_with_code("7"), distractors["brick"]).render(500)
+    assert QrDetector("17").detect(frame) == []
+    assert QrDetector("7").detect(frame) != []
+
+
+def test_the_nearer_of_two_equal_qr_codes_comes_first():
+    frame = np.full((480, 640, 3), 255, np.uint8)
+    near = cv2.resize(sheet_with_code("7"), (297, 420))
+    frame[30:450, 20:317] = near
+    frame[90:300, 400:548] = cv2.resize(near, (148, 210))
+    heights = [one.box[3] for one in QrDetector("7").detect(frame)]
+    assert len(heights) == 2
+    assert heights[0] > 1.5 * heights[1]
+
+
+def test_qr_finds_none_in_photographs(distractors):
+    assert not any(QrDetector("7").detect(image) for image in distractors.values())
 
 
 @pytest.mark.parametrize("color", HUES)
