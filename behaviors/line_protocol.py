@@ -15,6 +15,9 @@ Each line is answered, in order, by one integer in decimal and LF.
     target NAME    names what a bare ``arrive`` means    1
     status         checks that the brick answers         see `Status`
     why            moves nothing                         see `Why`
+    evidence       moves nothing                         a line of JSON, the only answer that is no integer
+    choose [N]     begins a mission, or takes its         0 another decision, 1 all reached, 2 ended otherwise
+                   candidate N
     ============== ===================================== =========================================
 
 The first five are the thesis's. A line that begins with one of them is never answered by anything but 0, 1 or 2, the
@@ -51,9 +54,11 @@ class Verb(StrEnum):
     TARGET = "target"
     STATUS = "status"
     WHY = "why"
+    EVIDENCE = "evidence"
+    CHOOSE = "choose"
 
 
-MOTIONS = frozenset({Verb.ARRIVE, Verb.MOVE_TO})
+MOTIONS = frozenset({Verb.ARRIVE, Verb.MOVE_TO, Verb.CHOOSE})
 """Verbs that move the robot; only these can be interrupted."""
 
 THESIS_FAILURES = MappingProxyType({Verb.CONNECT: 0, Verb.ARRIVE: 2, Verb.SELECT: 0, Verb.MOVE_TO: 1, Verb.BYE: 0})
@@ -95,6 +100,10 @@ class Why(IntEnum):
     LINK_LOST = 10
     FAULT = 11
     BAD_ARGUMENT = 12
+    DECISION_OPEN = 13
+    ACHIEVED = 14
+    EXHAUSTED = 15
+    TIME_UP = 16
     OTHER = 99
 
 
@@ -106,15 +115,19 @@ class Request:
         verb: Its verb.
         name: The target's name, of ``arrive`` and ``target``; empty where ``arrive`` has none.
         direction_deg: Of ``move_to``, positive right.
+        number: Of ``choose``, from 0.
     """
 
     verb: Verb
     name: str = ""
     direction_deg: float = 0.0
+    number: int = 0
 
     @property
     def argument(self) -> str:
         """The verb's argument, as text."""
+        if self.verb is Verb.CHOOSE:
+            return str(self.number)
         return f"{self.direction_deg:g}" if self.verb is Verb.MOVE_TO else self.name
 
 
@@ -170,6 +183,9 @@ def _request(verb: Verb, argument: str) -> Request | None:
     match verb:
         case Verb.MOVE_TO:
             return _move_to(argument)
+        case Verb.CHOOSE:
+            number = argument or "0"
+            return Request(verb, number=int(number)) if number.isascii() and number.isdecimal() else None
         case Verb.TARGET:
             return Request(verb, argument) if argument else None
         case Verb.ARRIVE:

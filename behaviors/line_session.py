@@ -9,22 +9,37 @@ Source: docs/thesis.md, services, readings A2-A8 and A19.
 
 from __future__ import annotations
 
+import json
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, cast
 
 from behaviors.events import Event, Fact, Reason
-from behaviors.executive import REPLIES
+from behaviors.executive import REPLIES, Ending, Executive, Report
 from behaviors.journal import Kind, Observer, Record, plain
 from behaviors.line_protocol import BadLine, ErrorReply, Request, Status, Verb, Why, failure_reply
 from behaviors.mission import Mission
 from behaviors.observers import Observers
 from behaviors.obstacle_watch import ObstacleWatch
+from behaviors.operator import Ask
 from behaviors.ports import Body, BodyLost, Clock, Eyes, Outage
+from behaviors.profiles.registry import supervised
 from behaviors.skills import MoveTo, SkillContext, ThesisArriveSkill, ThesisSearchSkill
+from behaviors.stepped_mission import SteppedMission, question_values
 
 DONE = 1
 """Answer of a verb without a result."""
+CHOOSE_AGAIN, ALL_REACHED, ENDED = 0, 1, 2
+"""Answers of ``choose``."""
+WHY_ENDED = {
+    Ending.ACHIEVED: Why.ACHIEVED,
+    Ending.EXHAUSTED: Why.EXHAUSTED,
+    Ending.TIME_UP: Why.TIME_UP,
+    Ending.LINK_LOST: Why.LINK_LOST,
+}
+"""Answers of ``why`` after the end of a mission."""
+MISSIONS = frozenset({Verb.EVIDENCE, Verb.CHOOSE, Verb.STATUS, Verb.WHY, Verb.SELECT})
+"""Verbs that a mission between two decisions outlives."""
 
 
 LOG = logging.getLogger(__name__)
@@ -41,10 +56,11 @@ class Preempted(Exception):
 class Session:
     """One client's session.
 
-    A skill in progress ends when a port raises `Preempted`; the command then counts as failed.
+    A skill in progress ends when a port raises `Preempted`; the command then counts as failed. With ``choose`` the
+    client leaves all but the decisions to the mission's profile.
 
     Args:
-        mission: Its targets can be named, the first one is the present one; its parameters apply.
+        mission: Its targets can be named, the first one is the present one; its parameters and its profile apply.
         body: The robot.
         eyes: Its camera.
         clock: Time.
@@ -77,13 +93,15 @@ class Session:
         self._faults: tuple[type[Exception], ...] = (Outage, *faults)
         self._observers = Observers(observers)
         self._start_s = clock.now()
+        self._mission, self._eyes = mission, eyes
+        self._stepped: SteppedMission | None = None
         self._context = SkillContext(body, eyes, clock, mission.thesis, self._note, self._report)
         self._state = "idle"
         self._exist = self._sighted = self._held = False
         self._approach: ThesisArriveSkill | None = None
         self._move: MoveTo | None = None
         self._why = Why.NOTHING_YET
-        self._verbs: Mapping[Verb, Callable[[Request], int]] = {
+        self._verbs: Mapping[Verb, Callable[[Request], int | str]] = {
             Verb.CONNECT: self._do_connect,
             Verb.ARRIVE: self._do_arrive,
             Verb.SELECT: self._do_select,
@@ -93,13 +111,16 @@ class Session:
             Verb.TARGET: self._do_target,
             Verb.STATUS: self._do_status,
             Verb.WHY: self._do_why,
+            Verb.EVIDENCE: self._do_evidence,
+            Verb.CHOOSE: self._do_choose,
         }
 
-    def answer(self, request: Request | BadLine) -> int:
+    def answer(self, request: Request | BadLine) -> int | str:
         """Execute a request.
 
         Returns:
-            The answer, see `behaviors.line_protocol`. After an error, `error` has the details.
+            The answer, a line of JSON to ``evidence`` and else a number; see `behaviors.line_protocol`. After an error,
+            `error` has the details.
 
         Raises:
             BaseException: Only what is no `Exception`, such as KeyboardInterrupt; the motors are off.
@@ -111,12 +132,15 @@ class Session:
         asked = {"verb": request.verb, "argument": request.argument}
         self._note(Kind.CALL, **asked)
         self.error = ""
+        if request.verb not in MISSIONS:
+            self._end_mission()
         value = self._execute(request)
         self._note(Kind.REPLY, **asked, value=value, why=self._why.name.lower(), error=self.error)
         return value
 
     def end(self) -> None:
         """End the session: motors off, nothing in progress."""
+        self._end_mission()
         self._forget()
         try:
             self._body.stop()
@@ -125,9 +149,10 @@ class Session:
         except Exception:
             LOG.exception("the motors could not be stopped; their lease stops them")
 
-    def _execute(self, request: Request) -> int:
+    def _execute(self, request: Request) -> int | str:
         try:
-            return int(self._verbs[request.verb](request))
+            value = self._verbs[request.verb](request)
+            return value if isinstance(value, str) else int(value)
         except _BadArgument:
             self._why = Why.BAD_ARGUMENT
             return failure_reply(request.verb, ErrorReply.BAD_ARGUMENT)
@@ -221,10 +246,54 @@ class Session:
         self._body.battery_mv()
         if self._held:
             return Status.HELD
-        return Status.UNDER_WAY if self._sighted or self._move else Status.IDLE
+        return Status.UNDER_WAY if self._sighted or self._move or self._open else Status.IDLE
 
     def _do_why(self, _: Request) -> int:
         return self._why
+
+    def _do_evidence(self, _: Request) -> str:
+        """Tell the open decision, and how the last mission ended."""
+        stepped = self._stepped
+        question, report = (stepped.question, stepped.report) if stepped else (None, None)
+        values: dict[str, Any] = {"open": question is not None}
+        if question:
+            values |= question_values(question)
+        if report:
+            outcomes = {each.target: each.outcome.value for each in report.targets}
+            values |= {"ending": report.ending.value, "targets": outcomes, "seconds": round(report.duration_s, 3)}
+        return json.dumps(values)
+
+    def _do_choose(self, request: Request) -> int:
+        """Take a decision, or begin a mission; the robot then does what its profile does, to the next decision."""
+        if not self._open:
+            if request.number:
+                raise _BadArgument
+            self._halt()
+            self._stepped = SteppedMission(self._run_mission)
+        stepped = cast("SteppedMission", self._stepped)
+        try:
+            open_now = stepped.step(request.number) is not None
+        except IndexError:
+            raise _BadArgument from None
+        if open_now:
+            self._why = Why.DECISION_OPEN
+            return CHOOSE_AGAIN
+        report = cast("Report", stepped.report)
+        self.error, self._why = report.error, WHY_ENDED.get(report.ending, Why.FAULT)
+        return ALL_REACHED if report.achieved else ENDED
+
+    def _run_mission(self, ask: Ask) -> Report:
+        make_profile = supervised(self._mission, ask)
+        return Executive(self._mission, self._body, self._eyes, self._clock, self._observers, make_profile).run()
+
+    @property
+    def _open(self) -> bool:
+        """Whether a mission waits for a decision."""
+        return self._stepped is not None and self._stepped.question is not None
+
+    def _end_mission(self) -> None:
+        if self._stepped is not None:
+            self._stepped.end()
 
     # --- shared by the verbs ---
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Serve the robot to an agent of your own, such as one in AgentSpeak: a line asks
 ("arrive lena"), one small integer answers. docs/agentspeak.md lists the verbs.
+With "choose" it only decides, and the profile does the rest.
 One client at a time; when it leaves, the motors stop. A simulated brick lives in
 real time here; with sim://?pace=fast time passes only while a command runs."""
 EXAMPLES = """\
@@ -101,10 +102,11 @@ def _say_where(served: tuple[str, int], brick: str, camera: str, mission: Missio
 def _say_reply(record: Record) -> None:
     from behaviors.journal import Kind
 
-    if record.kind is Kind.REPLY:
-        data = record.data
+    data = record.data
+    if record.kind is Kind.REPLY and "argument" in data:  # a mission's own replies have none
         asked = f"{data['verb']} {data['argument']}".rstrip()
-        _say(f"{record.time_s:8.1f} s  {asked} -> {data['value']}  {data['why']}")
+        value = "a line of JSON" if isinstance(data["value"], str) else data["value"]
+        _say(f"{record.time_s:8.1f} s  {asked} -> {value}  {data['why']}")
         if data["error"]:
             complain(data["error"])
 

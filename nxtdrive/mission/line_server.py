@@ -92,9 +92,9 @@ class _Client:
         self.requests.feed(data)
         self.gone = not data or len(self.requests) > WAITING_LINES
 
-    def send(self, value: int) -> None:
+    def send(self, value: int | str) -> None:
         """Send an answer; never waits. A client that has left the kernel's buffers full of answers counts as gone."""
-        answer = b"%d\n" % value
+        answer = f"{value}\n".encode()
         try:
             self.gone = self.connection.send(answer) < len(answer) or self.gone
         except OSError:
@@ -180,7 +180,7 @@ class LineServer:
         if client.gone:
             self._dismiss(client)
 
-    def _answer(self, client: _Client, request: Request | BadLine) -> int:
+    def _answer(self, client: _Client, request: Request | BadLine) -> int | str:
         if client.session is None:
             return request.reply if isinstance(request, BadLine) else self._turn_away(client, request)
         self._moving = isinstance(request, Request) and request.verb in MOTIONS

@@ -28,13 +28,15 @@ from .access import SESSION, Pin, PinGate, SameSite
 from .calibration import Calibrations, sheet
 from .chart import chart, recoveries
 from .editor import Editor
-from .hub import Client, Hub
+from .hub import Client, Hub, as_message
 from .messages import (
     MAX_MESSAGE_BYTES,
     VERSION,
     Answer,
     AnswerCalibration,
+    Choose,
     Drive,
+    Evidence,
     GiveWheel,
     Message,
     PauseMission,
@@ -49,6 +51,7 @@ from .messages import (
     TakeWheel,
     read_message,
 )
+from .mission_run import WebOperator
 from .missions import Missions
 from .page_socket import converse
 from .photographs import Photographs
@@ -89,6 +92,11 @@ class Watched(Protocol):
 
     def answer(self, question: int, choice: int) -> None:
         """Answer a question."""
+        ...
+
+    @property
+    def operator(self) -> WebOperator | None:
+        """Who answers the questions of the mission under way."""
         ...
 
 
@@ -188,6 +196,14 @@ class Server:
                 robot.resume_mission()
             case Answer(question=question, choice=choice):
                 robot.answer(question, choice)
+            case Evidence():
+                client.append(
+                    as_message("open_decision", robot.operator.decision() if robot.operator else {"open": False})
+                )
+            case Choose(number=number):
+                if robot.operator is None:
+                    raise ValueError("No mission is under way.")
+                robot.operator.choose(number)
             case _ if isinstance(robot, Robot):
                 self._control(robot, client, message)
             case _:

@@ -128,7 +128,7 @@ class Hub:
 
     def show(self, kind: str, values: Mapping[str, Any]) -> None:
         """Send a value of which only the latest counts."""
-        self._put(kind, _json(kind, values))
+        self._put(kind, as_message(kind, values))
 
     def show_image(self, kind: int, number: int, time_s: float, encoded: bytes) -> None:
         """Send an image of which only the latest counts."""
@@ -136,7 +136,7 @@ class Hub:
 
     def tell(self, kind: str, values: Mapping[str, Any]) -> None:
         """Send an event that every client gets, also those that connect later."""
-        message = _json(kind, values)
+        message = as_message(kind, values)
         with self._lock:
             self._events.append(message)
             for client in self._clients:
@@ -162,5 +162,6 @@ class Hub:
                 client.put(key, message)
 
 
-def _json(kind: str, values: Mapping[str, Any]) -> str:
+def as_message(kind: str, values: Mapping[str, Any]) -> str:
+    """Return a message to a client."""
     return json.dumps({"type": kind, **values}, ensure_ascii=False, allow_nan=False)

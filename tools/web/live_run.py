@@ -14,7 +14,7 @@ from nxtdrive.mission.assembly import MissionRun, OpenRobot
 
 from .app import Server, serving
 from .hub import Hub
-from .mission_run import ShownMission
+from .mission_run import ShownMission, WebOperator
 from .missions import Missions
 from .pictures import PictureFeed
 from .runs import Runs
@@ -84,6 +84,11 @@ class LiveRun:
     def answer(self, question: int, choice: int) -> None:
         """Answer a question; any thread."""
         self._shown.answer(question, choice)
+
+    @property
+    def operator(self) -> WebOperator:
+        """Who answers the mission's questions; any thread."""
+        return self._shown.operator
 
     def picture(self) -> Image | None:
         """Return the camera's latest picture, if it has given one; any thread."""

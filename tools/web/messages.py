@@ -116,6 +116,23 @@ class Answer(_Message):
     choice: Annotated[int, Field(ge=0)]
 
 
+class Evidence(_Message):
+    """Ask for the open decision, as a program reads it."""
+
+    type: Literal["evidence"]
+
+
+class Choose(_Message):
+    """Take a candidate of the open decision.
+
+    Attributes:
+        number: Its number in the answer to `Evidence`; 0 is what the policy proposes.
+    """
+
+    type: Literal["choose"]
+    number: Annotated[int, Field(ge=0)]
+
+
 class StartCalibration(_Message):
     """Calibrate the robot; `StopMission` ends it.
 
@@ -169,6 +186,8 @@ Message = (
     | PauseMission
     | ResumeMission
     | Answer
+    | Evidence
+    | Choose
     | StartCalibration
     | AnswerCalibration
     | SaveCalibration

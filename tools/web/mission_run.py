@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from behaviors.executive import Report
 from behaviors.journal import Kind, Record
@@ -18,6 +19,7 @@ from behaviors.profiles.profile import Profile
 from behaviors.profiles.registry import find_profile, make_policy, supervised
 from behaviors.recoveries import Choice
 from behaviors.skills import SkillContext
+from behaviors.stepped_mission import question_values
 from behaviors.target_queue import TargetQueue
 from nxtdrive.mission.assembly import MissionRun, OpenRobot
 from nxtdrive.recording.progress_lines import ProgressLines
@@ -51,6 +53,7 @@ class WebOperator:
         self._number = 0
         self._answered = threading.Condition()
         self._choice: int | None = None
+        self._question: Question | None = None
 
     def __call__(self, question: Question) -> Choice:
         """Ask, and wait for the answer.
@@ -61,6 +64,7 @@ class WebOperator:
         with self._answered:
             self._number += 1
             self._choice = None
+            self._question = question
             self._hub.show(
                 "question", {"open": True, "number": self._number, **asked(question.evidence, question.candidates)}
             )
@@ -69,6 +73,7 @@ class WebOperator:
                     self._pause.check_end()
                     self._answered.wait(LOOK_S)
             finally:
+                self._question = None
                 self._hub.show("question", {"open": False, "number": self._number})
             return question.candidates[min(self._choice, len(question.candidates) - 1)].choice
 
@@ -78,6 +83,27 @@ class WebOperator:
             if question == self._number:
                 self._choice = choice
                 self._answered.notify_all()
+
+    def decision(self) -> dict[str, Any]:
+        """Return the open decision as a program reads it; any thread."""
+        with self._answered:
+            if (question := self._question) is None:
+                return {"open": False}
+            return {"open": True, "question": self._number, **question_values(question)}
+
+    def choose(self, number: int) -> None:
+        """Take a candidate of the open decision; any thread.
+
+        Raises:
+            ValueError: There is no such candidate, or no open decision.
+        """
+        with self._answered:
+            if self._question is None or self._choice is not None:
+                raise ValueError("No decision is open.")
+            if number >= (known := len(self._question.candidates)):
+                raise ValueError(f"The candidates are numbered from 0 to {known - 1}.")
+            self._choice = number
+            self._answered.notify_all()
 
     def wake(self) -> None:
         """Look at once whether the mission is to end; any thread."""
@@ -96,12 +122,13 @@ class ShownMission:
 
     Attributes:
         over: Whether it has ended, so that another one may be started.
+        operator: Answers its questions.
     """
 
     def __init__(self, mission: Mission, hub: Hub, *, confirm: bool, file: Path | None = None) -> None:
         self.over = False
         self._pause = Pause()
-        self._operator = WebOperator(hub, self._pause)
+        self.operator = WebOperator(hub, self._pause)
         self._mission = mission
         self._hub = hub
         self._confirm = confirm
@@ -137,7 +164,7 @@ class ShownMission:
     def end(self) -> None:
         """End it as Ctrl-C ends ``nxtdrive run``; any thread."""
         self._pause.end()
-        self._operator.wake()
+        self.operator.wake()
 
     def pause(self) -> None:
         """Let the robot stand until `resume`; the time of a simulated robot stands still, too. Any thread."""
@@ -151,7 +178,7 @@ class ShownMission:
 
     def answer(self, question: int, choice: int) -> None:
         """Answer a question; any thread."""
-        self._operator.answer(question, choice)
+        self.operator.answer(question, choice)
 
     def pursue(self, run: MissionRun, folder: str) -> Report:
         """Run the mission, and show it from its beginning to its result.
@@ -181,7 +208,7 @@ class ShownMission:
         self._hub.tell("problem", {"text": f"{name}: {error}"})
 
     def _make_profile(self, context: SkillContext, mission: Mission, targets: TargetQueue) -> Profile:
-        make = supervised(mission, self._operator) if self._confirm else find_profile(mission.mission.profile)
+        make = supervised(mission, self.operator) if self._confirm else find_profile(mission.mission.profile)
         self._profile = make(context, mission, targets)
         return self._profile
 

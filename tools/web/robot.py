@@ -20,7 +20,7 @@ from ..teleop.controls import Controls
 from ..teleop.pilot import Pilot, View
 from .calibration import ShownCalibration
 from .hub import Hub
-from .mission_run import ShownMission
+from .mission_run import ShownMission, WebOperator
 from .pictures import PictureFeed
 from .true_room import TrueRoom
 
@@ -194,6 +194,11 @@ class Robot:
         """Answer the question of a mission whose recoveries are confirmed; any thread."""
         if isinstance(shown := self._shown, ShownMission):
             shown.answer(question, choice)
+
+    @property
+    def operator(self) -> WebOperator | None:
+        """Who answers the questions of the mission under way; any thread."""
+        return shown.operator if isinstance(shown := self._shown, ShownMission) else None
 
     def _guarded(self) -> None:
         try:

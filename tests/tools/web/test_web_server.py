@@ -203,16 +203,37 @@ def test_a_mission_runs_tells_its_records_and_leaves_its_folder(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_mission_waits_for_the_answer_to_its_question_and_can_be_ended(tmp_path):
+@pytest.mark.parametrize("by_program", [False, True])
+def test_a_mission_waits_for_the_answer_to_its_question_and_can_be_ended(by_program, tmp_path):
     with _running(tmp_path, "sim://?pace=fast") as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "start_mission", "profile": "adaptive", "confirm": True})
         question = _until(page, lambda each: each["type"] == "question" and each["open"])
         assert len(question["candidates"]) > 1
-        page.send_json({"type": "answer", "question": question["number"], "choice": 0})
+        taken = 0
+        if by_program:
+            page.send_json({"type": "evidence"})
+            told = _until(page, lambda each: each["type"] == "open_decision")
+            assert (told["open"], told["question"]) == (True, question["number"])
+            assert [each["does"] for each in told["candidates"]] == [each["text"] for each in question["candidates"]]
+            page.send_json({"type": "choose", "number": len(told["candidates"])})
+            assert "numbered from 0" in _until(page, lambda each: each["type"] == "refused")["text"]
+            taken = len(told["candidates"]) - 1
+            page.send_json({"type": "choose", "number": taken})
+        else:
+            page.send_json({"type": "answer", "question": question["number"], "choice": 0})
         choice = _until(page, lambda each: each["type"] == "record" and each["record"]["kind"] == "choice")
         assert choice["record"]["operator"] is True
+        assert not by_program or choice["record"]["choice"] == told["candidates"][taken]["choice"]
         page.send_json({"type": "stop_mission"})
         assert _until(page, lambda each: each["type"] == "ended")["ending"] == "interrupted"
+
+
+def test_without_a_mission_no_decision_is_open(tmp_path):
+    with _running(tmp_path, "sim://?pace=fast") as client, client.websocket_connect("/ws") as page:
+        page.send_json({"type": "evidence"})
+        assert _until(page, lambda each: each["type"] == "open_decision")["open"] is False
+        page.send_json({"type": "choose", "number": 0})
+        assert "No mission" in _until(page, lambda each: each["type"] == "refused")["text"]
 
 
 @pytest.mark.slow

@@ -1,0 +1,110 @@
+"""A mission that halts at each decision until its caller has taken one: the caller and the mission take turns.
+
+The mission runs in a thread of its own, and never at the same time as its caller: what it does depends on the
+decisions alone. While it halts the robot stands, since every skill ends at rest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import suppress
+from queue import SimpleQueue
+from threading import Thread
+from typing import Any
+
+from behaviors.executive import Report
+from behaviors.journal import plain
+from behaviors.operator import Ask, OperatorChoice, Question
+from behaviors.recoveries import Choice
+
+
+class SteppedMission:
+    """A mission, decision by decision.
+
+    Args:
+        run: Runs the mission, which asks for each decision; see `behaviors.profiles.registry.supervised`.
+
+    Attributes:
+        question: The decision that is to be taken; None before the first step and after the end.
+        report: The mission's result, once it has ended.
+    """
+
+    def __init__(self, run: Callable[[Ask], Report]) -> None:
+        self.question: Question | None = None
+        self.report: Report | None = None
+        self._run = run
+        self._answers: SimpleQueue[Choice | None] = SimpleQueue()
+        self._turns: SimpleQueue[BaseException | None] = SimpleQueue()
+        self._thread: Thread | None = None
+
+    def step(self, number: int = 0) -> Question | None:
+        """Take a candidate, or begin the mission, and run it to its next decision; returns that, or None at the end.
+
+        Args:
+            number: Index of the candidate; 0 is the one that the profile proposes, and begins a mission.
+
+        Raises:
+            IndexError: There is no such candidate.
+            Exception: Whatever broke the mission; the motors are off.
+        """
+        candidates = self.question.candidates if self.question else ()
+        if not 0 <= number < max(1, len(candidates)):
+            raise IndexError(number)
+        if self._thread is None:
+            self._thread = Thread(target=self._work, daemon=True)
+            self._thread.start()
+        elif self.question is not None:
+            self._answers.put(candidates[number].choice)
+        else:
+            return None
+        return self._wait()
+
+    def end(self) -> None:
+        """End the mission, if it is under way, as Ctrl-C does; errors of its last moments are left out."""
+        if self.question is not None:
+            self._answers.put(None)
+            with suppress(Exception):
+                self._wait()
+
+    def _wait(self) -> Question | None:
+        """Let the mission run; it hands the turn back when it asks and when it ends."""
+        error = self._turns.get()
+        if error is not None:
+            raise error
+        return self.question
+
+    def _work(self) -> None:
+        error: BaseException | None = None
+        try:
+            self.report = self._run(self._ask)
+        except BaseException as raised:  # noqa: BLE001 - raised again in the caller's thread
+            error = raised
+        self.question = None
+        self._turns.put(error)
+
+    def _ask(self, question: Question) -> Choice:
+        self.question = question
+        self._turns.put(None)
+        choice = self._answers.get()
+        if choice is None:
+            raise KeyboardInterrupt
+        return choice
+
+
+def question_values(question: Question) -> dict[str, Any]:
+    """Return an open decision as plain values: the evidence, and the candidates, of which the first is proposed."""
+    return {
+        "target": question.evidence.target,
+        "evidence": plain(question.evidence.known()),
+        "candidates": [_candidate(number, each) for number, each in enumerate(question.candidates)],
+    }
+
+
+def _candidate(number: int, candidate: OperatorChoice) -> dict[str, Any]:
+    values: dict[str, Any] = {"number": number, "does": candidate.choice.words()}
+    values |= {name: plain(value) for name, value in candidate.choice.record().items()}
+    if option := candidate.option:
+        numbers = {"seconds": option.seconds, "chance": option.chance, "expected_s": option.expected_s}
+        values |= {name: round(value, 3) if math.isfinite(value) else None for name, value in numbers.items()}
+    return values

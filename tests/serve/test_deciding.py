@@ -1,0 +1,112 @@
+"""A client that only decides: ``choose`` runs the mission to the next decision, ``evidence`` tells which."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from behaviors.journal import Kind
+
+DECIDER = Path(__file__).parents[2] / "examples" / "decider" / "decider.py"
+
+
+def evidence(client):
+    """What the server tells of the open decision."""
+    client.send("evidence\n")
+    return json.loads(client.hear())
+
+
+def leave(decision):
+    """The candidate that leaves the target."""
+    return next(each["number"] for each in decision["candidates"] if each["choice"] == "change_target")
+
+
+def test_without_a_mission_nothing_is_open_and_only_the_first_candidate_begins_one(serve):
+    client = serve("open").client()
+    assert evidence(client) == {"open": False}
+    assert [client.ask(line) for line in ("choose 1", "why", "status")] == [-2, 12, 0]
+
+
+@pytest.mark.parametrize("profile", ["adaptive", "thesis"])
+def test_a_client_decides_a_mission_and_nothing_else(serve, profile):
+    served = serve("figure7", profile=profile)
+    client = served.client()
+    assert client.ask("choose") == 0
+    assert [client.ask(line) for line in ("why", "status", "select")][:2] == [13, 1]
+    told = evidence(client)
+    assert told == evidence(client)
+    assert told["open"]
+    assert [each["number"] for each in told["candidates"]] == list(range(len(told["candidates"])))
+    assert client.ask(f"choose {len(told['candidates'])}") == -2
+    assert evidence(client) == told
+    answer = 0
+    while answer == 0:
+        answer = client.ask(f"choose {leave(evidence(client))}")
+    assert answer in (1, 2)
+    told = evidence(client)
+    assert told["open"] is False
+    assert set(told["targets"]) == {"lena", "rilakkuma"}
+    assert client.ask("why") in (14, 15, 16)
+    assert served.at_rest
+
+
+def test_a_mission_can_be_begun_after_another_one(serve):
+    client = serve("figure7", "rilakkuma").client()
+    for _ in range(2):
+        assert client.ask("choose") == 0
+        assert client.ask(f"choose {leave(evidence(client))}") == 2
+        assert evidence(client)["ending"] == "exhausted"
+
+
+@pytest.mark.parametrize("line", ["arrive lena", "move_to 90", "connect", "stop", "target rilakkuma"])
+def test_what_drives_the_robot_otherwise_ends_the_mission(serve, line):
+    served = serve("figure7", profile="adaptive")
+    client = served.client()
+    assert client.ask("choose") == 0
+    client.ask(line)
+    assert evidence(client)["open"] is False
+    assert evidence(client)["ending"] == "interrupted"
+
+
+def test_stop_breaks_off_the_mission_under_way(serve):
+    served = serve("open", profile="adaptive")
+    client = served.client()
+    served.after(2.0, lambda: (client.send("stop\n"), None))
+    assert client.ask("choose") == -7
+    assert int(client.hear()) == 1
+    assert client.ask("why") == 9
+    assert evidence(client)["open"] is False
+    assert served.at_rest
+
+
+def test_a_client_that_leaves_at_a_decision_ends_the_mission(serve):
+    served = serve("figure7", profile="adaptive")
+    client = served.client()
+    assert client.ask("choose") == 0
+    client.leave()
+    other = served.client()
+    while other.ask("status") == -6:
+        pass
+    assert evidence(other) == {"open": False}
+    assert [record.data["ending"] for record in served.records if record.kind is Kind.END] == ["interrupted"]
+    assert served.at_rest
+
+
+def test_another_client_is_told_that_the_server_is_busy(serve):
+    served = serve("open")
+    served.client().ask("connect")
+    other = served.client()
+    assert [other.ask(line) for line in ("evidence", "choose", "choose 3")] == [-6, -6, -6]
+
+
+@pytest.mark.slow
+def test_the_example_decides_a_mission(serve):
+    served = serve("figure7", profile="adaptive")
+    command = [sys.executable, str(DECIDER), str(served.server.address[1])]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode in (0, 1), done.stderr
+    assert "->" in done.stdout
