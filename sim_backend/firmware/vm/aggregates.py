@@ -82,6 +82,7 @@ def calculate(
     Raises:
         ProgramError: The target is an array and no source is one.
     """
+    data.memory.spend(1)
     kinds = [data.kind(place.entry) for place in (target, left, right)]
     if not any(kind in AGGREGATES for kind in kinds):
         a, b = data.get(left.entry, left.offset), data.get(right.entry, right.offset)
@@ -117,6 +118,7 @@ def calculate_each(data: Data, operation: Unary, target: Place, source: Place, *
     Raises:
         ProgramError: The target is an array and the source a cluster.
     """
+    data.memory.spend(1)
     to, of = data.kind(target.entry), data.kind(source.entry)
     if to not in AGGREGATES and of not in AGGREGATES:
         data.put(target.entry, operation(to, data.get(source.entry, source.offset), of), target.offset)
@@ -191,6 +193,7 @@ def compare(data: Data, relation: int, left: Place, right: Place) -> bool:
 
 def _compare(data: Data, relation: int, left: Place, right: Place) -> bool | None:
     """The result, or None if both are equal so far."""
+    data.memory.spend(1)
     kinds = data.kind(left.entry), data.kind(right.entry)
     if kinds[0] not in AGGREGATES:  # of an array or cluster on the right, 0 counts
         a, b = data.get(left.entry, left.offset), data.get(right.entry, right.offset)

@@ -191,6 +191,7 @@ def _unflatten(data: Data, arguments: tuple[int, ...]) -> None:
 
 def _scalars(data: Data, place: Place, replace: Callable[[bytes], bytes]) -> Iterator[bytes]:
     """The bytes of each scalar in a value, which are replaced."""
+    data.memory.spend(1)
     if data.is_aggregate(place.entry):
         own = _own_offset(data, place.entry + 1) if data.kind(place.entry) == Type.ARRAY else 0
         for part in data.parts(place):

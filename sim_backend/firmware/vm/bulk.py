@@ -17,6 +17,9 @@ from sim_backend.firmware.vm.rxe import Type
 _OFFSETS = 0x10000
 """Number of offsets in the pool; from the last one on they begin again."""
 
+_NUMBERS_PER_PART = 8
+"""Numbers that count as much work as one that is handled alone."""
+
 
 class Row(NamedTuple):
     """The numbers of an array, side by side in the pool.
@@ -52,7 +55,7 @@ def row(data: Data, place: Place) -> Row | None:
     found = Row(data.memory.base + array.offset, array.length, kind)
     if array.element != SCALARS[kind].size or array.offset + found.size > _OFFSETS:
         return None
-    data.memory.spend(array.length)
+    data.memory.spend(array.length // _NUMBERS_PER_PART)
     return found
 
 

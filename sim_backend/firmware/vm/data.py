@@ -204,6 +204,7 @@ class Data:
 
     def member(self, cluster: int, number: int) -> int:
         """Entry of a member of a cluster; numbers beyond the last one name what follows in the table."""
+        self.memory.spend(number)
         index = cluster + 1
         for _ in range(number):
             index = following(self.variables, index)
@@ -211,6 +212,7 @@ class Data:
 
     def members(self, cluster: int) -> list[int]:
         """Entries of the members of a cluster."""
+        self.memory.spend(self.variables[cluster].data)
         found, index = list[int](), cluster + 1
         for _ in range(self.variables[cluster].data):
             found.append(index)

@@ -56,6 +56,7 @@ def _stop(machine: Machine, instruction: Instruction) -> Next:
 
     def run() -> int:
         if confirm == NONE or machine.data.integer(confirm):
+            machine.task.pc = following
             machine.stop()
             return END_TURN
         return following

@@ -151,7 +151,7 @@ class Machine:
 
     def _run_turns(self, instructions: int) -> None:
         turns, queue = self._timing.turns, self.queue
-        while instructions > 0 and turns > 0 and queue and not self._stopped:
+        while instructions > 0 and turns > 0 and queue and not self._stopped and self.memory.work_left > 0:
             self.task = queue[0]
             self.asked_time, self._turns_left = 0, turns
             alone = len(queue) == 1 and turns > 2 * instructions
@@ -170,7 +170,7 @@ class Machine:
         task, left = self.task, most
         pc, blocks = task.pc, task.blocks
         seen, ports = self._seen(), 0
-        while left > 0:
+        while left > 0 and self.memory.work_left > 0:
             if seen is not None:
                 left = self._without_repeats(seen, pc, left)
             block = blocks.get(pc)
@@ -184,6 +184,7 @@ class Machine:
                     seen = None
             if pc < 0:
                 if pc == END_TURN:
+                    self._check_suspended(task)
                     return most - left - 1, True
                 pc = QUEUE_GREW - pc
                 left, self.free = left + self.free, 0
@@ -206,6 +207,12 @@ class Machine:
             if block is None:
                 block = task.cut_blocks[pc, most] = self._compiler.block(pc, task.end, most)
         return block
+
+    def _check_suspended(self, task: Task) -> None:
+        """Check the end of a clump that was just suspended, or stopped the program."""
+        older = self.dialect.runs_past_end
+        if task.pc >= task.end if older else task.pc > task.end and self.queue and not self._stopped:
+            raise ProgramError(ERR_INSTR, "a clump was suspended past its end")
 
     def _end(self, clump: Clump) -> int:
         """The word from which on there is no instruction of a clump."""

@@ -22,8 +22,9 @@ NOT_AN_OFFSET = 0xFFFF
 
 _NONE = 0xFFFF
 _ERASED = 0xFF
-_WORK, BYTES_PER_ACCESS = 200_000, 64
-"""Accesses to arrays in one pass; copied bytes that count as one."""
+_WORK, _MOST_WORK, BYTES_PER_ACCESS = 20_000, 300_000, 64
+"""Parts of arrays and clusters that a pass has time for, far more than a brick's processor has; parts after which an
+instruction of a damaged program, whose arrays contain themselves, is given up; copied bytes that count as one."""
 _FILL = bytes.fromhex("efbeadde")
 _ALIGNMENT = 4
 _OFFSET = 0xFFFF
@@ -85,13 +86,14 @@ class Memory:
         base: Offset of the program's variables.
         descriptors: Offset of the descriptors from `base`.
         doubly_linked: See `Layout`.
-        work_left: Accesses to arrays after which the program is given up; see `begin_pass`.
+        work_left: Parts of arrays and clusters that may still be used in this pass; negative if an instruction took
+            the time of later passes, too.
     """
 
     def __init__(self, program: Program, layout: Layout, pool: bytearray | None = None) -> None:
         self.pool = fresh_pool() if pool is None else pool
         self.base = aligned(len(program.clumps) * layout.clump)
-        self.begin_pass()
+        self.work_left = _WORK
         self.program, self._growth, self.doubly_linked = program, layout.growth, layout.doubly_linked
         self.descriptors = program.descriptors
         self._head, self._tail, self._free = program.memory_head, program.memory_tail, _NONE
@@ -156,8 +158,8 @@ class Memory:
         return self._end
 
     def begin_pass(self) -> None:
-        """Allow as much work as a damaged program, whose arrays contain themselves, may cause in one pass."""
-        self.work_left = _WORK
+        """Allow the work that a pass has time for."""
+        self.work_left = min(self.work_left + _WORK, _WORK)
 
     def load(self, kind: int, offset: int) -> Number:
         """The scalar at `offset`.
@@ -217,20 +219,18 @@ class Memory:
         Raises:
             OutOfMemory: It is outside of the pool.
         """
-        self.work_left -= 1
-        if self.work_left < 0:
-            raise OutOfMemory("more work than a pass has time for")
+        self.spend(1)
         return tuple.__new__(Array, DESCRIPTOR.unpack_from(self.pool, self._descriptor(index)))
 
-    def spend(self, accesses: int) -> None:
+    def spend(self, parts: int) -> None:
         """Count work.
 
         Raises:
-            OutOfMemory: It is more than a program may do in one pass.
+            OutOfMemory: It is more than an instruction may cause.
         """
-        self.work_left -= accesses
-        if self.work_left < 0:
-            raise OutOfMemory("more work than a pass has time for")
+        self.work_left -= parts
+        if self.work_left < -_MOST_WORK:
+            raise OutOfMemory("more work than an instruction may cause")
 
     def describe(self, index: int, array: Array) -> None:
         """Change a descriptor."""
