@@ -48,6 +48,7 @@ class CommandModule:
         program_name: Name that the last program was started by.
         mailboxes: The program's mailboxes, or None without a program.
         breakpoints: Of each clump of the program, whether each is enabled, and its offset in words; without effect.
+        behind_pool: What is again and again in the memory behind the pool of programs that will be started.
         sync_time: Time set for the data log.
         sync_tick: The brick's time at that moment.
     """
@@ -82,6 +83,7 @@ class CommandModule:
         self._handle: int | None = None
         self._state = int(InterpreterState.IDLE)
         self.breakpoints: list[list[tuple[int, int]]] = []
+        self.behind_pool = b"\0"
         self._pool = fresh_pool()
         self.due_ms = NEVER
         self.status = int(ProgramStatus.IDLE)
@@ -201,7 +203,7 @@ class CommandModule:
 
     def _activate(self, now_ms: int) -> None:
         """Load the program into a fresh pool; it runs from the next pass on."""
-        self._pool = fresh_pool()
+        self._pool = fresh_pool(self.behind_pool)
         self.program_name = unpack_name(self.file_name)
         self._handle, content = self._loader.open_program(self.program_name)
         try:

@@ -58,9 +58,13 @@ class Layout(NamedTuple):
     types: bytes
 
 
-def fresh_pool() -> bytearray:
-    """A pool as the firmware prepares it for each program, and the memory behind it, which damaged programs reach."""
-    return bytearray(_FILL * (POOL_SIZE // len(_FILL)) + bytes(_BEHIND))
+def fresh_pool(behind: bytes = b"\0") -> bytearray:
+    """A pool as the firmware prepares it for each program, and the memory behind it, which damaged programs reach.
+
+    Args:
+        behind: What is there, again and again.
+    """
+    return bytearray(_FILL * (POOL_SIZE // len(_FILL)) + (behind * (_BEHIND // len(behind) + 1))[:_BEHIND])
 
 
 class Array(NamedTuple):

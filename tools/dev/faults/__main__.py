@@ -7,8 +7,11 @@ import importlib
 import os
 import sys
 import time
+from pathlib import Path
 
+from . import judged
 from .campaign import Campaign, Tally, batch_of, run_campaign
+from .program_mutation import COMPILED
 
 CAMPAIGNS: tuple[str, ...] = (
     "telegrams",
@@ -22,6 +25,11 @@ CAMPAIGNS: tuple[str, ...] = (
     "servers",
 )
 """The modules of this folder that hold a campaign, in the order of docs/reliability.md."""
+
+_JUDGE_OPTIONS = {
+    "--judge": "compare the programs with this firmware, which answers the lines of docs/firmware.md section 0.1",
+    "--poisoned": "the same firmware with other bytes in memory that it does not initialise",
+}
 
 SHOWN = 10
 """Violations printed for each campaign."""
@@ -39,6 +47,8 @@ def main(argv: list[str] | None = None) -> int:
     broken = 0
     for name in args.campaigns or CAMPAIGNS:
         campaign = load(name)
+        if name == "programs" and args.judge:
+            campaign = judged.campaign(judged.judges(args.judge, args.poisoned), args.compiled)
         if args.only is not None:
             tally = campaign.run(args.seed, batch_of(campaign, args.only))
             _print(name, campaign, len(batch_of(campaign, args.only)), tally, args.seed, 0.0)
@@ -57,6 +67,9 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", type=int, metavar="NUMBER", help="reproduce one trial")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    for option, text in _JUDGE_OPTIONS.items():
+        parser.add_argument(option, metavar="VERSION=COMMAND", action="append", default=[], help=text)
+    parser.add_argument("--compiled", type=Path, default=COMPILED, help="folder of programs to damage for a judge")
     args = parser.parse_args(argv)
     if unknown := set(args.campaigns) - set(CAMPAIGNS):
         parser.error(f"no campaign {', '.join(sorted(unknown))}; there are: {', '.join(CAMPAIGNS)}")
@@ -80,6 +93,8 @@ def _run(name: str, campaign: Campaign, args: argparse.Namespace) -> Tally:
 def _print(name: str, campaign: Campaign, count: int, tally: Tally, seed: int, seconds: float) -> None:
     """Print the campaign's figures and its first violations."""
     print(f"{name}: {count} {campaign.unit}, {len(tally.violations)} violations (seed {seed}, {seconds:.0f} s)")
+    if tally.longest_s:
+        print(f"  longest: {tally.longest_s:.1f} s of processor time")
     for outcome, times in sorted(tally.outcomes.items()):
         print(f"  {times:8d} {outcome}")
     for violation in tally.violations[:SHOWN]:

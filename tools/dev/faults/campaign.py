@@ -28,15 +28,18 @@ class Tally:
     Attributes:
         outcomes: How often each permitted outcome occurred, such as "resumed" or "refused with exit code 2".
         violations: Each broken promise.
+        longest_s: Processor time of the longest trial, if the campaign measures it; equal trials may differ in it.
     """
 
     outcomes: Counter[str] = field(default_factory=Counter)
     violations: list[Violation] = field(default_factory=list)
+    longest_s: float = field(default=0.0, compare=False)
 
     def add(self, other: Tally) -> None:
         """Add the results of other trials."""
         self.outcomes += other.outcomes
         self.violations += other.violations
+        self.longest_s = max(self.longest_s, other.longest_s)
 
 
 @dataclass(frozen=True)

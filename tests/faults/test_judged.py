@@ -1,0 +1,54 @@
+"""Damaged programs on the simulated brick and on a judge; here other simulated bricks are the judges."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from nxtdrive.tools.dev.faults.campaign import Tally
+from nxtdrive.tools.dev.faults.judged import campaign, judges
+
+FIRMWARE = """
+import sys
+from nxtdrive.tools.conformance.bench import Bench
+from sim_backend.firmware.brick import SimBrick
+
+bench = Bench(SimBrick(firmware=sys.argv[1]))
+for line in sys.stdin.read().split("\\n")[:-1]:
+    print((bench.control(line) if line.startswith("!") else bench.telegram(line)){change})
+"""
+
+
+@pytest.fixture
+def tally(tmp_path, monkeypatch):
+    """What comes of five programs with a judge that changes its answers."""
+    monkeypatch.setattr("nxtdrive.tools.dev.faults.judged.HANG_S", 100)
+
+    def run(change: str = "") -> Tally:
+        script = tmp_path / "judge.py"
+        script.write_text(FIRMWARE.replace("{change}", change))
+        return campaign(judges([f"1.05={sys.executable} {script} 1.05"], [])).run(1, range(5))
+
+    return run
+
+
+@pytest.mark.slow
+def test_equal_answers_are_the_same_in_all(tally):
+    found = tally()
+    assert found.violations == []
+    assert sum(found.outcomes.values()) == 5
+    assert all(outcome.startswith("1.05: same in all") for outcome in found.outcomes)
+    assert found.longest_s > 0
+
+
+@pytest.mark.slow
+def test_another_status_is_a_violation(tally):
+    found = tally("[:-2] + 'aa'")
+    assert len(found.violations) == 5
+    assert "instead of aa" in found.violations[0].text
+
+
+@pytest.mark.slow
+def test_a_firmware_without_answers_is_no_violation(tally):
+    assert tally(" and sys.exit(1)").outcomes == {"1.05: LEGO's firmware hangs or crashes": 5}
