@@ -29,9 +29,25 @@ class Battery:
 
     def __init__(self) -> None:
         self.raw = FRESH_BATTERY
-        self._low_samples = 0
+        self._started_ms = self._low_samples = 0
         self.bars = len(_LEVELS_MV)
         self.sample()
+
+    def restart(self, started_ms: int) -> None:
+        """Forget the samples and take the first new one a period after `started_ms`."""
+        self._started_ms, self._low_samples, self.bars = started_ms, 0, 0
+
+    def since_sample_ms(self, now_ms: int) -> int:
+        """Time since the last sample, or since the start."""
+        return (now_ms - self._started_ms) % SAMPLE_MS
+
+    def next_sample_ms(self, now_ms: int) -> int:
+        """Pass of the next sample."""
+        return now_ms + SAMPLE_MS - self.since_sample_ms(now_ms)
+
+    def samples(self, now_ms: int) -> int:
+        """Number of samples since the start."""
+        return (now_ms - self._started_ms) // SAMPLE_MS
 
     @property
     def low(self) -> bool:
@@ -66,8 +82,3 @@ class Battery:
     @property
     def _threshold_mv(self) -> int:
         return _LOW_RECHARGEABLE_MV if self.rechargeable else _LOW_MV
-
-
-def next_sample_ms(now_ms: int) -> int:
-    """Pass of the next sample."""
-    return (now_ms // SAMPLE_MS + 1) * SAMPLE_MS

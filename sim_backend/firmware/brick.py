@@ -100,7 +100,7 @@ class SimBrick:
         self.display = DisplayModule(self._show_status, enhanced=version.dialect.enhanced_calls)
         self._screen = ScreenRefresh(clock)
         self.io_control = IoControl()
-        self.ui = UiModule(clock, self.io_control, self.sound, loader.restore_settings, loader.flash.has_extension)
+        self.ui = UiModule(clock, self.io_control, self.sound, loader.restore_settings, loader.flash.names_ending)
         self.radio = Radio(clock, name.encode("latin-1"), address)
         self.button = ButtonModule(clock, self.ui.press, self.ui.switch_off)
         self.command = CommandModule(
@@ -183,8 +183,9 @@ class SimBrick:
         self.ui.show_status(shown)
 
     def _reset_devices(self) -> None:
-        """Reset inputs and outputs, as at the start of a program and when the display no longer shows its end."""
+        """Reset ports and motors, as at the start of a program and when the display no longer shows its end."""
         self.input.reset()
+        self.low_speed.reset()
         self.output.reset()
 
     def power_cycle(self) -> SimBrick:

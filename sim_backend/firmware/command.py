@@ -90,7 +90,7 @@ class CommandModule:
         self.activate = self.deactivate = 0
         self.file_name, self.program_name = bytes(NAME_SIZE), ""
         self.mailboxes: Mailboxes | None = None
-        self.sync_time = self.sync_tick = 0
+        self.sync_time = self.sync_tick = self._tick_lag = 0
 
     @property
     def active(self) -> bool:
@@ -121,8 +121,8 @@ class CommandModule:
 
     @property
     def tick(self) -> int:
-        """Milliseconds since power-on, 32 bits."""
-        return self._clock.now_ms & 0xFFFF_FFFF
+        """Milliseconds since power-on, 32 bits; a pass that aborts a program is counted when the next one runs."""
+        return self._clock.now_ms - self._tick_lag & 0xFFFF_FFFF
 
     @property
     def pool(self) -> bytes:
@@ -190,9 +190,10 @@ class CommandModule:
         match self._state:
             case InterpreterState.RUNNING | InterpreterState.STEP:
                 if self.deactivate:
-                    self.deactivate = 0
+                    self.deactivate, self._tick_lag = 0, int(self._dialect.abort_stops_tick)
                     self._end(ProgramStatus.ABORTED)
                 else:
+                    self._tick_lag = 0
                     self._execute(now_ms)
             case InterpreterState.STOPPING:
                 self._end(ProgramStatus.ABORTED)

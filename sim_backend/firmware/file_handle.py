@@ -24,7 +24,8 @@ class Handle:
     Attributes:
         use: See `Use`.
         file: The open file.
-        position: Next byte to read.
+        position: Next byte to read; a program's handle goes on where its last file was left.
+        end: Number of bytes that can be read, of that file.
         overrun: Whether more was written than announced.
         name: Name or pattern of the last look-up, in lower case; every look-up uses a handle, and none forgets it.
         matches: Test of that look-up.
@@ -33,12 +34,12 @@ class Handle:
         slot: Number of its write buffer.
     """
 
-    __slots__ = ("file", "index", "keep", "matches", "name", "overrun", "position", "slot", "use")
+    __slots__ = ("end", "file", "index", "keep", "matches", "name", "overrun", "position", "slot", "use")
 
     def __init__(self) -> None:
         self.use = Use.FREE
         self.file: File | None = None
-        self.position = self.slot = 0
+        self.position = self.end = self.slot = 0
         self.overrun = self.keep = False
         self.name = ""
         self.matches: Callable[[str], bool] = lambda _: True

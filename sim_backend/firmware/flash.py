@@ -87,9 +87,9 @@ class Flash:
         """Free bytes, as the firmware reports them."""
         return free_bytes(self._total - len(self._used))
 
-    def has_extension(self, extension: str) -> bool:
-        """Whether there is a file whose name ends like that."""
-        return any(file.name.lower().endswith(extension) for file in self.files)
+    def names_ending(self, extension: str) -> list[str]:
+        """The files whose names end like that, in the order of the directory."""
+        return [file.name for file in self.files if file.name.lower().endswith(extension)]
 
     def find(self, matches: Callable[[str], bool], start: int = 0) -> int:
         """Index of the next matching file from `start` on; the number of files if there is none."""

@@ -77,12 +77,11 @@ class Loader:
         return True
 
     def open_program(self, name: str) -> tuple[int | None, bytes]:
-        """Open a program to execute it: its handle, which cannot be read from, and its content; None if it fails."""
-        status, number, _ = self.open_read(name, keep=True)
+        """Open a program to execute it: its handle and its content; None if it fails."""
+        status, number, _ = self.open_read(name, keep=True, use=Use.EXECUTE)
         file = self._handles[number].file
         if status or file is None:
             return None, b""
-        self._handles[number].use = Use.EXECUTE
         return number, bytes(file.content)
 
     def linear_content(self, name: str) -> tuple[Status, bytes]:
@@ -94,7 +93,7 @@ class Loader:
         self.close(number)
         return (Status.OK, bytes(file.content)) if file.linear else (Status.NOT_A_LINEAR_FILE, b"")
 
-    def open_read(self, name: str, *, keep: bool = False) -> Opened:
+    def open_read(self, name: str, *, keep: bool = False, use: Use = Use.READ) -> Opened:
         """Open the first file that matches; `keep` leaves it open when the USB cable is pulled."""
         status, number, file = self._find(name)
         if file is None:
@@ -103,7 +102,7 @@ class Loader:
             self._handles[number].use = Use.READ  # the firmware leaks it
             self.close(0)
             return Opened(Status.FILE_NOT_FOUND, 0)
-        self._take(number, Use.READ, file, keep=keep)
+        self._take(number, use, file, keep=keep)
         return Opened(Status.OK, number, file.data_size)
 
     def create(
@@ -145,12 +144,16 @@ class Loader:
 
     def read(self, number: int, size: int) -> tuple[Status, bytes]:
         """Read on; fewer bytes at the end of the file."""
-        handle = self._handle(number, Use.READ)
+        handle = self._handle(number, Use.READ) or self._handle(number, Use.EXECUTE)
         if handle is None or handle.file is None:
             return Status.ILLEGAL_HANDLE, b""
-        data = bytes(handle.file.content[handle.position : min(handle.position + size, handle.file.data_size)])
+        data = bytes(handle.file.content[handle.position : min(handle.position + size, handle.end)])
         handle.position += len(data)
         return (Status.OK if len(data) == size else Status.END_OF_FILE), data
+
+    def is_reading(self, number: int) -> bool:
+        """Whether a handle is open for reading."""
+        return self._handle(number, Use.READ) is not None
 
     def write(self, number: int, data: bytes) -> tuple[Status, int]:
         """Write on; returns the status and the number of bytes that fitted."""
@@ -311,7 +314,9 @@ class Loader:
         handle = self._handles[number]
         if use == Use.WRITE:
             handle.slot = min(set(range(HANDLES)) - set(self._writers))
-        handle.use, handle.file, handle.position, handle.overrun, handle.keep = use, file, 0, False, keep
+        handle.use, handle.file, handle.overrun, handle.keep = use, file, False, keep
+        if use != Use.EXECUTE:
+            handle.position, handle.end = 0, file.data_size if use == Use.READ else 0
 
     def _handle(self, number: int, use: Use) -> Handle | None:
         handle = self._handles[number] if number < HANDLES else None

@@ -114,6 +114,11 @@ class Channel:
         self.tx_size, self.tx_out, self.rx_size = len(data), 0, rx_size
         self.state = ChannelState.INIT
 
+    def reset(self) -> None:
+        """Drop the transaction and the bytes waiting; the bus goes on."""
+        self.state = ChannelState.IDLE
+        self.tx_size = self.tx_out = self.rx_size = self.rx_in = self.rx_out = 0
+
     def initialize(self) -> None:
         """Prepare for the first try."""
         self.state, self.error, self.failures = ChannelState.LOAD, ChannelError.NONE, 0
@@ -215,6 +220,12 @@ class LowSpeedModule:
     def wake(self) -> None:
         """Run in the next pass: the map was written."""
         self.due_ms = self._clock.now_ms + 1
+
+    def reset(self) -> None:
+        """Drop all transactions."""
+        self.active = 0
+        for channel in self.channels:
+            channel.reset()
 
     def run(self, now_ms: int) -> None:
         """Advance the channels by one pass, and the buses by the interrupts in it."""

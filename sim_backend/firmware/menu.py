@@ -1,12 +1,12 @@
 """The menus of the user interface as far as telegrams see them: where a key leads, and what it changes.
 
-Pictures and texts are LEGO's and are not drawn. Below the second level only the depth is followed, but for the pages
-of volume and sleep. Source: docs/firmware.md section 8.5.
+Pictures and texts are LEGO's and are not drawn. Below the second level only the depth is followed, but for programs and
+the pages of volume and sleep. Source: docs/firmware.md section 8.5.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from sim_backend.firmware.keys import Key
@@ -22,6 +22,10 @@ _STATES = {
 
 _MY_FILES, _BLUETOOTH, _SETTINGS, _TRY_ME = (0,), (4,), (5,), (6,)
 _VOLUME, _SLEEP = (*_SETTINGS, 0), (*_SETTINGS, 1)
+_PROGRAMS = (*_MY_FILES, 0)
+_PAGE = 4
+"""Level of a file's page; its first item runs the file."""
+
 _SLOW = range(1, 4)
 """Items of the main menu whose pages are drawn in two passes."""
 
@@ -29,6 +33,7 @@ _SLEEP_MINUTES = (0, 2, 5, 10, 30, 60)
 _ITEMS = {(): 7, _MY_FILES: 4, _SETTINGS: 4, _VOLUME: MAX_VOLUME + 1, _SLEEP: len(_SLEEP_MINUTES)}
 """Items of the menus that are known, by their place: the numbers of the items that lead there."""
 
+_PAGE_ITEMS = 3
 _EXTENSIONS = (".rxe", ".rpg", ".rso", ".log")
 """Files of the items of the first menu."""
 
@@ -48,16 +53,18 @@ class Menu:
 
     Args:
         settings: The user interface.
-        has_file: Tells whether there is a file with an extension.
+        files: Lists the files with an extension.
 
     Attributes:
         shows_key: Whether the states that the last key brings are not over.
         switches_off: Whether the last key switches the brick off.
+        runs: Name of the file that it runs, if any.
     """
 
-    def __init__(self, settings: Settings, has_file: Callable[[str], bool]) -> None:
-        self._settings, self._has_file = settings, has_file
+    def __init__(self, settings: Settings, files: Callable[[str], Sequence[str]]) -> None:
+        self._settings, self._files = settings, files
         self.shows_key = self.switches_off = False
+        self.runs = self._file = ""
         self._states: list[tuple[UiState, int]] = []
         self.reset()
 
@@ -67,15 +74,15 @@ class Menu:
         self._confirms: bool | None = None
         self._volume = self._settings.volume
 
-    def show_file(self) -> None:
+    def show_file(self, name: str) -> None:
         """Go to the page of the file that was started: four levels down."""
-        self._place, self._confirms = [*_MY_FILES, 0, 0, 0], None
+        self._place, self._confirms, self._file = [*_PROGRAMS, 0, 0], None, name
 
     def press(self, key: int) -> None:
         """Follow a key, a value of `Key`; others do nothing."""
         if key not in tuple(Key):
             return
-        self.shows_key, self._states = True, []
+        self.shows_key, self._states, self.runs = True, [], ""
         value = tuple(self._place[:-1]) in (_VOLUME, _SLEEP)
         self._show(_STATES[Key(key)], 2 if value and key in (Key.LEFT, Key.RIGHT) else 1)
         if self._confirms is not None:
@@ -113,10 +120,19 @@ class Menu:
     def _move(self, step: int) -> None:
         menu = tuple(self._place[:-1])
         self._place[-1] += step
-        if menu in _ITEMS:
-            self._place[-1] %= _ITEMS[menu]
+        if items := self._items(menu):
+            self._place[-1] %= items
         if menu == _VOLUME:
             self._settings.volume = self._place[-1]
+
+    def _items(self, menu: tuple[int, ...]) -> int:
+        """Number of items of a menu, 0 if it is not known."""
+        if menu == _PROGRAMS:
+            return len(self._files(_EXTENSIONS[0]))
+        return _PAGE_ITEMS if self._is_page(menu) else _ITEMS.get(menu, 0)
+
+    def _is_page(self, menu: tuple[int, ...]) -> bool:
+        return len(menu) == _PAGE - 1 and menu[: len(_PROGRAMS)] == _PROGRAMS
 
     def _leave(self) -> None:
         if len(self._place) == 1:
@@ -137,8 +153,10 @@ class Menu:
         elif menu == _SLEEP:
             self._settings.set_sleep_minutes(_SLEEP_MINUTES[self._place.pop()])
             self._show(UiState.EXIT)
-        elif menu == _MY_FILES and not self._has_file(_EXTENSIONS[self._place[-1]]):
+        elif menu == _MY_FILES and not self._files(_EXTENSIONS[self._place[-1]]):
             self._find_nothing()
+        elif self._is_page(menu) and not place[-1]:
+            self.runs = self._file
         elif place in (_TRY_ME, (*_BLUETOOTH, 0)):
             self._show(UiState.ENTER)
             self._find_nothing()
@@ -152,6 +170,9 @@ class Menu:
 
     def _open(self, place: tuple[int, ...]) -> None:
         first = 0
+        names = self._files(_EXTENSIONS[0]) if place[:-1] == _PROGRAMS else ()
+        if names:
+            self._file = names[place[-1] % len(names)]
         if place == _VOLUME:
             first = self._volume = self._settings.volume
         elif place == _SLEEP and self._settings.sleep_minutes in _SLEEP_MINUTES:

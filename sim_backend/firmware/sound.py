@@ -88,7 +88,8 @@ class SoundModule:
         self.volume = MAX_VOLUME
         self.tone: Tone | None = None
         self.from_file = False
-        self._ends_ms = NEVER
+        self._ends_ms = self._piece_ends_ms = 0
+        self._piece_ms = 0.0
         self._wave_ms = self._waves_begin_ms = self._waves_end_ms = 0.0
         self._samples_end_ms = self._rounds_ms = 0.0
         self._unfinished = False
@@ -104,7 +105,8 @@ class SoundModule:
 
     def stop(self) -> None:
         """Stop the sound in the next pass."""
-        self.state, self.flags = int(SoundState.STOP), 0
+        self.state = int(SoundState.STOP)
+        self.flags &= ~int(SoundFlag.UPDATE | SoundFlag.RUNNING)
         self.due_ms = self._clock.now_ms + 1
 
     def end_program(self, volume: int) -> None:
@@ -129,40 +131,56 @@ class SoundModule:
         self.due_ms = self._clock.now_ms + 1
 
     def click(self, volume: int) -> None:
-        """Play the sound of a key; without that file only name, mode and volume of the map change."""
+        """Play the sound of a key in the next pass, if its file exists."""
         self.volume = volume
+        self.play_file(unpack_name(self.name), loop=False)
         self.name = _CLICK + self.name[len(_CLICK) :]
-        self.mode = int(SoundMode.ONCE)
-        status, handle, _ = self._loader.open_read(unpack_name(_CLICK))
-        if not status:
-            self._loader.close(handle)
-            self.play_file(unpack_name(_CLICK), loop=False)
 
     def run(self, now_ms: int) -> None:
         """Start, continue, stop or end a sound."""
         if self.flags & SoundFlag.UPDATE:
             self._update(now_ms)
-        elif self.state == SoundState.STOP:
+        if self.state == SoundState.STOP:
             self.tone, self.from_file, self._unfinished, self._queue = None, False, False, []
             self._silence()
         elif self.state in (SoundState.TONE, SoundState.FILE):
             self.flags |= SoundFlag.RUNNING
             if now_ms >= self._ends_ms:
                 self._continue(now_ms)
-        self.due_ms = self._ends_ms if self.state in (SoundState.TONE, SoundState.FILE) else NEVER
+            elif now_ms >= self._piece_ends_ms and self._file_is_lost:
+                self._silence()
+        self.due_ms = self._next_step_ms(now_ms) if self.state in (SoundState.TONE, SoundState.FILE) else NEVER
+
+    @property
+    def _file_is_lost(self) -> bool:
+        """Whether the handle of the file that plays was closed by a telegram."""
+        return self._handle is not None and not self._loader.is_reading(self._handle)
+
+    def _next_step_ms(self, now_ms: int) -> int:
+        """When a wave, a sound or a piece of a file has been handed over."""
+        if self.state == SoundState.TONE or self._notes or self._ends_ms == NEVER:
+            return self._ends_ms
+        pieces = int((self._ends_ms - now_ms - 1) / self._piece_ms)
+        self._piece_ends_ms = ceil(self._samples_end_ms - pieces * self._piece_ms)
+        return max(now_ms + 1, self._piece_ends_ms)
 
     def _update(self, now_ms: int) -> None:
-        self.flags &= ~SoundFlag.UPDATE
-        self._close_file()
-        if self.mode not in (SoundMode.ONCE, SoundMode.LOOP):
+        self.flags &= ~int(SoundFlag.UPDATE)
+        if self.mode & SoundMode.TONE:
             self._silence()
-            self.flags, self.state = int(SoundFlag.RUNNING), int(SoundState.TONE)
+            self._begin(SoundState.TONE)
             self.tone, self.from_file = Tone(self.frequency_hz, self.duration_ms, self.volume), False
             self._play_waves(self.frequency_hz, self.duration_ms, now_ms)
             return
-        status, handle, size = self._loader.open_read(unpack_name(self.name), keep=True)
+        status, handle, _ = self._loader.open_read(unpack_name(self.name), keep=True)
         if not status:
+            self._loader.close(handle)
+            self._close_file()
+            _, handle, size = self._loader.open_read(unpack_name(self.name), keep=True)
             self._start_file(handle, size - _HEADER.size, now_ms)
+
+    def _begin(self, state: SoundState) -> None:
+        self.flags, self.state = self.flags | SoundFlag.RUNNING, int(state)
 
     def _start_file(self, handle: int, size: int, now_ms: int) -> None:
         """Play an open file; one that is not a sound file stays silent.
@@ -177,7 +195,7 @@ class SoundModule:
             notes = self._loader.read(handle, max(size, 0))[1]
             self._notes = list(_NOTE.iter_unpack(notes[: len(notes) // _NOTE.size * _NOTE.size]))
         if self._notes:
-            self.flags, self.state = int(SoundFlag.RUNNING), int(SoundState.FILE)
+            self._begin(SoundState.FILE)
             self.tone, self.from_file, self._next_note = None, False, 0
             self._play_note(now_ms)
             if self._unfinished:
@@ -200,7 +218,8 @@ class SoundModule:
             queue.append(max(handed_ms, queue[-1] if queue else now_ms) + buffer_ms)
         if handed_ms <= now_ms and not self._unfinished and self.mode != SoundMode.LOOP and buffers < _QUEUED:
             return
-        self.flags, self.state, self.from_file = int(SoundFlag.RUNNING), int(SoundState.FILE), True
+        self._begin(SoundState.FILE)
+        self.from_file, self._piece_ms = True, buffer_ms
         if kind not in (_SOUND, _COMPRESSED):
             self._ends_ms = NEVER
             return
@@ -212,10 +231,10 @@ class SoundModule:
     def _continue(self, now_ms: int) -> None:
         """The last buffer was handed over: play the next note or the sound anew, or end."""
         if self.state == SoundState.TONE:
-            if self.mode in (SoundMode.ONCE, SoundMode.TONE):
-                self._silence()
-            else:
+            if self.mode & SoundMode.LOOP:
                 self._ends_ms = NEVER
+            else:
+                self._silence()
         elif self._notes and (self._next_note < len(self._notes) or self.mode == SoundMode.LOOP):
             self._play_note(now_ms)
         elif self.mode == SoundMode.LOOP:
@@ -249,7 +268,7 @@ class SoundModule:
         """End the sound for the firmware; waves that were handed over still play."""
         if self.state in (SoundState.STOP, SoundState.FILE) and not self._notes:
             self._waves_end_ms = 0.0
-        self.flags = self.state = 0
+        self.flags, self.state, self._ends_ms = self.flags & ~int(SoundFlag.RUNNING), 0, 0
         self._close_file()
 
     def _close_file(self) -> None:

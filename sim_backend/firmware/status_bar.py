@@ -5,7 +5,6 @@ Source: docs/firmware.md section 8.5.
 
 from __future__ import annotations
 
-from sim_backend.firmware.battery import SAMPLE_MS
 from sim_backend.firmware.module import Clock
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.ui import UiModule
@@ -33,6 +32,6 @@ class StatusBar:
     def icons(self) -> bytes:
         """The four icons from the left."""
         ui, battery = self._ui, self._ui.battery
-        running = self._clock.now_ms // SAMPLE_MS % _STEPS if ui.run_state else 0
+        running = battery.samples(self._clock.now_ms) % _STEPS if ui.run_state else 0
         charge = (_RECHARGEABLE if battery.rechargeable else _BATTERY) + battery.bars
         return bytes((_BLUETOOTH + self._radio.state & 0xFF, _USB + ui.usb_state & 0xFF, 1 + running, charge))

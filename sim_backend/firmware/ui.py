@@ -8,7 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from firmware_protocol.iomap import SoundState, UiFlag
-from sim_backend.firmware.battery import SAMPLE_MS, Battery, next_sample_ms
+from sim_backend.firmware import ui_states as states
+from sim_backend.firmware import ui_times as times
+from sim_backend.firmware.battery import Battery
 from sim_backend.firmware.button import Button
 from sim_backend.firmware.io_control import POWER_DOWN, IoControl
 from sim_backend.firmware.keys import KEYS, Key, Keys
@@ -16,50 +18,11 @@ from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import NAME_SIZE, extension, pack_name, unpack_name
 from sim_backend.firmware.sound import MAX_VOLUME, SoundModule
-from sim_backend.firmware.ui_states import IN_MENU, STARTING, Programs, Run, UiState
+from sim_backend.firmware.ui_states import STARTING, Programs, Run, UiState
 
 MINUTE_MS = 60_000
 
-_FADE_MS = 2
-"""Time from a request until the file waits for the end of a tone."""
-
-_OPENING_MS = 4
-"""Time from that wait to the start command; without a tone, a program is active 8 ms after its request."""
-
-_STATUS_BAR_MS = range(3, 6)
-"""Passes after the request in which a battery sample delays the start command by one: the status bar is drawn."""
-
-_MENU_DELAYS = (0, 0, 2, 1, 2, 1)
-"""Delay of the start command in passes by the time since the menu was opened."""
-
-_REFUSAL_MS = 3
-"""Time from that wait until a file of unknown type has brought the menu back."""
-
-_DRAWING_MS = 3
-"""How long the menu is drawn."""
-
-_DISPLAY_OFF_MS, _POWER_OFF_MS = 3, 7
-"""Time from the decision to switch off until display and power go off."""
-
-_DEAF_MS = 257
-"""Time from the decision to switch off until keys count again."""
-
-_WARNING_MS = 2
-"""Time from the sample of a low battery to the warning."""
-
-_MESSAGE_MS = 750
-"""How long the display shows the end of a program."""
-
-_PROGRAMS, _SOUND, _ON_BRICK = (".rxe", ".rtm"), ".rso", ".rpg"
-"""Programs made on the brick itself; they are not simulated, only the message after them is shown."""
-
-_STATUS_WORK = int(UiFlag.UPDATE | UiFlag.REDRAW_STATUS)
-"""Requests to draw the status bar: carried out in the next pass, or kept while a program has the screen."""
-
-_RUNNING_FLAGS = int(UiFlag.DISABLE_LEFT_RIGHT_ENTER | UiFlag.DISABLE_EXIT)
-"""Set while a program runs."""
-
-_EXIT_BUTTON = 1
+_EXIT_MASK, _ENTER = 1, 3
 _SLEEP_MINUTES = 10
 
 
@@ -88,7 +51,7 @@ class UiModule:
         io_control: IoControl,
         sound: SoundModule,
         on_restart: Callable[[], None],
-        has_file: Callable[[str], bool],
+        files: Callable[[str], Sequence[str]],
     ) -> None:
         self._clock, self._io_control, self._sound, self._on_restart = clock, io_control, sound, on_restart
         self.due_ms = NEVER
@@ -104,9 +67,9 @@ class UiModule:
         self._run, self._file = Run.TONE, bytes(NAME_SIZE)
         self._menu_opened_ms = self._delay_ms = self._message_ends_ms = 0
         self._off_ms = NEVER
-        self._warned = self._exit_pressed = self._starting = False
+        self._warned = self._exit_pressed = self._starting = self._answered = self._from_menu = False
         self.buttons: Sequence[Button] = ()
-        self._menu, self._keys = Menu(self, has_file), Keys()
+        self._menu, self._keys = Menu(self, files), Keys()
         self._schedule()
 
     @property
@@ -126,7 +89,7 @@ class UiModule:
     def set_battery(self, raw: int) -> None:
         """Change the battery: a 10-bit converter value, plus `battery.RECHARGEABLE`."""
         self.battery.raw = raw
-        self.due_ms = min(self.due_ms, next_sample_ms(self._clock.now_ms))
+        self.due_ms = min(self.due_ms, self.battery.next_sample_ms(self._clock.now_ms))
 
     def stay_awake(self) -> None:
         """Restart the sleep timer."""
@@ -148,15 +111,15 @@ class UiModule:
         """Handle a change of the buttons; those newly pressed are given as bits of the button module."""
         if buttons:
             self._timer_started_ms = self._clock.now_ms
-            if self.state == UiState.RUNNING and (buttons & _EXIT_BUTTON or self._run is Run.MESSAGE):
+            if self._runs_file and (buttons & _EXIT_MASK or self._run is Run.MESSAGE):
                 self._skip_message()
         if not self._in_menu and self._off_ms == NEVER:
             self._keys.read(self.buttons, self._clock.now_ms)
             for number, key in KEYS[::-1]:
                 if buttons >> number & 1:
                     disabled = self._disabled(key)
-                    self.button = self.button if disabled else key
-                    if not (disabled and self.state == UiState.RUNNING):
+                    self._answered |= self.state == UiState.LOW_BATTERY and not disabled
+                    if not (disabled and self._runs_file):
                         self._sound.click(self.volume)
         self.wake()
 
@@ -192,23 +155,23 @@ class UiModule:
 
     def program_ended(self) -> None:
         """Show the end of a program from the next pass on."""
-        if self.state == UiState.RUNNING:
+        if self._runs_file:
             self._run, self._next_step_ms = Run.PROGRAM_ENDED, self._clock.now_ms + 1
             self._schedule()
 
     def run(self, now_ms: int) -> None:
         """Run one pass: battery, keys, files, supply."""
-        if now_ms % SAMPLE_MS == 0:
+        if self.battery.since_sample_ms(now_ms) == 0:
             self.battery.sample()
             self.flags |= int(UiFlag.UPDATE)
         if self.flags & UiFlag.ENABLE_STATUS:
-            self.flags &= ~_STATUS_WORK
+            self.flags &= ~states.STATUS_WORK
         if self.flags & UiFlag.RESET_SLEEP_TIMER or not self.sleep_minutes:
             self._timer_started_ms, never = now_ms, not self.sleep_minutes  # which keeps the flag
             self.flags = self.flags & ~int(UiFlag.RESET_SLEEP_TIMER) | never * int(UiFlag.RESET_SLEEP_TIMER)
         if self._in_menu or self._off_ms != NEVER:
             self._read_keys(now_ms)
-        elif self.button and not self._disabled(self.button):
+        elif self._answered or (self._takes_keys and self.button and not self._disabled(self.button)):
             self._take_key()
         self._step(now_ms)
         self._watch_supply()
@@ -217,26 +180,27 @@ class UiModule:
     @property
     def _in_menu(self) -> bool:
         """Whether keys are for the menus."""
-        return self._off_ms == NEVER and (self.state in IN_MENU or self._menu.shows_key)
+        return self._off_ms == NEVER and not self._from_menu and (self.state in states.IN_MENU or self._menu.shows_key)
 
     @property
     def _reads_keys(self) -> bool:
         """Whether keys count: the menu is drawn, or the brick has been off for a while."""
         if self._off_ms == NEVER:
             return self.state == UiState.WAITING
-        return self._clock.now_ms >= self._off_ms + _DEAF_MS
+        return self._clock.now_ms >= self._off_ms + times.DEAF_MS
 
     def _read_keys(self, now_ms: int) -> None:
         """Follow a button, or the map's while none is held, when the menu is drawn."""
         if not self._reads_keys:
             return
         key: int | None = self._keys.read(self.buttons, now_ms)
-        if key is not None and not self._disabled(key):
-            self._sound.click(self.volume)
-        elif self._keys.held(self.buttons) is None and self.button and not self._disabled(self.button):
-            key, self.button = self.button, 0
-        else:
+        from_map = key is None and self._keys.held(self.buttons) is None
+        key = self.button if from_map else key
+        if not key or self._disabled(key):
             return
+        if from_map:
+            self.button = 0
+        self._sound.click(self.volume)
         self._timer_started_ms = now_ms
         if self._off_ms == NEVER:
             self._menu.press(key)
@@ -244,10 +208,25 @@ class UiModule:
         elif key == Key.ENTER:
             self._next_step_ms, self._starting = now_ms + 1, True
 
+    @property
+    def _runs_file(self) -> bool:
+        """Whether a file has the screen: a program, a sound, or the message about its end."""
+        return self.state == UiState.RUNNING or self._from_menu
+
+    @property
+    def _takes_keys(self) -> bool:
+        """Whether a key of the map counts outside of the menus: a message is shown."""
+        return self.state == UiState.LOW_BATTERY or (self._runs_file and self._run is Run.MESSAGE)
+
     def _take_key(self) -> None:
-        self.button = 0
+        if not self._answered:
+            self._sound.click(self.volume)
+            self.button = 0
+        self._answered = False
         self._timer_started_ms = self._clock.now_ms
-        if self.state == UiState.LOW_BATTERY:
+        if self._runs_file:
+            self._next_step_ms = self._message_ends_ms = self._clock.now_ms
+        else:
             self.flags &= ~int(UiFlag.BUSY)
             self.state = int(UiState.WAITING)
 
@@ -256,8 +235,17 @@ class UiModule:
         if step := self._menu.next_state():
             self.state, self._next_step_ms = int(step[0]), self._clock.now_ms + step[1]
             return
+        if self._menu.runs:
+            self._run_from_menu()
+            return
         self.state, self.force_off = int(UiState.WAITING), self.force_off or int(self._menu.switches_off)
         self._menu.switches_off = False
+
+    def _run_from_menu(self) -> None:
+        """Run a file from its page; the state stays as it is."""
+        self.flags |= int(UiFlag.BUSY)
+        self._from_menu, self._run, self._exit_pressed = True, Run.TONE, False
+        self._file, self._next_step_ms = pack_name(self._menu.runs), self._clock.now_ms + 1
 
     def _step(self, now_ms: int) -> None:
         """Continue to start or end a file."""
@@ -271,8 +259,8 @@ class UiModule:
         self.flags |= int(UiFlag.BUSY)
         self.state = int(UiState.OPENING)
         self._menu.interrupt()
-        delay = dict(enumerate(_MENU_DELAYS)).get(now_ms - self._menu_opened_ms, 0)
-        delay += next_sample_ms(now_ms + _STATUS_BAR_MS[0] - 1) - now_ms in _STATUS_BAR_MS
+        delay = dict(enumerate(times.MENU_DELAYS)).get(now_ms - self._menu_opened_ms, 0)
+        delay += self.battery.next_sample_ms(now_ms + times.STATUS_BAR_MS[0] - 1) - now_ms in times.STATUS_BAR_MS
         self._timer_started_ms, self._next_step_ms, self._delay_ms = now_ms, now_ms + 1, delay
 
     def _advance(self, now_ms: int) -> None:
@@ -283,11 +271,11 @@ class UiModule:
             self._show_key()
         elif self.state == UiState.OPENING:
             self.state, self._run, self._exit_pressed = int(UiState.RUNNING), Run.TONE, False
-            self._file, self._next_step_ms = self.program_name, now_ms + _FADE_MS + self._delay_ms
-        elif self.state == UiState.RUNNING:
+            self._file, self._next_step_ms = self.program_name, now_ms + times.FADE_MS + self._delay_ms
+        elif self._runs_file:
             self._continue(now_ms)
         elif self.state == UiState.MENU:
-            self.state, self._next_step_ms = int(UiState.DRAWING), now_ms + _DRAWING_MS
+            self.state, self._next_step_ms = int(UiState.DRAWING), now_ms + times.DRAWING_MS
         elif self.state == UiState.DRAWING:
             self.state = int(UiState.WAITING)
 
@@ -296,7 +284,8 @@ class UiModule:
         if self.state == UiState.START:
             self._on_restart()
             self.flags, self.sleep_minutes = int(UiFlag.BUSY), _SLEEP_MINUTES
-            self.battery.bars, self._off_ms, self._io_control.display_on = 0, NEVER, True
+            self.battery.restart(now_ms - 1)
+            self._off_ms, self._io_control.display_on = NEVER, True
             self._menu.reset()
         if self.state == UiState.WAITING:
             self.flags, self._starting = int(UiFlag.ENABLE_STATUS), False
@@ -313,12 +302,17 @@ class UiModule:
             case Run.TONE if self._sound.state == SoundState.TONE:
                 self._next_step_ms = now_ms + 1
             case Run.TONE:
-                known = extension(self._file) in (*_PROGRAMS, _SOUND, _ON_BRICK)
-                self._run, self._next_step_ms = Run.TO_OPEN, now_ms + (_OPENING_MS if known else _REFUSAL_MS)
+                known = extension(self._file) in (*states.PROGRAMS, states.SOUND, states.ON_BRICK)
+                wait_ms = times.RELEASE_MS if known else times.REFUSAL_MS - times.RELEASE_MS
+                self._run, self._next_step_ms = Run.RELEASE, now_ms + wait_ms
+            case Run.RELEASE | Run.TO_OPEN if self.buttons[_ENTER].pressed:
+                self._run, self._next_step_ms = Run.RELEASE, now_ms + 1
+            case Run.RELEASE:
+                self._run, self._next_step_ms = Run.TO_OPEN, now_ms + times.RELEASE_MS
             case Run.TO_OPEN:
                 self._open(now_ms)
             case Run.PROGRAM if self.programs.active:
-                self.flags |= _RUNNING_FLAGS
+                self.flags |= states.RUNNING_FLAGS
             case Run.SOUND if self._sound.playing:
                 self._next_step_ms = now_ms + 1
             case Run.MESSAGE if now_ms < self._message_ends_ms and not self._skips_message:
@@ -326,23 +320,23 @@ class UiModule:
             case Run.MESSAGE:
                 self._open_menu()
             case _:
-                self.flags = self.flags & ~(_RUNNING_FLAGS | _STATUS_WORK) | int(UiFlag.ENABLE_STATUS)
+                self.flags = self.flags & ~(states.RUNNING_FLAGS | states.STATUS_WORK) | int(UiFlag.ENABLE_STATUS)
                 if self._run is not Run.SOUND:
                     self._sound.end_program(self.volume)
                 self._run = Run.MESSAGE
-                self._next_step_ms, self._message_ends_ms = now_ms + 1, now_ms + _MESSAGE_MS
+                self._next_step_ms, self._message_ends_ms = now_ms + 1, now_ms + times.MESSAGE_MS
 
     def _open(self, now_ms: int) -> None:
         """Start a file by its extension; an unknown one leaves the user interface busy for ever, as on a real brick."""
         kind = extension(self._file)
         self._next_step_ms = now_ms + 1
-        if kind in _PROGRAMS:
+        if kind in states.PROGRAMS:
             self._run = Run.PROGRAM
             self.programs.start(self._file)
-        elif kind == _SOUND:
+        elif kind == states.SOUND:
             self._run, self._next_step_ms = Run.SOUND, now_ms + 2
             self._sound.play_file(unpack_name(self._file), loop=False)
-        elif kind == _ON_BRICK:
+        elif kind == states.ON_BRICK:
             self._run = Run.SOUND
         else:
             self._show_menu()
@@ -350,9 +344,12 @@ class UiModule:
     def _open_menu(self) -> None:
         """Accept buttons and requests again; a request made meanwhile is lost."""
         self.flags &= ~int(UiFlag.BUSY)
-        self._menu.show_file()
-        self._show_menu()
         self.programs.reset()
+        if self._from_menu:
+            self._from_menu, self._next_step_ms = False, self._clock.now_ms + 1
+            return
+        self._menu.show_file(unpack_name(self._file))
+        self._show_menu()
 
     def _show_menu(self) -> None:
         now_ms = self._clock.now_ms
@@ -363,7 +360,7 @@ class UiModule:
         """Warn of a low battery once; switch off when the sleep timer has expired."""
         now_ms = self._clock.now_ms
         self._warned = self._warned and self.battery.low
-        if self._warns and now_ms % SAMPLE_MS >= _WARNING_MS:
+        if self._warns and self.battery.since_sample_ms(now_ms) >= times.WARNING_MS:
             self._warned = True
             self.flags |= int(UiFlag.BUSY)
             self.state, self._next_step_ms = int(UiState.LOW_BATTERY), NEVER
@@ -371,18 +368,18 @@ class UiModule:
             self.force_off = 1
         if self.force_off and self._off_ms == NEVER:
             self._off_ms, self.force_off = now_ms, 0
-            if self.state in IN_MENU:
+            if self.state in states.IN_MENU:
                 self.state, self._next_step_ms = int(UiState.DRAWING), NEVER
             if self.programs.active:
                 self.programs.stop()
-        if now_ms >= self._off_ms + _DISPLAY_OFF_MS and self.state != UiState.LOW_BATTERY:
+        if now_ms >= self._off_ms + times.DISPLAY_OFF_MS and self.state != UiState.LOW_BATTERY:
             self._io_control.display_on = False
-        if now_ms >= self._off_ms + _POWER_OFF_MS:
+        if now_ms >= self._off_ms + times.POWER_OFF_MS:
             self._io_control.power_word = POWER_DOWN
 
     @property
     def _warns(self) -> bool:
-        return self.battery.low and not self._warned and self.state in IN_MENU
+        return self.battery.low and not self._warned and self.state in states.IN_MENU and not self._from_menu
 
     def _schedule(self) -> None:
         now_ms, due = self._clock.now_ms, self._next_step_ms
@@ -390,11 +387,11 @@ class UiModule:
             due = min(due, self._timer_started_ms + self.sleep_ms)
         if self._keys.repeat_ms != NEVER and self._keys.held(self.buttons):
             due = min(due, self._keys.repeat_ms)
-        if self._off_ms != NEVER and now_ms < self._off_ms + _POWER_OFF_MS:
+        if self._off_ms != NEVER and now_ms < self._off_ms + times.POWER_OFF_MS:
             due = min(due, now_ms + 1)
         if self._off_ms != NEVER and not self._reads_keys:
-            due = min(due, self._off_ms + _DEAF_MS)
+            due = min(due, self._off_ms + times.DEAF_MS)
         if not self.battery.settled or not self.flags & (UiFlag.ENABLE_STATUS | UiFlag.UPDATE):
-            due = min(due, next_sample_ms(now_ms))
+            due = min(due, self.battery.next_sample_ms(now_ms))
         unread = self._warns or self.button or (self._reads_keys and self._keys.changed(self.buttons))
         self.due_ms = now_ms + 1 if unread else max(due, now_ms + 1)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from enum import Enum, IntEnum, auto
 from typing import Protocol
 
+from firmware_protocol.iomap import UiFlag
+
 
 class UiState(IntEnum):
     """State byte of the Ui map; the simulated states only."""
@@ -27,6 +29,15 @@ class UiState(IntEnum):
 
 IN_MENU = (UiState.MENU, UiState.DRAWING, UiState.WAITING)
 
+STATUS_WORK = int(UiFlag.UPDATE | UiFlag.REDRAW_STATUS)
+"""Requests to draw the status bar: carried out in the next pass, or kept while a program has the screen."""
+
+RUNNING_FLAGS = int(UiFlag.DISABLE_LEFT_RIGHT_ENTER | UiFlag.DISABLE_EXIT)
+"""Set while a program runs."""
+
+PROGRAMS, SOUND, ON_BRICK = (".rxe", ".rtm"), ".rso", ".rpg"
+"""Files that can be started. Programs made on the brick are not simulated, only the message after them is shown."""
+
 STARTING: dict[int, tuple[UiState, int]] = {
     UiState.START: (UiState.LOGO, 2791),
     UiState.LOGO: (UiState.MELODY, 897),
@@ -42,6 +53,7 @@ class Run(Enum):
     """What the state RUNNING waits for."""
 
     TONE = auto()
+    RELEASE = auto()
     TO_OPEN = auto()
     PROGRAM = auto()
     PROGRAM_ENDED = auto()

@@ -155,6 +155,7 @@ _V1_05 = replace(
         forgives_comparisons=True,
         checks_short_forms=True,
         runs_past_end=True,
+        abort_stops_tick=False,
     ),
     map_sizes={"Command.mod": iomap.COMMAND.size_1_05, "Input.mod": iomap.INPUT.size_1_05},
 )

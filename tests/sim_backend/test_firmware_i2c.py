@@ -272,3 +272,17 @@ def test_a_read_whose_end_is_not_awaited_goes_on_while_another_port_is_busy():
     bus.bench.telegram("000f0102000240")
     bus.bench.control("!tick 20")
     assert bus.log() == "r43 r44 N  clocks=27"
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_a_reset_of_the_ports_drops_transfers_errors_and_bytes_waiting(firmware):
+    bus = Bus(firmware)
+    bus.write(b"\x02\x42", read=2)
+    assert bus.status() == "020e0002"
+    bus.bench.brick.low_speed.reset()
+    assert (bus.status(), bus.fields("InPtr", "State")) == ("020e0000", (0, 0))
+    bus.bench.control("!i2c 0 detach")
+    bus.write(b"\x02\x42", read=2)
+    assert bus.status() == "020edd00"
+    bus.bench.brick.low_speed.reset()
+    assert bus.status() == "020e0000"

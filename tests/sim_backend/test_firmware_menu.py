@@ -178,3 +178,27 @@ def test_a_brick_that_never_sleeps_resets_its_sleep_timer_in_each_pass():
     keypad.send(UI.field("SleepTimeout").write(3))
     keypad.bench.brick.tick(60_001)
     assert (ui.flags, ui.sleep_timer) == (0x80, 1)
+
+
+def test_enter_runs_the_program_of_the_page():
+    keypad = Keypad("a.rxe", "b.rxe")
+    keypad.press("eee")
+    assert keypad.hold(BUTTONS["e"], 6).strip(".") in ("E5666", "E56666")
+    assert keypad.bench.brick.ui.flags == 0xC0
+    assert keypad.hold(0, 12) == "6" * 12
+    assert (keypad.bench.brick.command.program_name, keypad.bench.brick.ui.state) == ("b.rxe", 6)
+    keypad.bench.control("!tick 760")
+    assert (keypad.hold(0, 1), keypad.press("re")) == (".", ["R56", "E56"])
+
+
+def test_the_samples_of_the_battery_begin_anew_with_a_start_by_enter():
+    keypad = Keypad()
+    keypad.press("xe")
+    keypad.bench.control("!tick 300")
+    keypad.bench.control("!button 8")
+    battery, ui = keypad.bench.brick.ui.battery, keypad.bench.brick.ui
+    passes = next(n for n in range(10) if keypad.bench.control("!tick 1") and ui.state == 2)
+    assert passes < 9
+    assert [battery.bars, keypad.bench.control("!tick 165")[:2], battery.bars] == [0, "ok", 0]
+    keypad.bench.control("!tick 1")
+    assert battery.bars == 4

@@ -6,6 +6,7 @@ import pytest
 
 from firmware_protocol.direct import PlaySoundFile, PlayTone, StopSoundPlayback
 from firmware_protocol.iomap import SOUND
+from firmware_protocol.system import Close
 from nxtdrive.tools.conformance.bench import Bench
 from sim_backend.firmware.brick import SimBrick
 
@@ -185,4 +186,44 @@ def test_the_pieces_of_a_file_queue_behind_those_of_the_file_before(first, loop,
     speaker.play("first.rso", loop=loop)
     speaker.bench.control(f"!tick {wait}")
     speaker.play("second.rso")
+    assert speaker.passes_until_idle() == passes
+
+
+@pytest.mark.parametrize(
+    ("put", "seen"),
+    [
+        ({"Mode": 3, "Flags": 1}, (2, TONE)),
+        ({"Mode": 255, "Flags": 1}, (2, TONE)),
+        ({"Mode": 4, "Flags": 1}, (0, IDLE)),
+        ({"Mode": 2, "Flags": 0x81}, (0x82, TONE)),
+        ({"State": 2}, (0, IDLE)),
+        ({"State": 3}, (0, IDLE)),
+        ({"State": 5}, (0, 5)),
+        ({"Flags": 0x82, "State": 4}, (0x80, IDLE)),
+    ],
+)
+def test_the_map_starts_what_the_bits_of_the_mode_say(put, seen):
+    speaker = Loudspeaker()
+    speaker.put(**put)
+    assert (speaker.field("Flags"), speaker.field("State")) == seen
+
+
+def test_a_missing_file_leaves_sound_and_handles_as_they_are():
+    speaker = Loudspeaker()
+    speaker.store("a.rso", SAMPLES, bytes(700), rate=2000)
+    speaker.play("a.rso")
+    speaker.bench.control("!tick 5")
+    speaker.send(SOUND.field("SoundFilename").write("none.rso"))
+    speaker.put(Flags=1)
+    assert (speaker.field("State"), speaker.bench.brick.loader.is_reading(0)) == (FILE, True)
+
+
+@pytest.mark.parametrize(("wait", "passes"), [(1, 30), (20, 11), (33, 30), (60, 3), (70, 25)])
+def test_a_file_whose_handle_is_closed_ends_with_its_piece(wait, passes):
+    speaker = Loudspeaker()
+    speaker.store("a.rso", SAMPLES, bytes(700), rate=2000)
+    speaker.send(SOUND.field("SoundFilename").write("a.rso"))
+    speaker.put(Flags=1)
+    speaker.bench.control(f"!tick {wait}")
+    speaker.send(Close(0))
     assert speaker.passes_until_idle() == passes

@@ -176,10 +176,21 @@ def test_a_refused_message_names_the_local_mailbox(bench, box, status):
     assert ask(bench, direct.MessageRead(box, 7, True)) == (status, b"\7" + bytes(60))
 
 
-def test_the_file_of_a_running_program_cannot_be_read_by_its_handle(bench):
+@pytest.mark.parametrize(
+    ("before", "answer"),
+    [
+        ([], (Status.END_OF_FILE, bytes(4))),
+        ([system.OpenRead("bad.rxe")], (Status.OK, LOOP[:4])),
+        ([system.OpenRead("note.txt"), system.Read(0, 2)], (Status.END_OF_FILE, LOOP[2:5] + b"\0")),
+    ],
+)
+def test_the_handle_of_a_program_reads_on_where_its_last_file_was_left(bench, before, answer):
+    for command in before:
+        ask(bench, command)
     start(bench, "loop.rxe")
     bench.brick.tick(10)
-    assert ask(bench, system.Read(0, 5))[0] == Status.ILLEGAL_HANDLE
+    status, reply = ask(bench, system.Read(0, 4))
+    assert (status, reply[3:]) == answer
     assert ask(bench, system.Delete("loop.rxe"))[0] == Status.FILE_IS_BUSY
 
 
@@ -298,3 +309,40 @@ def test_a_new_press_shows_for_one_pass():
     bench.control("!tick 10")
     bench.control("!button 1")
     assert [bench.telegram("0194010004002000" + "0100")[-2:] for _ in range(4)] == ["00", "00", "81", "80"]
+
+
+def test_the_tick_leaves_out_the_pass_of_an_abort(bench):
+    tick = COMMAND.field("Tick")
+    start(bench, "loop.rxe")
+    bench.brick.tick(20)
+    ask(bench, direct.StopProgram())
+    behind = bench.brick.firmware != "1.05"
+    assert tick.decode(ask(bench, tick.read())[1][6:]) == bench.brick.now_ms - 1 - behind
+    bench.brick.tick(800)
+    assert tick.decode(ask(bench, tick.read())[1][6:]) == bench.brick.now_ms - 1 - behind
+    start(bench, "loop.rxe")
+    bench.brick.tick(10)
+    assert tick.decode(ask(bench, tick.read())[1][6:]) == bench.brick.now_ms - 1
+
+
+@pytest.mark.parametrize("waits", [1, 30])
+def test_the_button_of_the_map_waits_while_a_program_runs(bench, waits):
+    start(bench, "loop.rxe")
+    bench.brick.tick(waits)
+    ask(bench, UI.field("Button").write(3))
+    assert observe(bench, UI.field("Button").read(), 30) == [("03", 30)]
+    ask(bench, direct.StopProgram())
+    assert observe(bench, STATE, 4) == [("e60e", 1), ("e00e", 1), ("8005", 1), ("8006", 1)]
+
+
+@pytest.mark.parametrize(
+    ("waits", "held", "passes"), [(1, 4, 4), (1, 5, 5), (1, 20, 4), (6, 1, 2), (6, 2, 5), (7, 1, 5)]
+)
+def test_enter_delays_a_start_while_it_is_held(bench, waits, held, passes):
+    bench.brick.tick(bench.brick.now_ms % 2)
+    start(bench, "loop.rxe")
+    bench.brick.tick(waits - 1)
+    bench.control("!button 8")
+    bench.control(f"!tick {held}")
+    bench.control("!button 0")
+    assert observe(bench, STATUS, 12)[0] == ("00", passes)

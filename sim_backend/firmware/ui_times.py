@@ -1,0 +1,34 @@
+"""Times of the user interface in ms, which are passes. Source: docs/firmware.md sections 8 and 8.5."""
+
+FADE_MS = 2
+"""Time from a request until the file waits for the end of a tone."""
+
+RELEASE_MS = 2
+"""Time from that wait until enter must not be held, and again from then to the start command.
+
+Without a tone, a program is active 8 ms after its request.
+"""
+
+STATUS_BAR_MS = range(3, 6)
+"""Passes after the request in which a battery sample delays the start command by one: the status bar is drawn."""
+
+MENU_DELAYS = (0, 0, 2, 1, 2, 1)
+"""Delay of the start command in passes by the time since the menu was opened."""
+
+REFUSAL_MS = 3
+"""Time from that wait until a file of unknown type has brought the menu back."""
+
+DRAWING_MS = 3
+"""How long the menu is drawn."""
+
+DISPLAY_OFF_MS, POWER_OFF_MS = 3, 7
+"""Time from the decision to switch off until display and power go off."""
+
+DEAF_MS = 257
+"""Time from the decision to switch off until keys count again."""
+
+WARNING_MS = 2
+"""Time from the sample of a low battery to the warning."""
+
+MESSAGE_MS = 750
+"""How long the display shows the end of a program."""
