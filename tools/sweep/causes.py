@@ -15,11 +15,12 @@ import numpy as np
 
 from behaviors.journal import Kind
 from behaviors.recoveries import CHANGE_TARGET, RECOVERIES
+from sim_backend.judge import CAMERA_HEIGHT_MM
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 from sim_backend.world.sensing import VIEW_ANGLE_DEG
 
-from .metrics import CAMERA_HEIGHT_MM, PACE, spans
+from .metrics import PACE, spans
 from .referee import Disturbance, EpisodeTrace, Mark, Moment
 
 SAME_PLACE_MM = 250.0

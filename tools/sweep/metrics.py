@@ -6,18 +6,14 @@ import math
 from dataclasses import dataclass, replace
 from itertools import groupby, pairwise
 
-import numpy as np
-
 from behaviors.journal import Kind
 from nxtdrive.motion.rover import SETTINGS
+from sim_backend.judge import CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM, stop_counts
 from sim_backend.scenarios.floor_plan import Pace, Path
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
-from sim_backend.world.truth import TruePose
 
-from .referee import EpisodeTrace, Moment, Scene
+from .referee import EpisodeTrace, Moment
 
-CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM = 60.0, 200.0
-"""Position of the world file's default camera."""
 PACE = Pace(SETTINGS.speed_mm_s, SETTINGS.acceleration_mm_s2, SETTINGS.turn_deg_s, SETTINGS.turn_acceleration_deg_s2)
 """The rover's own limits; they give the duration of the fastest path."""
 
@@ -53,17 +49,6 @@ class TargetResult:
     spl: float
     soft_spl: float
     sct: float
-
-
-def stop_counts(pose: TruePose, scene: Scene, target: str) -> bool:
-    """Return whether a stop here is an arrival: near, in front, and with the picture not hidden from the camera."""
-    goal = scene.goals.get(target)
-    if goal is None:
-        return False
-    heading = math.radians(pose.heading_deg)
-    forward = (CAMERA_FORWARD_MM * math.cos(heading), CAMERA_FORWARD_MM * math.sin(heading))
-    eye = np.array([[pose.x_mm + forward[0], pose.y_mm + forward[1]]])
-    return bool(goal.covers(eye)[0] and scene.plan.sees(eye, CAMERA_HEIGHT_MM, goal)[0])
 
 
 def judge_target(trace: EpisodeTrace, target: str) -> TargetResult:

@@ -12,12 +12,12 @@ from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Reason
 from behaviors.ports import StopReason
 from nxtdrive.simulated.robot import Robot
+from sim_backend.judge import survey
 from sim_backend.scenarios.floor_plan import Goal, Path
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 from sim_backend.simulation import Simulation
 
 from .baseline import Baseline
-from .survey import survey
 
 MARGINS_MM = (50.0, 25.0, 8.0)
 """Clearances beside the robot; the largest that leaves a path is used."""

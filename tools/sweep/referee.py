@@ -7,29 +7,14 @@ from dataclasses import dataclass
 
 from behaviors.executive import Ending
 from behaviors.journal import Kind, Record
-from sim_backend.scenarios.floor_plan import FloorPlan, Goal
+from sim_backend.judge import Scene, scene
 from sim_backend.simulation import Simulation
 from sim_backend.world.truth import TruePose
-
-from .survey import survey
 
 SAMPLE_MS = 100
 """Sampling period of the ground truth."""
 JUDGED = (Kind.START, Kind.TRANSITION, Kind.CHOICE, Kind.END)
 """Kinds of records that are kept together with the ground truth of their time."""
-
-
-@dataclass(frozen=True, slots=True)
-class Scene:
-    """The positions of all objects.
-
-    Attributes:
-        plan: All obstacles.
-        goals: The pictures that are present, by name.
-    """
-
-    plan: FloorPlan
-    goals: dict[str, Goal]
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,10 +130,5 @@ class Referee:
         truth = self._simulation.truth
         places = (truth.people, truth.boxes, truth.pictures)
         if self._known is None or self._known[0] != places:
-            heights = {picture.name: picture.centre_height_mm for picture in self._simulation.world_file.pictures}
-            goals = {
-                name: Goal(name, (at.x_mm, at.y_mm), at.heading_deg, heights[name])
-                for name, at in truth.pictures.items()
-            }
-            self._known = (places, Scene(survey(self._simulation), goals))
+            self._known = (places, scene(self._simulation))
         return self._known[1]

@@ -16,10 +16,10 @@ from nxtdrive.drawing.sheet import DIM, INK, Color, Sheet
 from nxtdrive.recording.map_events import EventReader, MapEvent, Numbering, numbering
 from nxtdrive.recording.map_picture import number_notes
 from nxtdrive.recording.map_style import ARRIVE, FAILED, TARGET_COLORS, LineStyle, MarkStyle, mark_style
+from sim_backend.judge import stop_counts
 from sim_backend.scenarios.floor_plan import Goal, Obstacle, Point
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 
-from .metrics import stop_counts
 from .referee import EpisodeTrace, Moment
 
 AXES = Axes("x, m", "y, m", up=False)

@@ -8,7 +8,8 @@ from behaviors.executive import Ending
 from behaviors.journal import Kind, Record
 from nxtdrive.tools.sweep.causes import Cause, judge_choices, longest_run, recognition_s, soonest_s
 from nxtdrive.tools.sweep.metrics import judge_target
-from nxtdrive.tools.sweep.referee import Disturbance, EpisodeTrace, Mark, Moment, Scene
+from nxtdrive.tools.sweep.referee import Disturbance, EpisodeTrace, Mark, Moment
+from sim_backend.judge import Scene
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle
 from sim_backend.world.truth import TruePose
 
