@@ -67,6 +67,7 @@ class SimTransport:
         latency_ms: Round trip of the link; USB has 2, Bluetooth 30 to 65.
         realtime: Whether a simulated second takes at least a real one.
         faults: Faults to inject on the link.
+        warn_of_sleep: Whether to warn a program that waits by ``time.sleep``, in which no simulated time passes.
         address: The address that opened it.
 
     Attributes:
@@ -85,6 +86,7 @@ class SimTransport:
         realtime: bool = False,
         faults: LinkFaults | None = None,
         address: str = "sim://",
+        warn_of_sleep: bool = True,
     ) -> None:
         self.address = address
         self.webcam: Any = simulation.webcam
@@ -92,7 +94,7 @@ class SimTransport:
         self._simulation = simulation
         self._latency_ms = latency_ms
         self._faults = faults
-        self._sleep_warning = None if realtime else SleepWarning()
+        self._sleep_warning = None if realtime or not warn_of_sleep else SleepWarning()
         self._started_s = time.monotonic() - simulation.now_ms / 1000 if realtime else None
         self._link: SimLink = self._plug_in()
 

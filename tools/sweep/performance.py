@@ -67,7 +67,8 @@ def perform(scenario: Scenario, policy: str, eyes: str) -> tuple[EpisodeTrace, R
     """
     scenario = replace(scenario, mission=equipped(policy, scenario.mission))
     simulation = Simulation(scenario.world, seed=scenario.seed)
-    with Brick(SimTransport(simulation, latency_ms=scenario.latency_ms, faults=scenario.faults)) as brick:
+    faults, latency_ms = scenario.faults, scenario.latency_ms
+    with Brick(SimTransport(simulation, latency_ms=latency_ms, faults=faults, warn_of_sleep=False)) as brick:
         referee = Referee(simulation)
         robot = build_robot(scenario, simulation, brick, eyes, [referee])
         report = drive(policy, robot, simulation)

@@ -1,0 +1,20 @@
+"""Drive a robot by chance, then decide for one: the two environments of nxtdrive.gym."""
+
+import gymnasium
+
+import nxtdrive.gym  # registers them  # noqa: F401
+
+wheels = gymnasium.make("nxtdrive/Wheels-v0", kinds=["open"], second_costs=0.01)
+wheels.action_space.seed(1)
+observation, info = wheels.reset(seed=1)
+for _ in range(300):
+    observation, reward, terminated, truncated, info = wheels.step(wheels.action_space.sample())
+print("by wheels:", info["reached"], "in", round(info["seconds"]), "s; odometry", observation["odometry"])
+
+decisions = gymnasium.make("nxtdrive/Decisions-v0", kinds=["clutter"], second_costs=0.01)
+observation, info = decisions.reset(seed=1)
+total, over = 0.0, False
+while not over:
+    observation, reward, terminated, truncated, info = decisions.step(0)  # what the profile proposes
+    total, over = total + reward, terminated or truncated
+print("by decisions:", info["reached"], "in", round(info["seconds"]), "s; return", round(total, 2))

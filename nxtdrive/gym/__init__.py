@@ -1,0 +1,14 @@
+"""Gymnasium environments of drawn missions: one that decides after failures, one that drives the wheels.
+
+Needs the extra ``gym``. See docs/gym.md.
+"""
+
+import gymnasium
+
+from .decisions import DecisionEnv
+from .wheels import WheelEnv
+
+__all__ = ["DecisionEnv", "WheelEnv"]
+
+gymnasium.register(id="nxtdrive/Decisions-v0", entry_point="nxtdrive.gym.decisions:DecisionEnv")
+gymnasium.register(id="nxtdrive/Wheels-v0", entry_point="nxtdrive.gym.wheels:WheelEnv")

@@ -1,0 +1,192 @@
+"""An environment that decides: a profile drives, and after each failure an action says what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from behaviors.events import Reason
+from behaviors.executive import Ending, Executive, Report
+from behaviors.journal import Kind, Record
+from behaviors.operator import Ask, OperatorChoice, Question
+from behaviors.profile_names import ADAPTIVE
+from behaviors.profiles.registry import supervised
+from behaviors.recoveries import RECOVERIES
+from behaviors.stepped_mission import SteppedMission, question_values
+from nxtdrive.simulated.robot import GEOMETRIC
+
+from .episode import TUNING_SEEDS, Drawing, Episode, check_eyes
+
+CANDIDATES = 16
+"""Largest number of candidates of a decision that an action can name."""
+LONGEST_S = 1000.0
+"""Longer times are observed as this."""
+MANY = 100.0
+"""Larger counts are observed as this."""
+KINDS, REASONS = tuple(RECOVERIES), tuple(Reason)
+NUMBERS = ("seen_since_search", "researches", "round", "targets_left", "spent_s", "failures", "run")
+"""Numbers of the evidence, in the order of the observation's ``evidence``; after them come three more of a blocker
+(0 or 1 for its presence, its range in metres, whether it hides the target) and the seconds that are left."""
+Observation = dict[str, Any]
+
+
+class _Play:
+    """A mission under way.
+
+    Args:
+        episode: What is played.
+    """
+
+    def __init__(self, episode: Episode) -> None:
+        self.episode = episode
+        self.stepped = SteppedMission(self._run)
+
+    def _run(self, ask: Ask) -> Report:
+        robot = self.episode.robot
+        make = supervised(robot.mission, ask)
+        report = Executive(robot.mission, robot.body, robot.eyes, robot.clock, robot.observers, make).run()
+        if report.observer_failures:
+            raise RuntimeError(f"observers failed: {dict(report.observer_failures)}")
+        return report
+
+    def observe(self) -> Observation:
+        """Return the open decision as numbers."""
+        left_s = self.episode.scenario.mission.mission.time_limit_s - self.episode.time_s
+        return observed(self.stepped.question, max(0.0, left_s))
+
+    def info(self) -> dict[str, Any]:
+        """Return the open decision in full, and what has been reached by the truth."""
+        question, scenario = self.stepped.question, self.episode.scenario
+        return {
+            "kind": scenario.kind,
+            "seed": scenario.seed,
+            "seconds": self.episode.time_s,
+            "reached": sorted(self.episode.reached),
+            "decision": question_values(question) if question else None,
+        }
+
+    def end(self) -> None:
+        """End the mission and close the simulated brick."""
+        self.stepped.end()
+        self.episode.close()
+
+
+class DecisionEnv(gymnasium.Env[Observation, np.int64]):
+    """Decides what a robot does after each failure of a mission.
+
+    An action is the number of a candidate; 0 is what the profile proposes, and so is a number that no candidate has.
+    The reward is 1 for each target at which the robot stops where a stop counts, less the seconds that passed, each
+    times ``second_costs``. An episode is terminated when the mission ends, and truncated when its time is up.
+
+    Args:
+        kinds: Classes of scenarios, drawn from for each episode; see docs/evaluation.md.
+        seeds: Seeds, drawn from likewise.
+        profile: The profile that drives and proposes.
+        eyes: ``geometric`` or ``camera``.
+        second_costs: What a second costs.
+
+    Raises:
+        ConfigError: An argument names nothing that exists.
+    """
+
+    metadata = {"render_modes": []}  # noqa: RUF012 - as its base declares
+
+    def __init__(
+        self,
+        kinds: Sequence[str] = ("flat",),
+        seeds: Sequence[int] = TUNING_SEEDS,
+        profile: str = ADAPTIVE,
+        eyes: str = GEOMETRIC,
+        second_costs: float = 1.0,
+    ) -> None:
+        self._drawing, self._eyes, self._second_costs = Drawing(kinds, seeds, profile), check_eyes(eyes), second_costs
+        self._play: _Play | None = None
+        highest = np.array([1, MANY, MANY, MANY, LONGEST_S, MANY, MANY, 1, 10, 1, LONGEST_S], np.float32)
+        row = np.array([*([1] * len(KINDS)), LONGEST_S, 1, LONGEST_S], np.float32)
+        self.observation_space = spaces.Dict(
+            {
+                "reason": spaces.Discrete(len(REASONS)),
+                "evidence": spaces.Box(np.zeros_like(highest), highest),
+                "candidates": spaces.Box(np.zeros((CANDIDATES, len(row)), np.float32), np.tile(row, (CANDIDATES, 1))),
+                "action_mask": spaces.MultiBinary(CANDIDATES),
+            }
+        )
+        self.action_space = spaces.Discrete(CANDIDATES)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin a mission and run it to its first decision; one that needs none ends with the first step.
+
+        Args:
+            seed: Determines all episodes from here on.
+            options: ``kind`` and ``seed`` name a scenario instead of drawing one.
+        """
+        super().reset(seed=seed, options=options)
+        self.close()
+        self._play = play = _Play(
+            Episode(self._drawing.draw(self.np_random, options), self._eyes, lambda one: [_watch(one)])
+        )
+        play.stepped.step()
+        return play.observe(), play.info()
+
+    def step(self, action: np.int64) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Take a candidate and run the mission to its next decision or its end."""
+        if (play := self._play) is None:
+            raise gymnasium.error.ResetNeeded("reset() begins an episode.")
+        episode, question = play.episode, play.stepped.question
+        before_s, reached = episode.time_s, len(episode.reached)
+        number = int(action) if question and int(action) < len(question.candidates) else 0
+        play.stepped.step(number)
+        report = play.stepped.report
+        reward = len(episode.reached) - reached - self._second_costs * (episode.time_s - before_s)
+        late = report is not None and report.ending is Ending.TIME_UP
+        return play.observe(), reward, report is not None and not late, late, play.info() | {"taken": number}
+
+    def close(self) -> None:
+        """End the mission under way."""
+        if self._play is not None:
+            self._play.end()
+        self._play = None
+
+
+def observed(question: Question | None, left_s: float) -> Observation:
+    """Return the observation of a decision; without one all is 0 but the time that is left."""
+    numbers = np.zeros(len(NUMBERS) + 4, np.float32)
+    candidates = np.zeros((CANDIDATES, len(KINDS) + 3), np.float32)
+    mask = np.zeros(CANDIDATES, np.int8)
+    numbers[-1] = min(left_s, LONGEST_S)
+    reason = 0
+    if question is not None:
+        evidence, blocker = question.evidence, question.evidence.blocker
+        reason = REASONS.index(evidence.reason)
+        for i, name in enumerate(NUMBERS):
+            numbers[i] = min(float(getattr(evidence, name)), LONGEST_S if name == "spent_s" else MANY)
+        if blocker is not None:
+            numbers[-4:-1] = 1.0, min(max(blocker.range_mm / 1000.0, 0.0), 10.0), blocker.hides
+        for i, candidate in enumerate(question.candidates[:CANDIDATES]):
+            candidates[i], mask[i] = _row(candidate), 1
+    return {"reason": np.int64(reason), "evidence": numbers, "candidates": candidates, "action_mask": mask}
+
+
+def _row(candidate: OperatorChoice) -> NDArray[np.float32]:
+    """Return the kind, the seconds it takes, its chance, and how long it waits."""
+    option, choice = candidate.option, candidate.choice
+    kind = [float(name == choice.kind.name) for name in KINDS]
+    seconds, chance = (option.seconds, option.chance) if option else (0.0, 0.0)
+    return np.array([*kind, min(seconds, LONGEST_S), chance, min(choice.wait_s, LONGEST_S)], np.float32)
+
+
+def _watch(episode: Episode) -> Any:  # noqa: ANN401 - an observer of the journal
+    """Return an observer that judges each stop by the truth at its moment."""
+
+    def judge(record: Record) -> None:
+        if record.kind is Kind.TRANSITION and record.data["to"] == "reached":
+            episode.arrive(record.target)
+
+    return judge

@@ -1,0 +1,132 @@
+"""The Gymnasium environments keep Gymnasium's rules, repeat themselves for a seed, and reward what the truth says."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env, data_equivalence
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.gym import DecisionEnv, WheelEnv
+from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.tools.sweep.performance import evaluate
+from nxtdrive.tools.sweep.runner import plan
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "gym" / "random_driver.py"
+ENVIRONMENTS = {
+    "decisions": lambda: DecisionEnv(kinds=["wall_start"], seeds=[102, 103]),
+    "wheels": lambda: WheelEnv(seeds=range(3)),
+    "wheels with images": lambda: WheelEnv(seeds=range(3), eyes="camera"),
+}
+CASES = [pytest.param(name, marks=[pytest.mark.slow] * (name != "wheels")) for name in ENVIRONMENTS]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_gymnasiums_checker_is_content(name):
+    env = ENVIRONMENTS[name]()
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "A Box observation space (has an|m.*unconventional shape)")
+        check_env(env, skip_render_check=True, skip_close_check=True)
+    env.close()
+
+
+def _played(env, seed, steps):
+    env.action_space.seed(seed)
+    seen = [env.reset(seed=seed)]
+    for _ in range(steps):
+        seen.append(env.step(env.action_space.sample()))
+        if seen[-1][2] or seen[-1][3]:
+            break
+    env.close()
+    return seen
+
+
+@pytest.mark.parametrize(("name", "steps"), [pytest.param("decisions", 2, marks=pytest.mark.slow), ("wheels", 40)])
+def test_a_seed_gives_the_same_episode_again(name, steps):
+    first, again = (_played(ENVIRONMENTS[name](), 5, steps) for _ in range(2))
+    assert data_equivalence(first, again, exact=True)
+    assert not data_equivalence(first, _played(ENVIRONMENTS[name](), 6, steps), exact=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "seed"), [("open", 103), ("wall_start", 102)])
+def test_taking_what_is_proposed_is_the_profiles_own_mission(kind, seed):
+    (task,) = plan([kind], [seed], ["adaptive"], "geometric")
+    line = evaluate(task)
+    env = DecisionEnv(kinds=[kind])
+    _, info = env.reset(options={"kind": kind, "seed": seed})
+    total, over = 0.0, False
+    while not over:
+        begun_s = info["seconds"]
+        _, reward, terminated, truncated, info = env.step(0)
+        over = terminated or truncated
+        total += reward + info["seconds"] - begun_s
+    env.close()
+    assert sorted(target["target"] for target in line["targets"] if target["success"]) == info["reached"]
+    assert info["seconds"] == pytest.approx(line["duration_s"], abs=0.1)
+    assert 1 <= round(total, 6) <= len(info["reached"])
+
+
+@pytest.mark.slow
+def test_an_action_without_a_candidate_is_what_the_profile_proposes():
+    env = DecisionEnv()
+    observation, _ = env.reset(options={"kind": "wall_start", "seed": 103})
+    assert 0 < observation["action_mask"].sum() < len(observation["action_mask"])
+    *_, info = env.step(np.int64(len(observation["action_mask"]) - 1))
+    assert info["taken"] == 0
+    env.close()
+
+
+def test_a_robot_that_stands_before_a_target_has_arrived_there_once():
+    env = WheelEnv()
+    env.reset(options={"kind": "open", "seed": 7})
+    target = draw_scenario("open", 7).mission.mission.targets[0]
+    episode = env._episode
+    at = episode.simulation.truth.pictures[target]
+    ahead = np.array([np.cos(np.radians(at.heading_deg)), np.sin(np.radians(at.heading_deg))])
+    rewards = []
+    place = np.array([at.x_mm, at.y_mm]) + 350 * ahead
+    episode.simulation.world.robot.place((float(place[0]), float(place[1])), at.heading_deg + 180)
+    for _ in range(4):
+        *_, info = out = env.step(np.zeros(2, np.float32))
+        rewards.append(out[1])
+    assert info["reached"] == [target]
+    assert [reward > 0.5 for reward in rewards] == [False, True, False, False]
+    env.close()
+
+
+def test_the_wheels_turn_as_they_are_told():
+    env = WheelEnv()
+    env.reset(options={"kind": "open", "seed": 7})
+    for _ in range(5):
+        observation, *_ = env.step(np.array([0.3, -0.3], np.float32))
+    assert observation["odometry"][2] > 5
+    env.close()
+
+
+@pytest.mark.parametrize("make", [DecisionEnv, WheelEnv])
+def test_what_does_not_exist_is_refused(make):
+    with pytest.raises(ConfigError, match="no class"):
+        make(kinds=["nowhere"])
+    with pytest.raises(ConfigError, match="no eyes"):
+        make(eyes="x-ray")
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        make().step(make().action_space.sample())
+
+
+def test_the_example_is_the_documents():
+    text = (EXAMPLE.parents[2] / "docs" / "gym.md").read_text(encoding="utf-8")
+    assert EXAMPLE.read_text(encoding="utf-8") in text
+
+
+@pytest.mark.slow
+def test_the_example_runs():
+    done = subprocess.run([sys.executable, str(EXAMPLE)], capture_output=True, text=True, timeout=120, check=True)
+    assert "by wheels" in done.stdout
+    assert "by decisions" in done.stdout
