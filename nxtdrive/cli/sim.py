@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 from nxtdrive.cli.options import add_action, add_json_argument, number
@@ -14,14 +15,15 @@ DESCRIPTION = """\
 Let any program written for a real brick use the simulated one, in real time.
 
 serve  opens ports until Ctrl-C: a serial port as a brick's Bluetooth has, TCP,
-       nxt-python's nxt-server; any number at once, all of them connected to one
-       brick. Its camera is a stream.
+       nxt-python's nxt-server, USB/IP; any number at once, all of them
+       connected to one brick. Its camera is a stream, or a USB webcam.
 exec   runs a program that looks for a brick on USB; it finds the simulated one.
 check  replays a recorded conversation with a real brick, reports differences.
 record records a conversation with a real brick, or a simulated one."""
 EXAMPLES = """\
   nxtdrive sim serve --pty /tmp/nxt
   nxtdrive sim serve --pty /tmp/nxt --tcp 2728 --nxt-server 2727 --world arena
+  nxtdrive sim serve --usbip 3240 --uvc 3241
   nxtdrive sim exec -- nxt-test --backend usb
   nxtdrive sim exec --native -- t2n -i
   nxtdrive sim exec --latency-ms 30 -- python my_robot.py
@@ -36,7 +38,7 @@ LATENCY_MS = 1.0
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    _add_serve(add_action(actions, "serve", "a serial port, TCP ports and a camera stream", _serve))
+    _add_serve(add_action(actions, "serve", "serial, TCP and USB/IP ports, and a camera stream", _serve))
     _add_exec(add_action(actions, "exec", "run a program with the simulated brick on USB", _exec))
     checked = "compare the simulated brick with a recorded conversation"
     add_check_arguments(add_action(actions, "check", checked, check))
@@ -46,24 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _add_serve(serve: argparse.ArgumentParser) -> None:
     port = number("port", int, 0, 65535)
-    doors = serve.add_argument_group("doors", "at least one; each may be given several times")
-    doors.add_argument(
-        "--pty",
-        metavar="LINK",
-        type=Path,
-        action="append",
-        default=[],
-        help="create a serial port (pseudo-terminal) of this name",
-    )
-    doors.add_argument(
-        "--tcp", metavar="PORT", type=port, action="append", default=[], help="for tcp://; 0 takes a free port"
-    )
-    doors.add_argument(
-        "--nxt-server", metavar="PORT", type=port, action="append", default=[], help="for nxt-python's socket backend"
-    )
-    doors.add_argument(
-        "--host", metavar="ADDRESS", default="127.0.0.1", help="local address to listen on (default: 127.0.0.1)"
-    )
+    _add_doors(serve.add_argument_group("doors", "at least one; each may be given several times"), port)
     serve.add_argument(
         "--camera-port",
         metavar="N",
@@ -81,6 +66,42 @@ def _add_serve(serve: argparse.ArgumentParser) -> None:
     _add_simulation(serve)
     add_json_argument(serve)
     serve.set_defaults(refuse=serve.error)
+
+
+def _add_doors(doors: argparse._ArgumentGroup, port: Callable[[str], int]) -> None:
+    doors.add_argument(
+        "--pty",
+        metavar="LINK",
+        type=Path,
+        action="append",
+        default=[],
+        help="create a serial port (pseudo-terminal) of this name",
+    )
+    doors.add_argument(
+        "--tcp", metavar="PORT", type=port, action="append", default=[], help="for tcp://; 0 takes a free port"
+    )
+    doors.add_argument(
+        "--nxt-server", metavar="PORT", type=port, action="append", default=[], help="for nxt-python's socket backend"
+    )
+    doors.add_argument(
+        "--usbip",
+        metavar="PORT",
+        type=port,
+        action="append",
+        default=[],
+        help="the brick on Linux's USB, by usbip attach (usual port: 3240)",
+    )
+    doors.add_argument(
+        "--uvc",
+        metavar="PORT",
+        type=port,
+        action="append",
+        default=[],
+        help="its camera as a USB webcam, by usbip attach (usual port: 3241)",
+    )
+    doors.add_argument(
+        "--host", metavar="ADDRESS", default="127.0.0.1", help="local address to listen on (default: 127.0.0.1)"
+    )
 
 
 def _add_exec(execute: argparse.ArgumentParser) -> None:
@@ -122,8 +143,8 @@ _size.__name__ = "size"  # argparse says "invalid size value"
 
 
 def _serve(args: argparse.Namespace) -> int:
-    if not (args.pty or args.tcp or args.nxt_server):
-        args.refuse("give at least one door: --pty LINK, --tcp PORT or --nxt-server PORT")
+    if not (args.pty or args.tcp or args.nxt_server or args.usbip or args.uvc):
+        args.refuse("give at least one door: --pty LINK, --tcp PORT, --nxt-server PORT, --usbip PORT or --uvc PORT")
     from nxtdrive.cli.sim_serve import serve
 
     return serve(args)

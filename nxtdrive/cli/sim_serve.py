@@ -20,11 +20,16 @@ from sim_backend.doors.pty import PtyDoor
 from sim_backend.doors.server import RealTimeServer, Status
 from sim_backend.doors.sockets import NxtServerClient, SocketDoor, StreamClient, is_loopback
 from sim_backend.doors.switchboard import CLIENT_LIMIT, Switchboard, Visit
+from sim_backend.doors.usbip import UsbIpClient, UsbIpDoor
+from sim_backend.doors.uvc import UvcDoor
 from sim_backend.faults_file import load_faults
 from sim_backend.simulation import DEFAULT_WORLD, LinkFaults, SimLink, Simulation
 
 if TYPE_CHECKING:
     from rich.live import Live
+
+USB = "usb://"
+"""The driver's address of the only brick on this computer's USB."""
 
 
 def serve(args: argparse.Namespace) -> int:
@@ -39,15 +44,20 @@ def serve(args: argparse.Namespace) -> int:
 
     with until_signal() as stopped, contextlib.ExitStack() as closing:
         out = closing.enter_context(contextlib.closing(Output(args.json)))
-        doors = [closing.enter_context(contextlib.closing(door)) for door in _doors(args, clock)]
-        camera = closing.enter_context(contextlib.closing(MjpegDoor(args.camera_port)))
+        serial_number = simulation.brick.radio.address.hex().upper()
+        doors = [closing.enter_context(contextlib.closing(door)) for door in _doors(args, serial_number, clock)]
+        stream = closing.enter_context(contextlib.closing(MjpegDoor(args.camera_port)))
+        fps = simulation.webcam.fps
+        webcams = [
+            closing.enter_context(contextlib.closing(UvcDoor(args.size, fps, port, host=args.host)))
+            for port in args.uvc
+        ]
         switchboard = closing.enter_context(contextlib.closing(Switchboard(doors, plug_in, out.visit)))
-        server = RealTimeServer(
-            simulation, switchboard, camera, fps=simulation.webcam.fps, now=clock.now, wait=wait_readable
-        )
+        server = RealTimeServer(simulation, switchboard, [stream, *webcams], fps=fps, now=clock.now, wait=wait_readable)
         if not is_loopback(args.host):
             complain(f"warning: anyone who can reach {args.host} can drive this brick.")
-        out.serving([door.address for door in doors], camera.url)
+        attach = [door.command for door in doors if isinstance(door, UsbIpDoor)]
+        out.serving([door.address for door in doors], stream.url, attach + [webcam.command for webcam in webcams])
 
         def report(status: Status) -> None:
             if simulation.brick.powered_off:
@@ -76,7 +86,7 @@ def links(args: argparse.Namespace, simulation: Simulation) -> Callable[[bool], 
     return plug_in
 
 
-def _doors(args: argparse.Namespace, clock: WallClock) -> Iterator[Door]:
+def _doors(args: argparse.Namespace, serial_number: str, clock: WallClock) -> Iterator[Door]:
     """Open the doors, pseudo-terminals first: they are closed last, and closing one may end programs."""
     for path in args.pty:
         yield PtyDoor(path.absolute(), now=clock.now)
@@ -84,6 +94,8 @@ def _doors(args: argparse.Namespace, clock: WallClock) -> Iterator[Door]:
         yield SocketDoor(StreamClient, port, host=args.host, now=clock.now)
     for port in args.nxt_server:
         yield SocketDoor(NxtServerClient, port, host=args.host, now=clock.now)
+    for port in args.usbip:
+        yield UsbIpDoor(serial_number, port, host=args.host, now=clock.now)
 
 
 class Output:
@@ -94,16 +106,23 @@ class Output:
         self._live = None if as_json or not sys.stdout.isatty() else _live_line()
         self._off = False
 
-    def serving(self, doors: list[str], camera: str) -> None:
-        """Report the addresses."""
-        command = shlex.join(["nxtdrive", "run", "--nxt", doors[0], "--camera", camera])
+    def serving(self, doors: list[str], camera: str, attach: list[str]) -> None:
+        """Report the addresses, and the commands that plug what is on USB/IP into this computer."""
+        brick = [USB if door.startswith(UsbIpClient.scheme) else door for door in doors[:1]]
+        command = shlex.join(["nxtdrive", "run", "--nxt", *brick, "--camera", camera]) if brick else None
         if self._json:
-            self._event("serving", nxt=doors[0], doors=doors, camera=camera, command=command)
+            nxt = brick[0] if brick else None
+            self._event("serving", nxt=nxt, doors=doors, camera=camera, command=command, attach=attach)
             return
         for address in (*(f"brick   {door}" for door in doors), f"camera  {camera}"):
             write_line(address)
-        write_text("\nIn a second terminal:")
-        write_line(f"  {command}")
+        if attach:
+            write_text("\nTo plug into this computer, Linux with the package usbip, as root:")
+            for line in ("modprobe vhci-hcd", *attach):
+                write_line(f"  {line}")
+        if command:
+            write_text("\nIn a second terminal:")
+            write_line(f"  {command}")
         write_text("\nCtrl-C ends it.", flush=True)
         if self._live:
             self._live.start()

@@ -7,7 +7,7 @@ further. The achieved speed is reported instead.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -114,7 +114,7 @@ class RealTimeServer:
         self,
         simulation: Simulation,
         switchboard: Switchboard,
-        camera: CameraDoor | None = None,
+        cameras: Sequence[CameraDoor] = (),
         *,
         fps: float = 15.0,
         now: Callable[[], float],
@@ -125,12 +125,12 @@ class RealTimeServer:
         Args:
             simulation: The simulation.
             switchboard: The doors, and the links to the brick.
-            camera: Publishes camera frames.
+            cameras: Publish camera frames.
             fps: Camera frames per second of simulation time, while there is a viewer.
             now: Returns seconds of a monotonic clock.
             wait: Waits for the given seconds, or until one of the files is readable.
         """
-        self._simulation, self._switchboard, self._camera = simulation, switchboard, camera
+        self._simulation, self._switchboard, self._cameras = simulation, switchboard, cameras
         self._frame_ms = 1000 / fps
         self._now, self._wait = now, wait
         start_ms = simulation.now_ms
@@ -188,12 +188,14 @@ class RealTimeServer:
 
     def _film(self) -> None:
         now_ms = self._simulation.now_ms
-        if self._camera is None or now_ms < self._next_frame_ms or not self._camera.watched:
+        watched = [camera for camera in self._cameras if camera.watched] if now_ms >= self._next_frame_ms else []
+        if not watched:
             return
         # frames that were due without a viewer are skipped; the rhythm stays
         self._next_frame_ms += self._frame_ms * (1 + (now_ms - self._next_frame_ms) // self._frame_ms)
         if (image := self._simulation.camera_frame()) is not None:
-            self._camera.show(image)
+            for camera in watched:
+                camera.show(image)
             self._counts.frames += 1
 
     def _behind_ms(self) -> float:

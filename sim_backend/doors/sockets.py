@@ -211,7 +211,10 @@ class SocketDoor:
             connection.setblocking(False)
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
-            yield self._dialect(connection, f"{_bracketed(peer[0])}:{peer[1]}", self._now)
+            yield self._client(connection, f"{_bracketed(peer[0])}:{peer[1]}")
+
+    def _client(self, connection: socket.socket, name: str) -> SocketClient:
+        return self._dialect(connection, name, self._now)
 
 
 class UsbDoor(SocketDoor):

@@ -8,60 +8,64 @@ from __future__ import annotations
 
 import errno
 import os
+import runpy
 import struct
 from array import array
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NoReturn, Protocol
 
 import usb.backend
 import usb.core
 
-ENDPOINT_OUT, ENDPOINT_IN = 0x01, 0x82
-PACKET_SIZE = 64
+NXT = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("nxt_descriptors.py"))))
+"""By its path, for interpreters that cannot import this project."""
+
+ENDPOINT_OUT, ENDPOINT_IN = NXT.ENDPOINT_OUT, NXT.ENDPOINT_IN
+PACKET_SIZE = NXT.PACKET_SIZE
 FULL_SPEED = 2
 ENGLISH = 0x0409
 SERIAL_NUMBER_INDEX = 1
-"""Source of all descriptors: docs/firmware.md section 2, and the firmware's d_usb.c."""
 
 GET_DESCRIPTOR, STRING_DESCRIPTOR = 0x06, 3
 LIBUSB_TIMEOUT = -7
 
 
-def _descriptor(layout: str, names: str, data: str, **more: object) -> SimpleNamespace:
+def _descriptor(layout: str, names: str, data: bytes, **more: object) -> SimpleNamespace:
     """A descriptor as pyusb expects it: its fields by name; `layout` is struct's."""
-    return SimpleNamespace(**dict(zip(names.split(), struct.unpack(layout, bytes.fromhex(data)), strict=True)), **more)
+    return SimpleNamespace(**dict(zip(names.split(), struct.unpack(layout, data), strict=True)), **more)
 
 
 DEVICE = _descriptor(
     "<BBHBBBBHHHBBBB",
     "bLength bDescriptorType bcdUSB bDeviceClass bDeviceSubClass bDeviceProtocol bMaxPacketSize0 idVendor idProduct"
     " bcdDevice iManufacturer iProduct iSerialNumber bNumConfigurations",
-    "12 01 0002 00 00 00 08 9406 0200 0000 00 00 01 01",
+    NXT.DEVICE,
     # the device's place on the bus
     **{"address": 1, "bus": 1, "port_number": 1, "port_numbers": (1,), "speed": FULL_SPEED},
 )
 CONFIGURATION = _descriptor(
     "<BBHBBBBB",
     "bLength bDescriptorType wTotalLength bNumInterfaces bConfigurationValue iConfiguration bmAttributes bMaxPower",
-    "09 02 2000 01 01 00 C0 00",
+    NXT.CONFIGURATION,
     extra_descriptors=[],
 )
 INTERFACE = _descriptor(
     "<9B",
     "bLength bDescriptorType bInterfaceNumber bAlternateSetting bNumEndpoints bInterfaceClass bInterfaceSubClass"
     " bInterfaceProtocol iInterface",
-    "09 04 00 00 02 FF FF FF 00",
+    NXT.INTERFACE,
     extra_descriptors=[],
 )
 ENDPOINTS = [
     _descriptor(
         "<BBBBHB",
         "bLength bDescriptorType bEndpointAddress bmAttributes wMaxPacketSize bInterval",
-        f"07 05 {address:02X} 02 4000 00",
+        data,
         **{"bRefresh": 0, "bSynchAddress": 0, "extra_descriptors": []},
     )
-    for address in (ENDPOINT_OUT, ENDPOINT_IN)
+    for data in NXT.ENDPOINTS
 ]
 
 

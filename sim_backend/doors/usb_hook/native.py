@@ -21,19 +21,14 @@ import gi
 gi.require_version("UMockdev", "1.0")
 from gi.repository import GLib, UMockdev  # noqa: E402 - the version comes first
 
-SocketCable = runpy.run_path(str(Path(__file__).resolve().parents[1] / "socket_cable.py"))["SocketCable"]
+DOORS = Path(__file__).resolve().parents[1]
+SocketCable = runpy.run_path(str(DOORS / "socket_cable.py"))["SocketCable"]
+NXT = runpy.run_path(str(DOORS / "nxt_descriptors.py"))
 
 NODE = "bus/usb/001/002"
 PRELOAD = "libumockdev-preload.so.0"
 
-DEVICE = bytes.fromhex("12 01 0002 00 00 00 08 9406 0200 0000 00 00 01 01")
-CONFIGURATION = bytes.fromhex(
-    "09 02 2000 01 01 00 C0 00  09 04 00 00 02 FF FF FF 00  07 05 01 02 4000 00  07 05 82 02 4000 00"
-)
-"""The brick's descriptors, the same as in usb_backend.py. Source: docs/firmware.md section 2."""
-
-ENDPOINT_IN = 0x82
-PACKET_SIZE = 64
+ENDPOINT_IN, PACKET_SIZE = NXT["ENDPOINT_IN"], NXT["PACKET_SIZE"]
 ENGLISH = b"\x04\x03\x09\x04"
 DEVICE_TO_HOST, GET_DESCRIPTOR, GET_CONFIGURATION = 0x80, 0x06, 0x08
 STRING = 3
@@ -63,8 +58,8 @@ class Bus(UMockdev.IoctlBase):  # type: ignore[misc] # no types
         super().__init__()
         text = serial_number.encode("utf-16-le")
         self._standard = {
-            (DEVICE_TO_HOST, GET_DESCRIPTOR, 1 << 8): DEVICE,
-            (DEVICE_TO_HOST, GET_DESCRIPTOR, 2 << 8): CONFIGURATION,
+            (DEVICE_TO_HOST, GET_DESCRIPTOR, 1 << 8): NXT["DEVICE"],
+            (DEVICE_TO_HOST, GET_DESCRIPTOR, 2 << 8): NXT["WHOLE_CONFIGURATION"],
             (DEVICE_TO_HOST, GET_DESCRIPTOR, STRING << 8): ENGLISH,
             (DEVICE_TO_HOST, GET_DESCRIPTOR, STRING << 8 | 1): bytes((len(text) + 2, STRING)) + text,
             (DEVICE_TO_HOST, GET_CONFIGURATION, 0): b"\x01",
@@ -213,7 +208,7 @@ def _refuse(number: int) -> Answer:
 
 def _testbed() -> UMockdev.Testbed:
     testbed = UMockdev.Testbed.new()
-    descriptors = (DEVICE + CONFIGURATION).hex().upper()
+    descriptors = (NXT["DEVICE"] + NXT["WHOLE_CONFIGURATION"]).hex().upper()
     testbed.add_from_string(
         f"P: /devices/pci0000:00/usb1/1-1\nN: {NODE}={descriptors}\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\n"
         f"E: DEVNAME=/dev/{NODE}\nE: BUSNUM=001\nE: DEVNUM=002\nA: busnum=1\\n\nA: devnum=2\\n\nA: speed=12\\n\n"

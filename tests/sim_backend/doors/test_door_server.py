@@ -72,7 +72,7 @@ def audience():
 @pytest.fixture
 def server(simulation, door, audience, wall):
     switchboard = Switchboard([door], lambda bluetooth: SimLink(simulation, bluetooth=bluetooth))
-    return RealTimeServer(simulation, switchboard, audience, fps=10, now=wall.now, wait=wall.wait)
+    return RealTimeServer(simulation, switchboard, [audience], fps=10, now=wall.now, wait=wall.wait)
 
 
 def _run_for(server, wall, duration_s):
