@@ -21,6 +21,11 @@ settings.register_profile("any machine", deadline=None)
 settings.load_profile("any machine")
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Declare the switch of the stage that needs a virtual machine."""
+    parser.addoption("--hil", action="store_true", help="run tests/hil: hardware in the loop, in a virtual machine")
+
+
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """Two processes for folders; none for single files and tests, so that -s and debuggers work there."""
     single = any("::" in arg or arg.endswith(".py") for arg in config.args)

@@ -187,8 +187,9 @@ def _fresh_backend() -> IBackend:
         raise _no_libusb()
     if not isinstance(backend, libusb1._LibUSB):  # replaced by another bus, e.g. that of `nxtdrive sim exec`
         return backend
-    # get_backend() hands out one context per process; pyusb has no public way to a second one.
-    return libusb1._LibUSB(libusb1._lib)
+    from nxtdrive.transports.usb_context import UsbContext
+
+    return UsbContext(libusb1._lib)
 
 
 def _bricks(backend: IBackend) -> list[Any]:

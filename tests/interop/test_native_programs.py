@@ -73,6 +73,31 @@ def test_the_nxc_compiler_downloads_what_it_has_compiled(execute, tmp_path):
     assert (tmp_path / "drive.rxe").read_bytes() == (tmp_path / "local.rxe").read_bytes()
 
 
+ENDS_FIRST = """
+import gc
+from nxtdrive.transports.usb_port import UsbTransport, _bricks, _fresh_backend
+from nxtdrive.transports.address import Address
+for round in range(3):
+    context = _fresh_backend()
+    [brick] = _bricks(context)
+    print(brick.serial_number)
+    context.finalize()
+    del brick
+    gc.collect()
+transport = UsbTransport.open(Address.parse("usb://"))
+transport._device.backend.finalize()
+transport.close()
+print("closed")
+"""
+
+
+@needs_libusb
+def test_a_context_that_ends_before_its_devices_does_no_harm(execute):
+    done = execute(sys.executable, "-c", ENDS_FIRST)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == [*["001653010203"] * 3, "closed"]
+
+
 WATCH = """
 import usb.core
 brick = usb.core.find(idVendor=0x0694)

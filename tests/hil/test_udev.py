@@ -1,0 +1,53 @@
+"""Who may open the brick: the udev rule, installed as `doctor` does it, under the real udevd."""
+
+import grp
+
+import pytest
+
+NOBODY = 65534
+UDEVD = "/lib/systemd/systemd-udevd"
+RULE = "/etc/udev/rules.d/60-nxtdrive.rules"
+OURS = "d=$(dirname $(grep -l 0694 /sys/bus/usb/devices/*/idVendor))"
+NODE = f"$({OURS}; echo /dev/$(grep DEVNAME $d/uevent | cut -d= -f2))"
+INFO = "HOME=/run/tmp nxtdrive info --nxt usb://"
+
+
+@pytest.fixture
+def ruled(bench):
+    """The bench under udevd with our rule; afterwards without both."""
+    if bench.run(f"test -x {UDEVD}").code:
+        pytest.skip("no systemd-udevd: apt-get install udev")
+    done = bench.run(
+        f"mkdir -p /run/udev && {UDEVD} --daemon && nxtdrive doctor --fix-udev --install && "
+        "udevadm trigger --action=add --subsystem-match=usb && udevadm settle"
+    )
+    assert done.code == 0, done.err + done.out
+    yield bench
+    bench.run(f"pkill -9 udevd; rm -rf {RULE} /run/udev")
+
+
+def test_the_group_may_open_the_brick_and_others_may_not(ruled):
+    plugdev = grp.getgrnam("plugdev").gr_gid
+    assert ruled.run(f"stat -c '%a %G' {NODE}").out.strip() == "660 plugdev"
+    member = ruled.rig.run(INFO, user=NOBODY, groups=[plugdev])
+    assert member.code == 0, member.err
+    other = ruled.run(INFO, user=NOBODY)
+    assert other.code == 3
+    assert "plugdev" in other.err
+
+
+def test_a_brick_that_is_plugged_in_later_gets_the_rule(ruled):
+    ruled.rig.fault(unplug="usb")
+    ruled.rig.wait_for("! ls -d /sys/bus/usb/devices/1-1", "that the brick is gone")
+    ruled.rig.plug("usb")
+    ruled.rig.wait_for(f"stat -c %G {NODE} | grep plugdev", "the rule at work")
+
+
+def test_a_mission_goes_on_when_the_brick_comes_back_under_udevd(ruled):
+    with ruled.during(ruled.mission(), timeout_s=200) as done:
+        ruled.moving()
+        ruled.rig.fault(unplug="usb")
+        ruled.at_rest()
+        ruled.rig.plug("usb")
+    assert done[0].code == 0, done[0].err + done[0].out
+    assert ruled.reached()

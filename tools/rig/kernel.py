@@ -1,0 +1,121 @@
+"""Debian's stock kernel, downloaded and unpacked once; nothing of it is changed."""
+
+from __future__ import annotations
+
+import lzma
+import os
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from nxtdrive.tools.rig.errors import RigError
+
+PACKAGES = {
+    "qemu-system-x86_64": "qemu-system-x86",
+    "busybox": "busybox-static",
+    "cpio": "cpio",
+    "depmod": "kmod",
+    "apt-get": "apt",
+    "dpkg-deb": "dpkg",
+}
+"""Debian packages by the command that they bring."""
+
+XZ_MAGIC = b"\xfd7zXZ\x00"
+META_PACKAGE = "linux-image-amd64"
+IMAGE = re.compile(r"^\s*Depends: (linux-image-[0-9][\w.+-]*-amd64)$", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """An unpacked kernel.
+
+    Attributes:
+        vmlinux: The uncompressed kernel: QEMU starts it at once, while unpacking takes emulation 5 s.
+        modules: Folder with ``lib/modules``.
+        version: Release, such as ``6.1.0-56-amd64``.
+    """
+
+    vmlinux: Path
+    modules: Path
+    version: str
+
+
+def cache() -> Path:
+    """The folder that keeps what takes long to make: ``$XDG_CACHE_HOME/nxtdrive/rig``."""
+    base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    folder = base / "nxtdrive" / "rig"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def missing() -> str | None:
+    """One sentence on what this computer lacks for the rig, with the command that installs it; None if nothing."""
+    lacking = [package for command, package in PACKAGES.items() if shutil.which(command, path=_path()) is None]
+    if not lacking:
+        return None
+    if {"apt", "dpkg"} & set(lacking):
+        return "The rig needs Debian or Ubuntu on x86-64: it boots Debian's kernel."
+    return f"The rig needs more packages: apt-get install --no-install-recommends {' '.join(lacking)}"
+
+
+def run(*command: str, cwd: Path | None = None) -> str:
+    """Run a command to its end; returns its output.
+
+    Raises:
+        RigError: It failed; the message has its last lines.
+    """
+    environment = {**os.environ, "PATH": _path(), "LC_ALL": "C.UTF-8"}
+    done = subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
+    if done.returncode:
+        last = "\n".join((done.stderr or done.stdout).splitlines()[-5:])
+        raise RigError(f"{command[0]} failed ({' '.join(command)}):\n{last}")
+    return done.stdout
+
+
+def fetch() -> Kernel:
+    """Download and unpack Debian's newest kernel of this release, unless the cache has it.
+
+    Raises:
+        RigError: It cannot be downloaded or unpacked.
+    """
+    listing = run("apt-cache", "depends", META_PACKAGE)
+    found = IMAGE.search(listing)
+    if found is None:
+        raise RigError(f"apt does not know a kernel ({META_PACKAGE}). Run apt-get update, then try again.")
+    package = found[1]
+    version = package.removeprefix("linux-image-")
+    folder = cache() / version
+    kernel = Kernel(folder / "vmlinux", folder / "root", version)
+    if not kernel.vmlinux.exists():
+        shutil.rmtree(folder, ignore_errors=True)
+        kernel.modules.mkdir(parents=True)
+        run("apt-get", "download", "-q", package, cwd=folder)
+        [archive] = folder.glob("*.deb")
+        run("dpkg-deb", "-x", str(archive), str(kernel.modules))
+        archive.unlink()
+        run("depmod", "-b", str(kernel.modules), version)
+        unpacked = _unpacked((kernel.modules / "boot" / f"vmlinuz-{version}").read_bytes())
+        kernel.vmlinux.with_suffix(".part").write_bytes(unpacked)
+        kernel.vmlinux.with_suffix(".part").rename(kernel.vmlinux)
+    return kernel
+
+
+def _unpacked(vmlinuz: bytes) -> bytes:
+    """The ELF file inside a compressed kernel: the xz stream that unpacks to one."""
+    at = vmlinuz.find(XZ_MAGIC)
+    while at >= 0:
+        try:
+            unpacked = lzma.LZMADecompressor().decompress(vmlinuz[at:])
+        except lzma.LZMAError:
+            unpacked = b""
+        if unpacked.startswith(b"\x7fELF"):
+            return unpacked
+        at = vmlinuz.find(XZ_MAGIC, at + 1)
+    raise RigError("The kernel of this Debian release is not compressed with xz; the rig knows no other compression.")
+
+
+def _path() -> str:
+    """The search path with the folders of system commands, which an ordinary user's may lack."""
+    return os.pathsep.join([os.environ.get("PATH", ""), "/usr/sbin", "/sbin"])

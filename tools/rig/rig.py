@@ -1,0 +1,286 @@
+"""The rig as a value: start it, run commands in its guest, plug and unplug, read the world's truth, end it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any, cast
+
+from nxtdrive.tools.rig import initrd, kernel, qemu
+from nxtdrive.tools.rig.errors import RigError
+
+KERNEL_PORTS = {"usb": 0, "camera": 8}
+"""Ports of the guest's virtual hub: the first eight are for full speed, the next for super speed devices."""
+
+ROOT = Path(__file__).resolve().parents[2]
+READY_S = 30.0
+END_S = 10.0
+
+
+@dataclass(frozen=True)
+class Done:
+    """A command that has ended in the guest.
+
+    Attributes:
+        code: Exit code.
+        out: Standard output.
+        err: Standard error.
+        seconds: Wall time.
+    """
+
+    code: int
+    out: str
+    err: str
+    seconds: float
+
+
+@dataclass
+class Rig:
+    """A running rig: its processes and ports.
+
+    Attributes:
+        guest: Process number of QEMU.
+        world: Process number of the simulated brick and world.
+        agent: Port of the guest's agent.
+        control: Port for faults and truth.
+        usb: Port of the brick on USB/IP.
+        webcam: Port of the webcam on USB/IP.
+        options: How the world was started.
+    """
+
+    guest: int
+    world: int
+    agent: int
+    control: int
+    usb: int
+    webcam: int
+    options: list[str]
+    _children: list[subprocess.Popen[bytes]] = field(default_factory=list, repr=False)
+
+    @classmethod
+    def start(cls, world: str = "open", *, seed: int = 0, size: str = "320x240") -> Rig:
+        """Build what is missing, boot the guest, and plug in brick and webcam.
+
+        Raises:
+            RigError: Something is missing on this computer, or the guest does not start.
+        """
+        if lacking := kernel.missing():
+            raise RigError(lacking)
+        image = kernel.fetch()
+        first = initrd.build(image)
+        options = ["--world", world, "--seed", str(seed), "--size", size]
+        process, ports = _start_world(options)
+        try:
+            agent = _free_port()
+            guest = qemu.boot(image, first, agent, [ports["usb"], ports["webcam"]], _folder() / "guest.log")
+        except BaseException:
+            _end(process.pid)
+            raise
+        rig = cls(guest.pid, process.pid, agent, ports["control"], ports["usb"], ports["webcam"], options)
+        rig._children = [guest, process]
+        try:
+            rig.plug_all()
+        except BaseException:
+            rig.stop()
+            raise
+        return rig
+
+    def reset(self) -> None:
+        """Begin with a fresh brick and a fresh world, plugged in.
+
+        Raises:
+            RigError: The world does not start, or the guest does not see the devices.
+        """
+        _end(self.world)
+        self.run("pkill -INT nxtdrive")
+        self.wait_for("! cat /sys/bus/usb/devices/*/idVendor | grep -v 1d6b", "that the devices are gone")
+        ports = [word for name in ("usb", "webcam", "control") for word in (f"--{name}", str(getattr(self, name)))]
+        process, _ = _start_world([*self.options, *ports])
+        self.world = process.pid
+        self._children.append(process)
+        self.plug_all()
+
+    # --- the guest ---
+
+    def run(
+        self,
+        command: str,
+        *,
+        timeout_s: float = 60.0,
+        user: int | None = None,
+        groups: Sequence[int] = (),
+        show: Callable[[str, str], None] = lambda kind, text: None,  # noqa: ARG005
+    ) -> Done:
+        """Run a shell command in the guest.
+
+        Args:
+            command: For bash, in a folder that is empty at first.
+            timeout_s: After it the command is interrupted, as by Ctrl-C, and 10 s later killed.
+            user: User number; by default root.
+            groups: Further groups of that user.
+            show: Called with ``"out"`` or ``"err"`` and text as it comes.
+        """
+        start = time.monotonic()
+        heard = {"out": "", "err": ""}
+        request = {"run": command, "timeout_s": timeout_s, "user": user, "groups": list(groups)}
+        for answer in self._ask_guest(request, timeout_s + 30.0):
+            if "code" in answer:
+                return Done(answer["code"], heard["out"], heard["err"], time.monotonic() - start)
+            for kind, text in answer.items():
+                heard[kind] += text
+                show(kind, text)
+        raise RigError("The guest ended while the command ran; see the console: rig log.")
+
+    def wait_for(self, command: str, what: str, limit_s: float = 20.0) -> None:
+        """Wait until a shell command succeeds in the guest.
+
+        Raises:
+            RigError: It does not within `limit_s`.
+        """
+        waiting = f"until {command} > /dev/null 2>&1; do sleep 0.1; done"
+        if self.run(waiting, timeout_s=limit_s).code:
+            raise RigError(
+                f"The guest does not see {what} after {limit_s:g} s; its console: {_folder() / 'guest.log'}."
+            )
+
+    # --- the devices ---
+
+    def plug_all(self) -> None:
+        """Plug in brick and webcam, and wait until the kernel has them.
+
+        Raises:
+            RigError: It does not see them.
+        """
+        self.plug("usb")
+        self.plug("camera")
+        self.wait_for("test -e /dev/video0 && grep -q 0694 /sys/bus/usb/devices/*/idVendor", "the devices")
+
+    def plug(self, device: str) -> None:
+        """Plug in ``"usb"``, the brick, or ``"camera"``.
+
+        Raises:
+            RigError: The kernel has it already.
+        """
+        port = {"usb": self.usb, "camera": self.webcam}[device]
+        [answer] = self._ask_guest({"plug": port, "port": KERNEL_PORTS[device]}, READY_S)
+        if answer["code"]:
+            raise RigError(f"The {device} cannot be plugged in (status {answer['code']}); is it plugged in already?")
+
+    def fault(self, **request: object) -> None:
+        """Make a fault: ``unplug="usb"`` or ``"camera"``, ``halt=0x82`` (endpoint), ``mute=True``.
+
+        Raises:
+            RigError: There is no such fault.
+        """
+        self._ask_world(dict(request))
+
+    def truth(self) -> dict[str, Any]:
+        """The world's truth: pose, speed, contacts, distances to the pictures; for verdicts only."""
+        return self._ask_world({"truth": True})
+
+    # --- the end ---
+
+    def stop(self) -> None:
+        """Switch the guest off and end the world."""
+        with contextlib.suppress(OSError, RigError):
+            list(self._ask_guest({"halt": True}, END_S))
+        for process in (self.guest, self.world):
+            _end(process)
+        for child in self._children:
+            child.wait()
+
+    def save(self) -> None:
+        """Remember this rig for other commands."""
+        saved = {name: value for name, value in vars(self).items() if not name.startswith("_")}
+        _state().write_text(json.dumps(saved))
+
+    @classmethod
+    def running(cls) -> Rig:
+        """The rig that was saved.
+
+        Raises:
+            RigError: None runs.
+        """
+        try:
+            rig = cls(**json.loads(_state().read_text()))
+            os.kill(rig.guest, 0)
+        except (OSError, ValueError, TypeError) as error:
+            raise RigError("No rig is running. Start one: python -m tools.rig up") from error
+        return rig
+
+    def _ask_guest(self, request: dict[str, Any], timeout_s: float) -> Any:  # noqa: ANN401 - lines of JSON
+        with socket.create_connection(("127.0.0.1", self.agent), timeout=timeout_s) as line:
+            line.sendall(json.dumps(request).encode() + b"\n")
+            for answer in line.makefile("rb"):
+                yield json.loads(answer)
+
+    def _ask_world(self, request: dict[str, Any]) -> dict[str, Any]:
+        with socket.create_connection(("127.0.0.1", self.control), timeout=READY_S) as line:
+            line.sendall(json.dumps(request).encode() + b"\n")
+            answer: dict[str, Any] = json.loads(line.makefile("rb").readline())
+        if "error" in answer:
+            raise RigError(answer["error"])
+        return answer
+
+
+def forget() -> None:
+    """Remove what `Rig.save` wrote."""
+    _state().unlink(missing_ok=True)
+
+
+def _start_world(options: Sequence[str]) -> tuple[subprocess.Popen[bytes], dict[str, int]]:
+    """Start the world; returns its process and its ports."""
+    command = [sys.executable, "-m", "tools.rig.world", *options]
+    log = _folder() / "world.log"
+    with log.open("w") as errors:
+        process = subprocess.Popen(
+            command,
+            cwd=ROOT,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            start_new_session=True,
+        )
+    with contextlib.closing(cast("IO[bytes]", process.stdout)) as output:
+        line = output.readline()
+    if not line:
+        process.wait()
+        raise RigError("The world did not start:\n" + log.read_text()[-1000:])
+    return process, json.loads(line)
+
+
+def _end(process: int) -> None:
+    with contextlib.suppress(ProcessLookupError, ChildProcessError):
+        os.kill(process, signal.SIGTERM)
+        until = time.monotonic() + END_S
+        while time.monotonic() < until:
+            with contextlib.suppress(ChildProcessError):
+                os.waitpid(process, os.WNOHANG)
+            os.kill(process, 0)
+            time.sleep(0.05)
+        os.kill(process, signal.SIGKILL)
+
+
+def _free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port: int = listener.getsockname()[1]
+    return port
+
+
+def _folder() -> Path:
+    folder = kernel.cache() / "run"
+    folder.mkdir(exist_ok=True)
+    return folder
+
+
+def _state() -> Path:
+    return _folder() / "rig.json"

@@ -1,0 +1,151 @@
+"""The host's process of the rig: simulated brick, world and webcam behind USB/IP, and a port for faults and truth.
+
+Started by `tools.rig.rig`. The control port takes lines of JSON and answers each with a line: ``{"unplug": "usb"}``,
+``{"halt": 130}``, ``{"mute": true}``, ``{"truth": true}``, ``{"stop": true}``; ``{"error": "..."}`` if it cannot.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import queue
+import socketserver
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from nxtdrive.signals import until_signal
+from nxtdrive.transports.base import WallClock
+from sim_backend.doors.door import wait_readable
+from sim_backend.doors.server import RealTimeServer, Status
+from sim_backend.doors.switchboard import Switchboard
+from sim_backend.doors.usbip import UsbIpDoor
+from sim_backend.doors.uvc import UvcDoor
+from sim_backend.simulation import SimLink, Simulation
+
+ANSWER_S = 5.0
+
+Request = dict[str, Any]
+
+
+class World:
+    """The simulation and its doors.
+
+    Attributes:
+        simulation: The brick and its world.
+        usb: The brick on USB.
+        webcam: The webcam on USB.
+    """
+
+    def __init__(self, args: argparse.Namespace, closing: contextlib.ExitStack) -> None:
+        clock = WallClock()
+        self.simulation = Simulation(args.world, seed=args.seed, camera_size=args.size)
+        serial_number = self.simulation.brick.radio.address.hex().upper()
+        self.usb = closing.enter_context(contextlib.closing(UsbIpDoor(serial_number, args.usb, now=clock.now)))
+        fps = self.simulation.webcam.fps
+        self.webcam = closing.enter_context(contextlib.closing(UvcDoor(args.size, fps, args.webcam)))
+        switchboard = closing.enter_context(contextlib.closing(Switchboard([self.usb], self._plug_in)))
+        self._server = RealTimeServer(
+            self.simulation, switchboard, [self.webcam], fps=fps, now=clock.now, wait=wait_readable
+        )
+        self._status = self._server.status()
+        self._requests: queue.Queue[tuple[Request, queue.Queue[Request]]] = queue.Queue()
+        self._ended = False
+
+    def run(self, stopped: Callable[[], bool]) -> None:
+        """Serve until told to stop."""
+        self._server.run(lambda: self._handle() or stopped(), self._report)
+
+    def ask(self, request: Request) -> Request:
+        """Have the simulation's thread handle a request; called by other threads."""
+        answer: queue.Queue[Request] = queue.Queue()
+        self._requests.put((request, answer))
+        return answer.get(timeout=ANSWER_S)
+
+    def _plug_in(self, bluetooth: bool) -> SimLink:
+        if self.simulation.brick.powered_off:
+            raise ConnectionError
+        return SimLink(self.simulation, bluetooth=bluetooth)
+
+    def _report(self, status: Status) -> None:
+        self._status = status
+
+    def _handle(self) -> bool:
+        """Handle what was asked since the last turn; returns whether to stop."""
+        while not self._requests.empty():
+            request, answer = self._requests.get()
+            try:
+                answer.put(self._answer(request))
+            except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+                answer.put({"error": f"{type(error).__name__}: {error}"})
+        return self._ended
+
+    def _answer(self, request: Request) -> Request:
+        [(verb, value)] = request.items()
+        match verb:
+            case "unplug":
+                unplug = {"usb": self.usb.unplug, "camera": self.webcam.unplug}[value]
+                unplug()
+            case "halt":
+                self.usb.halt(value)
+            case "mute":
+                self.usb.device.mute = value
+            case "truth":
+                return self._truth()
+            case "stop":
+                self._ended = True
+            case _:
+                raise ValueError(f"unknown request {verb}")
+        return {}
+
+    def _truth(self) -> Request:
+        truth = self.simulation.truth
+        return {
+            "simulated_s": self.simulation.time_s,
+            "pose": list(truth.pose),
+            "speed_mm_s": truth.speed_mm_s,
+            "contacts": truth.contacts,
+            "distances_mm": {name: truth.distance_mm(name) for name in truth.pictures},
+            "telegrams": self._status.telegrams,
+            "real_time_factor": self._status.real_time_factor,
+            "frames_per_s": self._status.frames_per_s,
+        }
+
+
+def serve(args: argparse.Namespace) -> None:
+    """Run the process."""
+    with contextlib.ExitStack() as closing:
+        stopped = closing.enter_context(until_signal())
+        world = World(args, closing)
+
+        class Control(socketserver.StreamRequestHandler):
+            def handle(self) -> None:
+                for line in self.rfile:
+                    self.wfile.write(json.dumps(world.ask(json.loads(line))).encode() + b"\n")
+
+        class Server(socketserver.ThreadingTCPServer):
+            allow_reuse_address = True
+            daemon_threads = True
+
+        control = closing.enter_context(Server(("127.0.0.1", args.control), Control))
+        closing.callback(control.shutdown)
+        threading.Thread(target=control.serve_forever, name="control").start()
+        ports = {"usb": world.usb.port, "webcam": world.webcam.port, "control": control.server_address[1]}
+        print(json.dumps(ports), flush=True)
+        world.run(stopped)
+
+
+def main() -> None:
+    """Parse the command line."""
+    parser = argparse.ArgumentParser(prog="python -m tools.rig.world", description=__doc__)
+    parser.add_argument("--world", default="open")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--size", type=lambda text: tuple(int(part) for part in text.split("x")), default=(320, 240))
+    for port in ("usb", "webcam", "control"):
+        parser.add_argument(f"--{port}", type=int, default=0)
+    serve(parser.parse_args())
+
+
+if __name__ == "__main__":
+    main()
