@@ -7,8 +7,8 @@ import shlex
 import sys
 import time
 
-from nxtdrive.tools.rig.errors import RigError
-from nxtdrive.tools.rig.rig import Rig, forget
+from .errors import RigError
+from .rig import Rig, forget
 
 EXAMPLES = """\
   python -m tools.rig up --world arena

@@ -8,8 +8,8 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from nxtdrive.tools.rig.errors import RigError
-from nxtdrive.tools.rig.kernel import Kernel, cache, run
+from .errors import RigError
+from .kernel import Kernel, cache, run
 
 MODULES = (
     *("virtio_pci", "virtio_net", "9p", "9pnet_virtio", "overlay"),

@@ -10,7 +10,7 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-from nxtdrive.tools.rig.errors import RigError
+from .errors import RigError
 
 PACKAGES = {
     "qemu-system-x86_64": "qemu-system-x86",

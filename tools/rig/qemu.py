@@ -7,8 +7,8 @@ import sys
 import time
 from pathlib import Path
 
-from nxtdrive.tools.rig.errors import RigError
-from nxtdrive.tools.rig.kernel import Kernel, cache
+from .errors import RigError
+from .kernel import Kernel, cache
 
 AGENT = Path(__file__).resolve().with_name("agent.py")
 AGENT_PORT = 2222

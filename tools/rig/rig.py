@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any, cast
 
-from nxtdrive.tools.rig import initrd, kernel, qemu
-from nxtdrive.tools.rig.errors import RigError
+from . import initrd, kernel, qemu
+from .errors import RigError
 
 KERNEL_PORTS = {"usb": 0, "camera": 8}
 """Ports of the guest's virtual hub: the first eight are for full speed, the next for super speed devices."""
