@@ -83,7 +83,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     try_.add_argument("source", metavar="SOURCE", help="image, video, folder of images, URL, a webcam's number, or sim")
     try_.usage = (
         "%(prog)s [options] SOURCE\n"
-        "    (--target NAME | --picture FILE ... | --haar NAME | --marker ID | --qr TEXT | --color C)"
+        "    (--target NAME | --picture FILE ... | --haar NAME | --marker ID |\n"
+        "     --qr TEXT | --color C)"
     )
     target = try_.add_mutually_exclusive_group(required=True)
     target.add_argument("--target", metavar="NAME", help="a target of a mission (of the built-in one: lena, rilakkuma)")
