@@ -1,42 +1,117 @@
 """Compile instructions that follow each other into one function, which Python carries out faster than one by one.
 
-A block ends where the next instruction depends on values, at the end of a turn, or after `LONGEST` instructions; a jump
-to a fixed place does not end it.
+A block is the tree of all ways from its first instruction on: jumps and branches lead on inside it, and a way that
+comes back to the first instruction makes the function loop. Each way knows its number of instructions, so turns are
+exact. A way ends where only the instruction itself knows the next one, where it meets itself, or after `LONGEST`
+instructions.
+
+Each block has two functions. The quick one carries out whole ways only, while enough instructions are left for the
+longest of them. The exact one can stop after any instruction.
 """
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from types import CodeType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError
-from sim_backend.firmware.vm.instructions import Effect, Instruction, Next, Ports, Step, Translation
+from sim_backend.firmware.vm.instructions import Branch, Effect, Instruction, Next, Ports, Translation
+from sim_backend.firmware.vm.linear_loops import linear
 from sim_backend.firmware.vm.memory import OutOfMemory
+from sim_backend.firmware.vm.operands import Operands
 
 LONGEST = 20
-"""Most instructions of a block."""
+"""Most instructions of one way through a block."""
+_MOST = 40
+"""Most instructions of a block: each way repeats what it shares with others."""
+
+_OFTEN = 50
+"""Number of runs from which on a block gets all ways."""
 
 FAILURES = (ProgramError, OutOfMemory, struct.error, LookupError, ArithmeticError, ValueError, RecursionError)
 """Exceptions by which a program ends with an error."""
 
+_CELL = re.compile(r"\b[bhif]\[\d+\]", re.IGNORECASE)
 
-class Block(NamedTuple):
+Run = Callable[[int], tuple[int, int]]
+"""Carries out at most some instructions; returns the next word of code, or `END_TURN`, and how many are left."""
+
+
+class Block:
     """Instructions that are carried out together.
 
+    Compiling takes longer than running: at first a block ends at its first branch, and only one that runs often gets
+    all ways; the exact function is compiled when it is needed.
+
     Attributes:
-        run: Carries them out; returns the next word of code, or `END_TURN`.
-        size: Number of instructions.
-        quiet: Whether they change variables and ports only, and the same ones give the same result within a pass.
-        ports: What they do with ports.
+        quick: Carries them out while at least `longest` are left, which must be so at first.
+        longest: Number of instructions of the longest way.
+        exact: Carries out some of them, at least one.
+        plain: Whether they change variables and ports only, and do not ask for the time.
     """
 
-    run: Step
-    size: int
-    quiet: bool
-    ports: int
+    __slots__ = ("_compiler", "_end", "_runs", "_start", "exact", "longest", "plain", "quick")
+
+    def __init__(self, start: int, end: int, compiler: Compiler) -> None:
+        self._start, self._end, self._compiler, self._runs = start, end, compiler, 0
+        self.exact: Run
+        self.quick: Run
+        if self._compile(branches=False):
+            self.quick = self._counting(self.quick)
+
+    def _compile(self, *, branches: bool) -> bool:
+        """Compile the quick function; tells whether there are branches."""
+        tree = _Tree(self._start, self._end, self._compiler, branches=branches)
+        self.quick = self._compiler.function(tree.lines)
+        self.longest, self.plain = tree.longest, tree.plain
+
+        def first_exact(left: int) -> tuple[int, int]:
+            exact = _Tree(self._start, self._end, self._compiler, branches=branches, exact=True)
+            self.exact = self._compiler.function(exact.lines)
+            return self.exact(left)
+
+        self.exact = first_exact
+        return tree.has_branches
+
+    def _counting(self, run: Run) -> Run:
+        def counting(left: int) -> tuple[int, int]:
+            self._runs += 1
+            if self._runs >= _OFTEN:
+                self._compile(branches=True)
+            return run(left)
+
+        return counting
+
+
+class _Way(NamedTuple):
+    """What the instructions from the first one to a place in a block are like.
+
+    Attributes:
+        words: The words at which they begin.
+        quiet: Whether they change variables and ports only, and the same ones give the same result within a pass.
+        ports: What they do with ports.
+        asks: How many ask for the time.
+    """
+
+    words: tuple[int, ...] = ()
+    quiet: bool = True
+    ports: int = 0
+    asks: int = 0
+
+    def after(self, at: int, translation: Translation) -> _Way:
+        """The way with one instruction more."""
+        quiet, ports, asks = self.quiet, self.ports, self.asks
+        if isinstance(translation, Effect):
+            quiet = quiet and translation.ports is not None
+            ports |= int(translation.ports or 0)
+            asks += translation.asks
+        elif not isinstance(translation, str | Next | Branch):
+            quiet = False
+        return _Way((*self.words, at), quiet, ports, asks)
 
 
 class Compiler:
@@ -47,7 +122,7 @@ class Compiler:
         code: Sequence[int],
         decode: Callable[[Sequence[int], int], Instruction],
         translate: Callable[[Instruction], Translation],
-        names: dict[str, Any],
+        operands: Operands,
     ) -> None:
         """Make a compiler.
 
@@ -55,57 +130,24 @@ class Compiler:
             code: Words of code.
             decode: Decodes the instruction at a word.
             translate: Translates one instruction.
-            names: What the names in translated instructions stand for; functions are added to it.
+            operands: What the names in translated instructions stand for; functions are added to it.
         """
-        self._code, self._decode, self._translate, self._names = code, decode, translate, names
+        self._code, self._decode, self._translate, self._operands = code, decode, translate, operands
         self._translated: dict[int, tuple[Instruction, Translation]] = {}
 
-    def block(self, start: int, end: int, most: int) -> Block:
+    def block(self, start: int, end: int) -> Block:
         """The block that begins at a word of code.
 
         Args:
             start: The word.
             end: End of the clump; there is no instruction from there on.
-            most: Most instructions.
 
         Raises:
             ProgramError, OutOfMemory, struct.error, LookupError, ArithmeticError, ValueError, RecursionError: There is
                 no instruction at the word.
         """
-        lines, at, quiet, ports = list[str](), start, True, 0
-        for count in range(min(most, LONGEST)):
-            try:
-                instruction, translation = self._at(at, end)
-            except FAILURES:
-                if not count:
-                    raise
-                break
-            at = instruction.following
-            if isinstance(translation, str):
-                lines.append(translation)
-            elif isinstance(translation, Effect):
-                quiet = quiet and translation.ports is not None
-                ports |= int(translation.ports or 0)
-                lines.extend(translation.statements)
-            elif not isinstance(translation, Next):
-                quiet = False
-                lines.append(f"{self._named(instruction, translation)}()")
-                if at == instruction.at:  # it has no size and follows itself: once a turn is enough
-                    count = min(most, LONGEST)
-                    break
-            elif isinstance(translation.word, int):
-                at = translation.word
-                if at == start and ports & Ports.SETS:  # the second time, it may change nothing
-                    count += 1
-                    break
-            elif isinstance(translation.word, str):
-                return self._compiled([*lines, f"return {translation.word}"], count + 1, quiet, ports)
-            else:
-                lines.append(f"return {self._named(instruction, translation.word)}()")
-                return self._compiled(lines, count + 1, False, ports)
-        else:
-            count = min(most, LONGEST)
-        return self._compiled([*lines, f"return {at}"], count, quiet, ports)
+        self._at(start, end)
+        return Block(start, end, self)
 
     def _at(self, at: int, end: int) -> tuple[Instruction, Translation]:
         if at >= end:
@@ -115,14 +157,159 @@ class Compiler:
             self._translated[at] = instruction, self._translate(instruction)
         return self._translated[at]
 
-    def _named(self, instruction: Instruction, function: Callable[[], object]) -> str:
-        name = f"at_{instruction.at}"
-        self._names[name] = function
-        return name
+    def try_at(self, at: int, end: int) -> tuple[Instruction, Translation] | None:
+        """The instruction at a word and its translation; None if there is none."""
+        try:
+            return self._at(at, end)
+        except FAILURES:
+            return None
 
-    def _compiled(self, lines: list[str], count: int, quiet: bool, ports: int) -> Block:
-        exec(_compile("\n    ".join(("def block():", *lines))), self._names)  # noqa: S102 - our own translation
-        return Block(self._names.pop("block"), count, quiet, ports)
+    def named(self, at: int, function: Callable[[], object]) -> str:
+        """A call of the function that carries out the instruction at a word."""
+        return f"{self._operands.function(f'at_{at}', function)}()"
+
+    def function_named(self, name: str, function: Callable[..., object]) -> str:
+        """Give a function a name; returns that."""
+        return self._operands.function(name, function)
+
+    @property
+    def written(self) -> tuple[int, int]:
+        """First and last place in the pool that translated instructions may assign to, and the end of it."""
+        return self._operands.written
+
+    def function(self, lines: list[str]) -> Run:
+        """The function `block` of some lines."""
+        names = self._operands.names
+        exec(_compile("\n".join(lines)), names)  # noqa: S102 - our own translation
+        function: Run = names.pop("block")
+        return function
+
+
+class _Tree:
+    """The ways from one instruction on, as a function in Python.
+
+    Attributes:
+        lines: Its lines.
+        longest: Number of instructions of the longest way.
+        plain: See `Block`.
+        has_branches: Whether there is more than one way.
+    """
+
+    def __init__(self, start: int, end: int, compiler: Compiler, *, branches: bool = True, exact: bool = False) -> None:
+        self._start, self._end, self._compiler, self._branches, self._exact = start, end, compiler, branches, exact
+        self.longest, self.plain, self._loops, self._watches, self.has_branches = 1, True, False, False, False
+        body = self._branch(start, _Way(), _MOST)
+        if self._loops:
+            body = [f"while left >= {self.longest}:", *_indented(body), f"return {start}, left"]
+        if self._watches:
+            low, high = compiler.written
+            body = [f"low, high = {low}, {high}", "before = pool[low:high]", *body]
+        self.lines = ["def block(left):", *_indented(body)]
+
+    def _branch(self, at: int, way: _Way, most: int) -> list[str]:
+        """The lines from a place on, of at most some instructions."""
+        lines = list[str]()
+        while True:
+            count = len(way.words)
+            if at == self._start and count:
+                return [*lines, *self._again(way)]
+            found = self._compiler.try_at(at, self._end)
+            if found is None or count >= LONGEST or most <= 0 or at in way.words:
+                return [*lines, self._leave(at, count)]
+            instruction, translation = found
+            way, most, count = way.after(at, translation), most - 1, count + 1
+            if isinstance(translation, str):
+                lines.append(translation)
+            elif isinstance(translation, Effect):
+                lines.extend(translation.statements)
+                self.plain = self.plain and translation.ports is not None and not translation.asks
+            elif isinstance(translation, Branch):
+                self.has_branches = True
+                most = most // 2 if self._branches else 0
+                lines.append(f"if {translation.condition}:")
+                if self._exact:
+                    lines.append(f"    if left == {count}: {self._leave(translation.target, count)}")
+                lines.extend(_indented(self._branch(translation.target, way, most)))
+            elif isinstance(translation, Next):
+                if not isinstance(translation.word, int):
+                    self.plain = False
+                    return [*lines, self._leave(self._compiler.named(at, translation.word), count)]
+            else:
+                self.plain = False
+                call = self._compiler.named(at, translation)
+                if instruction.following == at:
+                    return [*lines, *self._itself(call, at, count)]
+                following = self._leave(instruction.following, count)
+                lines += [call, f"if memory.work_left <= 0: {following}"]  # it took the rest of the pass
+            at = _following(instruction, translation)
+            if self._exact:
+                lines.append(f"if left == {count}: {self._leave(at, count)}")
+
+    def _leave(self, at: int | str, count: int) -> str:
+        self.longest = max(self.longest, count)
+        return f"return {at}, left - {count}"
+
+    def _itself(self, call: str, at: int, count: int) -> list[str]:
+        """The lines where an instruction has no size and follows itself: once a turn is enough."""
+        if count > 1:
+            return [self._leave(at, count - 1)]
+        return [call, f"return {at}, max(left - {LONGEST}, 0)"]
+
+    def _again(self, way: _Way) -> list[str]:
+        """The lines where the first instruction follows.
+
+        Repeats of a loop are left out if it changed nothing, asks for nothing that may change, and does not set ports
+        that it reads.
+        """
+        count = len(way.words)
+        leave = self._leave(self._start, count)
+        if self._exact:
+            return [leave]
+        self._loops = True
+        closed = self._closed(way)
+        if closed:
+            return [f"times, left = divmod(left - {count}, {count})", *closed, "continue"]
+        lines = [f"left -= {count}"]
+        if way.quiet and way.ports != Ports.BOTH and not self._grows(way):
+            self._watches = True
+            rest = f"without_repeats(left, {count}, {way.asks})" if way.asks else f"left % {count}"
+            lines += ["after = pool[low:high]", f"if after == before: left = {rest}", "before = after"]
+        return [*lines, "continue"]
+
+    def _closed(self, way: _Way) -> list[str] | None:
+        """The lines that do what a number of repeats of a way does, `times`, all at once; None if that is not known."""
+        statements = list[str]()
+        for at in way.words:
+            found = self._compiler.try_at(at, self._end)
+            if found and isinstance(found[1], str):
+                statements.append(found[1])
+            elif not (found and isinstance(found[1], Next)):
+                return None
+        repeated = linear(statements)
+        if repeated is None:
+            return None
+        powers = self._compiler.function_named(f"powers_{self._start}", repeated.powers)
+        return [f"{repeated.factors} = {powers}(times)", repeated.statement]
+
+    def _grows(self, way: _Way) -> bool:
+        """Whether a way assigns to a variable that depends on its own value before, so that a repeat changes it."""
+        for at in way.words:
+            found = self._compiler.try_at(at, self._end)
+            if found and isinstance(found[1], str):
+                target, _, value = found[1].partition(" = ")
+                if target.lower() in (cell.lower() for cell in _CELL.findall(value)):
+                    return True
+        return False
+
+
+def _following(instruction: Instruction, translation: Translation) -> int:
+    if isinstance(translation, Next) and isinstance(translation.word, int):
+        return translation.word
+    return translation.following if isinstance(translation, Branch) else instruction.following
+
+
+def _indented(lines: list[str]) -> list[str]:
+    return [f"    {line}" for line in lines]
 
 
 @lru_cache(maxsize=4096)

@@ -8,7 +8,7 @@ from sim_backend.firmware.cint import s16
 from sim_backend.firmware.vm.aggregates import HOLD_FOR_EQUALS, compare
 from sim_backend.firmware.vm.arithmetic import comparison, related
 from sim_backend.firmware.vm.data import NONE, Place, ProgramError
-from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Next, Translation
+from sim_backend.firmware.vm.instructions import END_TURN, Branch, Effect, Instruction, Next, Ports, Translation
 from sim_backend.firmware.vm.machine import QUEUE_GREW, Machine, Translate
 from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.rxe import Type
@@ -27,11 +27,11 @@ def _jump(machine: Machine, instruction: Instruction) -> Next:
     return Next(_target(machine, instruction))
 
 
-def _branch_if(machine: Machine, instruction: Instruction) -> Next:
+def _branch_if(machine: Machine, instruction: Instruction) -> Translation:
     _, left, right = instruction.arguments
     target, following, relation = _target(machine, instruction), instruction.following, instruction.flags
     if machine.operands.scalars(left, right):
-        return Next(f"{target} if {comparison(machine, relation, left, right)} else {following}")
+        return Branch(comparison(machine, relation, left, right), target, following)
     data, first, second = machine.data, Place(left), Place(right)
     forgives = machine.dialect.forgives_comparisons and relation in HOLD_FOR_EQUALS
 
@@ -46,9 +46,9 @@ def _branch_if(machine: Machine, instruction: Instruction) -> Next:
     return Next(run)
 
 
-def _branch_test(machine: Machine, instruction: Instruction) -> Next:
+def _branch_test(machine: Machine, instruction: Instruction) -> Branch:
     condition = related(machine.operands.integer(instruction.arguments[1]), instruction.flags, "0")
-    return Next(f"{_target(machine, instruction)} if {condition} else {instruction.following}")
+    return Branch(condition, _target(machine, instruction), instruction.following)
 
 
 def _stop(machine: Machine, instruction: Instruction) -> Next:
@@ -187,7 +187,9 @@ def _wait(machine: Machine, instruction: Instruction) -> Next:
 def _tick(machine: Machine, instruction: Instruction) -> Translation:
     operands, target = machine.operands, instruction.arguments[0]
     statement = operands.assignment(target, f"{operands.function('now', machine.ask_time)}()")
-    return statement or (lambda: machine.data.put(target, machine.ask_time()))
+    if statement:
+        return Effect((statement,), Ports.NOTHING, asks=True)
+    return lambda: machine.data.put(target, machine.ask_time())
 
 
 TABLE: Mapping[tuple[int, int], Translate] = {

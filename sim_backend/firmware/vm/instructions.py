@@ -57,10 +57,24 @@ class Next(NamedTuple):
     """What an instruction that chooses the next one is translated to.
 
     Attributes:
-        word: Index of the next word, an expression of it, or a function that returns it.
+        word: Index of the next word, or a function that returns it.
     """
 
-    word: int | str | Step
+    word: int | Step
+
+
+class Branch(NamedTuple):
+    """What an instruction that chooses between two is translated to.
+
+    Attributes:
+        condition: Expression of whether it jumps.
+        target: Index of the next word if it does.
+        following: Index of the next word if it does not.
+    """
+
+    condition: str
+    target: int
+    following: int
 
 
 class Ports(IntFlag):
@@ -81,13 +95,15 @@ class Effect(NamedTuple):
     Attributes:
         statements: Statements that do it.
         ports: What it does with ports; None if it has further effects.
+        asks: Whether it asks for the time.
     """
 
     statements: tuple[str, ...]
     ports: Ports | None = None
+    asks: bool = False
 
 
-Translation = str | Effect | Action | Next
+Translation = str | Effect | Action | Next | Branch
 """What an instruction is translated to: a statement, which must change nothing but its target variable; statements or
 a function with further effects; or the choice of the next instruction."""
 

@@ -1,7 +1,6 @@
 """The interpreter: clumps take turns of twenty instructions, as many as fit into a pass of one millisecond.
 
-Instructions are compiled in blocks, see `blocks`. A clump that runs alone needs no turns; a loop of its that changes
-nothing any more is not carried out again in the same pass.
+Instructions are compiled in blocks, see `blocks`. A clump that runs alone needs no turns.
 
 Source: LEGO's executable file specification; order and length of turns in docs/firmware.md section 8.3.
 """
@@ -14,7 +13,7 @@ from enum import IntEnum
 from functools import partial
 
 from sim_backend.firmware.module import NEVER
-from sim_backend.firmware.vm.blocks import FAILURES, LONGEST, Block, Compiler
+from sim_backend.firmware.vm.blocks import FAILURES, Block, Compiler
 from sim_backend.firmware.vm.data import ERR_ARG, ERR_INSTR, ERR_MEM, FIRST_FIELD, NO_FIELDS, Data, ProgramError
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
@@ -35,13 +34,6 @@ NOWHERE = _NO_CLUMP, 0
 
 _BOTH = int(Ports.BOTH)
 _JUMP_TO_ITSELF = (0x4025, 0)
-_PATIENCE = 64
-"""Most turns in which no repeats are looked for, after there were none."""
-
-
-_Seen = dict[tuple[int, bytes], tuple[int, int]]
-"""Next word of code and values of the variables, to the numbers of instructions left and of those that asked for the
-time."""
 
 
 class Outcome(IntEnum):
@@ -67,16 +59,14 @@ class Task:
         link: Number of the clump behind it that waits for the same mutex.
         turn: Most instructions of its turn.
         blocks: Compiled code by its first word.
-        cut_blocks: Compiled code that is limited to a number of instructions, by first word and number.
     """
 
-    __slots__ = ("blocks", "cut_blocks", "end", "link", "missing", "number", "pc", "turn", "wake_ms")
+    __slots__ = ("blocks", "end", "link", "missing", "number", "pc", "turn", "wake_ms")
 
     def __init__(self, number: int, start: int, end: int, missing: int) -> None:
         self.number, self.pc, self.end, self.missing = number, start, end, missing
         self.wake_ms, self.link, self.turn = 0, _NO_CLUMP, TURN
         self.blocks: dict[int, Block] = {}
-        self.cut_blocks: dict[tuple[int, int], Block] = {}
 
 
 class Machine:
@@ -110,12 +100,12 @@ class Machine:
         self.data = Data(memory, devices, FIRST_FIELD if dialect.has_fields else NO_FIELDS)
         self.dialect = dialect
         self.operands = Operands(self.data)
+        self.operands.function("without_repeats", self._without_repeats)
         self._opcodes = {key: value for key, value in opcodes.items() if key[0] not in dialect.missing}
         self._timing = dialect.timing
         decoder = partial(decode, checks_short_forms=dialect.checks_short_forms)
-        self._compiler = Compiler(program.code, decoder, self._translate, self.operands.names)
+        self._compiler = Compiler(program.code, decoder, self._translate, self.operands)
         self._spins = frozenset(at for at in range(len(program.code)) if program.code[at : at + 2] == _JUMP_TO_ITSELF)
-        self._patience = self._turns_to_wait = 0
         self.semaphores, self.sending, self.random_state = [0, 0], False, 1
         self.tasks = [
             Task(i, clump.start, self._end(clump), clump.fire_count) for i, clump in enumerate(program.clumps)
@@ -152,36 +142,35 @@ class Machine:
     def _run_turns(self, instructions: int) -> None:
         turns, queue = self._timing.turns, self.queue
         while instructions > 0 and turns > 0 and queue and not self._stopped and self.memory.work_left > 0:
-            self.task = queue[0]
+            self.task = task = queue[0]
             self.asked_time, self._turns_left = 0, turns
-            alone = len(queue) == 1 and turns > 2 * instructions
-            done, ended = self._turn(instructions if alone else min(instructions, self.task.turn))
+            most, several = min(instructions, task.turn), False
+            if len(queue) == 1 and turns > 2 * instructions:
+                most = instructions
+            elif len(queue) == 1 and task.turn == TURN:
+                most, several = min(instructions, turns * TURN), True
+            done, ended = self._turn(most, several=several)
             instructions -= done
             turns -= max(1, -(-done // TURN)) + self.asked_time
             if not ended:
                 queue.rotate(-1)
 
-    def _turn(self, most: int) -> tuple[int, bool]:
-        """Run a turn of the current clump, or several if it is alone.
+    def _turn(self, most: int, *, several: bool) -> tuple[int, bool]:
+        """Run a turn of the current clump, or `several`; the last one is that in which it does more than calculate.
 
         Returns:
             The number of instructions, and whether the last one suspended the clump or stopped the program.
         """
         task, left = self.task, most
         pc, blocks = task.pc, task.blocks
-        seen, ports = self._seen(), 0
         while left > 0 and self.memory.work_left > 0:
-            if seen is not None:
-                left = self._without_repeats(seen, pc, left)
-            block = blocks.get(pc)
-            if block is None or block.size > left:
-                block = self._block(pc, left)
-            pc = block.run()
-            left -= block.size
-            if seen is not None:
-                ports |= block.ports
-                if ports == _BOTH or not block.quiet:
-                    seen = None
+            block = blocks.get(pc) or self._block(pc)
+            if several and not block.plain:
+                turns, done = divmod(most - left, TURN)
+                self._turns_left -= turns
+                excess = max(0, left - (TURN - done))
+                left, most, several = left - excess, most - excess, False
+            pc, left = block.quick(left) if left >= block.longest else block.exact(left)
             if pc < 0:
                 if pc == END_TURN:
                     self._check_suspended(task)
@@ -195,17 +184,11 @@ class Machine:
         task.pc = pc
         return most - left, False
 
-    def _block(self, pc: int, most: int) -> Block:
+    def _block(self, pc: int) -> Block:
         task = self.task
         if pc >= task.end:  # the first instruction after a start or a wait runs wherever it is
-            return self._compiler.block(pc, pc + (pc == task.pc), 1)
-        block = task.blocks.get(pc)
-        if block is None:
-            block = task.blocks[pc] = self._compiler.block(pc, task.end, LONGEST)
-        if block.size > most:
-            block = task.cut_blocks.get((pc, most))
-            if block is None:
-                block = task.cut_blocks[pc, most] = self._compiler.block(pc, task.end, most)
+            return self._compiler.block(pc, pc + (pc == task.pc))
+        block = task.blocks[pc] = self._compiler.block(pc, task.end)
         return block
 
     def _check_suspended(self, task: Task) -> None:
@@ -220,27 +203,18 @@ class Machine:
             return clump.end
         return clump.end + 1 if clump.end >= clump.start else len(self.program.code)
 
-    def _seen(self) -> _Seen | None:
-        """An empty record of states in this turn; None if looking for repeats has not been worth while lately."""
-        if self._turns_left <= TURN:  # the time may change within this turn
-            return None
-        if self._turns_to_wait:
-            self._turns_to_wait -= 1
-            return None
-        self._turns_to_wait = self._patience
-        self._patience = min(2 * self._patience + 1, _PATIENCE)
-        return {}
+    def _without_repeats(self, left: int, size: int, asked: int) -> int:
+        """The number of instructions left after the repeats of a loop that changes nothing but asks for the time.
 
-    def _without_repeats(self, seen: _Seen, pc: int, left: int) -> int:
-        """The number of instructions left after those repeats of a loop that change nothing."""
-        low, high = self.operands.written
-        now = left, self.asked_time
-        before = seen.setdefault((pc, bytes(self.memory.pool[low:high])), now)
-        if before == now:
-            return left
-        self._patience = self._turns_to_wait = 0
-        repeats, rest = divmod(left, before[0] - left)
-        self.asked_time += repeats * (self.asked_time - before[1])
+        Args:
+            left: Number of instructions left.
+            size: Number of instructions in the loop.
+            asked: Number of those that ask for the time.
+        """
+        repeats, rest = divmod(left, size)
+        if self.asked_time + repeats * asked >= self._turns_left:
+            return left  # meanwhile the time changes
+        self.asked_time += repeats * asked
         return rest
 
     def _wake(self) -> None:

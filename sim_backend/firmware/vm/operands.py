@@ -26,7 +26,7 @@ class Operands:
         self._data = data
         memory = memoryview(data.memory.pool)
         self.names: dict[str, Any] = {code: memory.cast(code) for code in "BbHhIif"}  # type: ignore[call-overload]
-        self.names.update(get=data.get, put=data.put, rounded=rounded)
+        self.names.update(memory=data.memory, pool=data.memory.pool, get=data.get, put=data.put, rounded=rounded)
         self.written = (len(data.memory.pool), 0)
 
     def function(self, name: str, function: Callable[..., object]) -> str:
