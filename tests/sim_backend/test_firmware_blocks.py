@@ -1,0 +1,87 @@
+"""Programs that are compiled in blocks do what their instructions do one by one."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+from firmware_protocol.direct import StartProgram
+from firmware_protocol.enhanced import SetInterpreterState
+from firmware_protocol.enums import InterpreterState
+from nxtdrive.tools.dev.faults.assembler import Variables, Words, assemble, instruction, store
+from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.versions import VERSIONS
+from sim_backend.firmware.vm.linear_loops import linear
+from sim_backend.firmware.vm.rxe import Type
+
+_ADD, _SUB, _NEG, _MUL, _COMPARE, _MOVE, _SET, _JUMP, _BRANCH_IF, _BRANCH_TEST = (
+    *(0x00, 0x01, 0x02, 0x03, 0x11),
+    *(0x1B, 0x1C, 0x25, 0x26, 0x27),
+)
+_TYPES = (Type.SLONG, Type.ULONG, Type.SWORD, Type.UWORD, Type.SBYTE, Type.UBYTE)
+_PASSES = 5
+
+
+def _random_loop(random: Random) -> bytes:
+    """An endless loop of calculations, some of them with branches."""
+    variables = Variables()
+    kind = random.choice((None, *_TYPES))
+    names = [variables.number(random.choice((0, 1, 3, 200)), kind or random.choice(_TYPES)) for _ in range(4)]
+    lines = list[Words]()
+    for _ in range(random.randint(1, 7)):
+        lines.append(_random_instruction(random, names))
+        if random.random() < 0.2:  # over the next one
+            lines.append(instruction(_BRANCH_IF, 8, *random.choices(names, k=2), flags=random.randrange(6)))
+            lines.append(instruction(_ADD, *random.choices(names, k=3)))
+    content: bytes = assemble(variables, [*lines, instruction(_JUMP, -sum(map(len, lines)))])
+    return content
+
+
+def _random_instruction(random: Random, names: list[int]) -> Words:
+    opcode = random.choice((_ADD, _ADD, _SUB, _SUB, _NEG, _MUL, _COMPARE, _MOVE, _SET))
+    if opcode == _SET:
+        return instruction(opcode, random.choice(names), random.choice((0, 1, 0xFFFF)))
+    return instruction(opcode, *random.choices(names, k=2 if opcode in (_MOVE, _NEG) else 3))
+
+
+def _brick(content: bytes) -> SimBrick:
+    brick = SimBrick(firmware="1.32")
+    store(brick, "loop.rxe", content)
+    brick.receive(StartProgram("loop.rxe").encode())
+    brick.tick(20)
+    return brick
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_a_pass_does_the_same_as_its_instructions_one_by_one(seed: int) -> None:
+    content = _random_loop(Random(seed))
+    at_once, in_steps = _brick(content), _brick(content)
+    at_once.tick(_PASSES)
+    for _ in range(_PASSES * VERSIONS["1.32"].dialect.timing.instructions):
+        in_steps.receive(SetInterpreterState(InterpreterState.STEP).encode())
+        in_steps.tick()
+    assert at_once.command.pool == in_steps.command.pool
+    assert at_once.command.place == in_steps.command.place
+
+
+def test_repeats_of_sums_are_a_power_of_a_matrix() -> None:
+    repeated = linear(["B[4] = (B[4] + 1) & 255", "B[5] = (b[5] - b[4]) & 255", "B[6] = b[5]"])
+    assert repeated is not None
+    cells = {"4": 250, "5": 7, "6": 0}
+    expected = dict(cells)
+    for _ in range(1000):
+        expected["4"] = expected["4"] + 1 & 255
+        expected["5"] = expected["5"] - expected["4"] & 255
+        expected["6"] = expected["5"]
+    factors = repeated.powers(1000)
+    names = {"B": {int(cell): value for cell, value in cells.items()}}
+    exec(f"{repeated.factors} = {factors}\n{repeated.statement}", names)
+    assert names["B"] == {int(cell): value for cell, value in expected.items()}
+
+
+@pytest.mark.parametrize(
+    "statement", ["B[4] = (I[4] + 1) & 255", "I[4] = (i[4] * i[5]) & 4294967295", "f[4] = f[4] + f[5]", "B[4] = now()"]
+)
+def test_other_statements_are_no_sums(statement: str) -> None:
+    assert linear([statement]) is None
