@@ -138,11 +138,13 @@ class SimBrick:
 
     def _make_maps(self, version: Version) -> list[LiveMap]:
         """The IO maps, in the firmware's order of modules."""
+        status_bar = StatusBar(self._clock, self.ui, self.radio)
+        self.ui.on_pass = status_bar.follow
         maps = [
             io_maps.comm_map(self.radio, self.high_speed),
             io_maps.input_map(self.input),
             io_maps.button_map(self.button),
-            io_maps.display_map(self.display, self._screen, StatusBar(self._clock, self.ui, self.radio)),
+            io_maps.display_map(self.display, self._screen, status_bar),
             io_maps.loader_map(self.loader),
             io_maps.low_speed_map(self.low_speed),
             io_maps.output_map(self.output),
@@ -157,7 +159,8 @@ class SimBrick:
         return maps
 
     def _equip(self, mailboxes: Mailboxes) -> Devices:
-        """The modules that a program started now can use."""
+        """The modules that a program started now can use; it does not see earlier releases of buttons."""
+        self.button.forget_releases()
         return Devices(
             output=self.output,
             input=self.input,

@@ -90,6 +90,11 @@ class ButtonModule:
         self._mask = mask
         self.due_ms = min(self.due_ms, (self._clock.now_ms // SAMPLE_MS + 1) * SAMPLE_MS)
 
+    def forget_releases(self) -> None:
+        """Clear the counters of releases, as at the start of a program."""
+        for button in self.buttons:
+            button.short_releases = button.long_releases = button.releases = 0
+
     def run(self, now_ms: int) -> None:
         """Sample all buttons; repeat while one is pressed or has an event to clear."""
         if now_ms % SAMPLE_MS:

@@ -156,9 +156,9 @@ class InputPort:
             self.invalid &= ~INVALID
 
     def reset(self) -> None:
-        """Reset type, mode and values; the type counts as changed only if it was different."""
+        """Reset type, mode and values, but for the boolean; the type counts as changed only if it was different."""
         self.type, self.mode, self.invalid = int(SensorType.NONE), int(SensorMode.RAW), INVALID
-        self.raw = self.normalized = self.scaled = self.boolean = 0
+        self.raw = self.normalized = self.scaled = 0
 
     def read(self) -> None:
         """Read and scale the sensor's value."""
@@ -176,16 +176,23 @@ class InputPort:
     def awaits_calibration(self) -> bool:
         """Whether the first pin is about to change while the calibration of a colour sensor is awaited."""
         color = self.color
-        return self.type in _COLOR and color.state == CALIBRATING and color.waited < len(_CALIBRATION_CLOCK)
+        awaits = self.type == COLOR_EXIT or (self.type in _COLOR and color.state == CALIBRATING)
+        return awaits and color.waited < len(_CALIBRATION_CLOCK)
+
+    def ask_for_calibration(self) -> None:
+        """Give the next level of the clock that a colour sensor, or the end of its use, begins with."""
+        if self.awaits_calibration:
+            self.pins.set_pin(0, _CALIBRATION_CLOCK[self.color.waited])
+            if self.type == COLOR_EXIT:
+                self.pins.set_pin(1, None)
+            self.color.waited += 1
 
     def await_calibration(self) -> None:
         """Wait for the calibration of a colour sensor that is not there; a low converter value looks like one."""
         color = self.color
         self.settling = NEVER
         self.invalid |= INVALID
-        if self.awaits_calibration:
-            self.pins.set_pin(0, _CALIBRATION_CLOCK[color.waited])
-            color.waited += 1
+        self.ask_for_calibration()
         if self.voltage > _EXIT_RAW:
             color.state = OFF
         elif color.state == OFF:
@@ -245,6 +252,8 @@ class InputModule:
         """
         self._version = version
         self._silent: frozenset[int] = frozenset() if version.evaluates_every_type else _SILENT
+        if version.reads_digital_raw:
+            self._silent -= frozenset(_DIGITAL)
         reading = FULL_SCALE if version.evaluates_every_type else 0
         self.ports: Sequence[InputPort] = [
             InputPort(reading, frees_first_pin=version.frees_first_pin) for _ in range(4)
@@ -302,16 +311,22 @@ class InputModule:
         lacks_color_sensor = self._version.color_sensor and port.color.device is None
         if port.type != port.known_type:
             if lacks_color_sensor and port.type == SensorType.NONE and port.known_type in _LAMPS:
-                port.type = COLOR_EXIT
+                port.type, port.color.waited = COLOR_EXIT, 0
                 port.configure(NEVER, self._pins(COLOR_EXIT))
                 return
+            if port.type == COLOR_EXIT:
+                port.color.waited = 0
             if self._version.color_sensor and port.type in _COLOR:
                 port.color.state, port.color.waited = CALIBRATING, 0
                 if self._version.absent_color is not None:
                     port.scaled = self._version.absent_color
             port.configure(self._settling(port), self._pins(port.type))
-        elif lacks_color_sensor and port.type == COLOR_EXIT and port.voltage > _EXIT_RAW:
-            port.type = SensorType.NONE  # which starts the exit anew: without a sensor it never ends
+        elif lacks_color_sensor and port.type == COLOR_EXIT:
+            port.ask_for_calibration()
+            if port.voltage > _EXIT_RAW:
+                port.type = SensorType.NONE  # which starts the exit anew: without a sensor it never ends
+            else:
+                port.settle(passes)
         elif lacks_color_sensor and port.type in _COLOR:
             self._miss_color_sensor(port, passes)
         else:
@@ -322,6 +337,7 @@ class InputModule:
         if self._version.absent_color is None:
             port.await_calibration()
         elif port.color.state == CALIBRATING and port.voltage <= _EXIT_RAW:
+            port.ask_for_calibration()
             port.settling = _SETTLING_COLOR
         else:
             port.color.state = OFF

@@ -5,6 +5,7 @@ Source: docs/firmware.md section 8.5.
 
 from __future__ import annotations
 
+from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.module import Clock
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.ui import UiModule
@@ -27,11 +28,27 @@ class StatusBar:
 
     def __init__(self, clock: Clock, ui: UiModule, radio: Radio) -> None:
         self._clock, self._ui, self._radio = clock, ui, radio
+        self._shown, self._shown_since_ms = True, 0
+        self._last = b""
+
+    def follow(self) -> None:
+        """Notice that the bar is hidden, which keeps the icons, or shown again, from the next sample on."""
+        shown, now_ms = bool(self._ui.flags & UiFlag.ENABLE_STATUS), self._clock.now_ms
+        if self._shown and not shown:
+            self._last = self._icons_at(now_ms - 1)
+        elif shown and not self._shown:
+            self._shown_since_ms = now_ms
+        self._shown = shown
 
     @property
     def icons(self) -> bytes:
         """The four icons from the left."""
+        now_ms = self._clock.now_ms
+        sampled_ms = now_ms - self._ui.battery.since_sample_ms(now_ms)
+        return self._icons_at(now_ms) if self._shown and sampled_ms >= self._shown_since_ms else self._last
+
+    def _icons_at(self, now_ms: int) -> bytes:
         ui, battery = self._ui, self._ui.battery
-        running = battery.samples(self._clock.now_ms) % _STEPS if ui.run_state else 0
+        running = battery.samples(now_ms) % _STEPS if ui.run_state else 0
         charge = (_RECHARGEABLE if battery.rechargeable else _BATTERY) + battery.bars
         return bytes((_BLUETOOTH + self._radio.state & 0xFF, _USB + ui.usb_state & 0xFF, 1 + running, charge))

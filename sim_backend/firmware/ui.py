@@ -33,7 +33,7 @@ class UiModule:
         due_ms: See `Module`.
         battery: The supply.
         programs: The command module; set by the brick.
-        buttons: The buttons; set by the brick.
+        buttons, on_pass: The buttons, and the status bar's part of a pass; set by the brick.
         flags: See `firmware_protocol.iomap.UiFlag`.
         state: See `UiState`.
         program_name: The file to start, 20 bytes.
@@ -69,6 +69,7 @@ class UiModule:
         self._off_ms = NEVER
         self._warned = self._exit_pressed = self._starting = self._answered = self._from_menu = False
         self.buttons: Sequence[Button] = ()
+        self.on_pass: Callable[[], None] = lambda: None
         self._menu, self._keys = Menu(self, files), Keys()
         self._schedule()
 
@@ -161,6 +162,7 @@ class UiModule:
 
     def run(self, now_ms: int) -> None:
         """Run one pass: battery, keys, files, supply."""
+        self.on_pass()
         if self.battery.since_sample_ms(now_ms) == 0:
             self.battery.sample()
             self.flags |= int(UiFlag.UPDATE)
@@ -284,6 +286,7 @@ class UiModule:
         if self.state == UiState.START:
             self._on_restart()
             self.flags, self.sleep_minutes = int(UiFlag.BUSY), _SLEEP_MINUTES
+            self.on_pass()
             self.battery.restart(now_ms - 1)
             self._off_ms, self._io_control.display_on = NEVER, True
             self._menu.reset()

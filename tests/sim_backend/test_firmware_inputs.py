@@ -246,3 +246,39 @@ def test_other_types_need_no_exit(firmware, sensor_type):
     talk = Conversation(firmware)
     talk.set(sensor_type)
     assert talk.passes_until_valid(SensorType.NONE) == 20
+
+
+@pytest.mark.parametrize("firmware", ["1.29", "1.32"])
+@pytest.mark.parametrize(
+    ("old", "new", "raw", "clocks"),
+    [(0, 18, 500, "0 0 0 0 0 0"), (0, 18, 20, "0 0 0 0 1 0"), (0, 13, 20, "0 0 0 0 1 0"), (13, 18, 20, "1 0 1 0 1 0"),
+     (3, 18, 20, "0 0 1 0 1 0"), (18, 13, 20, "1 1 0 0 1 0"), (18, 18, 20, "1 0 0 0 0 0")],
+)  # fmt: skip
+def test_the_clock_of_a_colour_sensor_begins_with_its_types_and_their_end(firmware, old, new, raw, clocks):
+    bench = Bench(SimBrick(firmware=firmware))
+    bench.control("!i2c 0 attach 02")
+    bench.control(f"!sensor 0 {raw}")
+    bench.telegram(f"000500{old:02x}00")
+    bench.control("!tick 50")
+    seen = [bench.control("!i2c 0 log")]
+    bench.telegram(f"000500{new:02x}00")
+    for _ in range(5):
+        seen.append(bench.control("!i2c 0 log"))
+        bench.control("!tick 1")
+    assert " ".join(line[-1] for line in seen) == clocks
+
+
+def test_the_value_of_a_digital_type_follows_the_converter_in_1_32():
+    bench = Bench(SimBrick(firmware="1.32"))
+    bench.telegram("0005000b00")
+    bench.control("!tick 30")
+    bench.control("!sensor 0 50")
+    bench.control("!tick 1")
+    assert bench.telegram("0194010003000200" + "0200")[-4:] == "3200"
+
+
+def test_a_reset_keeps_the_boolean():
+    brick = SimBrick()
+    brick.input.ports[0].boolean = 50
+    brick.input.reset()
+    assert brick.input.ports[0].boolean == 50

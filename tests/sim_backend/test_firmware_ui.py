@@ -3,7 +3,7 @@
 import pytest
 
 from firmware_protocol import direct, system
-from firmware_protocol.iomap import COMMAND, UI, ProgramStatus
+from firmware_protocol.iomap import BUTTON, COMMAND, DISPLAY, UI, ProgramStatus
 from firmware_protocol.status import Status
 from nxtdrive.tools.conformance.bench import Bench
 from sim_backend.firmware.battery import RECHARGEABLE
@@ -346,3 +346,22 @@ def test_enter_delays_a_start_while_it_is_held(bench, waits, held, passes):
     bench.control(f"!tick {held}")
     bench.control("!button 0")
     assert observe(bench, STATUS, 12)[0] == ("00", passes)
+
+
+def test_a_start_clears_the_counters_of_releases(bench):
+    for mask in (2, 0, 2, 0):
+        bench.control(f"!button {mask}")
+        bench.control("!tick 4")
+    counters = system.IOMapRead(BUTTON.module_id, 8, 5)
+    assert observe(bench, counters, 1) == [("0200020002", 1)]
+    start(bench, "loop.rxe")
+    assert observe(bench, counters, 12) == [("0200020002", 8), ("0200000000", 4)]
+
+
+def test_hidden_icons_stay_and_change_with_the_next_sample_after_they_are_shown(bench):
+    icons = system.IOMapRead(DISPLAY.module_id, DISPLAY.field("StatusIcons").offset, 4)
+    bench.control(f"!tick {6015 - bench.brick.now_ms + 167}")
+    ask(bench, UI.field("Flags").write(0))
+    assert observe(bench, icons, 600) == [("1a210211", 600)]
+    ask(bench, UI.field("Flags").write(0x80))
+    assert observe(bench, icons, 200)[0] == ("1a210211", 63)
