@@ -61,6 +61,7 @@ class Simulation:
         webcam: The webcam on the robot.
         truth: Ground truth; for tests and reports only.
         seed: As given.
+        generators: Chance besides the world's that `reseed` is to seed.
     """
 
     def __init__(
@@ -76,6 +77,7 @@ class Simulation:
         self.brick = SimBrick(firmware=firmware, seed=seed)
         self.webcam = Webcam(self._world, lambda: self._now_ms, camera_size, seed)
         self.truth = GroundTruth(self._world)
+        self.generators: list[Random] = []
         self._now_ms = 0
         self._queue: list[tuple[int, int, Callable[[], None]]] = []
         self._order = count()
@@ -192,6 +194,11 @@ class Simulation:
     def deliver_bluetooth(self, framed: bytes) -> bytes:
         """Deliver a telegram over Bluetooth; telegram and reply, if any, are preceded by their lengths."""
         return b"" if self.brick.powered_off else self.brick.receive_bluetooth(framed)
+
+    def reseed(self, seed: str) -> None:
+        """Seed all chance anew, from this moment on; what was drawn before stays, and so does the noise of pixels."""
+        for number, random in enumerate((*self._world.generators, *self.generators, self.webcam.generator)):
+            random.seed(f"{seed}/{number}")
 
     def unplug(self) -> None:
         """Pull the USB cable now: files opened over it are closed, the motors keep running."""

@@ -128,6 +128,11 @@ class Webcam:
         return frozenset(picture.name for picture in self._world.file.pictures)
 
     @property
+    def generator(self) -> Random:
+        """The chance of what geometric eyes find."""
+        return self._sensor.generator
+
+    @property
     def unplugged(self) -> bool:
         """Whether the webcam delivers no frames now."""
         return any(start <= self._now_ms() < end for start, end in self.unplugged_ms)

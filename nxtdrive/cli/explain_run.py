@@ -73,6 +73,7 @@ def _plain(explanation: Explanation) -> dict[str, Any]:
                 **_plain_decision(each.decision),
                 "candidates": [_plain_candidate(candidate, each.decision) for candidate in each.candidates],
                 "replay": _plain_replay(each.replay),
+                "what_if": each.what_if,
             }
             for each in explanation.decisions
         ],

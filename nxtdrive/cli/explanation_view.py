@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from rich.console import Console, RenderableType
 from rich.panel import Panel
 from rich.table import Table
@@ -70,9 +73,20 @@ def _body(each: Explained, explanation: Explanation) -> Table:
     grid.add_row("could", _candidates(each, explanation.profile))
     grid.add_row("chose", _chosen(each))
     grid.add_row("then", Text(_outcome_words(decision.outcome)))
+    if each.what_if:
+        grid.add_row("what if", Text(what_if_words(each.what_if)))
     for label, text in _replayed(each, explanation):
         grid.add_row(label, text)
     return grid
+
+
+def what_if_words(told: Mapping[str, Any]) -> str:
+    """Say what ``nxtdrive what-if`` found: the costs of the choice and of the best candidate, and the regret."""
+    chosen, best = (next(each for each in told["candidates"] if each[mark]) for mark in ("chosen", "best"))
+    costs = f"the choice costs {chosen['cost_s'][0]:.1f} s to a target on average"
+    if best is not chosen:
+        costs += f"; to {best['does']}, {best['cost_s'][0]:.1f} s"
+    return printable(f"{costs}; regret {told['regret_s']:.1f} s")
 
 
 def _raw(each: Explained) -> Text:

@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 
 from behaviors.events import Reason
 from behaviors.executive import Ending, Executive, Report
-from behaviors.journal import Kind, Record
 from behaviors.operator import Ask, OperatorChoice, Question
 from behaviors.profile_names import ADAPTIVE
 from behaviors.profiles.registry import supervised
 from behaviors.recoveries import RECOVERIES
 from behaviors.stepped_mission import SteppedMission, question_values
+from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import GEOMETRIC
 
-from .episode import TUNING_SEEDS, Drawing, Episode, check_eyes
+from .drawing import TUNING_SEEDS, Drawing, check_eyes
 
 CANDIDATES = 16
 """Largest number of candidates of a decision that an action can name."""
@@ -130,7 +130,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         super().reset(seed=seed, options=options)
         self.close()
         self._play = play = _Play(
-            Episode(self._drawing.draw(self.np_random, options), self._eyes, lambda one: [_watch(one)])
+            Episode(self._drawing.draw(self.np_random, options), self._eyes, lambda one: [one.judge])
         )
         play.stepped.step()
         return play.observe(), play.info()
@@ -180,13 +180,3 @@ def _row(candidate: OperatorChoice) -> NDArray[np.float32]:
     kind = [float(name == choice.kind.name) for name in KINDS]
     seconds, chance = (option.seconds, option.chance) if option else (0.0, 0.0)
     return np.array([*kind, min(seconds, LONGEST_S), chance, min(choice.wait_s, LONGEST_S)], np.float32)
-
-
-def _watch(episode: Episode) -> Any:  # noqa: ANN401 - an observer of the journal
-    """Return an observer that judges each stop by the truth at its moment."""
-
-    def judge(record: Record) -> None:
-        if record.kind is Kind.TRANSITION and record.data["to"] == "reached":
-            episode.arrive(record.target)
-
-    return judge

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from behaviors.ports import Outage, Sighting
 from behaviors.profile_names import ADAPTIVE
+from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import GEOMETRIC
 
-from .episode import TUNING_SEEDS, Drawing, Episode, check_eyes
+from .drawing import TUNING_SEEDS, Drawing, check_eyes
 
 IMAGE = (320, 240)
 """Width and height of an ``image``."""
@@ -114,7 +115,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         with suppress(Outage):
             self._drive(episode, 0.0 if stands else left, 0.0 if stands else right)
         observation = self._observe(episode)
-        done = episode.reached.issuperset(self._targets(episode))
+        done = episode.reached.keys() >= set(self._targets(episode))
         late = not done and episode.time_s >= self._limit_s(episode)
         reward = len(episode.reached) - reached - self._second_costs * (episode.time_s - before_s)
         return observation, reward, done, late, self._info(episode)

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 from behaviors.mission import Mission
 from behaviors.operator import OperatorChoice
 from behaviors.profiles.registry import make_policy
+from input_files.json_text import MAX_BYTES, parse_object
+from input_files.plain import InputFileError, read_text
 from nxtdrive.recording.decisions import Decision, Replay, decisions, profile_of, replay, weighed_by
+from nxtdrive.recording.run_folder import WHAT_IF
 from nxtdrive.recording.run_reader import PastRun
 
 DEFAULTS = Mission.model_validate(
@@ -24,11 +30,13 @@ class Explained:
         decision: As the journal has it.
         candidates: What could have been done as the run's policy weighs it; empty if it does not weigh.
         replay: What the other policy would have chosen with its evidence.
+        what_if: What each candidate would have cost, as ``nxtdrive what-if`` left it; None without that.
     """
 
     decision: Decision
     candidates: tuple[OperatorChoice, ...]
     replay: Replay
+    what_if: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +56,18 @@ class Explanation:
     decisions: tuple[Explained, ...]
 
 
+def what_ifs(folder: Path) -> dict[int, Mapping[str, Any]]:
+    """Return what ``nxtdrive what-if`` left in a run's folder, by the number of the decision, from 1.
+
+    Nothing where it left nothing, or something else has its file's name.
+    """
+    try:
+        told = parse_object(read_text(folder / WHAT_IF, MAX_BYTES))
+        return {each["decision"]: each for each in told["decisions"] if isinstance(each["regret_s"], float)}
+    except (InputFileError, ValueError, KeyError, TypeError):
+        return {}
+
+
 def explain(run: PastRun, policy: str | None = None) -> Explanation:
     """Explain a run.
 
@@ -60,5 +80,8 @@ def explain(run: PastRun, policy: str | None = None) -> Explanation:
     profile = profile_of(run.mission, made)
     policy = policy or profile
     own, asked = make_policy(profile, mission), make_policy(policy, mission)
-    explained = (Explained(each, weighed_by(own, each), replay(asked, each)) for each in made)
+    known = what_ifs(run.path.parent)
+    explained = (
+        Explained(each, weighed_by(own, each), replay(asked, each), known.get(i)) for i, each in enumerate(made, 1)
+    )
     return Explanation(run, profile, policy, tuple(explained))

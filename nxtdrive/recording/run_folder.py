@@ -24,6 +24,7 @@ from nxtdrive.recording.output_file import write_file
 
 MISSION, JOURNAL, SUMMARY, MAP, VIDEO = "mission.json", "journal.jsonl", "summary.json", "map.png", "camera.webm"
 CAMERA = "camera/"
+WHAT_IF = "what-if.json"
 """Folder of the camera's pictures in a run's folder."""
 RESERVE, RESERVED = "summary.reserved", 4096
 """File and bytes that keep room for the summary until the run ends."""
@@ -54,9 +55,11 @@ class RunFolder:
         self._journal.flush()
 
     def write_mission(self, mission: Mission) -> None:
-        """Write ``mission.json``: the mission with all parameters it runs with."""
+        """Write ``mission.json``: the mission with all parameters it runs with; it reads as the same mission."""
         self.mission = mission
-        write_file(self.path / MISSION, (mission.model_dump_json(indent=2) + "\n").encode())
+        # where the lens is counts only if the mission says it
+        unsaid = {"camera": {"forward_mm"} - mission.camera.model_fields_set}
+        write_file(self.path / MISSION, (mission.model_dump_json(indent=2, exclude=unsaid) + "\n").encode())
 
     def close(self) -> None:
         """Close the journal; if the folder was removed in the meantime, make it and its files again."""

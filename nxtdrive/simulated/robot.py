@@ -84,6 +84,7 @@ class SpoiltSensor:
         self.fps, self.size, self.look_s = webcam.fps, webcam.size, webcam.look_s
         self._sight = sight
         self._random = Random(f"{seed}/sight")
+        simulation.generators.append(self._random)
 
     @property
     def unplugged(self) -> bool:

@@ -98,6 +98,11 @@ class SimTransport:
         self._started_s = time.monotonic() - simulation.now_ms / 1000 if realtime else None
         self._link: SimLink = self._plug_in()
 
+    @property
+    def simulation(self) -> Any:  # noqa: ANN401 - for those who judge or repeat a run; a driver does not look at it
+        """What is simulated."""
+        return self._simulation
+
     @classmethod
     def open(cls, address: Address, timeout_s: float = 1.0) -> SimTransport:  # noqa: ARG003 - opened like any other
         """Start a new simulation.

@@ -141,6 +141,9 @@ class GeometricSensor:
         law: Performance of the detector.
         shutter_s: Shutter time, for motion blur; as in `lens.LensEffects`.
         optics: Distortion of the lens, and shutter.
+
+    Attributes:
+        generator: Its chance.
     """
 
     def __init__(
@@ -155,7 +158,7 @@ class GeometricSensor:
         self.pinhole = Pinhole(*size, hfov_deg)
         self._law = law
         self._shutter_s, self._optics = shutter_s, optics
-        self._rng = random.Random(seed)
+        self.generator = random.Random(seed)
 
     def observe(
         self,
@@ -181,7 +184,7 @@ class GeometricSensor:
             The corners of the picture with the detector's errors; None without a detection.
         """
         for sight in self.sights(panels, viewpoint, name, turn_rate_deg_s):
-            if self._rng.random() < self.hit_rate(sight) * self._law.visibility(brightness):
+            if self.generator.random() < self.hit_rate(sight) * self._law.visibility(brightness):
                 return self._report(sight, viewpoint, turn_rate_deg_s, farthest_mm)
         return None
 
@@ -243,8 +246,8 @@ class GeometricSensor:
 
     def _report(self, sight: Sight, viewpoint: Viewpoint, turn_rate_deg_s: float, farthest_mm: float) -> Quad | None:
         """The picture's corners with the detector's errors: turned about the lens, and smaller or larger."""
-        stretch = math.exp(self._rng.gauss(0.0, self._law.distance_sd))
-        turn_deg = self._rng.gauss(0.0, self._law.bearing_sd_deg)
+        stretch = math.exp(self.generator.gauss(0.0, self._law.distance_sd))
+        turn_deg = self.generator.gauss(0.0, self._law.bearing_sd_deg)
         if sight.distance_mm * stretch > farthest_mm:
             return None
         seen_from = replace(viewpoint, heading_deg=viewpoint.heading_deg - turn_deg)

@@ -55,6 +55,7 @@ class World:
         scheduler: The events.
         ultrasonic: The ultrasonic sensor.
         surroundings: What light, sound, temperature and compass sensors measure.
+        generators: All chance of the world.
         contact_count: How often the robot has come into contact with something.
     """
 
@@ -62,9 +63,10 @@ class World:
         self.file, self.seed = file, seed
         self.now_ms = 0
         self.contact_count = 0
+        self.generators: list[Random] = []
         self._space = space = pymunk.Space()
         # a separate stream for each purpose: reading a sensor must not change how the wheels slip
-        self.robot = RobotBody(space, file.robot, Random(f"{seed}/wheels"), file.carpets)
+        self.robot = RobotBody(space, file.robot, self._random("wheels"), file.carpets)
         self.disturbances = Disturbances(self.robot)
         self.boxes = {box.name: BoxObject(space, box) for box in file.boxes}
         self.pictures = {picture.name: PictureObject(space, picture) for picture in file.pictures}
@@ -83,7 +85,7 @@ class World:
         self._absorbing = {shape for obj in soft for shape in obj.shapes}
         self.ultrasonic = self.beam(file.ultrasonic, (file.ultrasonic.forward_mm, 0.0), 0.0, "ultrasonic")
         self.surroundings = Surroundings(file)
-        self.scheduler = EventScheduler(file.events, Random(f"{seed}/story"))
+        self.scheduler = EventScheduler(file.events, self._random("story"))
         self._wall_panels = tuple(panel for wall in walls for panel in wall.panels())
         self._panels: tuple[Panel, ...] | None = None
         self._pushable = [box for box in self.boxes.values() if box.movable]
@@ -92,9 +94,15 @@ class World:
 
     def beam(self, sensor: Echo, at_mm: Point, direction_deg: float, name: str) -> UltrasonicBeam:
         """Make the beam of an ultrasonic sensor on the robot; `name` selects its own random stream."""
-        random = Random(f"{self.seed}/{name}")
+        random = self._random(name)
         heights_mm, absorbing = self._heights_mm, self._absorbing
         return UltrasonicBeam(self._space, sensor, self.robot, at_mm, direction_deg, heights_mm, absorbing, random)
+
+    def _random(self, purpose: str) -> Random:
+        """Return a generator of its own for one purpose."""
+        random = Random(f"{self.seed}/{purpose}")
+        self.generators.append(random)
+        return random
 
     @property
     def quiet(self) -> bool:

@@ -1,0 +1,64 @@
+"""A drawn mission that is played: its simulation, its robot, and the targets reached by the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+
+from behaviors.journal import Kind, Observer, Record
+from nxtdrive.brick import Brick
+from nxtdrive.transports.sim import SimTransport
+from sim_backend.judge import scene, stop_counts
+from sim_backend.simulation import Simulation
+
+from .robot import build_robot
+from .scenario import Scenario
+
+
+class Episode:
+    """One drawn mission in its simulation.
+
+    Args:
+        scenario: What is played.
+        eyes: ``geometric`` or ``camera``.
+        observers: Called with every record of the journal, and the episode.
+
+    Attributes:
+        reached: When the robot stopped where a stop counts, for each target for which it did, seconds from the start.
+        robot: The ports, as every profile gets them.
+    """
+
+    def __init__(
+        self, scenario: Scenario, eyes: str, observers: Callable[[Episode], Sequence[Observer]] = lambda _: ()
+    ) -> None:
+        self.scenario = scenario
+        self.simulation = Simulation(scenario.world, seed=scenario.seed)
+        self.reached: dict[str, float] = {}
+        self._closing = ExitStack()
+        transport = SimTransport(
+            self.simulation, latency_ms=scenario.latency_ms, faults=scenario.faults, warn_of_sleep=False
+        )
+        self.brick = self._closing.enter_context(Brick(transport))
+        self.robot = build_robot(scenario, self.simulation, self.brick, eyes, observers(self))
+        self._start_s = self.simulation.time_s
+
+    @property
+    def time_s(self) -> float:
+        """Time since the start."""
+        return self.simulation.time_s - self._start_s
+
+    def arrive(self, target: str) -> bool:
+        """Keep a stop for a target; returns whether it counts and is the first one to do so."""
+        counts = target not in self.reached and stop_counts(self.simulation.truth.pose, scene(self.simulation), target)
+        if counts:
+            self.reached[target] = self.time_s
+        return counts
+
+    def judge(self, record: Record) -> None:
+        """Judge each stop by the truth at its moment; an observer of the journal."""
+        if record.kind is Kind.TRANSITION and record.data["to"] == "reached":
+            self.arrive(record.target)
+
+    def close(self) -> None:
+        """Stop the motors and close the brick."""
+        self._closing.close()

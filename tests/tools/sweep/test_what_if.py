@@ -1,0 +1,117 @@
+"""What other candidates would have cost: missions repeat bit by bit, futures differ, and the regret has no bias."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from nxtdrive.cli.main import main
+from nxtdrive.mission.setup import load, with_profile
+from nxtdrive.recording.run_folder import new_run_folder
+from nxtdrive.recording.run_reader import read_run
+from nxtdrive.tools.sweep.regret import over_decisions, regret
+from nxtdrive.tools.sweep.what_if import Branch, Course, Drawn, Made, branches, play
+from sim_backend.simulation import Simulation
+
+SOURCE = Drawn("wall_start", 103, "adaptive")
+
+
+def test_the_regret_of_equal_candidates_is_nothing_on_average():
+    random = np.random.default_rng(1)
+    found = [regret(random.normal(30.0, 10.0, (4, 6))) for _ in range(3000)]
+    assert np.mean([each.seconds for each in found]) == pytest.approx(0.0, abs=0.5)
+    assert np.mean([each.biased_s for each in found]) > 3.0
+
+
+def test_the_regret_of_a_choice_that_is_worse_is_what_it_costs_more():
+    random = np.random.default_rng(2)
+    costs = random.normal(30.0, 1.0, (3, 6)) + np.array([[20.0], [8.0], [0.0]])
+    found = regret(costs)
+    assert found.best == 2
+    assert found.seconds == pytest.approx(20.0, abs=2.0)
+    assert found.interval.low <= found.biased_s <= found.interval.high
+    mean, good = over_decisions([found, regret(np.array([[1.0, 1.0], [5.0, 5.0]]))])
+    assert (good.mean, mean.number) == (0.5, 2)
+
+
+def test_a_cost_counts_what_is_open_and_a_target_that_is_never_reached_by_the_time_that_is_left():
+    course = Course(100.0, ("a", "b", "c"), [Made(40.0, "a", "", ())], reached={"a": 50.0, "b": 30.0})
+    assert course.cost_s(0) == pytest.approx((10.0 + 60.0) / 2)
+    assert Course(100.0, ("b",), [Made(40.0, "b", "", ())], reached={"b": 30.0}).cost_s(0) == 0.0
+
+
+def test_every_candidate_is_played_in_every_future():
+    course = Course(9.0, (), [Made(1.0, "a", "", ("x", "y")), Made(2.0, "a", "", ("x",))])
+    assert len(branches(SOURCE, course, 3)) == 9
+    assert {(each.candidate, each.future) for each in branches(SOURCE, course, 2, only=1)} == {(0, 0), (0, 1)}
+
+
+def test_chance_that_is_seeded_anew_differs_from_then_on():
+    def later(seed):
+        simulation = Simulation("open", seed=1)
+        simulation.advance(100)
+        if seed:
+            simulation.reseed(seed)
+        return [random.random() for random in (*simulation.world.generators, simulation.webcam.generator)]
+
+    assert later("a") == later("a")
+    assert all(one != other for one, other in zip(later("a"), later("b"), strict=True))
+    assert all(one != other for one, other in zip(later("a"), later(""), strict=True))
+
+
+@pytest.mark.slow
+def test_the_profiles_own_candidate_gives_the_mission_as_it_was_and_another_one_another():
+    base = play(Branch(SOURCE, -1, 0, None))
+    assert play(Branch(SOURCE, 0, 0, None)) == base
+    assert len(base.decisions[0].candidates) > 1
+    other = play(Branch(SOURCE, 0, 1, None))
+    assert other.decisions[0] == base.decisions[0]
+    assert other.reached != base.reached
+    assert play(Branch(SOURCE, 0, 1, 1)) != play(Branch(SOURCE, 0, 1, 2))
+
+
+@pytest.mark.slow
+def test_a_run_is_repeated_and_its_explanation_shows_the_regret(tmp_path, capsys):
+    mission = tmp_path / "short.toml"
+    mission.write_text('[mission]\ntargets = ["rilakkuma"]\ntime_limit_s = 20\nprofile = "adaptive"\n')
+    with mission.open("a") as file:
+        file.write('[target.rilakkuma]\ndetector = "picture"\npictures = ["rilakkuma.png"]\nheight_mm = 200\n')
+    run = ["run", str(mission), "--nxt", "sim://figure7?seed=3", "--camera", "geometric", "--no-video"]
+    main([*run, "--out", str(tmp_path)])
+    (folder,) = tmp_path.glob("*-001")
+    capsys.readouterr()
+    assert main(["what-if", str(folder), "--decision", "1", "--futures", "2", "--workers", "1", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["decisions"]
+    assert told == json.loads((folder / "what-if.json").read_text())["decisions"]
+    assert sum(each["chosen"] for each in told[0]["candidates"]) == 1
+    assert main(["explain-run", str(folder)]) == 0
+    assert "regret" in capsys.readouterr().out
+    journal = folder / "journal.jsonl"
+    journal.write_text(journal.read_text().replace('"choice": "', '"choice": "un', 1))
+    assert main(["what-if", str(folder), "--workers", "1"]) != 0
+    assert "cannot be repeated" in capsys.readouterr().err
+
+
+def test_a_recorded_mission_reads_as_the_mission_that_ran(tmp_path):
+    mission = with_profile(load(None), "adaptive")
+    folder = new_run_folder(tmp_path, "x")
+    folder.write_mission(mission)
+    folder(next(iter(_records())))
+    folder.close()
+    read = read_run(folder.path).mission
+    assert read == mission
+    assert read.sonar_ahead_mm == mission.sonar_ahead_mm
+
+
+def _records():
+    from behaviors.journal import Kind, Record
+
+    yield Record(0.0, Kind.START, "idle", "lena", {"format": 3})
+
+
+@pytest.mark.parametrize("name", ["nowhere:1", "open:x", "runs/none"])
+def test_what_is_no_run_is_refused(name, capsys):
+    assert main(["what-if", name]) == 2
+    assert "neither a run's folder" in capsys.readouterr().err

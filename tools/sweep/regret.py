@@ -1,0 +1,61 @@
+"""Regret of decisions, without the bias that comes from choosing the best of noisy means.
+
+The cheapest of several noisy means is too cheap ("winner's curse"). So one half of the futures chooses the best
+candidate, and the other half says what it and the chosen one cost; then the halves change places, and the two
+differences are averaged. Even futures are one half, odd ones the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .summary import Estimate, estimate
+
+NEARLY_S = 3.0
+"""A choice within this of the best is as good."""
+
+
+@dataclass(frozen=True, slots=True)
+class Regret:
+    """What a decision cost beyond the best candidate.
+
+    Attributes:
+        seconds: Corrected for the bias; below 0 where what looked best in one half was worse in the other.
+        biased_s: The difference of the means to the lowest mean: never below 0, and too large.
+        best: Number of the candidate with the lowest mean.
+        interval: The mean difference to the best candidate over the futures, with its bootstrap interval.
+    """
+
+    seconds: float
+    biased_s: float
+    best: int
+    interval: Estimate
+
+
+def regret(costs_s: NDArray[np.float64]) -> Regret:
+    """Compute the regret of candidate 0.
+
+    Args:
+        costs_s: One row for each candidate, one column for each future, at least two of these.
+    """
+    means = costs_s.mean(axis=1)
+    best = int(np.argmin(means))
+    halves = costs_s[:, ::2], costs_s[:, 1::2]
+    corrected = [
+        float(judging[0].mean() - judging[int(np.argmin(choosing.mean(axis=1)))].mean())
+        for choosing, judging in (halves, halves[::-1])
+    ]
+    more = costs_s[0] - costs_s[best]
+    return Regret(sum(corrected) / 2, float(means[0] - means[best]), best, estimate([(each, 1.0) for each in more]))
+
+
+def over_decisions(each: Sequence[Regret]) -> tuple[Estimate, Estimate]:
+    """Return the mean regret, and the share of decisions whose regret is at most `NEARLY_S`."""
+    return (
+        estimate([(one.seconds, 1.0) for one in each]),
+        estimate([(float(one.seconds <= NEARLY_S), 1.0) for one in each]),
+    )
