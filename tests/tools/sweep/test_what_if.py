@@ -20,8 +20,8 @@ SOURCE = Drawn("wall_start", 103, "adaptive")
 
 def test_the_regret_of_equal_candidates_is_nothing_on_average():
     random = np.random.default_rng(1)
-    found = [regret(random.normal(30.0, 10.0, (4, 6))) for _ in range(3000)]
-    assert np.mean([each.seconds for each in found]) == pytest.approx(0.0, abs=0.5)
+    found = [regret(random.normal(30.0, 10.0, (4, 6))) for _ in range(300)]
+    assert np.mean([each.seconds for each in found]) == pytest.approx(0.0, abs=1.2)
     assert np.mean([each.biased_s for each in found]) > 3.0
 
 
