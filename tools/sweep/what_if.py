@@ -218,9 +218,8 @@ def _open_folder(source: Folder) -> Iterator[_Stage]:
         if not isinstance(transport, SimTransport):
             raise ConfigError(f"{path} cannot be repeated: its robot was not simulated.")
         mission = past.mission
-        robot.watch(
-            lambda _: None
-        )  # the run was recorded, and a camera that is watched takes each frame when it is due
+        # the run was recorded, and a camera that is watched takes each frame when it is due
+        robot.watch(lambda _: None)
 
         def run(make_profile: Any) -> None:  # noqa: ANN401 - a profile's class with a policy
             MissionRun(mission, robot, observers, make_profile=make_profile).pursue()
