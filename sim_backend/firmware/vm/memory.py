@@ -299,10 +299,10 @@ class Memory:
         INDEX.pack_into(self.pool, self._descriptor(index) + _LENGTH_AT, count & _OFFSET)
 
     def _room(self, array: Array) -> int:
-        """Bytes from an array to the next one."""
-        if array.offset == NOT_AN_OFFSET or array.link == _NONE:
+        """Bytes from an array to the next one, or to the end of what is used."""
+        if array.offset == NOT_AN_OFFSET:
             return array.size
-        return self.array(array.link).offset - array.offset
+        return (self._end if array.link == _NONE else self.array(array.link).offset) - array.offset
 
     def bytes_of(self, index: int) -> bytes:
         """The stored bytes of an array."""
