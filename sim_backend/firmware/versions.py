@@ -117,7 +117,7 @@ _V1_29 = Version(
     sectors=477,
     directory_size=127,
     settings=bytes.fromhex("780104030000"),
-    pool=Layout(clump=28, growth=25, doubly_linked=True, types=_KNOWN_TYPES),
+    pool=Layout(clump=28, fire_count=13, growth=25, doubly_linked=True, types=_KNOWN_TYPES),
     dialect=Dialect(
         Timing(instructions=54, turns=2_000),
         copies_arrays=True,
@@ -145,7 +145,7 @@ _V1_05 = replace(
     sectors=491,
     directory_size=63,
     settings=bytes.fromhex("cb"),
-    pool=Layout(clump=20, growth=5, doubly_linked=False, types=_TYPES_1_05),
+    pool=Layout(clump=20, fire_count=7, growth=5, doubly_linked=False, types=_TYPES_1_05),
     dialect=Dialect(
         Timing(instructions=1 << 30, turns=49),
         copies_arrays=False,
@@ -185,6 +185,7 @@ _V1_32 = replace(
         replaces_arrays=True,
         enhanced_calls=True,
         scans_integers=True,
+        always_jumps=True,
         system_calls=100,
     ),
     map_sizes={"Comm.mod": 1900, "Input.mod": 420, "Low Speed.mod": 172, "Ui.mod": 44},

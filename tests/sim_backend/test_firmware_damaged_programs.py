@@ -43,7 +43,7 @@ class Outcome:
         brick.tick(20)
         self.status = _read(brick, "ProgStatus")[0]
         self.offsets = struct.unpack("<HH", _read(brick, "OffsetDS") + _read(brick, "OffsetDVA"))
-        base = -(-{"1.29": 28, "1.05": 20}[firmware] * clumps // 4) * 4
+        base = -(-{"1.29": 28, "1.05": 20, "1.32": 48}[firmware] * clumps // 4) * 4
         self.numbers = struct.unpack_from("<4I", brick.command.pool, base)
 
 
@@ -307,51 +307,3 @@ def test_a_system_call_without_its_arguments_goes_on(firmware):
 def test_more_descriptors_than_there_are_make_a_program_fail(count):
     content = program([SPIN], texts=1)
     assert Outcome(changed(content, descriptor(content, 0, 2), "<H", count)).status == FAILED
-
-
-@pytest.mark.parametrize(
-    ("firmware", "last", "beyond", "status"),
-    [
-        ("1.05", instruction(CALL, 2, 2), 0, RUNNING),
-        ("1.05", instruction(CALL, 2, 2), 1, FAILED),
-        ("1.05", instruction(CALL, 9, 2), 1, FAILED),
-        ("1.05", instruction(STOP, NONE), 1, FAILED),
-        ("1.05", instruction(FINISH_INTO, 2), 1, RUNNING),
-        ("1.29", instruction(CALL, 2, 2), 0, RUNNING),
-        ("1.29", instruction(CALL, 2, 2), 3, FAILED),
-        ("1.29", instruction(CALL, 9, 2), 3, ENDED),
-        ("1.29", instruction(STOP, NONE), 2, ENDED),
-        ("1.29", instruction(FINISH_INTO, 2), 2, RUNNING),
-    ],
-)
-def test_an_instruction_that_suspends_its_clump_fails_behind_the_end_of_the_clump(firmware, last, beyond, status):
-    """In 1.29 only while another clump runs; being at the end is not behind it."""
-    content = program([last], [instruction(STOP, NONE)], [SPIN], fire=[0, 1, 1])
-    records = len(content) - 2 * header(content, 10) - 3 * 4
-    outcome = Outcome(changed(content, records + 4 + 2, "<H", len(last) - beyond), firmware, clumps=3)
-    assert outcome.status == status
-
-
-def array_without_memory(*code):
-    """A program that repeats code; variables are 0, 1, 20000, an array (4) of elements without a size, and one (6)."""
-    variables = Variables()
-    for value in (0, 1, 20_000, 0x44):
-        variables.number(value)
-    variables.table += [(Type.ARRAY, 0, len(variables.static)), (Type.CLUSTER, 0, 0), (Type.CLUSTER, 0, 0)]
-    variables.static += struct.pack("<HH", 1, 0)
-    variables.arrays.append((1, b""))
-    content = assemble(variables, [*code, instruction(JUMP, -sum(map(len, code)))])
-    return changed(content, descriptor(content, 1, 1), "<H", 0)
-
-
-@pytest.mark.parametrize("firmware", ["1.05", "1.29"])
-def test_instructions_take_more_than_a_pass_if_they_use_very_many_elements(firmware):
-    outcome = Outcome(array_without_memory(instruction(FILL, 4, 6, 2), instruction(ADD, 0, 0, 1)), firmware)
-    assert outcome.status == RUNNING
-    assert 1 <= outcome.numbers[0] <= 20
-
-
-@pytest.mark.parametrize("firmware", ["1.05", "1.29"])
-def test_an_instruction_that_uses_millions_of_elements_fails(firmware):
-    code = instruction(FILL, 4, 6, 2), instruction(BUILD, 4, *[4] * 300)
-    assert Outcome(array_without_memory(*code), firmware).status == FAILED

@@ -16,7 +16,7 @@ from sim_backend.firmware.vm.memory import Layout, Memory, OutOfMemory
 from sim_backend.firmware.vm.rxe import Clump, Program, Type, Variable
 
 LEVELS = 4
-LAYOUT = Layout(clump=28, growth=25, doubly_linked=True, types=bytes(range(256)))
+LAYOUT = Layout(clump=28, fire_count=13, growth=25, doubly_linked=True, types=bytes(range(256)))
 CONCATENATE, ACQUIRE, FINISH, EQUAL = 0x18, 0x2C, 0x2A, 4
 
 

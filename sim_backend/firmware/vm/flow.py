@@ -9,7 +9,7 @@ from sim_backend.firmware.vm.aggregates import HOLD_FOR_EQUALS, compare
 from sim_backend.firmware.vm.arithmetic import comparison, related
 from sim_backend.firmware.vm.data import NONE, Place, ProgramError
 from sim_backend.firmware.vm.instructions import END_TURN, Branch, Effect, Instruction, Next, Ports, Translation
-from sim_backend.firmware.vm.machine import QUEUE_GREW, Machine, Translate
+from sim_backend.firmware.vm.machine import NO_TASK, QUEUE_GREW, Machine, Translate
 from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.rxe import Type
 
@@ -34,6 +34,7 @@ def _branch_if(machine: Machine, instruction: Instruction) -> Translation:
         return Branch(comparison(machine, relation, left, right), target, following)
     data, first, second = machine.data, Place(left), Place(right)
     forgives = machine.dialect.forgives_comparisons and relation in HOLD_FOR_EQUALS
+    following = target if machine.dialect.always_jumps else following
 
     def run() -> int:
         try:
@@ -129,15 +130,16 @@ def _call(machine: Machine, instruction: Instruction) -> Next:
     clump, caller = instruction.arguments
 
     def run() -> int:
-        if caller == NONE:  # the firmware writes it to the first byte of the variables
-            machine.memory.store(Type.UBYTE, 0, machine.task.number)
-        else:
+        at = _caller_at(machine, caller)
+        if at is not None:
+            machine.memory.store(Type.UBYTE, at, machine.task.number)
+        elif caller >= machine.data.first_field:
             machine.data.put(caller, machine.task.number)
         machine.suspend(instruction.following)
         task = machine.clump(clump)
-        if task is machine.task:
-            machine.queue.append(task)
-        elif task is not None:
+        if task is None or task is machine.task:
+            machine.queue.append(task or NO_TASK)
+        else:
             machine.restart(task)
         return END_TURN
 
@@ -151,24 +153,29 @@ def _return(machine: Machine, instruction: Instruction) -> Next:
     def run() -> int:
         task = machine.clump(_caller(machine, caller))
         machine.suspend(machine.program.clumps[machine.task.number].start)
-        if task is not None:
-            machine.queue.append(task)
+        machine.queue.append(task or NO_TASK)
         return END_TURN
 
     return Next(run)
 
 
 def _caller(machine: Machine, argument: int) -> int:
-    """The number of a clump in a variable of any type: its first byte."""
+    """The number of a clump in a variable."""
+    at = _caller_at(machine, argument)
+    if at is None:
+        return machine.data.integer(argument) if argument >= machine.data.first_field else _NO_CLUMP
+    return int(machine.memory.load(Type.UBYTE, at))
+
+
+def _caller_at(machine: Machine, argument: int) -> int | None:
+    """Where a variable of any type has the number of a clump, one byte; None if it has none."""
     data, kind, older = machine.data, machine.data.kind(argument), machine.dialect.has_fields
-    if argument == NONE:
-        return int(machine.memory.load(Type.UBYTE, 0))
-    if argument >= data.first_field:
-        return data.integer(argument)
-    if kind not in (*SCALARS, Type.MUTEX, Type.CLUSTER, Type.ARRAY) or (older and kind == Type.ARRAY):
-        return _NO_CLUMP
-    place = Place(argument + 1 if older and kind == Type.CLUSTER else argument)
-    return int(machine.memory.load(Type.UBYTE, data.address(place)))
+    if argument == NONE:  # the first byte of the variables
+        return 0
+    types = (*SCALARS, Type.MUTEX, Type.CLUSTER, *(() if older else (Type.ARRAY,)))
+    if argument >= data.first_field or kind not in types:
+        return None
+    return data.address(Place(argument + 1 if older and kind == Type.CLUSTER else argument))
 
 
 def _wait(machine: Machine, instruction: Instruction) -> Next:

@@ -69,6 +69,10 @@ class Task:
         self.blocks: dict[int, Block] = {}
 
 
+NO_TASK = Task(_NO_CLUMP, 0, 0, 0)
+"""Stands in the queue for a clump that does not exist: when it is its turn, no clump runs any more."""
+
+
 class Machine:
     """A running program.
 
@@ -118,9 +122,14 @@ class Machine:
             self.task = self.queue[0]
 
     @property
+    def _runs(self) -> bool:
+        """Whether it is the turn of a clump."""
+        return bool(self.queue) and self.queue[0] is not NO_TASK
+
+    @property
     def place(self) -> tuple[int, int]:
         """Number of the clump that is next, and its next word, counted from its beginning."""
-        if not self.queue:
+        if not self._runs:
             return NOWHERE
         task = self.queue[0]
         return task.number, task.pc - self.program.clumps[task.number].start
@@ -137,12 +146,14 @@ class Machine:
         except FAILURES as failure:
             self.error = _error_code(failure)
             return Outcome.ERROR
-        return Outcome.OK if self._stopped or not (self.queue or self._sleeping) else None
+        return Outcome.OK if self._stopped or not (self._runs or self._sleeping) else None
 
     def _run_turns(self, instructions: int) -> None:
         turns, queue = self._timing.turns, self.queue
         while instructions > 0 and turns > 0 and queue and not self._stopped and self.memory.work_left > 0:
             self.task = task = queue[0]
+            if task is NO_TASK:
+                return
             self.asked_time, self._turns_left = 0, turns
             most, several = min(instructions, task.turn), False
             if len(queue) == 1 and turns > 2 * instructions:
@@ -194,7 +205,8 @@ class Machine:
     def _check_suspended(self, task: Task) -> None:
         """Check the end of a clump that was just suspended, or stopped the program."""
         older = self.dialect.runs_past_end
-        if task.pc >= task.end if older else task.pc > task.end and self.queue and not self._stopped:
+        others = self._runs and not self._stopped
+        if task.pc >= task.end if older else others and task.pc > task.end:
             raise ProgramError(ERR_INSTR, "a clump was suspended past its end")
 
     def _end(self, clump: Clump) -> int:
@@ -275,10 +287,17 @@ class Machine:
         """Count the end of a clump that this one waits for."""
         task = self.clump(number)
         if task is None:
+            self._fire_none(number & 0xFF)
             return
         task.missing = task.missing - 1 & 0xFF
         if not task.missing:
             self.restart(task)
+
+    def _fire_none(self, number: int) -> None:
+        """Count down in the pool where the record of a clump would be that does not exist."""
+        layout = self.memory.layout
+        at = number * layout.clump + layout.fire_count
+        self.memory.pool[at] = self.memory.pool[at] - 1 & 0xFF
 
     def start(self, number: int) -> None:
         """Start a clump that does not run."""

@@ -22,7 +22,7 @@ NOT_AN_OFFSET = 0xFFFF
 
 _NONE = 0xFFFF
 _ERASED = 0xFF
-_WORK, _MOST_WORK, BYTES_PER_ACCESS = 20_000, 300_000, 64
+_WORK, _MOST_WORK, BYTES_PER_ACCESS = 10_000, 300_000, 64
 """Parts of arrays and clusters that a pass has time for, far more than a brick's processor has; parts after which an
 instruction of a damaged program, whose arrays contain themselves, is given up; copied bytes that count as one."""
 _FILL = bytes.fromhex("efbeadde")
@@ -46,6 +46,7 @@ class Layout(NamedTuple):
 
     Attributes:
         clump: Pool bytes per clump.
+        fire_count: Which of them is the number of clumps that must end before it starts.
         growth: Number of descriptors added at once.
         doubly_linked: Whether the descriptors are linked in both directions, and half as many free ones are added when
             a program is loaded.
@@ -53,6 +54,7 @@ class Layout(NamedTuple):
     """
 
     clump: int
+    fire_count: int
     growth: int
     doubly_linked: bool
     types: bytes
@@ -89,6 +91,7 @@ class Memory:
         pool: The pool, and memory behind it.
         base: Offset of the program's variables.
         descriptors: Offset of the descriptors from `base`.
+        layout: How the firmware lays it out.
         doubly_linked: See `Layout`.
         work_left: Parts of arrays and clusters that may still be used in this pass; negative if an instruction took
             the time of later passes, too.
@@ -98,7 +101,8 @@ class Memory:
         self.pool = fresh_pool() if pool is None else pool
         self.base = aligned(len(program.clumps) * layout.clump)
         self.work_left = _WORK
-        self.program, self._growth, self.doubly_linked = program, layout.growth, layout.doubly_linked
+        self.program, self.layout = program, layout
+        self._growth, self.doubly_linked = layout.growth, layout.doubly_linked
         self.descriptors = program.descriptors
         self._head, self._tail, self._free = program.memory_head, program.memory_tail, _NONE
         self._end = program.initial_size

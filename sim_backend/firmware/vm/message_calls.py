@@ -43,8 +43,8 @@ def _read(call: Call) -> None:
 
 def _connection(call: Call) -> None:
     """Ask for a Bluetooth connection: status, connection; while something is being sent, the state of that."""
-    known = Status.CHANNEL_NOT_CONFIGURED if call.number(1) < CONNECTIONS else _NO_CONNECTION
-    call.put(0, Status.PENDING if call.machine.sending else known)
+    known = Status.PENDING if call.machine.sending else Status.CHANNEL_NOT_CONFIGURED
+    call.put(0, known if call.number(1) < CONNECTIONS else _NO_CONNECTION)
 
 
 def _send(call: Call) -> None:

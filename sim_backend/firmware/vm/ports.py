@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from sim_backend.firmware.vm.data import ERR_ARG, NONE, Place, ProgramError
+from sim_backend.firmware.vm.data import ERR_ARG, ERR_INSTR, NONE, Place, ProgramError
 from sim_backend.firmware.vm.devices import OUTPUT_FIELDS, stored_output
 from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Ports, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
@@ -37,7 +37,13 @@ def _set_input(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _set_output(machine: Machine, instruction: Instruction) -> Translation:
-    """Set several fields of one port, or of each port in an array."""
+    """Set several fields of one port, or of each port in an array.
+
+    Raises:
+        ProgramError: It has the size of an instruction with three arguments, and the firmware is 1.05.
+    """
+    if machine.dialect.has_fields and instruction.form < MANY:
+        raise ProgramError(ERR_INSTR, "outputs are set by an instruction of eight bytes")
     ports, *pairs = sized_arguments(machine.program.code, instruction) or (NONE,)
     data, operands, put = machine.data, machine.operands, machine.devices.put_output
     values = list(zip(pairs[::2], pairs[1::2], strict=False))
