@@ -11,6 +11,7 @@ from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import Camera, EndOfFrames, Frame, frame_number, next_tick
 from nxtdrive.vision.confirm import Confirmation
 from nxtdrive.vision.detection import Detection, Quad, TargetDetector, box_of
+from nxtdrive.vision.detectors.picture import detect_each
 from nxtdrive.vision.focus import detect_near
 from nxtdrive.vision.geometry import Pinhole
 
@@ -93,11 +94,11 @@ class CameraEyes:
             raise NoMorePictures(str(error)) from error
         except CameraError as error:
             raise NoPicture(str(error)) from error
-        sightings = {target: self._look_at(frame, target) for target in targets}
+        found = self._detect(frame, targets)
+        sightings = {target: self._sighted(frame, target, found[target]) for target in targets}
         return _glimpse(frame.time_s - self._latency_s, sightings)
 
-    def _look_at(self, frame: Frame, target: str) -> Sighting | None:
-        found = self._detect(frame, target)
+    def _sighted(self, frame: Frame, target: str, found: Sequence[Detection]) -> Sighting | None:
         height, width = frame.image.shape[:2]
         pinhole, height_mm = self._pinhole.resized(width, height), self._targets[target].height_mm
         exposed_s = frame.time_s - self._latency_s
@@ -107,11 +108,14 @@ class CameraEyes:
             observer(frame, target, sighting, found)
         return sighting
 
-    def _detect(self, frame: Frame, target: str) -> Sequence[Detection]:
-        detector = self._targets[target].detector
-        track = self._confirmations[target].track(frame.time_s - self._latency_s)
-        found = detect_near(detector, frame.image, track.box) if track else []
-        return found or detector.detect(frame.image)
+    def _detect(self, frame: Frame, targets: Sequence[str]) -> dict[str, list[Detection]]:
+        """Return all detections of each target: those near its last place if there are any, else in the whole frame."""
+        near = {}
+        for target in targets:
+            track = self._confirmations[target].track(frame.time_s - self._latency_s)
+            near[target] = detect_near(self._targets[target].detector, frame.image, track.box) if track else []
+        missed = {target: self._targets[target].detector for target, found in near.items() if not found}
+        return near | detect_each(missed, frame.image)
 
 
 class GeometricSensor(Protocol):

@@ -263,6 +263,29 @@ def measure_detectors() -> Iterable[Figure]:
             detector = make_detector(spec).detector
             took_us = _microseconds(partial(detector.detect, frame), number=3)
             yield Figure(f"detector {name}, {size[0]}x{size[1]}", took_us / 1000, "ms/frame")
+    yield _measure_twelve_pictures()
+
+
+def _measure_twelve_pictures() -> Figure:
+    """Measure a look for twelve pictures against the mean look for one of them; none is in the frame."""
+    from nxtdrive.vision.detection import Detector
+    from nxtdrive.vision.detectors.picture import PictureDetector, detect_each
+    from nxtdrive.vision.sources import read_image
+    from sim_backend.simulation import Simulation
+
+    frame = Simulation("arena", camera_size=(320, 240)).camera_frame()
+    if frame is None:
+        raise RuntimeError("the simulated camera of world 'arena' gives no frame")
+    detectors: dict[str, Detector] = {}
+    for path in sorted(PICTURES.glob("*.png")):
+        whole = read_image(path)
+        half = whole.shape[0] // 2
+        for part, image in (("whole", whole), ("top", whole[:half]), ("bottom", whole[half:])):
+            if len(detectors) < 12:
+                detectors[f"{path.stem} {part}"] = PictureDetector([image])
+    one_us = [_microseconds(partial(detect_each, {name: one}, frame), number=1) for name, one in detectors.items()]
+    all_us = _microseconds(partial(detect_each, detectors, frame), number=1)
+    return at_most(f"{len(detectors)} pictures / one, 320x240", all_us / statistics.mean(one_us), "x", 2.0)
 
 
 def at_most(name: str, value: float, unit: str, goal: float) -> Figure:

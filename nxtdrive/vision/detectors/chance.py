@@ -26,8 +26,8 @@ COARSE_MATCHED, FINE_MATCHED = 0.9, 0.3
 """Chance explains at most these shares of a picture's coarse contrast and of the rest."""
 
 FEW_WAVES, FEW_PIXELS = 0.6, 5.0
-MARGIN = 0.065
-CORE_LESS = 0.05
+MARGIN = 0.035
+CORE_LESS = 0.02
 """The middle of a picture is searched for in few places, so chance has fewer opportunities."""
 
 

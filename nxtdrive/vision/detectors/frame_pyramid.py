@@ -7,6 +7,8 @@ white is overexposed; there the picture is cut at white instead.
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -26,6 +28,9 @@ LEAST_SIDE = 14
 STEPS = (2, 1, 1, 1, 1)
 """Places are proposed at every second pixel of the finest level only: the alignment finds the one between them."""
 
+FLAT_SD = 1.0
+"""Lower bound of a window's contrast, gray levels: only rendered frames have flatter windows."""
+
 GLARE_SPREAD_PX = 12.0
 """Glare is replaced by the mean of what lies within about this distance, on the finest level."""
 
@@ -41,25 +46,39 @@ COLORED = 0.03
 """So large a share of a frame may have a channel cut by things of strong colours."""
 
 
-@dataclass(frozen=True, slots=True)
 class Level:
     """One level of the pyramid.
 
-    Attributes:
+    Args:
         gray: The gray frame.
-        spectrum: Its Fourier transform.
-        sums: Integral image.
-        squares: Integral image of the squares.
         scale: Size of the frame divided by the size of this level.
         step: Distance in pixels between the places that are proposed.
+
+    Attributes:
+        spectra: The level's Fourier transforms (`spectra`).
     """
 
-    gray: NDArray[np.float32]
-    spectrum: NDArray[np.float32]
-    sums: NDArray[np.float64]
-    squares: NDArray[np.float64]
-    scale: float
-    step: int
+    def __init__(self, gray: cv2.typing.MatLike, scale: float, step: int) -> None:
+        self.gray = gray.astype(np.float32)
+        self.scale = scale
+        self.step = step
+        self.spectra = spectra(self.gray, self.gray.shape, step)
+        self._integrals = cv2.integral2(gray, sdepth=cv2.CV_64F, sqdepth=cv2.CV_64F)
+        self._norms: dict[tuple[int, int], NDArray[np.float32]] = {}
+
+    def norms(self, height: int, width: int) -> NDArray[np.float32]:
+        """Return the norm of each window of a size about its mean, at the level's steps; computed once."""
+        key = (height, width)
+        if key not in self._norms:
+            total, square = (self._summed(each, height, width) for each in self._integrals)
+            area = height * width
+            self._norms[key] = np.sqrt(np.maximum(square - total * total / area, FLAT_SD**2 * area), dtype=np.float32)
+        return self._norms[key]
+
+    def _summed(self, integral: cv2.typing.MatLike, height: int, width: int) -> NDArray[np.float64]:
+        """Return the sum of each window of a size, at the level's steps."""
+        rows = integral[height :: self.step] - integral[: -height : self.step]
+        return np.asarray(rows[:, width :: self.step] - rows[:, : -width : self.step], np.float64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +110,7 @@ def pyramid(image: Image) -> Pyramid:
     overexposed, glare = _glare(work)
     gray = cv2.cvtColor(work if glare is None else _filled(work, glare), cv2.COLOR_BGR2GRAY)
     lit: list[NDArray[np.float32] | None] = [None if glare is None else (1 - glare).astype(np.float32)]
-    levels = [_level(gray, scale, STEPS[0])]
+    levels = [Level(gray, scale, STEPS[0])]
     while len(levels) < len(STEPS) and min(gray.shape) >= 2 * LEAST_SIDE:
         size = gray.shape[1] // 2, gray.shape[0] // 2
         gray = cv2.resize(gray, size, interpolation=cv2.INTER_AREA)
@@ -100,7 +119,7 @@ def pyramid(image: Image) -> Pyramid:
         lit.append(None if smaller is None else smaller.astype(np.float32))
         work = _u8(cv2.resize(work, size, interpolation=cv2.INTER_AREA))
         colors.append((work, scale * 2 ** len(levels)))
-        levels.append(_level(gray, colors[-1][1], STEPS[len(levels)]))
+        levels.append(Level(gray, colors[-1][1], STEPS[len(levels)]))
     canvas = canvas_of([(level.gray, each, level.scale) for level, each in zip(levels, lit, strict=True)])
     return Pyramid(levels, canvas, colors, overexposed)
 
@@ -131,17 +150,28 @@ def _filled(image: Image, glare: cv2.typing.MatLike) -> Image:
     return np.where(glare[:, :, None] > 0, fill, image).clip(0, 255).astype(np.uint8)
 
 
-def _level(gray: cv2.typing.MatLike, scale: float, step: int) -> Level:
-    sums, squares = cv2.integral2(gray, sdepth=cv2.CV_64F, sqdepth=cv2.CV_64F)
-    wide = gray.astype(np.float32)
-    return Level(wide, spectrum(wide, wide.shape), sums.astype(np.float64), squares.astype(np.float64), scale, step)
+def spectra(gray: NDArray[np.float32], shape: tuple[int, int], step: int) -> list[NDArray[np.float32]]:
+    """Return the Fourier transforms of an image, as `cv2.dft` packs them.
+
+    One for each place in a square of `step` pixels, of the pixels that lie there in their square: the correlation at
+    every such step is the sum of theirs.
+
+    Args:
+        gray: The image.
+        shape: Height and width to which zeros pad it.
+        step: Distance in pixels.
+    """
+    size = [-(-side // step) * step for side in shape]
+    padded = np.zeros(size, np.float32)
+    padded[: gray.shape[0], : gray.shape[1]] = gray
+    squares = itertools.product(range(step), repeat=2)
+    return [np.asarray(cv2.dft(padded[down::step, right::step]), np.float32) for down, right in squares]
 
 
-def spectrum(gray: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """Return the Fourier transform of an image, padded with zeros to a shape, as `cv2.dft` packs it."""
-    down, right = shape[0] - gray.shape[0], shape[1] - gray.shape[1]
-    padded = cv2.copyMakeBorder(gray, 0, down, 0, right, cv2.BORDER_CONSTANT, value=0.0) if down or right else gray
-    return np.asarray(cv2.dft(padded), np.float32)
+def correlated(seen: Sequence[NDArray[np.float32]], sought: Sequence[NDArray[np.float32]]) -> NDArray[np.float32]:
+    """Return the correlation of two images at every step, from their `spectra` of the same shape."""
+    product = np.sum([cv2.mulSpectrums(a, b, 0, conjB=True) for a, b in zip(seen, sought, strict=True)], axis=0)
+    return np.asarray(cv2.idft(product, flags=cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT), np.float32)
 
 
 def straightened(frame: Pyramid, pose: Poses, width: int, height: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:

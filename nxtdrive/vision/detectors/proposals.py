@@ -6,7 +6,7 @@ most of the cost is that of the finest level. It proposes freely: a few gray pix
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nxtdrive.vision.detectors.alignment import Poses
-from nxtdrive.vision.detectors.frame_pyramid import Level, Pyramid, spectrum
+from nxtdrive.vision.detectors.frame_pyramid import Level, Pyramid, correlated, spectra
 from nxtdrive.vision.detectors.scaling import at_height
 
 HEIGHTS = (14, 18, 22)
@@ -29,9 +29,6 @@ LARGE = 0.75
 
 FAR_HEIGHT = 22
 """On the finest level, templates from the side start at this height: smaller ones match anything."""
-
-FLAT_SD = 1.0
-"""Lower bound of a window's contrast, gray levels: only rendered frames have flatter windows."""
 
 PROPOSE_AT = 0.4
 PROPOSALS = (16, 8, 6, 4, 4)
@@ -81,19 +78,16 @@ class Proposer:
         """Return the best places that do not overlap much, of all levels."""
         poses, levels = [np.empty((0, 2, 3))], [np.empty(0, np.intp)]
         for number, level in enumerate(frame.levels):
-            norms: dict[tuple[int, int], NDArray[np.float32]] = {}
-            found = []
-            for template, transform in self._transformed(level.gray.shape, frame.overexposed):
-                if self._suits(template, level, number):
-                    height, width = template.gray.shape
-                    if (height, width) not in norms:
-                        norms[height, width] = _norms(level, height, width)
-                    found.append(_peaks(level, template, transform, norms[height, width]))
-            if found:
-                scores, boxes, views = (np.concatenate(each) for each in zip(*found, strict=True))
-                best = _best(scores, boxes, PROPOSALS[number])
-                poses.append(_poses(boxes[best], views[best], level.scale))
-                levels.append(np.full(len(best), number))
+            usable = [
+                (template, transform)
+                for template, transform in self._transformed(level.gray.shape, level.step, frame.overexposed)
+                if self._suits(template, level, number)
+            ]
+            if usable:
+                found = [_peaks(level, template, transform) for template, transform in usable]
+                boxes, views = _best(found, [template for template, _ in usable], level, PROPOSALS[number])
+                poses.append(_poses(boxes, views, level.scale))
+                levels.append(np.full(len(boxes), number))
         return Proposals(np.concatenate(poses), np.concatenate(levels))
 
     def _suits(self, template: _Template, level: Level, number: int) -> bool:
@@ -102,10 +96,12 @@ class Proposer:
             return bool(height / self._part >= LARGE * level.gray.shape[0])
         return bool(number > 0 or template.aspect > 0.8 or height >= FAR_HEIGHT)
 
-    def _transform(self, shape: tuple[int, int], cut: bool) -> list[tuple[_Template, NDArray[np.float32]]]:
+    def _transform(
+        self, shape: tuple[int, int], step: int, cut: bool
+    ) -> list[tuple[_Template, list[NDArray[np.float32]]]]:
         """Return the templates that fit into a shape, with their Fourier transforms."""
         fit = (t for t in self._templates[cut] if t.gray.shape[0] <= shape[0] and t.gray.shape[1] <= shape[1])
-        return [(template, spectrum(template.gray, shape)) for template in fit]
+        return [(template, spectra(template.gray, shape, step)) for template in fit]
 
 
 def _templates(gray: NDArray[np.float32]) -> Iterator[_Template]:
@@ -126,37 +122,35 @@ def _rolled(gray: cv2.typing.MatLike, roll_deg: float) -> NDArray[np.float32]:
 
 
 def _peaks(
-    level: Level, template: _Template, transform: NDArray[np.float32], norms: NDArray[np.float32]
-) -> tuple[NDArray[np.float32], NDArray[np.intp], NDArray[np.float64]]:
-    """Return the places where a template matches best nearby: scores, boxes and views."""
+    level: Level, template: _Template, transform: Sequence[NDArray[np.float32]]
+) -> tuple[NDArray[np.float32], NDArray[np.intp], int]:
+    """Return the scores of the places where a template matches best nearby, their numbers, and the places of a row."""
     height, width = template.gray.shape
-    product = cv2.mulSpectrums(level.spectrum, transform, 0, conjB=True)
-    shared = cv2.idft(product, flags=cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT)
-    rows, columns = level.gray.shape[0] - height + 1, level.gray.shape[1] - width + 1
-    score = shared[: rows : level.step, : columns : level.step] / norms
-    ys, xs = np.nonzero((score > PROPOSE_AT) & (score == cv2.dilate(score, NEIGHBOURS)))
-    sizes = np.full_like(xs, width), np.full_like(xs, height)
-    boxes = np.stack([xs * level.step, ys * level.step, *sizes], axis=1)
-    return score[ys, xs], boxes, np.full((len(xs), 2), (template.aspect, template.roll_deg))
+    norms = level.norms(height, width)
+    score = correlated(level.spectra, transform)[: norms.shape[0], : norms.shape[1]] / norms
+    places = np.flatnonzero((score > PROPOSE_AT) & (score == cv2.dilate(score, NEIGHBOURS)))
+    return score.ravel()[places], places, score.shape[1]
 
 
-def _norms(level: Level, height: int, width: int) -> NDArray[np.float32]:
-    """Return the norm of each window of a size about its mean, at the level's steps."""
-    step = level.step
-    total, square = (
-        integral[height::step, width::step]
-        - integral[:-height:step, width::step]
-        - integral[height::step, :-width:step]
-        + integral[:-height:step, :-width:step]
-        for integral in (level.sums, level.squares)
-    )
-    area = height * width
-    return np.sqrt(np.maximum(square - total * total / area, FLAT_SD**2 * area)).astype(np.float32)
+def _best(
+    found: Sequence[tuple[NDArray[np.float32], NDArray[np.intp], int]],
+    templates: Sequence[_Template],
+    level: Level,
+    most: int,
+) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Choose up to `most` of the best places greedily, dropping those that overlap a chosen one by half.
 
-
-def _best(scores: NDArray[np.float32], boxes: NDArray[np.intp], most: int) -> NDArray[np.intp]:
-    """Choose up to `most` of the best greedily, dropping those that overlap a chosen one by half."""
-    left = np.argsort(-scores, kind="stable")[: CROWD * most]
+    Returns:
+        Their boxes and their views.
+    """
+    which = np.repeat(np.arange(len(found)), [len(scores) for scores, _, _ in found])
+    left = np.argsort(-np.concatenate([scores for scores, _, _ in found]), kind="stable")[: CROWD * most]
+    which, places = which[left], np.concatenate([places for _, places, _ in found])[left]
+    ys, xs = divmod(places, np.array([columns for _, _, columns in found])[which])
+    sizes = np.array([template.gray.shape[::-1] for template in templates])[which]
+    boxes = np.column_stack([xs * level.step, ys * level.step, sizes])
+    views = np.array([(template.aspect, template.roll_deg) for template in templates])[which]
+    left = np.arange(len(boxes))
     chosen: list[int] = []
     while len(left) and len(chosen) < most:
         x, y, width, height = boxes[left[0]]
@@ -168,7 +162,7 @@ def _best(scores: NDArray[np.float32], boxes: NDArray[np.intp], most: int) -> ND
         apart = shared < 0.5 * (width * height + others[:, 2] * others[:, 3] - shared)
         apart[0] = False
         left = left[apart]
-    return np.array(chosen, np.intp)
+    return boxes[chosen], views[chosen]
 
 
 def _poses(boxes: NDArray[np.intp], views: NDArray[np.float64], scale: float) -> Poses:

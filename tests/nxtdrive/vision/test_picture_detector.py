@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.vision.detectors.picture import PictureDetector
+from nxtdrive.vision.detectors.color import ColorDetector
+from nxtdrive.vision.detectors.picture import PictureDetector, detect_each
 from nxtdrive.vision.focus import detect_near
 from nxtdrive.vision.geometry import Pinhole
 from sim_backend.bundled import PICTURES
@@ -228,3 +229,16 @@ def test_useless_pictures_are_refused():
         PictureDetector([np.zeros((20, 30, 3), np.uint8)])
     with pytest.raises(ConfigError, match=r"single colour"):
         PictureDetector([np.full((200, 100, 3), 7, np.uint8)])
+
+
+def test_detectors_that_share_a_frame_find_what_each_finds_alone(scene, astronaut, distractors):
+    frame = scene.render(1200, 5)
+    detectors = {
+        "astronaut": PictureDetector([astronaut]),
+        "cat": PictureDetector([distractors["chelsea"]]),
+        "both": PictureDetector([distractors["chelsea"], astronaut], use_features=False),
+        "red": ColorDetector("red"),
+    }
+    together = detect_each(detectors, frame)
+    assert together == {name: detector.detect(frame) for name, detector in detectors.items()}
+    assert [name for name in ("astronaut", "cat", "both") if together[name]] == ["astronaut", "both"]
