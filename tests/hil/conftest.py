@@ -65,9 +65,9 @@ class Bench:
             assert time.monotonic() < until, f"not after {limit_s:g} s: {self.rig.truth()}"
             time.sleep(0.1)
 
-    def mission(self, profile: str = "adaptive") -> str:
-        """The command that runs the mission over USB and webcam."""
-        return f"rm -rf runs; nxtdrive run {MISSION} --profile {profile} --nxt usb:// --camera 0 --no-video --out runs"
+    def mission(self, profile: str = "adaptive", nxt: str = "usb://") -> str:
+        """The command that runs the mission with the webcam."""
+        return f"rm -rf runs; nxtdrive run {MISSION} --profile {profile} --nxt {nxt} --camera 0 --no-video --out runs"
 
     def reached(self) -> bool:
         """Whether the robot stands before the sheet."""

@@ -16,6 +16,7 @@ EXAMPLES = """\
   python -m tools.rig exec nxtdrive run --nxt usb:// --camera 0 --no-video
   python -m tools.rig fault usb unplug 5
   python -m tools.rig fault usb halt in
+  python -m tools.rig fault bluetooth vanish 5
   python -m tools.rig truth
   python -m tools.rig down"""
 
@@ -41,9 +42,9 @@ def main() -> int:
     execute.add_argument("command", metavar="COMMAND", nargs=argparse.REMAINDER)
     execute.set_defaults(run=_exec)
     fault = actions.add_parser("fault", help="make a fault")
-    fault.add_argument("device", choices=("usb", "camera"))
-    fault.add_argument("kind", choices=("unplug", "halt", "mute"))
-    fault.add_argument("value", help="seconds (unplug, mute), or the endpoint: in, out (halt)")
+    fault.add_argument("device", choices=("usb", "camera", "bluetooth"))
+    fault.add_argument("kind", choices=("unplug", "halt", "mute", "vanish"))
+    fault.add_argument("value", help="seconds (unplug, mute, vanish), or the endpoint: in, out (halt)")
     fault.set_defaults(run=_fault)
     actions.add_parser("truth", help="print the world's truth").set_defaults(run=_truth)
     actions.add_parser("down", help="end it").set_defaults(run=_down)
@@ -82,6 +83,10 @@ def _fault(args: argparse.Namespace) -> int:
         rig.fault(mute=True)
         time.sleep(seconds)
         rig.fault(mute=False)
+    elif args.kind == "vanish":
+        rig.fault(radio="vanish")
+        time.sleep(seconds)
+        rig.fault(radio="return")
     else:
         rig.fault(unplug=args.device)
         time.sleep(seconds)

@@ -21,6 +21,8 @@ from .errors import RigError
 KERNEL_PORTS = {"usb": 0, "camera": 8}
 """Ports of the guest's virtual hub: the first eight are for full speed, the next for super speed devices."""
 
+DOORS = ("usb", "webcam", "bluetooth")
+
 ROOT = Path(__file__).resolve().parents[2]
 READY_S = 30.0
 END_S = 10.0
@@ -54,6 +56,7 @@ class Rig:
         control: Port for faults and truth.
         usb: Port of the brick on USB/IP.
         webcam: Port of the webcam on USB/IP.
+        bluetooth: Port of the Bluetooth adapter; 0 without one, as without bumble.
         options: How the world was started.
     """
 
@@ -63,6 +66,7 @@ class Rig:
     control: int
     usb: int
     webcam: int
+    bluetooth: int
     options: list[str]
     _children: list[subprocess.Popen[bytes]] = field(default_factory=list, repr=False)
 
@@ -81,11 +85,12 @@ class Rig:
         process, ports = _start_world(options)
         try:
             agent = _free_port()
-            guest = qemu.boot(image, first, agent, [ports["usb"], ports["webcam"]], _folder() / "guest.log")
+            doors = [ports[name] for name in DOORS if ports[name]]
+            guest = qemu.boot(image, first, agent, doors, _folder() / "guest.log")
         except BaseException:
             _end(process.pid)
             raise
-        rig = cls(guest.pid, process.pid, agent, ports["control"], ports["usb"], ports["webcam"], options)
+        rig = cls(guest=guest.pid, world=process.pid, agent=agent, options=options, **ports)
         rig._children = [guest, process]
         try:
             rig.plug_all()
@@ -103,7 +108,7 @@ class Rig:
         _end(self.world)
         self.run("pkill -INT nxtdrive")
         self.wait_for("! cat /sys/bus/usb/devices/*/idVendor | grep -v 1d6b", "that the devices are gone")
-        ports = [word for name in ("usb", "webcam", "control") for word in (f"--{name}", str(getattr(self, name)))]
+        ports = [word for name in (*DOORS, "control") for word in (f"--{name}", str(getattr(self, name)))]
         process, _ = _start_world([*self.options, *ports])
         self.world = process.pid
         self._children.append(process)
@@ -162,6 +167,9 @@ class Rig:
         """
         self.plug("usb")
         self.plug("camera")
+        if self.bluetooth:
+            list(self._ask_guest({"adapter": self.bluetooth}, READY_S))
+            self.wait_for("test -e /sys/class/bluetooth/hci0", "the Bluetooth adapter")
         self.wait_for("test -e /dev/video0 && grep -q 0694 /sys/bus/usb/devices/*/idVendor", "the devices")
 
     def plug(self, device: str) -> None:
@@ -237,7 +245,7 @@ def forget() -> None:
     _state().unlink(missing_ok=True)
 
 
-def _start_world(options: Sequence[str]) -> tuple[subprocess.Popen[bytes], dict[str, int]]:
+def _start_world(options: Sequence[str]) -> tuple[subprocess.Popen[bytes], dict[str, Any]]:
     """Start the world; returns its process and its ports."""
     command = [sys.executable, "-m", "tools.rig.world", *options]
     log = _folder() / "world.log"

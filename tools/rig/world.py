@@ -1,7 +1,8 @@
 """The host's process of the rig: simulated brick, world and webcam behind USB/IP, and a port for faults and truth.
 
 Started by `tools.rig.rig`. The control port takes lines of JSON and answers each with a line: ``{"unplug": "usb"}``,
-``{"halt": 130}``, ``{"mute": true}``, ``{"truth": true}``, ``{"stop": true}``; ``{"error": "..."}`` if it cannot.
+``{"halt": 130}``, ``{"mute": true}``, ``{"radio": "vanish"}`` (or "return", "hang up"), ``{"truth": true}``,
+``{"stop": true}``; ``{"error": "..."}`` if it cannot.
 """
 
 from __future__ import annotations
@@ -13,18 +14,24 @@ import queue
 import socketserver
 import threading
 from collections.abc import Callable
-from typing import Any
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
 
 from nxtdrive.signals import until_signal
 from nxtdrive.transports.base import WallClock
-from sim_backend.doors.door import wait_readable
+from sim_backend.doors.door import Door, wait_readable
 from sim_backend.doors.server import RealTimeServer, Status
 from sim_backend.doors.switchboard import Switchboard
 from sim_backend.doors.usbip import UsbIpDoor
 from sim_backend.doors.uvc import UvcDoor
 from sim_backend.simulation import SimLink, Simulation
 
+if TYPE_CHECKING:
+    from sim_backend.doors.rfcomm import RfcommDoor
+
 ANSWER_S = 5.0
+CABLE_MS, RADIO_MS = 1, 30
+"""Round trips of the simulated part of the link; the kernel's comes on top."""
 
 Request = dict[str, Any]
 
@@ -36,6 +43,7 @@ class World:
         simulation: The brick and its world.
         usb: The brick on USB.
         webcam: The webcam on USB.
+        radio: The brick on Bluetooth; None without bumble.
     """
 
     def __init__(self, args: argparse.Namespace, closing: contextlib.ExitStack) -> None:
@@ -45,7 +53,11 @@ class World:
         self.usb = closing.enter_context(contextlib.closing(UsbIpDoor(serial_number, args.usb, now=clock.now)))
         fps = self.simulation.webcam.fps
         self.webcam = closing.enter_context(contextlib.closing(UvcDoor(args.size, fps, args.webcam)))
-        switchboard = closing.enter_context(contextlib.closing(Switchboard([self.usb], self._plug_in)))
+        self.radio = _radio(self.simulation, args.bluetooth, clock.now)
+        doors: list[Door] = [self.usb]
+        if self.radio is not None:
+            doors.append(closing.enter_context(contextlib.closing(self.radio)))
+        switchboard = closing.enter_context(contextlib.closing(Switchboard(doors, self._plug_in)))
         self._server = RealTimeServer(
             self.simulation, switchboard, [self.webcam], fps=fps, now=clock.now, wait=wait_readable
         )
@@ -66,7 +78,7 @@ class World:
     def _plug_in(self, bluetooth: bool) -> SimLink:
         if self.simulation.brick.powered_off:
             raise ConnectionError
-        return SimLink(self.simulation, bluetooth=bluetooth)
+        return SimLink(self.simulation, RADIO_MS if bluetooth else CABLE_MS, bluetooth=bluetooth)
 
     def _report(self, status: Status) -> None:
         self._status = status
@@ -91,6 +103,8 @@ class World:
                 self.usb.halt(value)
             case "mute":
                 self.usb.device.mute = value
+            case "radio" if self.radio is not None:
+                {"vanish": self.radio.vanish, "return": self.radio.come_back, "hang up": self.radio.hang_up}[value]()
             case "truth":
                 return self._truth()
             case "stop":
@@ -113,6 +127,15 @@ class World:
         }
 
 
+def _radio(simulation: Simulation, port: int, now: Callable[[], float]) -> RfcommDoor | None:
+    """The brick's Bluetooth, where bumble is installed."""
+    if find_spec("bumble") is None:
+        return None
+    from sim_backend.doors.rfcomm import RfcommDoor
+
+    return RfcommDoor(simulation.brick.radio.address.hex(":").upper(), port, now=now)
+
+
 def serve(args: argparse.Namespace) -> None:
     """Run the process."""
     with contextlib.ExitStack() as closing:
@@ -131,7 +154,9 @@ def serve(args: argparse.Namespace) -> None:
         control = closing.enter_context(Server(("127.0.0.1", args.control), Control))
         closing.callback(control.shutdown)
         threading.Thread(target=control.serve_forever, name="control").start()
-        ports = {"usb": world.usb.port, "webcam": world.webcam.port, "control": control.server_address[1]}
+        bluetooth = world.radio.port if world.radio else 0
+        ports = {"usb": world.usb.port, "webcam": world.webcam.port, "bluetooth": bluetooth}
+        ports["control"] = control.server_address[1]
         print(json.dumps(ports), flush=True)
         world.run(stopped)
 
@@ -142,7 +167,7 @@ def main() -> None:
     parser.add_argument("--world", default="open")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--size", type=lambda text: tuple(int(part) for part in text.split("x")), default=(320, 240))
-    for port in ("usb", "webcam", "control"):
+    for port in ("usb", "webcam", "bluetooth", "control"):
         parser.add_argument(f"--{port}", type=int, default=0)
     serve(parser.parse_args())
 
