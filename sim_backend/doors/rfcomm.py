@@ -81,7 +81,7 @@ ANSWERS = {
 """Return parameters, beginning with the status, of commands that a Linux kernel sends and bumble does not know."""
 
 
-class Radio(Controller):
+class Radio(Controller):  # type: ignore[misc] # bumble's types are not read
     """A controller of Bluetooth 2.0, as far as Linux's and bumble's hosts need one."""
 
     hci_version = lmp_version = BLUETOOTH_2_0
@@ -175,7 +175,7 @@ class RfcommDoor:
         self._runner = asyncio.Runner(loop_factory=asyncio.SelectorEventLoop)
         self._loop = self._runner.get_loop()
         self._ended, self._ready = asyncio.Event(), threading.Event()
-        self._air = LocalLink()  # type: ignore[no-untyped-call]
+        self._air = LocalLink()
         self._thread = threading.Thread(target=self._run, args=(brick,), name="bluetooth")
         self._thread.start()
         self._ready.wait()
