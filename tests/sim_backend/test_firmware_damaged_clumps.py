@@ -120,3 +120,10 @@ def test_the_last_array_grows_in_place_up_to_the_end_of_the_memory_that_was_used
         brick.tick(20)
         offsets.append(brick.command.pool.find(b"\x44" * 5))
     assert offsets[0] == offsets[1] > 0
+
+
+@pytest.mark.parametrize("opcode", [0x00, 0x18, 0x19, 0x1C, 0x22, 0x31])
+def test_a_jump_to_an_instruction_without_a_size_fails_in_firmware_1_29(opcode):
+    code = [instruction(JUMP, 4), instruction(SET, 3, opcode), instruction(SET, 1, 0x72), SPIN]
+    outcome = Outcome(program(code), "1.29")
+    assert (outcome.status, outcome.numbers) == (FAILED, (0x11, 0x22, 0x33, 0x44))

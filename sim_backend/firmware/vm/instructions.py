@@ -135,6 +135,8 @@ def decode(code: Sequence[int], at: int, *, checks_short_forms: bool) -> Instruc
             raise ProgramError(ERR_INSTR, "a short form that does not exist")
         arguments = (opcode,) if words == 1 else (s8(opcode) + code[at + 1] & 0xFFFF, *code[at + 1 : at + words])
         return Instruction(short, 0, arguments, at, at + words, len(arguments))
+    if not (size or checks_short_forms):
+        raise ProgramError(ERR_INSTR, "an instruction without a size")
     form = min(size // _WORD - 1, MANY) if size else MANY
     if size == _VARIABLE_SIZE:
         size = code[at + 1]
