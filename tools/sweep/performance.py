@@ -17,6 +17,7 @@ from sim_backend.world.sensing import VIEW_RANGE_MM
 from sim_backend.world.world_file import WorldFile
 
 from .causes import judge_choices, longest_run, recognition_s, soonest_s
+from .chances import predictions
 from .chart_coverage import taken
 from .metrics import judge_target
 from .policies import drive, equipped
@@ -103,8 +104,9 @@ def evaluate(task: Task) -> Line:
     try:
         scenario = draw_scenario(task.kind, task.seed)
         scenario = replace(scenario, mission=described_by(scenario.mission, task.robot))
-        trace, _ = perform(scenario, task.policy, task.eyes)
-        return {**_head(task), **judge(trace)}
+        trace, referee = perform(scenario, task.policy, task.eyes)
+        chances = [asdict(each) for each in predictions(referee.records, task.policy, scenario.mission)]
+        return {**_head(task), **judge(trace), "chances": rounded(chances)}
     except Exception as error:  # noqa: BLE001 - one mission must not end a sweep; its line says what happened
         return failed(task, error)
 

@@ -15,6 +15,7 @@ from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import InputFileError, read_bytes
 
 from .causes import Judgement
+from .chances import Prediction
 from .metrics import TargetResult
 from .performance import FAILED, Line
 
@@ -44,6 +45,7 @@ class _Checked(BaseModel):
     recognition_s: list[float] = []
     choices: list[Judgement] = []
     transitions: list[str] = []
+    chances: list[Prediction] = []
     longest_run: int = 0
     soonest_s: float | None = None
 

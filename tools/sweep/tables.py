@@ -6,12 +6,16 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from behaviors.recoveries import RECOVERIES
 from firmware_protocol.printable import printable
 
+from .calibration import calibration_error, pairs, reliability
 from .causes import FITTING, Cause
 from .chart_coverage import coverage_words
 from .headline import HEADLINE, REACHED_BY_S, beyond, headline, success_by
@@ -32,6 +36,9 @@ from .summary import (
 )
 
 Rows = list[list[str]]
+BAR = 20
+"""Characters of a bar from 0 to 1."""
+CHANCE_COLUMNS = ["policy", "chances", "choices", "predicted", "came true", "0" + "1".rjust(BAR)]
 
 POLICY_COLUMNS = [
     "policy",
@@ -165,6 +172,34 @@ def difference_rows(lines: Sequence[Line], reference: str) -> Rows:
     return rows
 
 
+def chance_rows(lines: Sequence[Line]) -> Rows:
+    """Return the reliability diagram: for each policy and range of chances their mean, and the share that came true."""
+    rows = []
+    for policy, group in _by_policy(lines).items():
+        for each in reliability(pairs(group)):
+            said, true = round(each.predicted * BAR), round(each.came_true * BAR)
+            bar = "".join("|" if i == said else "#" if i < true else "." for i in range(BAR + 1))
+            span = f"{each.low:.1f} to {each.high:.1f}"
+            rows.append([policy, span, str(each.number), f"{each.predicted:.2f}", f"{each.came_true:.2f}", bar])
+    return rows
+
+
+def calibration_rows(lines: Sequence[Line]) -> Rows:
+    """Return each policy's expected calibration error, and by choice the mean chance and the share that came true."""
+    rows = []
+    for policy, group in _by_policy(lines).items():
+        if not (error := calibration_error(group)).number:
+            continue
+        parts = [(name, pairs(group, name)) for name in RECOVERIES]
+        told = [_predicted(part) for _, part in parts]
+        rows.append([policy, interval(error), *told])
+    return rows
+
+
+def _predicted(part: NDArray[np.float64]) -> str:
+    return f"{part[:, 0].mean():.2f} / {part[:, 1].mean():.2f} ({len(part)})" if len(part) else "-"
+
+
 def print_tables(lines: Sequence[Line], console: Console) -> None:
     """Print all tables."""
     _print(console, "policies", POLICY_COLUMNS, policy_rows(lines))
@@ -180,6 +215,10 @@ def print_tables(lines: Sequence[Line], console: Console) -> None:
         _print(console, "recovery", RECOVERY_COLUMNS, recovery_rows(lines))
         _print(console, "choices that fitted, by cause", *cause_rows(lines))
         _print(console, "what was chosen, by cause", *choice_rows(lines), keys=2)
+    if chances := calibration_rows(lines):
+        columns = ["policy", "ECE [95 %]", *RECOVERIES]
+        _print(console, "chances: mean predicted / came true", columns, chances)
+        _print(console, "reliability: | predicted, # came true", CHANCE_COLUMNS, chance_rows(lines), keys=2)
     if differences := difference_rows(lines, "thesis"):
         _print(console, "beyond the thesis, paired [95 %]", ["policy", *HEADLINE], differences)
     if covered := coverage_words(lines):

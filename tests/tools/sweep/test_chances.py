@@ -1,0 +1,74 @@
+"""The chances of choices are compared with what came of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from behaviors.journal import Kind, Record
+from behaviors.mission import Mission
+from nxtdrive.tools.sweep.calibration import calibration_error, pairs, reliability
+from nxtdrive.tools.sweep.chances import predictions
+from nxtdrive.tools.sweep.tables import calibration_rows, chance_rows
+
+MISSION = Mission.model_validate(
+    {"mission": {"targets": ["a"]}, "target": {"a": {"detector": "color", "color": "red"}}}
+)
+SEEN = ("full_turn_without_sighting", {"here": {"travel_s": 0.0, "scan_s": 8.0, "chance": 0.25, "route": []}})
+
+
+def _journal(*after):
+    reason, known = SEEN
+    evidence = {"reason": reason, "seen_since_search": False, "researches": 0, **known}
+    choice = Record(1.0, Kind.CHOICE, "select", "a", {"choice": "rescan", "why": "", "evidence": evidence})
+    moves = [
+        Record(2.0 + i, Kind.TRANSITION, to, "a", {"source": source, "to": to, "event": "", "reason": why})
+        for i, (source, to, why) in enumerate([("search", "select", reason), ("select", "rescan", ""), *after])
+    ]
+    return [choice, *moves]
+
+
+@pytest.mark.parametrize(
+    ("after", "came_true"),
+    [
+        ([("rescan", "arrive", "sighted"), ("arrive", "reached", "within_reach")], [True]),
+        ([("rescan", "arrive", "sighted"), ("arrive", "select", "target_lost")], [True]),
+        ([("rescan", "search", ""), ("search", "select", "full_turn_without_sighting")], [False]),
+        ([("rescan", "search", ""), ("search", "finished", "time_up")], []),
+        ([("rescan", "search", "")], []),
+    ],
+)
+def test_a_look_comes_true_when_the_target_is_seen_before_the_next_decision(after, came_true):
+    found = predictions(_journal(*after), "adaptive", MISSION)
+    assert [each.came_true for each in found] == came_true
+    assert all((each.choice, each.chance) == ("rescan", 0.25) for each in found)
+    assert predictions(_journal(*after), "random-walk", MISSION) == []
+
+
+def _lines(chance, share, number=50):
+    return [
+        {"policy": "adaptive", "chances": [{"choice": "wait", "chance": chance, "came_true": i < share * number}]}
+        for i in range(number)
+    ]
+
+
+def test_chances_that_are_true_have_no_error_and_others_what_they_are_wrong_by():
+    assert calibration_error(_lines(0.5, 0.5)).mean == pytest.approx(0.0, abs=1e-9)
+    mixed = calibration_error([*_lines(0.1, 0.4), *_lines(0.9, 0.8)])
+    assert mixed.mean == pytest.approx(0.2)
+    assert mixed.low < 0.2 < mixed.high
+    assert calibration_error([{"policy": "thesis"}]).number == 0
+
+
+def test_bins_hold_every_chance_from_none_to_certainty():
+    bins = reliability(np.array([[0.0, 0.0], [0.05, 1.0], [0.1, 1.0], [1.0, 1.0]]))
+    assert [(each.number, each.came_true) for each in bins] == [(2, 0.5), (1, 1.0), (1, 1.0)]
+    assert len(pairs(_lines(0.5, 0.5), "detour")) == 0
+
+
+def test_tables_show_the_error_and_a_bar_for_each_bin():
+    lines = _lines(0.25, 0.5)
+    ((policy, error, wait, *_),) = calibration_rows(lines)
+    assert (policy, error[:5], wait) == ("adaptive", "0.250", "0.25 / 0.50 (50)")
+    ((*_, bar),) = chance_rows(lines)
+    assert bar == "#####|####..........."

@@ -1,0 +1,62 @@
+"""The chances that a profile gave its choices in a mission, and what came of them.
+
+Definitions: docs/evaluation.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from behaviors.journal import Record
+from behaviors.mission import Mission
+from behaviors.profiles.registry import PROFILES, make_policy
+from behaviors.recoveries import DETOUR, WAIT
+from nxtdrive.recording.decisions import Decision, Result, decisions, same, weighed_by
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """A choice whose policy gave it a chance.
+
+    Attributes:
+        choice: What was chosen.
+        reason: Name of the failure before it.
+        chance: As the policy had it.
+        came_true: Whether it did what it was chosen for.
+    """
+
+    choice: str
+    reason: str
+    chance: float
+    came_true: bool
+
+
+def predictions(records: Sequence[Record], profile: str, mission: Mission) -> list[Prediction]:
+    """Return the predictions of a mission's journal; none for what is no built-in profile or gives no chances."""
+    if profile not in PROFILES:
+        return []
+    policy = make_policy(profile, mission)
+    found = []
+    for decision in decisions(records):
+        choice, came_true = decision.choice, _came_true(decision)
+        for each in weighed_by(policy, decision) if choice is not None and came_true is not None else ():
+            if each.option is not None and choice is not None and came_true is not None and same(each.choice, choice):
+                found.append(Prediction(choice.kind.name, decision.reason, each.option.chance, came_true))
+                break
+    return found
+
+
+def _came_true(decision: Decision) -> bool | None:
+    """Return whether a choice did what it was chosen for; None where the mission ended before it was known."""
+    outcome, choice = decision.outcome, decision.choice
+    if choice is None or outcome.result is Result.OPEN:
+        return None
+    if outcome.result is Result.REACHED:
+        return True
+    if choice.kind in (WAIT, DETOUR):
+        return None if outcome.result is Result.FINISHED else outcome.detail != decision.reason
+    wanted = choice.instead or decision.target
+    if any(step.state == "arrive" and step.target == wanted for step in outcome.steps):
+        return True
+    return None if outcome.result is Result.FINISHED else False
