@@ -19,7 +19,7 @@ from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.mission import Mission
 from behaviors.ports import Glimpse, Point, Pose, Sighting
 
-RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "qr": 5.0, "color": 17.0}
+RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "qr": 4.0, "color": 17.0}
 """A detector finds its target up to this many times the target's height away. Source: docs/vision.md section 1.2."""
 
 

@@ -209,7 +209,7 @@ class Bench:
 
 
 def subjects(folder: Path, photos: Sequence[Path]) -> list[Subject]:
-    """Return the built-in pictures, a marker of each family, a magenta sheet and the user's `photos`."""
+    """Return the built-in pictures, a marker of each family, a QR code, a magenta sheet and the user's `photos`."""
     pictures = [(file.stem, file.stem, file) for file in sorted(PICTURES.glob("*.png"))]
     pictures += [(photo.stem, str(photo), photo) for photo in photos]
     found = [
@@ -222,6 +222,8 @@ def subjects(folder: Path, photos: Sequence[Path]) -> list[Subject]:
     ):
         spec = {"detector": "marker", "id": 7, "family": family, "height_mm": MARKER_SHARE * A4_WIDTH_MM}
         found.append(Subject(f"marker {family}", _marker_sheet(folder, dictionary), make_detector(spec)))
+    code = make_detector({"detector": "qr", "text": "7", "height_mm": MARKER_SHARE * A4_WIDTH_MM})
+    found.append(Subject("qr 7", _code_sheet(folder), code))
     magenta = folder / "magenta.png"
     cv2.imwrite(str(magenta), np.full((594, 420, 3), (200, 40, 220), np.uint8))
     found.append(Subject("color magenta", str(magenta), make_detector({"detector": "color", "color": "magenta"})))
@@ -237,12 +239,23 @@ FACE_SHARE = 0.55
 
 def _marker_sheet(folder: Path, dictionary: int) -> str:
     """Write an image of a sheet with the marker in its centre."""
-    sheet = np.full((594, 420), 255, np.uint8)
     side = round(MARKER_SHARE * 420)
     marker = cv2.aruco.generateImageMarker(cv2.aruco.getPredefinedDictionary(dictionary), 7, side)
+    return _sheet(folder / f"marker{dictionary}.png", marker)
+
+
+def _code_sheet(folder: Path) -> str:
+    """Write an image of a sheet with a QR code of 21 modules in its centre."""
+    side = round(MARKER_SHARE * 420)
+    code = cv2.QRCodeEncoder.create().encode("7")[2:-2, 2:-2]  # without the white around it
+    return _sheet(folder / "code.png", cv2.resize(code, (side, side), interpolation=cv2.INTER_NEAREST))
+
+
+def _sheet(file: Path, square: cv2.typing.MatLike) -> str:
+    side = square.shape[0]
+    sheet = np.full((594, 420), 255, np.uint8)
     top, left = (594 - side) // 2, (420 - side) // 2
-    sheet[top : top + side, left : left + side] = marker
-    file = folder / f"marker{dictionary}.png"
+    sheet[top : top + side, left : left + side] = square
     cv2.imwrite(str(file), sheet)
     return str(file)
 

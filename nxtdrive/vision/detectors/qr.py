@@ -10,7 +10,7 @@ from nxtdrive.vision.detection import Detection, Image, Quad, box_of
 from nxtdrive.vision.detectors.spec import DetectorSpec
 
 READ_WIDTH, MOST_ZOOM = 640, 2.0
-"""Narrower frames are enlarged towards this width: OpenCV then reads a code from a sixth farther away."""
+"""Narrower frames are enlarged towards this width: OpenCV then reads a code from a fifth farther away."""
 
 LONGEST = 500
 """Characters; a code of a longer text has modules too small for a camera across the room."""
