@@ -108,10 +108,9 @@ class Output:
 
     def serving(self, doors: list[str], camera: str, attach: list[str]) -> None:
         """Report the addresses, and the commands that plug what is on USB/IP into this computer."""
-        brick = [USB if door.startswith(UsbIpClient.scheme) else door for door in doors[:1]]
-        command = shlex.join(["nxtdrive", "run", "--nxt", *brick, "--camera", camera]) if brick else None
+        nxt = None if not doors else USB if doors[0].startswith(UsbIpClient.scheme) else doors[0]
+        command = shlex.join(["nxtdrive", "run", "--nxt", nxt, "--camera", camera]) if nxt else None
         if self._json:
-            nxt = brick[0] if brick else None
             self._event("serving", nxt=nxt, doors=doors, camera=camera, command=command, attach=attach)
             return
         for address in (*(f"brick   {door}" for door in doors), f"camera  {camera}"):

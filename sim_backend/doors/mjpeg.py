@@ -49,6 +49,12 @@ LINE_LIMIT = 8192
 """Longest line of a request in bytes."""
 
 
+def coded(image: NDArray[np.uint8]) -> bytes:
+    """Code a BGR image as webcams do."""
+    _, jpeg = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+    return jpeg.tobytes()
+
+
 class MjpegDoor:
     """Serves ``http://127.0.0.1:PORT/camera.mjpg`` until closed.
 
@@ -94,8 +100,7 @@ class MjpegDoor:
 
     def show(self, image: NDArray[np.uint8]) -> None:
         """Publish the BGR `image` as the latest frame; does not wait for slow viewers."""
-        _, jpeg = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-        self._loop.call_soon_threadsafe(self._publish, jpeg.tobytes())
+        self._loop.call_soon_threadsafe(self._publish, coded(image))
 
     def close(self) -> None:
         """Disconnect all viewers and free the port; waits for no viewer. May be called again."""

@@ -22,9 +22,8 @@ from bumble.host import Host
 from bumble.link import LocalLink
 from bumble.transport.common import AsyncPipeSink
 
-from firmware_protocol.errors import ConfigError
 from sim_backend.doors.door import CHUNK, LOOPBACK, Client
-from sim_backend.doors.sockets import StreamClient
+from sim_backend.doors.sockets import StreamClient, listen
 
 ADAPTER_ADDRESS = "00:11:22:33:44:55"
 SERIAL_PORT = core.UUID("00001101-0000-1000-8000-00805F9B34FB")
@@ -161,13 +160,7 @@ class RfcommDoor:
         Raises:
             ConfigError: The port is taken or not allowed.
         """
-        try:
-            self._listener = socket.create_server((LOOPBACK, port))
-        except (OSError, OverflowError) as error:
-            raise ConfigError(
-                f"the Bluetooth adapter cannot listen on port {port}: {error}.",
-                remedy="Take another port; 0 finds a free one.",
-            ) from error
+        self._listener = listen(LOOPBACK, port)
         self.port: int = self._listener.getsockname()[1]
         self.address = f"bt://{brick}"
         self._now = now

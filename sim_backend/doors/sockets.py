@@ -178,14 +178,7 @@ class SocketDoor:
         """
         self.bluetooth = dialect.bluetooth
         self._dialect, self._now = dialect, now
-        family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        try:
-            self._listener = socket.create_server((host, port), family=family, backlog=BACKLOG)
-        except (OSError, OverflowError) as error:
-            raise ConfigError(
-                f"cannot listen on {host}, port {port}: {error}.",
-                remedy="Take another port; 0 finds a free one.",
-            ) from error
+        self._listener = listen(host, port)
         self._listener.setblocking(False)
         self.port: int = self._listener.getsockname()[1]
         self.address = f"{dialect.scheme}://{_bracketed(host)}:{self.port}"
@@ -254,6 +247,22 @@ class UsbDoor(SocketDoor):
         for _, client in self._queue:
             client.hang_up()
         self._queue = []
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """Listen on a TCP port.
+
+    Raises:
+        ConfigError: The port is taken or not allowed, or the host is not an address of this computer.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family, backlog=BACKLOG)
+    except (OSError, OverflowError) as error:
+        raise ConfigError(
+            f"cannot listen on {host}, port {port}: {error}.",
+            remedy="Take another port; 0 finds a free one.",
+        ) from error
 
 
 def is_loopback(host: str) -> bool:

@@ -44,15 +44,7 @@ class Descriptor(IntEnum):
     STRING = 3
 
 
-class Recipient(IntEnum):
-    """Low bits of a request's type."""
-
-    DEVICE = 0
-    INTERFACE = 1
-    ENDPOINT = 2
-
-
-STANDARD_MASK, RECIPIENT_MASK = 0x60, 0x1F
+STANDARD_MASK, RECIPIENT_MASK, RECIPIENT_ENDPOINT = 0x60, 0x1F, 0x02
 ENDPOINT_HALT = 0
 """Feature selector of a halted endpoint, table 9-6."""
 
@@ -160,7 +152,7 @@ class UsbDevice:
             case Request.GET_DESCRIPTOR:
                 return self._described(setup.value >> 8, setup.value & 0xFF)
             case Request.GET_STATUS:
-                halted = recipient == Recipient.ENDPOINT and setup.index in self.halted
+                halted = recipient == RECIPIENT_ENDPOINT and setup.index in self.halted
                 return bytes((halted, 0))
             case Request.CLEAR_FEATURE | Request.SET_FEATURE:
                 self._feature(setup, recipient)
@@ -188,7 +180,7 @@ class UsbDevice:
         raise Stall
 
     def _feature(self, setup: Setup, recipient: int) -> None:
-        if recipient != Recipient.ENDPOINT:
+        if recipient != RECIPIENT_ENDPOINT:
             return  # remote wake-up, which means nothing here
         if setup.value != ENDPOINT_HALT:
             raise Stall

@@ -111,7 +111,7 @@ class UsbIpDoor(SocketDoor):
         """Start to listen; see `SocketDoor`. `serial_number` is the brick's address, 12 hex digits."""
         super().__init__(UsbIpClient, port, host=host, now=now)
         self.device = NxtDevice(serial_number)
-        self.command = attach_command(self.port)
+        self.command = attach_command(host, self.port)
         self._owner: UsbIpClient | None = None
         self._asking: list[UsbIpClient] = []
 
@@ -154,6 +154,7 @@ class UsbIpDoor(SocketDoor):
         return UsbIpClient(connection, name, self._now, self.device, UsbIpSession(self.device, self._in_use))
 
 
-def attach_command(port: int) -> str:
+def attach_command(host: str, port: int) -> str:
     """The command that plugs the device at a USB/IP port of this computer into this computer."""
-    return f"usbip --tcp-port {port} attach -r {LOOPBACK} -b {BUS_ID}"
+    here = LOOPBACK if host in ("", "0.0.0.0", "::") else host  # noqa: S104 - compared, not listened on
+    return f"usbip --tcp-port {port} attach -r {here} -b {BUS_ID}"

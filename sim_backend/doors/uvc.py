@@ -7,18 +7,17 @@ in one size, over a bulk endpoint. As on real webcams, a frame is lost if the ho
 from __future__ import annotations
 
 import asyncio
-import socket
 import struct
 import threading
+from enum import IntEnum
 from typing import cast
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_protocol.errors import ConfigError
 from sim_backend.doors.door import LOOPBACK
-from sim_backend.doors.mjpeg import JPEG_QUALITY
+from sim_backend.doors.mjpeg import coded
+from sim_backend.doors.sockets import listen
 from sim_backend.doors.usb_device import Setup, Speed, Stall, UsbDevice
 from sim_backend.doors.usbip import attach_command
 from sim_backend.doors.usbip_session import UsbIpSession
@@ -36,10 +35,21 @@ HUNDRED_NS = 10_000_000
 
 CONTROL_INTERFACE, STREAMING_INTERFACE = 0, 1
 TERMINAL_CAMERA, TERMINAL_USB = 1, 2
-SET_CUR, GET_CUR, GET_MIN, GET_MAX, GET_LEN, GET_INFO, GET_DEF = 0x01, 0x81, 0x82, 0x83, 0x85, 0x86, 0x87
 GET_AND_SET = 0x03
 ERROR_CODE_CONTROL, INVALID_CONTROL = 2, 6
 HEADER_SIZE, END_OF_FRAME, END_OF_HEADER = 2, 0x02, 0x80
+
+
+class VideoRequest(IntEnum):
+    """Requests of the class, table A-8."""
+
+    SET_CUR = 0x01
+    GET_CUR = 0x81
+    GET_MIN = 0x82
+    GET_MAX = 0x83
+    GET_LEN = 0x85
+    GET_INFO = 0x86
+    GET_DEF = 0x87
 
 
 def _block(layout: str, *values: object) -> bytes:
@@ -125,15 +135,15 @@ class Webcam(UsbDevice):
         interface, selector = setup.index & 0xFF, setup.value >> 8
         if interface == STREAMING_INTERFACE:
             match setup.request:
-                case _ if setup.request == SET_CUR:
+                case VideoRequest.SET_CUR:
                     return b""
-                case _ if setup.request in (GET_CUR, GET_MIN, GET_MAX, GET_DEF):
+                case VideoRequest.GET_CUR | VideoRequest.GET_MIN | VideoRequest.GET_MAX | VideoRequest.GET_DEF:
                     return self._probe()
-                case _ if setup.request == GET_LEN:
+                case VideoRequest.GET_LEN:
                     return struct.pack("<H", len(self._probe()))
-                case _ if setup.request == GET_INFO:
+                case VideoRequest.GET_INFO:
                     return bytes((GET_AND_SET,))
-        if interface == CONTROL_INTERFACE and setup.request == GET_CUR and selector == ERROR_CODE_CONTROL:
+        if interface == CONTROL_INTERFACE and setup.request == VideoRequest.GET_CUR and selector == ERROR_CODE_CONTROL:
             return bytes((INVALID_CONTROL,))
         raise Stall
 
@@ -164,16 +174,9 @@ class UvcDoor:
         Raises:
             ConfigError: The port is taken or not allowed, or the host is not an address of this computer.
         """
-        family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        try:
-            self._listener = socket.create_server((host, port), family=family)
-        except (OSError, OverflowError) as error:
-            raise ConfigError(
-                f"the webcam cannot listen on {host}, port {port}: {error}.",
-                remedy="Take another port; 0 finds a free one.",
-            ) from error
+        self._listener = listen(host, port)
         self.port: int = self._listener.getsockname()[1]
-        self.command = attach_command(self.port)
+        self.command = attach_command(host, self.port)
         self._device = Webcam(size, fps)
         self._cable: _Cable | None = None
         self._runner = asyncio.Runner(loop_factory=asyncio.SelectorEventLoop)
@@ -189,8 +192,7 @@ class UvcDoor:
 
     def show(self, image: NDArray[np.uint8]) -> None:
         """Publish the BGR `image`; it is lost if the host has not read the last one."""
-        _, jpeg = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-        self._loop.call_soon_threadsafe(self._publish, jpeg.tobytes())
+        self._loop.call_soon_threadsafe(self._publish, coded(image))
 
     def unplug(self) -> None:
         """Pull the cable."""
@@ -240,10 +242,11 @@ class UvcDoor:
 class _Cable(asyncio.Protocol):
     """One connection."""
 
+    _transport: asyncio.Transport
+
     def __init__(self, door: UvcDoor) -> None:
         self._door = door
         self._session = door.session()
-        self._transport: asyncio.Transport | None = None
 
     @property
     def reading(self) -> bool:
@@ -257,7 +260,7 @@ class _Cable(asyncio.Protocol):
         self._session.feed(data)
         if self._session.imported:
             self._door.plugged(self)
-        self.pump()
+        self._flush()
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002
         self._door.unplugged(self)
@@ -265,13 +268,14 @@ class _Cable(asyncio.Protocol):
     def pump(self) -> None:
         """Send what the host waits for."""
         self._session.pump()
-        if self._transport is not None:
-            self._transport.write(bytes(self._session.outgoing))
-            self._session.outgoing.clear()
-            if self._session.finished:
-                self._transport.close()
+        self._flush()
 
     def abort(self) -> None:
         """Pull the cable."""
-        if self._transport is not None:
-            self._transport.abort()
+        self._transport.abort()
+
+    def _flush(self) -> None:
+        self._transport.write(bytes(self._session.outgoing))
+        self._session.outgoing.clear()
+        if self._session.finished:
+            self._transport.close()

@@ -22,7 +22,7 @@ LIBRARIES = {
     "firmware_protocol": set(),
     "input_files": {"cv2", "numpy", "PIL"},
     "behaviors": {"numpy", "pydantic", "statemachine"},
-    "sim_backend": {"cv2", "numpy", "pydantic", "pydantic_core", "pymunk", "usb", "gi"},
+    "sim_backend": {"bumble", "cv2", "numpy", "pydantic", "pydantic_core", "pymunk", "usb", "gi"},
     "nxtdrive": DRIVER | {"PIL", "gymnasium", "mcap", "pytest"},
     "tools": DRIVER
     | {"anyio", "distributed", "matplotlib", "pygame", "segno", "starlette", "textual", "tomlkit", "uvicorn"}

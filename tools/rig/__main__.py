@@ -20,6 +20,7 @@ EXAMPLES = """\
   python -m tools.rig truth
   python -m tools.rig down"""
 
+FAULTS = {"usb": ("unplug", "halt", "mute"), "camera": ("unplug",), "bluetooth": ("vanish",)}
 ENDPOINTS = {"out": 0x01, "in": 0x82}
 
 
@@ -42,7 +43,7 @@ def main() -> int:
     execute.add_argument("command", metavar="COMMAND", nargs=argparse.REMAINDER)
     execute.set_defaults(run=_exec)
     fault = actions.add_parser("fault", help="make a fault")
-    fault.add_argument("device", choices=("usb", "camera", "bluetooth"))
+    fault.add_argument("device", choices=FAULTS)
     fault.add_argument("kind", choices=("unplug", "halt", "mute", "vanish"))
     fault.add_argument("value", help="seconds (unplug, mute, vanish), or the endpoint: in, out (halt)")
     fault.set_defaults(run=_fault)
@@ -74,6 +75,10 @@ def _exec(args: argparse.Namespace) -> int:
 
 
 def _fault(args: argparse.Namespace) -> int:
+    if args.kind not in FAULTS[args.device]:
+        raise RigError(f"{args.device} has no such fault. It has: {', '.join(FAULTS[args.device])}.")
+    if (args.kind == "halt") != (args.value in ENDPOINTS):
+        raise RigError("Give in or out for halt, seconds for the others.")
     rig = Rig.running()
     if args.kind == "halt":
         rig.fault(halt=ENDPOINTS[args.value])

@@ -44,8 +44,6 @@ VENDOR_PACKET = 0xFF
 """Makes /dev/vhci create an adapter, and tells which one it is."""
 
 GRACE_S = 10.0
-POWER_OFF = 0x4321FEDC
-"""Linux's reboot(2)."""
 
 
 class Handler(socketserver.StreamRequestHandler):

@@ -8,8 +8,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from .errors import RigError
-from .kernel import Kernel, cache, run
+from .kernel import Kernel, cache, run, which
 
 MODULES = (
     *("virtio_pci", "virtio_net", "9p", "9pnet_virtio", "overlay"),
@@ -31,10 +30,7 @@ def build(kernel: Kernel) -> Path:
     shutil.rmtree(folder, ignore_errors=True)
     for name in ("bin", "modules", "proc", "sys", "dev", "new", "lower", "ram"):
         (folder / name).mkdir(parents=True)
-    busybox = shutil.which("busybox")
-    if busybox is None:
-        raise RigError("busybox is missing.")
-    shutil.copy(busybox, folder / "bin" / "busybox")
+    shutil.copy(str(which("busybox")), folder / "bin" / "busybox")
     shutil.copy(INIT, folder / "init")
     (folder / "init").chmod(0o755)
     order = []

@@ -52,12 +52,17 @@ def cache() -> Path:
 
 def missing() -> str | None:
     """One sentence on what this computer lacks for the rig, with the command that installs it; None if nothing."""
-    lacking = [package for command, package in PACKAGES.items() if shutil.which(command, path=_path()) is None]
+    lacking = [package for command, package in PACKAGES.items() if which(command) is None]
     if not lacking:
         return None
     if {"apt", "dpkg"} & set(lacking):
         return "The rig needs Debian or Ubuntu on x86-64: it boots Debian's kernel."
     return f"The rig needs more packages: apt-get install --no-install-recommends {' '.join(lacking)}"
+
+
+def which(command: str) -> str | None:
+    """Where a command is; None if this computer lacks it."""
+    return shutil.which(command, path=_path())
 
 
 def run(*command: str, cwd: Path | None = None) -> str:

@@ -7,12 +7,10 @@ import sys
 import time
 from pathlib import Path
 
+from . import agent
 from .errors import RigError
 from .kernel import Kernel, cache
 
-AGENT = Path(__file__).resolve().with_name("agent.py")
-AGENT_PORT = 2222
-HOST = "10.0.2.100"
 UP = "rig: guest up"
 BOOT_S = {"kvm": 20.0, "tcg": 120.0}
 """Time limits. A host may have /dev/kvm and yet boot no stock kernel, so KVM is tried and not looked up."""
@@ -26,9 +24,9 @@ APPEND = (
 
 def command(kernel: Kernel, initrd: Path, accelerator: str, agent_port: int, doors: list[int]) -> list[str]:
     """The command line of QEMU. The guest reaches nothing but the `doors`, ports of this computer."""
-    forwards = [f"guestfwd=tcp:{HOST}:{port}-cmd:busybox nc 127.0.0.1 {port}" for port in doors]
-    net = ["user", "id=n", "restrict=on", f"hostfwd=tcp:127.0.0.1:{agent_port}-:{AGENT_PORT}", *forwards]
-    append = f"{APPEND} rig_python={sys.executable} rig_agent={AGENT}"
+    forwards = [f"guestfwd=tcp:{agent.HOST}:{port}-cmd:busybox nc 127.0.0.1 {port}" for port in doors]
+    net = ["user", "id=n", "restrict=on", f"hostfwd=tcp:127.0.0.1:{agent_port}-:{agent.PORT}", *forwards]
+    append = f"{APPEND} rig_python={sys.executable} rig_agent={agent.__file__}"
     accel = "tcg,thread=multi" if accelerator == "tcg" else accelerator
     return [
         *("qemu-system-x86_64", "-machine", "pc", "-accel", accel, "-cpu", CPU[accelerator], "-m", "1536", "-smp", "1"),

@@ -1,8 +1,8 @@
 """The host's process of the rig: simulated brick, world and webcam behind USB/IP, and a port for faults and truth.
 
 Started by `tools.rig.rig`. The control port takes lines of JSON and answers each with a line: ``{"unplug": "usb"}``,
-``{"halt": 130}``, ``{"mute": true}``, ``{"radio": "vanish"}`` (or "return", "hang up"), ``{"truth": true}``,
-``{"stop": true}``; ``{"error": "..."}`` if it cannot.
+``{"halt": 130}``, ``{"mute": true}``, ``{"radio": "vanish"}`` (or "return", "hang up"), ``{"truth": true}``;
+``{"error": "..."}`` if it cannot.
 """
 
 from __future__ import annotations
@@ -63,11 +63,15 @@ class World:
         )
         self._status = self._server.status()
         self._requests: queue.Queue[tuple[Request, queue.Queue[Request]]] = queue.Queue()
-        self._ended = False
 
     def run(self, stopped: Callable[[], bool]) -> None:
         """Serve until told to stop."""
-        self._server.run(lambda: self._handle() or stopped(), self._report)
+
+        def turn() -> bool:
+            self._handle()
+            return stopped()
+
+        self._server.run(turn, self._report)
 
     def ask(self, request: Request) -> Request:
         """Have the simulation's thread handle a request; called by other threads."""
@@ -83,15 +87,14 @@ class World:
     def _report(self, status: Status) -> None:
         self._status = status
 
-    def _handle(self) -> bool:
-        """Handle what was asked since the last turn; returns whether to stop."""
+    def _handle(self) -> None:
+        """Handle what was asked since the last turn."""
         while not self._requests.empty():
             request, answer = self._requests.get()
             try:
                 answer.put(self._answer(request))
             except (ArithmeticError, LookupError, TypeError, ValueError) as error:
                 answer.put({"error": f"{type(error).__name__}: {error}"})
-        return self._ended
 
     def _answer(self, request: Request) -> Request:
         [(verb, value)] = request.items()
@@ -107,8 +110,6 @@ class World:
                 {"vanish": self.radio.vanish, "return": self.radio.come_back, "hang up": self.radio.hang_up}[value]()
             case "truth":
                 return self._truth()
-            case "stop":
-                self._ended = True
             case _:
                 raise ValueError(f"unknown request {verb}")
         return {}

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from firmware_protocol.direct import GetBatteryLevel
 from firmware_protocol.system import GetVersions
 from sim_backend.doors.usb_device import Stall
-from sim_backend.doors.usbip import NxtDevice, UsbIpDoor
+from sim_backend.doors.usbip import NxtDevice, UsbIpDoor, attach_command
 from sim_backend.doors.usbip_session import UsbIpSession
 from sim_backend.doors.uvc import UvcDoor, Webcam
 
@@ -265,6 +265,13 @@ def test_a_halted_endpoint_ends_the_reads_under_way(house, door):
     house.turn(3)
     door.halt(0x82)
     assert HEADER.unpack(house.hear(line, HEADER.size))[5] == -errno.EPIPE
+
+
+@pytest.mark.parametrize(
+    ("host", "named"), [("127.0.0.1", "127.0.0.1"), ("0.0.0.0", "127.0.0.1"), ("10.0.0.7", "10.0.0.7")]
+)
+def test_the_command_names_an_address_that_answers(host, named):
+    assert attach_command(host, 3240) == f"usbip --tcp-port 3240 attach -r {named} -b 1-1"
 
 
 # --- the webcam ---
