@@ -153,7 +153,8 @@ def program(content: bytes) -> list[str]:
     """Telegrams that store a program, start it and read ProgStatus."""
     name = b"p.rxe".ljust(20, b"\0").hex()
     size = len(content).to_bytes(4, "little").hex()
-    stored = [f"0189{name}{size}", f"018300{content.hex()}", "018400"]
+    parts = [f"018300{content[start : start + 58].hex()}" for start in range(0, len(content), 58)]
+    stored = [f"0189{name}{size}", *parts, "018400"]
     return [*stored, "!tick 1", f"0000{name}", "!tick 9", "0194010001001c000100"]
 
 
@@ -289,3 +290,18 @@ def test_an_open_file_is_not_renamed():
 def test_the_commands_are_unknown_to_firmware_1_29():
     assert answers("1.29", "002203", "0023", "002500") == ["0222be", "0223be", "0225be"]
     assert answers("1.29", f"01a3{named('a')}{named('b')}")[0].startswith("02a3")
+
+
+COMPARES_AND_LOOPS = (
+    "4d696e6473746f726d734e585400000603001c0004001c00040018000100000008000100090004000000070002000400000001000100fbff"
+    "000008000a000200ffffffff04000200020002000000000000002684060000000100254000002a60ffffffff"
+)
+"""Compare a number and an array for equality and branch to the end, else loop for ever."""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status"), [("06000000 0100", "01"), ("06000000 0000", "01"), ("06000100 0000", "ff")]
+)
+def test_a_comparison_of_an_array_always_branches_unless_it_is_an_error(arguments, status):
+    content = bytes.fromhex(COMPARES_AND_LOOPS.replace("060000000100", arguments.replace(" ", "")))
+    assert answers("1.32", *program(content))[-1] == f"029400010001000100{status}"
