@@ -13,7 +13,7 @@ from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.vm.rxe import Type
 from tests.sim_backend.test_firmware_damaged_programs import Outcome, changed, descriptor, header, program
 
-ADD, BUILD, FILL, SET, JUMP, BRANCH = 0x00, 0x18, 0x1A, 0x1C, 0x25, 0x26
+ADD, BUILD, FILL, SET, JUMP, BRANCH, BRANCH_TEST = 0x00, 0x18, 0x1A, 0x1C, 0x25, 0x26, 0x27
 STOP, FINISH_INTO, CALL, RETURN, SET_OUTPUT = 0x29, 0x2B, 0x2E, 0x2F, 0x31
 RUNNING, ENDED, FAILED = 2, 1, 3
 NONE = 0xFFFF
@@ -127,3 +127,16 @@ def test_a_jump_to_an_instruction_without_a_size_fails_in_firmware_1_29(opcode):
     code = [instruction(JUMP, 4), instruction(SET, 3, opcode), instruction(SET, 1, 0x72), SPIN]
     outcome = Outcome(program(code), "1.29")
     assert (outcome.status, outcome.numbers) == (FAILED, (0x11, 0x22, 0x33, 0x44))
+
+
+@pytest.mark.parametrize("firmware", ["1.05", "1.29"])
+@pytest.mark.parametrize(
+    ("value", "relation", "jumps"), [(0x8000_0000, 0, True), (0xFFFF_FFFF, 1, False), (1, 1, True)]
+)
+def test_a_jump_that_tests_an_unsigned_number_takes_it_as_signed(firmware, value, relation, jumps):
+    variables = Variables()
+    for number in (0x11, 0x22, 0x33, 0x44):
+        variables.number(number)
+    tested = variables.number(value, Type.ULONG)
+    code = [instruction(BRANCH_TEST, 6, tested, flags=relation), instruction(SET, 0, 0x77), SPIN]
+    assert Outcome(assemble(variables, code), firmware).numbers[0] == (0x11 if jumps else 0x77)

@@ -16,6 +16,8 @@ from sim_backend.firmware.vm.rxe import Type
 _FREE = _NO_CLUMP = 0xFF
 """Owner of a mutex that is free; number of no clump."""
 
+_SIGN = 0x8000_0000
+
 
 def _target(machine: Machine, instruction: Instruction) -> int:
     """Where a jump leads to; the end of the code, which is an error if it is reached, if that is outside of it."""
@@ -48,7 +50,10 @@ def _branch_if(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _branch_test(machine: Machine, instruction: Instruction) -> Branch:
-    condition = related(machine.operands.integer(instruction.arguments[1]), instruction.flags, "0")
+    value = machine.operands.integer(instruction.arguments[1])
+    if machine.data.kind(instruction.arguments[1]) == Type.ULONG:  # the firmware takes it as a number with a sign
+        value = f"(({value} ^ {_SIGN}) - {_SIGN})"
+    condition = related(value, instruction.flags, "0")
     return Branch(condition, _target(machine, instruction), instruction.following)
 
 
