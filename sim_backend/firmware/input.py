@@ -76,6 +76,10 @@ class DigitalPins(Protocol):
         """Whether a pin is high."""
 
 
+_DRIVEN = (SensorType.CUSTOM, *_COLOR)
+"""Types whose values depend on the pins or take several passes, even without a sensor."""
+
+
 class InputPort:
     """One input port.
 
@@ -121,6 +125,11 @@ class InputPort:
     def counts(self) -> bool:
         """Whether the values depend on earlier readings, so that no pass may be skipped."""
         return bool(self.mode & _SLOPE) or self.mode & _MODE in _COUNTING
+
+    @property
+    def reads_the_same(self) -> bool:
+        """Whether another pass reads the same values, unless the module is woken."""
+        return self.sensor is None and self.type not in _DRIVEN and not self.counts
 
     def configure(self, settling: int | None, pins: int | None) -> None:
         """Accept the new type, with cleared counters.
@@ -287,10 +296,14 @@ class InputModule:
     def run(self, now_ms: int) -> None:
         """Read the sensors; skipped passes count for settling only."""
         passes, self._last_ms = now_ms - self._last_ms, now_ms
+        woken = self.due_ms <= now_ms
         self.due_ms = NEVER
         for port in self.ports:
-            if port.type == port.known_type and port.type in self._silent and not (port.settling or port.invalid):
-                continue  # nothing to read and nothing to settle: most ports in most passes
+            if port.type == port.known_type and not (port.settling or port.invalid):  # nothing to settle
+                if port.type in self._silent:
+                    continue  # nothing to read: most ports in most passes
+                if not woken and port.reads_the_same:
+                    continue
             self._update(port, passes)
             due = NEVER
             if port.invalid & INVALID:

@@ -57,6 +57,7 @@ class InputHandlers:
         if not self._exists(command.port):
             return OUT_OF_RANGE
         self._input.ports[command.port].scaled = 0
+        self._input.wake()
         return DONE
 
     @handles(direct.LSGetStatus)

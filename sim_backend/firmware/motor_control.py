@@ -47,6 +47,10 @@ class Option(IntFlag):
     RAMP_DOWN_TO_LIMIT = 0x20
 
 
+_HOLDS_AT_LIMIT, _RAMPS_TO_LIMIT = int(Option.HOLD_AT_LIMIT), int(Option.RAMP_DOWN_TO_LIMIT)
+"""Plain integers: a flag's operators would take as long as the rest of a pass."""
+
+
 class RegulationOption(IntFlag):
     """Options of firmware 1.32 for all regulators."""
 
@@ -229,7 +233,7 @@ class MotorControl:
         elif self.regulation & SYNC:
             self._check_synchronised_limit()
         elif self._passed(self._threshold(self)):
-            if self.options & Option.RAMP_DOWN_TO_LIMIT:
+            if self.options & _RAMPS_TO_LIMIT:
                 self.run_state = self._start_ramp(RAMP_DOWN, 0, self.turn)
             else:
                 self._rest()
@@ -241,7 +245,7 @@ class MotorControl:
 
     def _threshold(self, motor: MotorControl) -> int:
         """The count of a motor at which this one's motion ends, or ramps down by its option."""
-        ramps = self.options & Option.RAMP_DOWN_TO_LIMIT
+        ramps = self.options & _RAMPS_TO_LIMIT
         return divide(motor.limit * _RAMP_AT_PERCENT, 100) if ramps else motor.limit
 
     def _rest(self) -> None:
@@ -252,11 +256,11 @@ class MotorControl:
     @property
     def _at_limit(self) -> int:
         """Run state after the limit was reached."""
-        return HOLD if self.options & Option.HOLD_AT_LIMIT else IDLE
+        return HOLD if self.options & _HOLDS_AT_LIMIT else IDLE
 
     @property
     def _at_synchronised_limit(self) -> int:
-        return RAMP_DOWN if self.options & Option.RAMP_DOWN_TO_LIMIT else self._at_limit
+        return RAMP_DOWN if self.options & _RAMPS_TO_LIMIT else self._at_limit
 
     def _coast(self) -> None:
         self.brake = False

@@ -185,7 +185,7 @@ class OutputModule:
             plant = output.plant
             if plant is not None:
                 control.fresh = plant.step(control.actual_speed, control.brake)
-            awake = awake or not output.at_rest
+            awake = awake or control.actual_speed != 0 or not output.at_rest
         self.due_ms = now_ms + 1 if awake else NEVER
 
     def _account(self, passes: int) -> None:
