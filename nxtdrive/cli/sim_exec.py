@@ -47,7 +47,7 @@ def execute(args: argparse.Namespace, program: Sequence[str]) -> int:
     """
     clock = WallClock()
     simulation = Simulation(args.world or DEFAULT_WORLD, seed=args.seed)
-    plug_in, serial_number = links(args, simulation), simulation.brick.radio.address.hex().upper()
+    plug_in, serial_number = links(args, simulation), simulation.brick.serial_number
     with contextlib.ExitStack() as closing:
         door = closing.enter_context(contextlib.closing(UsbDoor(serial_number, now=clock.now)))
         switchboard = closing.enter_context(contextlib.closing(Switchboard([door], plug_in)))

@@ -44,7 +44,7 @@ def serve(args: argparse.Namespace) -> int:
 
     with until_signal() as stopped, contextlib.ExitStack() as closing:
         out = closing.enter_context(contextlib.closing(Output(args.json)))
-        serial_number = simulation.brick.radio.address.hex().upper()
+        serial_number = simulation.brick.serial_number
         doors = [closing.enter_context(contextlib.closing(door)) for door in _doors(args, serial_number, clock)]
         stream = closing.enter_context(contextlib.closing(MjpegDoor(args.camera_port)))
         fps = simulation.webcam.fps

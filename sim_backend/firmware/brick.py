@@ -200,6 +200,11 @@ class SimBrick:
         return brick
 
     @property
+    def serial_number(self) -> str:
+        """The USB serial number: the address as 12 hexadecimal digits."""
+        return self.radio.address.hex().upper()
+
+    @property
     def now_ms(self) -> int:
         """Milliseconds since power-on."""
         return self._clock.now_ms

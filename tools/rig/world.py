@@ -49,7 +49,7 @@ class World:
     def __init__(self, args: argparse.Namespace, closing: contextlib.ExitStack) -> None:
         clock = WallClock()
         self.simulation = Simulation(args.world, seed=args.seed, camera_size=args.size)
-        serial_number = self.simulation.brick.radio.address.hex().upper()
+        serial_number = self.simulation.brick.serial_number
         self.usb = closing.enter_context(contextlib.closing(UsbIpDoor(serial_number, args.usb, now=clock.now)))
         fps = self.simulation.webcam.fps
         self.webcam = closing.enter_context(contextlib.closing(UvcDoor(args.size, fps, args.webcam)))
