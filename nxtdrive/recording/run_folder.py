@@ -24,8 +24,9 @@ from nxtdrive.recording.output_file import write_file
 
 MISSION, JOURNAL, SUMMARY, MAP, VIDEO = "mission.json", "journal.jsonl", "summary.json", "map.png", "camera.webm"
 CAMERA = "camera/"
-WHAT_IF = "what-if.json"
 """Folder of the camera's pictures in a run's folder."""
+WHAT_IF = "what-if.json"
+"""What ``nxtdrive what-if`` found."""
 RESERVE, RESERVED = "summary.reserved", 4096
 """File and bytes that keep room for the summary until the run ends."""
 LONGEST_STEM = 80

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cache
+from functools import lru_cache
 
 from behaviors.mission import Mission
 from sim_backend.link import NO_FAULTS, LinkFaults
@@ -35,7 +35,7 @@ class Scenario:
     sight: Sight = field(default_factory=Sight)
 
 
-@cache
+@lru_cache(maxsize=64)
 def draw_scenario(kind: str, seed: int) -> Scenario:
     """Draw the scenario of a class and a seed.
 

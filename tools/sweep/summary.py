@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -55,10 +56,16 @@ def estimate(pairs: Sequence[Pair]) -> Estimate:
 
 
 def _resampled(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    draws = np.random.default_rng(SEED).integers(0, len(values), (RESAMPLES, len(values)))
-    sums = values[draws].sum(axis=1)
+    sums = _times_drawn(len(values)) @ values
     filled = sums[:, 1] > 0
     return np.asarray(sums[filled, 0] / sums[filled, 1], dtype=np.float64)
+
+
+@lru_cache(maxsize=8)
+def _times_drawn(number: int) -> NDArray[np.uint16]:
+    """Return how often each resample has each mission: one row for each resample."""
+    draws = np.random.default_rng(SEED).integers(0, number, (RESAMPLES, number))
+    return np.array([np.bincount(each, minlength=number) for each in draws], dtype=np.uint16)
 
 
 def over_targets(key: str) -> Callable[[Line], Pair]:
