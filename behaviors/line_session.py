@@ -21,11 +21,11 @@ from behaviors.line_protocol import BadLine, ErrorReply, Request, Status, Verb, 
 from behaviors.mission import Mission
 from behaviors.observers import Observers
 from behaviors.obstacle_watch import ObstacleWatch
-from behaviors.operator import Ask
+from behaviors.operator import Ask, question_values
 from behaviors.ports import Body, BodyLost, Clock, Eyes, Outage
 from behaviors.profiles.registry import supervised
 from behaviors.skills import MoveTo, SkillContext, ThesisArriveSkill, ThesisSearchSkill
-from behaviors.stepped_mission import SteppedMission, question_values
+from behaviors.stepped_mission import SteppedMission
 
 DONE = 1
 """Answer of a verb without a result."""
@@ -265,17 +265,14 @@ class Session:
 
     def _do_choose(self, request: Request) -> int:
         """Take a decision, or begin a mission; the robot then does what its profile does, to the next decision."""
-        if not self._open:
-            if request.number:
-                raise _BadArgument
+        stepped = self._stepped
+        question = stepped.question if stepped else None
+        if request.number >= (len(question.candidates) if question else 1):
+            raise _BadArgument
+        if stepped is None or question is None:
             self._halt()
-            self._stepped = SteppedMission(self._run_mission)
-        stepped = cast("SteppedMission", self._stepped)
-        try:
-            open_now = stepped.step(request.number) is not None
-        except IndexError:
-            raise _BadArgument from None
-        if open_now:
+            self._stepped = stepped = SteppedMission(self._run_mission)
+        if stepped.step(request.number):
             self._why = Why.DECISION_OPEN
             return CHOOSE_AGAIN
         report = cast("Report", stepped.report)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from behaviors.evidence import Evidence
+from behaviors.journal import plain
 from behaviors.recoveries import CHANGE_TARGET, Candidate, Choice, RecoveryPolicy, ThesisPolicy
 
 OPERATORS_WISH = "the operator wished it"
@@ -47,6 +48,21 @@ class Question:
     evidence: Evidence
     proposed: Choice
     candidates: tuple[OperatorChoice, ...]
+
+
+def question_values(question: Question) -> dict[str, Any]:
+    """Return an open decision as plain values: the evidence, and the candidates, of which the first is proposed."""
+    return {
+        "target": question.evidence.target,
+        "evidence": plain(question.evidence.known()),
+        "candidates": [_candidate(number, each) for number, each in enumerate(question.candidates)],
+    }
+
+
+def _candidate(number: int, candidate: OperatorChoice) -> dict[str, Any]:
+    values: dict[str, Any] = {"number": number, "does": candidate.choice.words()}
+    values |= {name: plain(value) for name, value in candidate.choice.record().items()}
+    return values | (candidate.option.record() if candidate.option else {})
 
 
 Ask = Callable[[Question], Choice]

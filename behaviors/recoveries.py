@@ -199,6 +199,11 @@ class Candidate:
         """Expected seconds for one success with unlimited attempts; infinity without a chance."""
         return self.seconds / self.chance if self.chance > 0 else math.inf
 
+    def record(self) -> dict[str, float | None]:
+        """Return its numbers as plain values; JSON knows no infinity, which becomes None."""
+        numbers = {"seconds": self.seconds, "chance": self.chance, "expected_s": self.expected_s}
+        return {name: round(value, 3) if math.isfinite(value) else None for name, value in numbers.items()}
+
 
 @dataclass(frozen=True, slots=True)
 class ThesisPolicy:

@@ -6,16 +6,13 @@ decisions alone. While it halts the robot stands, since every skill ends at rest
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from contextlib import suppress
 from queue import SimpleQueue
 from threading import Thread
-from typing import Any
 
 from behaviors.executive import Report
-from behaviors.journal import plain
-from behaviors.operator import Ask, OperatorChoice, Question
+from behaviors.operator import Ask, Question
 from behaviors.recoveries import Choice
 
 
@@ -90,21 +87,3 @@ class SteppedMission:
         if choice is None:
             raise KeyboardInterrupt
         return choice
-
-
-def question_values(question: Question) -> dict[str, Any]:
-    """Return an open decision as plain values: the evidence, and the candidates, of which the first is proposed."""
-    return {
-        "target": question.evidence.target,
-        "evidence": plain(question.evidence.known()),
-        "candidates": [_candidate(number, each) for number, each in enumerate(question.candidates)],
-    }
-
-
-def _candidate(number: int, candidate: OperatorChoice) -> dict[str, Any]:
-    values: dict[str, Any] = {"number": number, "does": candidate.choice.words()}
-    values |= {name: plain(value) for name, value in candidate.choice.record().items()}
-    if option := candidate.option:
-        numbers = {"seconds": option.seconds, "chance": option.chance, "expected_s": option.expected_s}
-        values |= {name: round(value, 3) if math.isfinite(value) else None for name, value in numbers.items()}
-    return values

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -108,9 +107,7 @@ def _plain_candidate(candidate: OperatorChoice, decision: Decision) -> dict[str,
     option, chosen = candidate.option, decision.choice
     return {
         **_plain_choice(candidate.choice),
-        "seconds": _finite(option.seconds) if option else None,
-        "chance": round(option.chance, 3) if option else None,
-        "expected_s": _finite(option.expected_s) if option else None,
+        **(option.record() if option else dict.fromkeys(("seconds", "chance", "expected_s"))),
         "chosen": chosen is not None and same(candidate.choice, chosen),
     }
 
@@ -122,8 +119,3 @@ def _plain_replay(replay: Replay) -> dict[str, Any]:
 
 def _plain_choice(choice: Choice) -> dict[str, Any]:
     return choice.record()
-
-
-def _finite(value: float) -> float | None:
-    """JSON knows no infinity."""
-    return round(value, 3) if math.isfinite(value) else None

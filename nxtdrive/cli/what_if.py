@@ -65,7 +65,11 @@ def run(args: argparse.Namespace) -> int:
         base = play(Branch(source, -1, 0, None))
     except MissionError as error:
         raise ConfigError(str(error)) from None
-    _compare(args.run_path, source, base)
+    if isinstance(source, Folder) and [(each.time_s, each.chose) for each in base.decisions] != list(source.choices):
+        raise ConfigError(
+            f"{args.run_path} cannot be repeated: the same mission makes other decisions now.",
+            remedy="Another version of nxtdrive, a person or another program had a part in it.",
+        )
     only = None if args.decision is None else args.decision - 1
     if only is not None and only >= len(base.decisions):
         raise ConfigError(f"there is no decision {args.decision}: the mission has {len(base.decisions)}.")
@@ -74,9 +78,9 @@ def run(args: argparse.Namespace) -> int:
         for branch, cost_s in costs(branches(source, base, args.futures, only), executor):
             found.setdefault(branch.decision, {}).setdefault(branch.candidate, []).append(cost_s)
     told = [_told(at, base, candidates) for at, candidates in found.items()]
-    result = {"run": args.run_path, "futures": args.futures, "decisions": told}
+    result = {"run": args.run_path, "decisions": told}
     if isinstance(source, Folder):
-        _keep(Path(source.path), result)
+        _keep(source.path, result)
     if args.json:
         write_json(result, indent=2)
     else:
@@ -96,23 +100,7 @@ def _source(name: str) -> Drawn | Folder:
         raise ConfigError(
             f"{name} is neither a run's folder nor CLASS:SEED[:PROFILE].", remedy="Write clutter:100, for example."
         )
-    return Folder(name)
-
-
-def _compare(name: str, source: Drawn | Folder, base: Course) -> None:
-    """Check that a recorded run is repeated as it was."""
-    from behaviors.journal import Kind
-    from nxtdrive.recording.run_reader import read_run
-    from nxtdrive.tools.sweep.what_if import Folder
-
-    if isinstance(source, Folder):
-        records = read_run(Path(source.path)).records
-        made = [(each.time_s, str(each.data["choice"])) for each in records if each.kind is Kind.CHOICE]
-        if made != base.choices:
-            raise ConfigError(
-                f"{name} cannot be repeated: the same mission makes other decisions now.",
-                remedy="Another version of nxtdrive, a person or another program had a part in it.",
-            )
+    return Folder.read(Path(name))
 
 
 def _keep(folder: Path, result: dict[str, Any]) -> None:
@@ -141,6 +129,7 @@ def _told(at: int, base: Course, candidates: dict[int, list[float]]) -> dict[str
         "t": round(made.time_s, 3),
         "target": made.target,
         "reason": made.reason,
+        "futures": len(candidates[0]),
         "regret_s": round(found.seconds, 2),
         "biased_regret_s": round(found.biased_s, 2),
         "beyond_best_s": [round(found.interval.mean, 2), round(found.interval.low, 2), round(found.interval.high, 2)],
@@ -162,6 +151,7 @@ def _show(told: list[dict[str, Any]]) -> None:
 
     from firmware_protocol.printable import printable
     from nxtdrive.recording.wording import failure_words
+    from nxtdrive.tools.sweep.regret import NEARLY_S
 
     console = make_console()
     for each in told:
@@ -179,5 +169,5 @@ def _show(told: list[dict[str, Any]]) -> None:
         write_line("The mission came to no decision.")
     else:
         mean = sum(each["regret_s"] for each in told) / len(told)
-        good = sum(each["regret_s"] <= 3.0 for each in told)
-        write_line(f"{len(told)} decisions: mean regret {mean:.1f} s; {good} within 3 s of the best")
+        good = sum(each["regret_s"] <= NEARLY_S for each in told)
+        write_line(f"{len(told)} decisions: mean regret {mean:.1f} s; {good} within {NEARLY_S:g} s of the best")

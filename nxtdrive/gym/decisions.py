@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from behaviors.events import Reason
 from behaviors.executive import Ending, Executive, Report
-from behaviors.operator import Ask, OperatorChoice, Question
+from behaviors.operator import Ask, OperatorChoice, Question, question_values
 from behaviors.profile_names import ADAPTIVE
 from behaviors.profiles.registry import supervised
 from behaviors.recoveries import RECOVERIES
-from behaviors.stepped_mission import SteppedMission, question_values
+from behaviors.stepped_mission import SteppedMission
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import GEOMETRIC
 
@@ -129,9 +129,9 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         """
         super().reset(seed=seed, options=options)
         self.close()
-        self._play = play = _Play(
-            Episode(self._drawing.draw(self.np_random, options), self._eyes, lambda one: [one.judge])
-        )
+        episode = Episode(self._drawing.draw(self.np_random, options), self._eyes)
+        episode.observers.append(episode.judge)
+        self._play = play = _Play(episode)
         play.stepped.step()
         return play.observe(), play.info()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -48,8 +49,7 @@ class Drawing:
         kind = options.get("kind", self._kinds[int(random.integers(len(self._kinds)))])
         seed = options.get("seed", self._seeds[int(random.integers(len(self._seeds)))])
         scenario = draw_scenario(kind, int(seed))
-        mission = setup.with_profile(scenario.mission, self._profile)
-        return Scenario(kind, seed, scenario.world, mission, scenario.faults, scenario.latency_ms, scenario.sight)
+        return replace(scenario, mission=setup.with_profile(scenario.mission, self._profile))
 
 
 def check_eyes(eyes: str) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from behaviors.angles import wrapped_deg
 from behaviors.ports import Outage, Sighting
 from behaviors.profile_names import ADAPTIVE
 from nxtdrive.simulated.episode import Episode
@@ -140,7 +141,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         sonar, bumper, odometry = NO_ECHO_MM, 0, np.zeros(3, np.float32)
         with suppress(Outage):
             pose = robot.body.pose()
-            odometry = np.array([pose.x_mm, pose.y_mm, (pose.heading_deg + 180.0) % 360.0 - 180.0], np.float32)
+            odometry = np.array([pose.x_mm, pose.y_mm, wrapped_deg(pose.heading_deg)], np.float32)
             odometry[:2] = np.clip(odometry[:2], -FARTHEST_MM, FARTHEST_MM)
             echo_mm, touches = robot.body.range_mm(), robot.body.touching()
             sonar, bumper = min(NO_ECHO_MM if echo_mm is None else max(echo_mm, 0.0), NO_ECHO_MM), int(touches)

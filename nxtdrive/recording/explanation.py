@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel, Field, ValidationError
+
 from behaviors.mission import Mission
 from behaviors.operator import OperatorChoice
 from behaviors.profiles.registry import make_policy
 from input_files.json_text import MAX_BYTES, parse_object
-from input_files.plain import InputFileError, read_text
+from input_files.plain import read_text
 from nxtdrive.recording.decisions import Decision, Replay, decisions, profile_of, replay, weighed_by
 from nxtdrive.recording.run_folder import WHAT_IF
 from nxtdrive.recording.run_reader import PastRun
@@ -56,16 +58,37 @@ class Explanation:
     decisions: tuple[Explained, ...]
 
 
+class _Candidate(BaseModel, strict=True):
+    does: str
+    chosen: bool
+    best: bool
+    cost_s: list[float] = Field(min_length=1)
+
+
+class _WhatIf(BaseModel, strict=True):
+    decision: int
+    regret_s: float
+    candidates: list[_Candidate]
+
+
 def what_ifs(folder: Path) -> dict[int, Mapping[str, Any]]:
     """Return what ``nxtdrive what-if`` left in a run's folder, by the number of the decision, from 1.
 
     Nothing where it left nothing, or something else has its file's name.
     """
     try:
-        told = parse_object(read_text(folder / WHAT_IF, MAX_BYTES))
-        return {each["decision"]: each for each in told["decisions"] if isinstance(each["regret_s"], float)}
-    except (InputFileError, ValueError, KeyError, TypeError):
+        told = parse_object(read_text(folder / WHAT_IF, MAX_BYTES)).get("decisions")
+    except ValueError:
         return {}
+    return {each["decision"]: each for each in told if _is_what_if(each)} if isinstance(told, list) else {}
+
+
+def _is_what_if(told: Any) -> bool:  # noqa: ANN401 - whatever the file has
+    try:
+        candidates = _WhatIf.model_validate(told).candidates
+    except ValidationError:
+        return False
+    return any(each.chosen for each in candidates) and any(each.best for each in candidates)
 
 
 def explain(run: PastRun, policy: str | None = None) -> Explanation:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 
 from behaviors.journal import Kind, Observer, Record
@@ -21,25 +20,24 @@ class Episode:
     Args:
         scenario: What is played.
         eyes: ``geometric`` or ``camera``.
-        observers: Called with every record of the journal, and the episode.
 
     Attributes:
+        observers: Called with every record of the journal.
         reached: When the robot stopped where a stop counts, for each target for which it did, seconds from the start.
         robot: The ports, as every profile gets them.
     """
 
-    def __init__(
-        self, scenario: Scenario, eyes: str, observers: Callable[[Episode], Sequence[Observer]] = lambda _: ()
-    ) -> None:
+    def __init__(self, scenario: Scenario, eyes: str) -> None:
         self.scenario = scenario
         self.simulation = Simulation(scenario.world, seed=scenario.seed)
+        self.observers: list[Observer] = []
         self.reached: dict[str, float] = {}
         self._closing = ExitStack()
         transport = SimTransport(
             self.simulation, latency_ms=scenario.latency_ms, faults=scenario.faults, warn_of_sleep=False
         )
-        self.brick = self._closing.enter_context(Brick(transport))
-        self.robot = build_robot(scenario, self.simulation, self.brick, eyes, observers(self))
+        brick = self._closing.enter_context(Brick(transport))
+        self.robot = build_robot(scenario, self.simulation, brick, eyes, self.observers)
         self._start_s = self.simulation.time_s
 
     @property
@@ -47,12 +45,10 @@ class Episode:
         """Time since the start."""
         return self.simulation.time_s - self._start_s
 
-    def arrive(self, target: str) -> bool:
-        """Keep a stop for a target; returns whether it counts and is the first one to do so."""
-        counts = target not in self.reached and stop_counts(self.simulation.truth.pose, scene(self.simulation), target)
-        if counts:
+    def arrive(self, target: str) -> None:
+        """Keep the first stop for a target that counts."""
+        if target not in self.reached and stop_counts(self.simulation.truth.pose, scene(self.simulation), target):
             self.reached[target] = self.time_s
-        return counts
 
     def judge(self, record: Record) -> None:
         """Judge each stop by the truth at its moment; an observer of the journal."""

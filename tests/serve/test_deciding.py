@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from behaviors.journal import Kind
+from behaviors.profiles.adaptive import AdaptiveProfile
 
 DECIDER = Path(__file__).parents[2] / "examples" / "decider" / "decider.py"
 
@@ -94,6 +95,13 @@ def test_a_client_that_leaves_at_a_decision_ends_the_mission(serve):
     assert evidence(other) == {"open": False}
     assert [record.data["ending"] for record in served.records if record.kind is Kind.END] == ["interrupted"]
     assert served.at_rest
+
+
+def test_a_bug_of_the_mission_is_not_answered_as_a_number_without_a_candidate(serve, monkeypatch, caplog):
+    monkeypatch.setattr(AdaptiveProfile, "evidence", lambda *_: [].pop())
+    client = serve("figure7", profile="adaptive").client()
+    assert [client.ask(line) for line in ("choose", "why")] == [-7, 11]
+    assert "internal error in choose" in caplog.text
 
 
 def test_another_client_is_told_that_the_server_is_busy(serve):

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from behaviors.executive import Ending
 from behaviors.mission import described_by
 from behaviors.robot_description import RobotFile
-from nxtdrive.brick import Brick
-from nxtdrive.simulated.robot import build_robot
+from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.scenario import Scenario, draw_scenario
-from nxtdrive.transports.sim import SimTransport
-from sim_backend.simulation import Simulation
 from sim_backend.world.sensing import VIEW_RANGE_MM
 from sim_backend.world.world_file import WorldFile
 
@@ -67,12 +65,10 @@ def perform(scenario: Scenario, policy: str, eyes: str) -> tuple[EpisodeTrace, R
         Exception: Any error that breaks the mission or its referee, a livelock for instance.
     """
     scenario = replace(scenario, mission=equipped(policy, scenario.mission))
-    simulation = Simulation(scenario.world, seed=scenario.seed)
-    faults, latency_ms = scenario.faults, scenario.latency_ms
-    with Brick(SimTransport(simulation, latency_ms=latency_ms, faults=faults, warn_of_sleep=False)) as brick:
-        referee = Referee(simulation)
-        robot = build_robot(scenario, simulation, brick, eyes, [referee])
-        report = drive(policy, robot, simulation)
+    with closing(Episode(scenario, eyes)) as episode:
+        referee = Referee(episode.simulation)
+        episode.observers.append(referee)
+        report = drive(policy, episode.robot, episode.simulation)
         if report.ending is Ending.INTERRUPTED:
             raise KeyboardInterrupt  # Ctrl-C stops the sweep, not only this mission
         if report.observer_failures:

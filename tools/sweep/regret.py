@@ -7,7 +7,6 @@ differences are averaged. Even futures are one half, odd ones the other.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,11 +50,3 @@ def regret(costs_s: NDArray[np.float64]) -> Regret:
     ]
     more = costs_s[0] - costs_s[best]
     return Regret(sum(corrected) / 2, float(means[0] - means[best]), best, estimate([(each, 1.0) for each in more]))
-
-
-def over_decisions(each: Sequence[Regret]) -> tuple[Estimate, Estimate]:
-    """Return the mean regret, and the share of decisions whose regret is at most `NEARLY_S`."""
-    return (
-        estimate([(one.seconds, 1.0) for one in each]),
-        estimate([(float(one.seconds <= NEARLY_S), 1.0) for one in each]),
-    )

@@ -7,33 +7,34 @@ the profile chooses again. Method and figures: docs/evaluation.md.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, Self, cast
 
-from behaviors.evidence import Evidence
 from behaviors.executive import Executive
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.observers import Observers
-from behaviors.operator import question
-from behaviors.profiles.registry import find_profile, make_policy
-from behaviors.recoveries import Choice, RecoveryPolicy
+from behaviors.operator import Question
+from behaviors.profiles.profile import MakeProfile
+from behaviors.profiles.registry import supervised
+from behaviors.recoveries import Choice
 from firmware_protocol.errors import ConfigError
+from input_files.json_text import MAX_BYTES, parse_object
+from input_files.plain import read_text
 from nxtdrive.mission.assembly import MissionRun, open_robot
 from nxtdrive.mission.setup import with_profile
 from nxtdrive.recording.run_folder import SUMMARY
 from nxtdrive.recording.run_reader import read_run
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import GEOMETRIC
-from nxtdrive.simulated.scenario import Scenario, draw_scenario
-from nxtdrive.transports.record import recorded
+from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.transports.address import Address
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.judge import scene, stop_counts
 
@@ -49,9 +50,43 @@ class Drawn:
 
 @dataclass(frozen=True, slots=True)
 class Folder:
-    """A run of ``nxtdrive run`` with a simulated robot."""
+    """A run of ``nxtdrive run`` with a simulated robot.
 
-    path: str
+    Attributes:
+        path: Its folder.
+        mission: What it did.
+        nxt: Address of its brick, as fast as the computer allows.
+        camera: Its camera.
+        choices: Mission time and name of each choice.
+    """
+
+    path: Path
+    mission: Mission
+    nxt: Address
+    camera: str
+    choices: tuple[tuple[float, str], ...]
+
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """Read a run.
+
+        Raises:
+            ConfigError: It cannot be repeated, or is no run.
+        """
+        past = read_run(path)
+        try:
+            summary = parse_object(read_text(path / SUMMARY, MAX_BYTES))
+            nxt, camera = Address.parse(str(summary["nxt"])), str(summary["camera"])
+        except (ValueError, KeyError):
+            raise ConfigError(f"{path} has no complete {SUMMARY}, which says what robot it was.") from None
+        if past.mission is None or nxt.scheme != "sim":
+            raise ConfigError(
+                f"{path} cannot be repeated: its robot was not simulated, or its mission is not recorded.",
+                remedy="Name a run of a simulated robot, or CLASS:SEED:PROFILE.",
+            )
+        choices = [(each.time_s, str(each.data.get("choice"))) for each in past.records if each.kind is Kind.CHOICE]
+        nxt = replace(nxt, options={**nxt.options, "pace": "fast"})
+        return cls(path, past.mission, nxt, camera, tuple(choices))
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +95,7 @@ class Branch:
 
     Attributes:
         source: The mission.
-        decision: Number of the decision, from 0.
+        decision: Number of the decision, from 0; -1 where none is forced.
         candidate: Number of the candidate, as `behaviors.operator.question` orders them; 0 is the profile's own.
         future: Seeds what chance decides afterwards; None to leave it as it was.
     """
@@ -76,16 +111,18 @@ class Made:
     """A decision that a mission came to.
 
     Attributes:
-        time_s: Mission time.
         target: What was pursued.
         reason: Name of the failure.
-        candidates: What could be done, in words; the first one was chosen.
+        candidates: What could be done, in words; the profile proposed the first one.
+        time_s: Mission time.
+        chose: What was chosen, as the journal names it.
     """
 
-    time_s: float
     target: str
     reason: str
     candidates: tuple[str, ...]
+    time_s: float = 0.0
+    chose: str = ""
 
 
 @dataclass(slots=True)
@@ -94,7 +131,6 @@ class Course:
 
     Attributes:
         decisions: Its decisions, in order.
-        choices: What was chosen at each, as the journal names it.
         reached: Mission time of the first right stop for each target, by the truth.
         targets: All targets that exist.
         limit_s: The mission's time limit.
@@ -103,7 +139,6 @@ class Course:
     limit_s: float
     targets: tuple[str, ...]
     decisions: list[Made] = field(default_factory=list)
-    choices: list[tuple[float, str]] = field(default_factory=list)
     reached: dict[str, float] = field(default_factory=dict)
 
     def cost_s(self, number: int) -> float:
@@ -114,24 +149,6 @@ class Course:
         return max(0.0, sum(waits) / len(waits)) if waits else 0.0
 
 
-class _Forced:
-    """A policy that chooses as another one does, but for one decision."""
-
-    def __init__(self, policy: RecoveryPolicy, branch: Branch, course: Course, reseed: Callable[[str], None]) -> None:
-        self._policy, self._branch, self._course, self._reseed = policy, branch, course, reseed
-
-    def select(self, evidence: Evidence) -> Choice:
-        """Choose; the decision is noted."""
-        asked, number = question(self._policy, evidence), len(self._course.decisions)
-        words = tuple(each.choice.words() for each in asked.candidates)
-        self._course.decisions.append(Made(0.0, evidence.target, evidence.reason.value, words))
-        if number != self._branch.decision:
-            return asked.proposed
-        if self._branch.future is not None:
-            self._reseed(f"future {self._branch.future}")
-        return asked.candidates[self._branch.candidate].choice
-
-
 def play(branch: Branch) -> Course:
     """Play a branch to its end.
 
@@ -140,19 +157,29 @@ def play(branch: Branch) -> Course:
     """
     source = branch.source
     with _open_drawn(source) if isinstance(source, Drawn) else _open_folder(source) as stage:
-        course, policy = stage.course, make_policy(stage.mission.mission.profile, stage.mission)
-        forced = _Forced(policy, branch, course, stage.simulation.reseed)
-        stage.observers.add("course", partial(_note, course, stage.simulation))
-        stage.run(partial(find_profile(stage.mission.mission.profile), policy=forced))
+        stage.observers.add("course", partial(_note, stage.course, stage.simulation))
+        stage.run(supervised(stage.mission, partial(_decide, branch, stage.course, stage.simulation.reseed)))
         if stage.observers.failures:
             raise RuntimeError(f"observers failed: {dict(stage.observers.failures)}")
-    return course
+    return stage.course
+
+
+def _decide(branch: Branch, course: Course, reseed: Callable[[str], None], asked: Question) -> Choice:
+    """Choose as the profile does, but for one decision."""
+    number, evidence = len(course.decisions), asked.evidence
+    words = tuple(each.choice.words() for each in asked.candidates)
+    course.decisions.append(Made(evidence.target, evidence.reason.value, words))
+    if number != branch.decision:
+        return asked.proposed
+    if branch.future is not None:
+        reseed(f"future {branch.future}")
+    return asked.candidates[branch.candidate].choice
 
 
 def _note(course: Course, simulation: Any, record: Record) -> None:  # noqa: ANN401 - as the transport gives it
     if record.kind is Kind.CHOICE:
-        course.choices.append((record.time_s, str(record.data["choice"])))
-        course.decisions[-1].time_s = record.time_s
+        made = course.decisions[-1]
+        made.time_s, made.chose = record.time_s, str(record.data["choice"])
     claimed = record.kind is Kind.TRANSITION and record.data["to"] == "reached"
     if claimed and stop_counts(simulation.truth.pose, scene(simulation), record.target):
         course.reached.setdefault(record.target, record.time_s)
@@ -165,7 +192,7 @@ class _Stage:
     mission: Mission
     simulation: Any
     observers: Observers
-    run: Callable[[Any], object]
+    run: Callable[[MakeProfile], object]
     course: Course
 
 
@@ -173,7 +200,7 @@ def _stage(
     mission: Mission,
     simulation: Any,  # noqa: ANN401 - see above
     observers: Observers,
-    run: Callable[[Any], object],
+    run: Callable[[MakeProfile], object],
 ) -> _Stage:
     """Set a mission up, with the targets that there are or will be."""
     pictures = {picture.name for picture in simulation.world_file.pictures}
@@ -186,42 +213,24 @@ def _stage(
 def _open_drawn(source: Drawn) -> Iterator[_Stage]:
     drawn = draw_scenario(source.kind, source.seed)
     mission = with_profile(drawn.mission, source.profile)
-    scenario = Scenario(drawn.kind, drawn.seed, drawn.world, mission, drawn.faults, drawn.latency_ms, drawn.sight)
-    episode, observers = Episode(scenario, GEOMETRIC), Observers()
-    robot = episode.robot
+    with closing(Episode(replace(drawn, mission=mission), GEOMETRIC)) as episode:
+        robot, observers = episode.robot, Observers()
 
-    def run(make_profile: Any) -> None:  # noqa: ANN401 - a profile's class with a policy
-        Executive(mission, robot.body, robot.eyes, robot.clock, observers, make_profile).run()
+        def run(make_profile: MakeProfile) -> None:
+            Executive(mission, robot.body, robot.eyes, robot.clock, observers, make_profile).run()
 
-    try:
         yield _stage(mission, episode.simulation, observers, run)
-    finally:
-        episode.close()
 
 
 @contextmanager
 def _open_folder(source: Folder) -> Iterator[_Stage]:
-    path = Path(source.path)
-    past = read_run(path)
-    try:
-        summary = json.loads((path / SUMMARY).read_text(encoding="utf-8"))
-        nxt, camera = str(summary["nxt"]), str(summary["camera"])
-    except (OSError, ValueError, KeyError, TypeError):
-        raise ConfigError(f"{path} has no complete {SUMMARY}, which says what robot it was.") from None
-    if past.mission is None or not nxt.startswith("sim://"):
-        raise ConfigError(
-            f"{path} cannot be repeated: its robot was not simulated, or its mission is not recorded.",
-            remedy="Name a run of a simulated robot, or CLASS:SEED:PROFILE.",
-        )
-    with open_robot(nxt.replace("pace=realtime", "pace=fast"), camera) as robot:
-        transport, observers = recorded(robot.brick.link.transport), Observers()
-        if not isinstance(transport, SimTransport):
-            raise ConfigError(f"{path} cannot be repeated: its robot was not simulated.")
-        mission = past.mission
+    mission = source.mission
+    with open_robot(source.nxt, source.camera) as robot:
+        transport, observers = cast("SimTransport", robot.brick.link.transport), Observers()
         # the run was recorded, and a camera that is watched takes each frame when it is due
         robot.watch(lambda _: None)
 
-        def run(make_profile: Any) -> None:  # noqa: ANN401 - a profile's class with a policy
+        def run(make_profile: MakeProfile) -> None:
             MissionRun(mission, robot, observers, make_profile=make_profile).pursue()
 
         yield _stage(mission, transport.simulation, observers, run)

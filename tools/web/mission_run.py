@@ -12,14 +12,13 @@ from behaviors.executive import Report
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.observers import Observers
-from behaviors.operator import Question
+from behaviors.operator import Question, question_values
 from behaviors.pause import Pause
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.profile import Profile
 from behaviors.profiles.registry import find_profile, make_policy, supervised
 from behaviors.recoveries import Choice
 from behaviors.skills import SkillContext
-from behaviors.stepped_mission import question_values
 from behaviors.target_queue import TargetQueue
 from nxtdrive.mission.assembly import MissionRun, OpenRobot
 from nxtdrive.recording.progress_lines import ProgressLines
