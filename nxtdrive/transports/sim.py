@@ -99,7 +99,7 @@ class SimTransport:
         self._link: SimLink = self._plug_in()
 
     @property
-    def simulation(self) -> Any:  # noqa: ANN401 - for those who judge or repeat a run; a driver does not look at it
+    def simulation(self) -> Any:  # noqa: ANN401 - to judge or repeat a run; a driver does not look at it
         """What is simulated."""
         return self._simulation
 

@@ -34,7 +34,7 @@ class Stutter(SimTransport):
 
     def __init__(self, simulation, *, behind=0, tells=True):
         super().__init__(simulation)
-        self.simulation, self.behind, self.tells = simulation, behind, tells
+        self.behind, self.tells = behind, tells
         self.doubled, self.lost = range(0), -1
         self.number = 0
         self.copies = deque()

@@ -124,7 +124,7 @@ class Starving(SimTransport):
     def __init__(self, simulation, seed, share, pauses_s):
         super().__init__(simulation)
         self.random, self.share, self.pauses_s = random.Random(seed), 0.0, pauses_s
-        self.simulation, self.starves = simulation, share
+        self.starves = share
 
     def send(self, telegram):
         if self.random.random() < self.share:
