@@ -83,13 +83,14 @@ def _patrol(
 def _many_lookalikes(random: Random) -> tuple[RoomBuilder, Extras]:
     """Tell the target from four look-alikes, each taken for it in 10 to 60 % of the frames: compare before claiming."""
     builder = furnished(random, 3200.0, 4200.0)
-    names = tuple(f"lookalike{i}" for i in range(4))
-    for name in names:
+    files = {"lookalike0": "fox", "lookalike1": "landscape", "lookalike2": "logo", "lookalike3": "sunset"}
+    names = tuple(files)
+    for name, file in files.items():  # those of one picture would be mistaken for each other, too
         while True:
             at, facing = builder.place_at_wall(corner_mm=350.0)
             if min(math.dist(at, picture["at_mm"]) for picture in builder.pictures.values()) >= APART_MM:
                 break
-        builder.add_picture(name, at, facing, file=PICTURES / f"{random.choice(['fox', 'landscape'])}.png")
+        builder.add_picture(name, at, facing, file=PICTURES / f"{file}.png")
     rates = tuple(round(random.uniform(0.1, 0.6), 2) for _ in names)
     return builder, Extras(sight=Sight(lookalikes=names, mistake_rates=rates))
 
