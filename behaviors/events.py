@@ -86,6 +86,7 @@ class Reason(StrEnum):
     SLIPPED = "slipped"
     WRONG_TARGET = "wrong_target"
     RANGE_MISMATCH = "range_mismatch"
+    UNCERTAIN = "uncertain"
     NO_WAY = "no_way"
     THERE = "there"
 

@@ -34,6 +34,8 @@ class TargetFinding(StrEnum):
     """It has left the place where it was seen."""
     NOT_THERE = "not_there"
     """A longer look at the place where it was seen did not show it."""
+    UNCERTAIN = "uncertain"
+    """What was taken for it is found no more steadily than a look-alike."""
     LOOK_ALIKE = "look_alike"
     """What was taken for it is something else."""
 

@@ -10,11 +10,12 @@ from behaviors.adaptive.perception import N as PERCEPTION
 from behaviors.adaptive.perception import Observation, Perception, unheard_blocker
 from behaviors.adaptive.retreat import Retreat
 from behaviors.adaptive.target_verifier import TargetVerifier, Verdict
+from behaviors.adaptive.world_model import N as WORLD
 from behaviors.adaptive.world_model import TargetEstimate
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.plausibility import contradicts
-from behaviors.ports import Pose, Sighting, StopReason
+from behaviors.ports import Point, Pose, Sighting, StopReason
 from behaviors.skills import N as SKILLS
 from behaviors.skills import sighted
 
@@ -92,6 +93,7 @@ class ApproachSkill:
         self._retreat: tuple[Retreat, Failure] | None = None
         self._begun_s = self._seen_s = perception.now()
         self._verifier = TargetVerifier()
+        self._aim: Point | None = None
         self._oblique = False
         self._blocked_echoes = 0
         self._echo: tuple[float, float] | None = None
@@ -135,8 +137,11 @@ class ApproachSkill:
         if known is None:
             return _failed(Reason.TARGET_LOST, observation, finding=TargetFinding.MOVED)
         bearing_deg, distance_mm = perception.world.sight_to(known.place)
+        if self._aim is not None and math.dist(self._aim, known.place) > WORLD.jump_mm:
+            self._verifier = TargetVerifier()  # it is something else from now on
+        self._aim = known.place
         self._weigh(observation, bearing_deg, distance_mm)
-        fact = self._arrived(observation) or self._hindered(observation, known, bearing_deg, distance_mm)
+        fact = self._arrived(observation, known) or self._hindered(observation, known, bearing_deg, distance_mm)
         if fact is not None:
             return fact
         return self._drive(observation, bearing_deg, distance_mm)
@@ -162,7 +167,7 @@ class ApproachSkill:
             and distance_mm <= N.in_view_share * world.detection_range_mm[self._perception.target]
         )
 
-    def _arrived(self, observation: Observation) -> Fact | None:
+    def _arrived(self, observation: Observation, known: TargetEstimate) -> Fact | None:
         """Return a fact when it has arrived, or when this is not the target at all."""
         sighting = observation.sighting
         if observation.range_mm is not None:
@@ -172,17 +177,23 @@ class ApproachSkill:
             self._heard = echo_mm is not None
         if self._verifier.verdict is Verdict.MISTAKEN:
             return self._mistaken(observation)
+        sure = self._verifier.clear or self._perception.world.look_alikes.compared(self._perception.target, known.place)
+        if self._verifier.unclear and not sure:
+            return self._uncertain(observation)
         if sighting is None or self._farthest_mm(sighting, observation.time_s) > self._arrive_mm:
             return None
         decide = (
             self._stood_s is not None and observation.time_s - self._stood_s >= N.decide_s and self._verifier.odds > 0
         )
-        if not decide and self._verifier.verdict is not Verdict.REAL:
+        if not decide and not (sure and self._verifier.verdict is Verdict.REAL):
             return None
+        if not sure:
+            return self._uncertain(observation)
         if self._rested < N.checks:
             return None
         if self._contradicted(sighting, echo_mm):
             return self._mismatch(sighting, echo_mm)
+        self._perception.world.look_alikes.arrived(steady=self._verifier.clear)
         scale = round(self._perception.world.scale.factor(self._perception.target), 3)
         measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds, "scale": scale}
         return sighted(sighting, Event.ARRIVED, Reason.WITHIN_REACH, **measured)
@@ -230,6 +241,13 @@ class ApproachSkill:
             return _failed(Reason.TARGET_LOST, observation, odds=self._verifier.odds, oblique=True)
         measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds}
         return Failure(Event.MISTAKEN, Reason.WRONG_TARGET, measured, finding=TargetFinding.LOOK_ALIKE)
+
+    def _uncertain(self, observation: Observation) -> Failure:
+        """It may be the target in poor light, or a look-alike: look for a better one first."""
+        if self._oblique:
+            return _failed(Reason.TARGET_LOST, observation, odds=self._verifier.odds, oblique=True)
+        measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds, "clarity": self._verifier.clarity}
+        return Failure(Event.MISTAKEN, Reason.UNCERTAIN, measured, finding=TargetFinding.UNCERTAIN)
 
     def _hindered(
         self, observation: Observation, known: TargetEstimate, bearing_deg: float, distance_mm: float

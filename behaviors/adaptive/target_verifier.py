@@ -16,12 +16,18 @@ class VerifierNumbers:
     """The numbers of the test; docs/adaptive.md shows what they lead to.
 
     Attributes:
+        clear_rate: Share of the frames in which the real target is found at least, in good light.
+        unclear_rate: Share of the frames in which a look-alike is found at most.
+        clear: Log odds at which it is clear whether it is found like the one or like the other.
         real_rate: Share of the frames in which the real target is found, in poor light.
         mistake_rate: Share of the frames in which a look-alike is found.
         accept: Log odds at which the test accepts: a wrong stop is worse than another look.
         reject: Log odds at which it rejects.
     """
 
+    clear_rate: float = 0.90
+    unclear_rate: float = 0.60
+    clear: float = math.log(100.0)
     real_rate: float = 0.60
     mistake_rate: float = 0.30
     accept: float = math.log(300.0)
@@ -31,6 +37,8 @@ class VerifierNumbers:
 N = VerifierNumbers()
 _HIT = math.log(N.real_rate / N.mistake_rate)
 _MISS = math.log((1.0 - N.real_rate) / (1.0 - N.mistake_rate))
+_CLEAR_HIT = math.log(N.clear_rate / N.unclear_rate)
+_CLEAR_MISS = math.log((1.0 - N.clear_rate) / (1.0 - N.unclear_rate))
 
 
 class Verdict(StrEnum):
@@ -47,9 +55,11 @@ class TargetVerifier:
 
     Attributes:
         odds: Their natural logarithm; 0 is even.
+        clarity: Log odds that it is found as steadily as only the target can be.
     """
 
     odds: float = 0.0
+    clarity: float = 0.0
     _missed: int = 0
 
     def frame(self, *, hit: bool) -> None:
@@ -59,6 +69,8 @@ class TargetVerifier:
         """
         if hit:
             self.odds = max(2 * N.reject, min(2 * N.accept, self.odds + _HIT + self._missed * _MISS))
+            change = _CLEAR_HIT + self._missed * _CLEAR_MISS
+            self.clarity = max(-2 * N.clear, min(2 * N.clear, self.clarity + change))
             self._missed = 0
         else:
             self._missed += 1
@@ -66,6 +78,16 @@ class TargetVerifier:
     def forget_misses(self) -> None:
         """Drop frames without a detection: the target was hidden or out of the frame."""
         self._missed = 0
+
+    @property
+    def clear(self) -> bool:
+        """Whether it is found as steadily as only the target can be, in good light."""
+        return self.clarity >= N.clear
+
+    @property
+    def unclear(self) -> bool:
+        """Whether it is found no more steadily than a look-alike, or than the target in poor light."""
+        return self.clarity <= -N.clear
 
     @property
     def verdict(self) -> Verdict:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from behaviors.adaptive.attempts import Attempts
 from behaviors.adaptive.belief import Belief
 from behaviors.adaptive.camera_scale import CameraScale
+from behaviors.adaptive.look_alikes import LookAlikes
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.recent_echoes import RecentEchoes
@@ -37,9 +38,8 @@ class WorldNumbers:
         settles: Weight of a new sighting in the estimate of a target's place, 0..1.
         turns: Weight of a new direction among those from which it was seen, 0..1.
         held: A remembered place is kept as long as the belief in it is stronger.
-        mistake_mm: Sightings no farther than this from a rejected look-alike are of it.
-        mistake_s: It is tested again after this time.
-        jump_mm: A sighting this far from the last one is of something that moved, or of something else.
+        jump_mm: A sighting this far from the last one is of something that moved, or of something else;
+        jump_share: or this share of its distance, if that is more.
         step_deg: Looks whose headings differ by less than this, and their places by less than `step_mm`, update the
             belief together.
         step_mm: See `step_deg`.
@@ -59,9 +59,8 @@ class WorldNumbers:
     settles: float = 0.4
     turns: float = 0.03
     held: float = 0.25
-    mistake_mm: float = 450.0
-    mistake_s: float = 60.0
     jump_mm: float = 500.0
+    jump_share: float = 0.3
     step_deg: float = 6.0
     step_mm: float = 120.0
     upright: float = 0.7
@@ -114,6 +113,7 @@ class WorldModel:
         trail: Recent poses.
         echoes: Recent echoes.
         attempts: What was tried where, and what failed.
+        look_alikes: What is not taken for a target.
         scale: How wrong distances by apparent size are.
         pose: Where the robot is.
         known: The targets that were seen, by name, until there is a reason to forget them.
@@ -132,6 +132,7 @@ class WorldModel:
         self.trail = Trail()
         self.echoes = RecentEchoes(mission.robot.sonar_forward_mm)
         self.attempts = Attempts()
+        self.look_alikes = LookAlikes()
         self.scale = CameraScale(mission.sonar_ahead_mm)
         self.pose = Pose()
         self._now_s = 0.0
@@ -153,7 +154,6 @@ class WorldModel:
         self._blocked: tuple[Point, float, float] | None = None
         self._unseen: dict[str, _Unseen] = {}
         self._renewed_s: float | None = None
-        self._mistakes: list[tuple[str, Point, float]] = []
         self._aspect: dict[str, float] = {}
         self._looked_from: list[tuple[str, Point]] = []
 
@@ -232,11 +232,17 @@ class WorldModel:
         match failure.finding:
             case TargetFinding.NOT_HERE:
                 self._looked_from.append((target, self.here))
+                place = self.look_alikes.looked_round(target, self.here)
+                if place is not None:
+                    self.settle()
+                    self.beliefs[target].see(place, self.here)
             case TargetFinding.MOVED:
                 self.settle()
                 self.beliefs[target].scatter()
             case TargetFinding.NOT_THERE:
                 self._forget(target)
+            case TargetFinding.UNCERTAIN:
+                self._reject(target, doubtful=True)
             case TargetFinding.LOOK_ALIKE:
                 self._reject(target)
         self.settle()
@@ -287,22 +293,26 @@ class WorldModel:
         if known is not None:
             self.beliefs[target].refute(known.place)
 
-    def _reject(self, target: str) -> None:
+    def _reject(self, target: str, *, doubtful: bool = False) -> None:
         """Update with a look-alike: for some time it is not taken for the target again."""
         known = self.known.get(target)
         if known is not None:
-            self._mistakes.append((target, known.place, known.time_s))
+            self.look_alikes.reject(target, known.place, known.time_s, doubtful=doubtful)
         self._forget(target)
 
     def _believes(self, sighting: Sighting) -> bool:
-        """Whether a sighting is not of a known look-alike."""
+        """Whether a sighting is neither of a known look-alike nor in two places at once."""
         place = self.camera.lens_at(self.trail.at(sighting.time_s)).ahead(sighting.distance_mm, sighting.bearing_deg)
-        return not any(
-            which == sighting.target
-            and math.dist(place, there) <= N.mistake_mm
-            and sighting.time_s - then_s <= N.mistake_s
-            for which, there, then_s in self._mistakes
+        return not (
+            self._elsewhere(sighting, place) or self.look_alikes.rejected(sighting.target, place, sighting.time_s)
         )
+
+    def _elsewhere(self, sighting: Sighting, place: Point) -> bool:
+        """Whether a target is seen a moment after it was seen elsewhere, which then counts on for a while."""
+        known = self.known.get(sighting.target)
+        if known is None or sighting.time_s - known.time_s > N.new_look_s:
+            return False
+        return math.dist(known.place, place) > max(N.jump_mm, N.jump_share * sighting.distance_mm)
 
     def polar_to(self, point: Point) -> tuple[float, float]:
         """Return a point's bearing in degrees, positive right, and its distance in millimetres."""

@@ -20,6 +20,7 @@ FAILURES: dict[Reason, str] = {
     Reason.SLIPPED: "the wheels turn and the robot does not move",
     Reason.WRONG_TARGET: "from near it turned out to be something else",
     Reason.RANGE_MISMATCH: "the sonar contradicts the distance that its apparent size gives",
+    Reason.UNCERTAIN: "it is found no more steadily than a look-alike, so the robot looks for a better one first",
     Reason.NO_WAY: "there is no path to where the robot wanted to go",
     Reason.APPROACH_TIMEOUT: "the approach took too long",
 }

@@ -97,3 +97,13 @@ def test_the_odds_can_always_be_turned_again(hits):
     for frame in range(100):
         verifier.frame(hit=frame % 10 == 9)
     assert verifier.verdict is Verdict.MISTAKEN
+
+
+@pytest.mark.parametrize(("rate", "clear"), [(0.97, True), (0.6, False), (0.4, False)])
+def test_only_what_is_found_steadily_is_clear(rate, clear):
+    for seed in range(200):
+        random, verifier = Random(f"clear/{rate}/{seed}"), TargetVerifier()
+        for _ in range(FRAMES):
+            verifier.frame(hit=random.random() < rate)
+        assert verifier.clear == clear
+        assert not (verifier.unclear and clear)

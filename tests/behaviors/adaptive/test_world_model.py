@@ -112,11 +112,31 @@ def test_a_target_that_moves_a_little_is_followed(world):
     assert math.dist(world.known["door"].place, (1500.0, -255.0)) < 30.0
 
 
-def test_a_jump_replaces_the_estimate(world):
+def test_a_target_that_is_seen_only_elsewhere_for_a_while_is_there(world):
     for i in range(10):
         _see(world, (1500.0, -400.0), i * 0.1)
-    _see(world, (900.0, 700.0), 1.0)
+    _see(world, (900.0, 700.0), 2.0)
     assert world.known["door"].place == pytest.approx((900.0, 700.0))
+
+
+def test_a_target_that_is_seen_in_two_places_at_once_stays_where_it_was_seen_first(world):
+    for i in range(20):
+        _see(world, ((1500.0, -400.0), (900.0, 700.0))[i % 2], i * 0.1)
+    assert world.known["door"].place == pytest.approx((1500.0, -400.0))
+
+
+def test_what_is_doubtful_is_likely_again_after_looks_from_two_places_without_a_better_one(world):
+    place = (1500.0, -400.0)
+    _see(world, place, 0.0)
+    world.learn("door", Failure(Event.MISTAKEN, Reason.UNCERTAIN, finding=TargetFinding.UNCERTAIN), 0.1)
+    assert "door" not in world.known
+    assert not world.look_alikes.compared("door", place)
+    doubted = world.beliefs["door"].held_at(place)
+    for here in ((0.0, 0.0), (700.0, 500.0)):
+        _stand_at(world, here)
+        world.learn("door", Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN, finding=TargetFinding.NOT_HERE), 1.0)
+    assert world.look_alikes.compared("door", place)
+    assert world.beliefs["door"].held_at(place) > 5 * doubted
 
 
 def test_what_is_known_tells_from_where_and_when_it_was_seen(world):

@@ -1,0 +1,88 @@
+"""Look-alikes: what was taken for a target and is none, and what is set aside until better was looked for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from behaviors.ports import Point
+
+
+@dataclass(frozen=True, slots=True)
+class LookAlikeNumbers:
+    """The numbers of look-alikes.
+
+    Attributes:
+        near_mm: Sightings no farther than this from a look-alike are of it.
+        rejected_s: It is tested again after this time.
+        looks: What is doubtful is taken for the target after look rounds from this many places without a better one.
+        apart_mm: These places are at least this far apart: what hides a target from one hides it from beside it.
+    """
+
+    near_mm: float = 450.0
+    rejected_s: float = 60.0
+    looks: int = 2
+    apart_mm: float = 500.0
+
+
+N = LookAlikeNumbers()
+
+
+@dataclass(frozen=True, slots=True)
+class _LookAlike:
+    target: str
+    place: Point
+    time_s: float
+    doubtful: bool
+    looked_from: list[Point] = field(default_factory=list)
+
+    @property
+    def compared(self) -> bool:
+        return self.doubtful and len(self.looked_from) >= N.looks
+
+    def is_at(self, target: str, place: Point) -> bool:
+        return self.target == target and math.dist(self.place, place) <= N.near_mm
+
+
+class LookAlikes:
+    """Remembers what was not taken for a target, and whether targets are found steadily in this mission's light."""
+
+    def __init__(self) -> None:
+        self._known: list[_LookAlike] = []
+        self._steady: bool | None = None
+
+    def reject(self, target: str, place: Point, time_s: float, *, doubtful: bool) -> None:
+        """Do not take what is there for the target for some time; `doubtful` if it may be the target in poor light."""
+        self._known.append(_LookAlike(target, place, time_s, doubtful))
+
+    def rejected(self, target: str, place: Point, time_s: float) -> bool:
+        """Whether what is seen there is not taken for the target."""
+        return any(
+            each.is_at(target, place) and time_s - each.time_s <= N.rejected_s and not each.compared
+            for each in self._known
+        )
+
+    def looked_round(self, target: str, here: Point) -> Point | None:
+        """Remember a look round that did not show the target; return a doubtful place if it may be taken for it now."""
+        released = None
+        for each in self._known:
+            if each.target != target or not each.doubtful or each.compared:
+                continue
+            if all(math.dist(here, before) >= N.apart_mm for before in each.looked_from):
+                each.looked_from.append(here)
+                released = each.place if each.compared else released
+        return released
+
+    def arrived(self, *, steady: bool) -> None:
+        """Remember that a target was reached, and whether it was found as steadily as in good light."""
+        self._steady = bool(self._steady) or steady
+
+    def compared(self, target: str, place: Point) -> bool:
+        """Whether what is there may be the target although it is not found steadily.
+
+        Where a target was found steadily, the others are, too. In poor light none is. Until it is known which, what is
+        there is set aside, and is the target if no better one was found since from several places.
+        """
+        if self._steady is not None:
+            return not self._steady
+        return any(each.compared and each.is_at(target, place) for each in self._known)

@@ -1,0 +1,50 @@
+"""What is not taken for a target, and what may be it in poor light."""
+
+from __future__ import annotations
+
+import pytest
+
+from behaviors.adaptive.look_alikes import LookAlikes
+from behaviors.adaptive.look_alikes import N as LOOK_ALIKES
+
+PLACE, BESIDE, ELSEWHERE = (1000.0, 0.0), (1200.0, 0.0), (1000.0, 900.0)
+
+
+@pytest.mark.parametrize("doubtful", [False, True])
+def test_a_look_alike_is_rejected_for_some_time_and_only_for_its_target(doubtful):
+    look_alikes = LookAlikes()
+    look_alikes.reject("fox", PLACE, 5.0, doubtful=doubtful)
+    assert look_alikes.rejected("fox", BESIDE, 6.0)
+    assert not look_alikes.rejected("fox", ELSEWHERE, 6.0)
+    assert not look_alikes.rejected("lena", PLACE, 6.0)
+    assert not look_alikes.rejected("fox", PLACE, 5.1 + LOOK_ALIKES.rejected_s)
+
+
+def test_a_doubtful_one_may_be_the_target_after_looks_from_several_places():
+    look_alikes = LookAlikes()
+    look_alikes.reject("fox", PLACE, 0.0, doubtful=True)
+    assert look_alikes.looked_round("fox", (0.0, 0.0)) is None
+    assert look_alikes.looked_round("fox", (100.0, 0.0)) is None, "from the same place"
+    assert not look_alikes.compared("fox", PLACE)
+    assert look_alikes.looked_round("fox", (800.0, 0.0)) == PLACE
+    assert look_alikes.compared("fox", BESIDE)
+    assert not look_alikes.rejected("fox", PLACE, 1.0)
+
+
+def test_a_look_alike_that_was_clearly_none_stays_rejected_however_often_it_is_looked_for():
+    look_alikes = LookAlikes()
+    look_alikes.reject("fox", PLACE, 0.0, doubtful=False)
+    for i in range(10):
+        assert look_alikes.looked_round("fox", (1000.0 * i, 0.0)) is None
+    assert look_alikes.rejected("fox", PLACE, 1.0)
+    assert not look_alikes.compared("fox", PLACE)
+
+
+def test_how_one_target_was_found_tells_of_the_others():
+    look_alikes = LookAlikes()
+    look_alikes.arrived(steady=False)
+    assert look_alikes.compared("lena", PLACE), "in poor light no target is found steadily"
+    look_alikes.arrived(steady=True)
+    assert not look_alikes.compared("lena", PLACE)
+    look_alikes.arrived(steady=False)
+    assert not look_alikes.compared("lena", PLACE)
