@@ -13,13 +13,16 @@ class LookAlikeNumbers:
     """The numbers of look-alikes.
 
     Attributes:
-        near_mm: Sightings no farther than this from a look-alike are of it.
+        near_mm: Sightings no farther than this from a look-alike are of it;
+        near_share: or this share of their distance, if that is more, while it is not settled what is there.
         rejected_s: It is tested again after this time.
-        looks: What is doubtful is taken for the target after look rounds from this many places without a better one.
+        looks: What is doubtful is taken for the target after look rounds from this many places without a better one;
+            after one if nothing else was ever taken for it.
         apart_mm: These places are at least this far apart: what hides a target from one hides it from beside it.
     """
 
     near_mm: float = 450.0
+    near_share: float = 0.3
     rejected_s: float = 60.0
     looks: int = 2
     apart_mm: float = 500.0
@@ -36,10 +39,6 @@ class _LookAlike:
     doubtful: bool
     looked_from: list[Point] = field(default_factory=list)
 
-    @property
-    def compared(self) -> bool:
-        return self.doubtful and len(self.looked_from) >= N.looks
-
     def is_at(self, target: str, place: Point) -> bool:
         return self.target == target and math.dist(self.place, place) <= N.near_mm
 
@@ -50,6 +49,7 @@ class LookAlikes:
     def __init__(self) -> None:
         self._known: list[_LookAlike] = []
         self._steady: bool | None = None
+        self._seen: dict[str, list[Point]] = {}
 
     def reject(self, target: str, place: Point, time_s: float, *, doubtful: bool) -> None:
         """Do not take what is there for the target for some time; `doubtful` if it may be the target in poor light."""
@@ -58,7 +58,7 @@ class LookAlikes:
     def rejected(self, target: str, place: Point, time_s: float) -> bool:
         """Whether what is seen there is not taken for the target."""
         return any(
-            each.is_at(target, place) and time_s - each.time_s <= N.rejected_s and not each.compared
+            each.is_at(target, place) and time_s - each.time_s <= N.rejected_s and not self._compared(each)
             for each in self._known
         )
 
@@ -66,12 +66,22 @@ class LookAlikes:
         """Remember a look round that did not show the target; return a doubtful place if it may be taken for it now."""
         released = None
         for each in self._known:
-            if each.target != target or not each.doubtful or each.compared:
+            if each.target != target or not each.doubtful or self._compared(each):
                 continue
             if all(math.dist(here, before) >= N.apart_mm for before in each.looked_from):
                 each.looked_from.append(here)
-                released = each.place if each.compared else released
+                released = each.place if self._compared(each) else released
         return released
+
+    def seen(self, target: str, place: Point, distance_mm: float) -> None:
+        """Remember where something was taken for the target from `distance_mm` away."""
+        places = self._seen.setdefault(target, [])
+        if all(math.dist(place, before) > max(N.near_mm, N.near_share * distance_mm) for before in places):
+            places.append(place)
+
+    def alone(self, target: str) -> bool:
+        """Whether all that was taken for the target was in one place."""
+        return len(self._seen.get(target, ())) < 2
 
     def arrived(self, *, steady: bool) -> None:
         """Remember that a target was reached, and whether it was found as steadily as in good light."""
@@ -85,4 +95,8 @@ class LookAlikes:
         """
         if self._steady is not None:
             return not self._steady
-        return any(each.compared and each.is_at(target, place) for each in self._known)
+        return any(self._compared(each) and each.is_at(target, place) for each in self._known)
+
+    def _compared(self, each: _LookAlike) -> bool:
+        """Whether enough was looked for a better one: more where several things were taken for the target."""
+        return each.doubtful and len(each.looked_from) >= (1 if self.alone(each.target) else N.looks)

@@ -298,11 +298,15 @@ class WorldModel:
         known = self.known.get(target)
         if known is not None:
             self.look_alikes.reject(target, known.place, known.time_s, doubtful=doubtful)
-        self._forget(target)
+        if doubtful and self.look_alikes.alone(target):
+            self.known.pop(target, None)  # likely it is the target: look round here first
+        else:
+            self._forget(target)
 
     def _believes(self, sighting: Sighting) -> bool:
         """Whether a sighting is neither of a known look-alike nor in two places at once."""
         place = self.camera.lens_at(self.trail.at(sighting.time_s)).ahead(sighting.distance_mm, sighting.bearing_deg)
+        self.look_alikes.seen(sighting.target, place, sighting.distance_mm)
         return not (
             self._elsewhere(sighting, place) or self.look_alikes.rejected(sighting.target, place, sighting.time_s)
         )

@@ -96,7 +96,7 @@ def test_a_robot_that_stands_before_a_doubtful_target_verifies_it():
 
 
 def test_a_target_that_moves_off_while_it_is_verified_is_followed():
-    records = _journal(Facing(300.0, 300.0, 300.0, 900.0, 900.0, 300.0), targets=["a"], time_limit_s=30.0)
+    records = _journal(Facing(300.0, 300.0, 300.0, *[900.0] * 30, 300.0), targets=["a"], time_limit_s=30.0)
     assert list(_states(records))[2:6] == ["arrive", "verify", "arrive", "verify"]
 
 

@@ -22,6 +22,8 @@ def test_a_look_alike_is_rejected_for_some_time_and_only_for_its_target(doubtful
 
 def test_a_doubtful_one_may_be_the_target_after_looks_from_several_places():
     look_alikes = LookAlikes()
+    look_alikes.seen("fox", PLACE, 1000.0)
+    look_alikes.seen("fox", ELSEWHERE, 1000.0)
     look_alikes.reject("fox", PLACE, 0.0, doubtful=True)
     assert look_alikes.looked_round("fox", (0.0, 0.0)) is None
     assert look_alikes.looked_round("fox", (100.0, 0.0)) is None, "from the same place"
@@ -29,6 +31,18 @@ def test_a_doubtful_one_may_be_the_target_after_looks_from_several_places():
     assert look_alikes.looked_round("fox", (800.0, 0.0)) == PLACE
     assert look_alikes.compared("fox", BESIDE)
     assert not look_alikes.rejected("fox", PLACE, 1.0)
+
+
+def test_one_look_round_is_enough_where_nothing_else_was_taken_for_the_target():
+    look_alikes = LookAlikes()
+    look_alikes.seen("fox", PLACE, 1000.0)
+    look_alikes.seen("fox", BESIDE, 1000.0)
+    look_alikes.seen("fox", (1500.0, 0.0), 4000.0)
+    assert look_alikes.alone("fox"), "as exact as a sighting from there can be"
+    look_alikes.reject("fox", PLACE, 0.0, doubtful=True)
+    assert look_alikes.rejected("fox", PLACE, 1.0)
+    assert look_alikes.looked_round("fox", (0.0, 0.0)) == PLACE
+    assert look_alikes.compared("fox", PLACE)
 
 
 def test_a_look_alike_that_was_clearly_none_stays_rejected_however_often_it_is_looked_for():

@@ -127,7 +127,8 @@ def test_a_target_that_is_seen_in_two_places_at_once_stays_where_it_was_seen_fir
 
 def test_what_is_doubtful_is_likely_again_after_looks_from_two_places_without_a_better_one(world):
     place = (1500.0, -400.0)
-    _see(world, place, 0.0)
+    _see(world, (900.0, 900.0), 0.0)
+    _see(world, place, 2.0)
     world.learn("door", Failure(Event.MISTAKEN, Reason.UNCERTAIN, finding=TargetFinding.UNCERTAIN), 0.1)
     assert "door" not in world.known
     assert not world.look_alikes.compared("door", place)
