@@ -295,13 +295,11 @@ class WorldModel:
 
     def _reject(self, target: str, *, doubtful: bool = False) -> None:
         """Update with a look-alike: for some time it is not taken for the target again."""
-        known = self.known.get(target)
+        known = self.known.pop(target, None)
         if known is not None:
             self.look_alikes.reject(target, known.place, known.time_s, doubtful=doubtful)
-        if doubtful and self.look_alikes.alone(target):
-            self.known.pop(target, None)  # likely it is the target: look round here first
-        else:
-            self._forget(target)
+            if not (doubtful and self.look_alikes.alone(target)):  # which is likely the target: look round here first
+                self.beliefs[target].refute(known.place)
 
     def _believes(self, sighting: Sighting) -> bool:
         """Whether a sighting is neither of a known look-alike nor in two places at once."""
