@@ -85,9 +85,8 @@ class Evidence:
         viewpoints: Other places to look from, the most promising first.
         others: Other targets that may be pursued instead.
         repeats: How often each recovery, by name, was chosen at this place for this target.
-        failures: How often attempts failed at this place for this reason in this turn of the target, now included;
-            if they did so twice in earlier turns, at least 2.
-        run: How many of them in this turn one after the other.
+        failures: How often attempts failed at this place for this reason in this turn of the target, now included.
+        run: How many of them one after the other.
     """
 
     target: str

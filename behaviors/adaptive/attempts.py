@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import dataclass
+from itertools import takewhile
 
 from behaviors.events import Reason
 from behaviors.ports import Point
@@ -16,14 +17,12 @@ class AttemptNumbers:
 
     Attributes:
         same_place_mm: Attempts and choices no farther apart than this are made at one place.
-        often: A place where a target's attempts failed this often for one reason in earlier turns is left first.
         same_aim_mm: A target that is farther than this from where it was believed to be is approached anew.
         beside_mm: An approach that leads past where one failed, at less than this distance, would fail there, too.
         remembered_s: After this time an approach that failed may be tried again: things move.
     """
 
     same_place_mm: float = 250.0
-    often: int = 2
     same_aim_mm: float = 450.0
     beside_mm: float = 260.0
     remembered_s: float = 90.0
@@ -40,26 +39,13 @@ class _FailedApproach:
     time_s: float
 
 
-@dataclass(frozen=True, slots=True)
-class _Failure:
-    target: str
-    turn: int
-    reason: Reason
-    place: Point
-
-    def at_one_place(self, other: _Failure) -> bool:
-        """Whether both happened to one target for one reason at one place."""
-        same = (self.target, self.reason) == (other.target, other.reason)
-        return same and _same_place(self.place, other.place)
-
-
 class Attempts:
     """Remembers the attempts of one mission."""
 
     def __init__(self) -> None:
         self._choices: list[tuple[str, str, Point]] = []
         self._destinations: list[tuple[str, Point, Point]] = []
-        self._failures: list[_Failure] = []
+        self._failures: list[tuple[str, int, Reason, Point]] = []
         self._approaches: list[_FailedApproach] = []
 
     def chose(self, target: str, recovery: str, here: Point, destination: Point | None = None) -> None:
@@ -82,23 +68,15 @@ class Attempts:
 
     def failed(self, target: str, turn: int, reason: Reason, here: Point) -> None:
         """Remember that an attempt in a target's turn failed here."""
-        self._failures.append(_Failure(target, turn, reason, here))
+        self._failures.append((target, turn, reason, here))
 
-    def failures(self) -> tuple[int, int]:
-        """Return how often attempts failed as the last one did, at its place, and how often in a row.
-
-        Those of earlier turns count for no more than `often` in all, so that a target that is tried again is first
-        looked for from elsewhere.
-        """
-        if not self._failures:
-            return 0, 0
-        last = self._failures[-1]
-        same = [each for each in self._failures if each.at_one_place(last)]
-        turn = sum(each.turn == last.turn for each in same)
-        first, run = self._failures[0], 0
-        for each in self._failures:
-            first, run = (first, run + 1) if each.turn == first.turn and each.at_one_place(first) else (each, 1)
-        return max(turn, min(len(same), N.often)), run
+    def failures(self, target: str, turn: int, reason: Reason, here: Point) -> tuple[int, int]:
+        """Return how often attempts failed at this place for this reason in this turn, and how often in a row."""
+        same = [
+            (which, when, why) == (target, turn, reason) and _same_place(place, here)
+            for which, when, why, place in self._failures
+        ]
+        return sum(same), sum(1 for _ in takewhile(bool, reversed(same)))
 
     def approach_failed(self, target: str, here: Point, aim: Point, now_s: float) -> None:
         """Remember that the approach to a target believed to be at `aim` came no farther than here."""

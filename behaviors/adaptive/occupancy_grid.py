@@ -101,8 +101,7 @@ class OccupancyGrid:
         sonar_forward_mm: The sonar in front of the axle.
         forgotten: How often its obstacles were forgotten.
         unheard: Whether it has to do without a sonar now.
-        weight: Floor that an echo shows to be free counts for this many echoes: on a slow link there are fewer, and
-            from places farther apart. What gives the echo does not, since it may stand anywhere on its arc.
+        weight: An echo counts for this many; on a slow link there are fewer, and from places farther apart.
     """
 
     def __init__(self, robot: RobotTable = USUAL_ROBOT) -> None:
@@ -116,11 +115,10 @@ class OccupancyGrid:
         self._last: tuple[Pose, float] | None = None
 
     def fade(self, now_s: float) -> None:
-        """Let old evidence fade, except of obstacles without a sonar: only touching them again would renew it."""
+        """Let old evidence fade."""
         if now_s - self._time_s > 1.0:
             if self._time_s > -math.inf:
-                fades = self.evidence <= N.solid if self.unheard else slice(None)
-                self.evidence[fades] *= np.float32(math.exp((self._time_s - now_s) / N.fades_s))
+                self.evidence *= np.float32(math.exp((self._time_s - now_s) / N.fades_s))
             self._time_s = now_s
 
     def echo(self, pose: Pose, range_mm: float) -> None:
@@ -137,7 +135,7 @@ class OccupancyGrid:
             return
         hit = (np.abs(along - range_mm) <= CELL_MM * N.arc_cells) & (off_deg <= min(N.arc_deg, self._beam_deg))
         gain, most = (N.hit_near, N.most) if range_mm <= N.near_mm else (N.hit_far, N.solid - 0.1)
-        cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
+        cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + self.weight * gain, most))
 
     def no_echo(self, pose: Pose) -> None:
         """Update with silence: most likely nothing is near, but smooth surfaces reflect echoes away."""

@@ -7,24 +7,18 @@ from behaviors.events import Event, Fact, Reason
 from behaviors.motions import ResumableStraight
 from behaviors.ports import StopReason
 
-BESIDE_MM = 40.0
-"""Without a sonar the robot backs off until what it touches, if only with its side, is this far outside of its turning
-circle."""
-
 
 class Retreat:
     """One retreat; reports to the chart that it begins.
 
     Args:
         perception: What to work with.
-        distance_mm: How far to back off at least.
+        distance_mm: How far to back off.
         stop: Why the robot was stopped.
     """
 
     def __init__(self, perception: Perception, distance_mm: float, stop: StopReason) -> None:
         self._context = perception.context
-        if perception.sonar.deaf:
-            distance_mm = max(distance_mm, perception.world.floor.radius_mm + BESIDE_MM)
         self._straight = ResumableStraight(self._context.body, -distance_mm, perception.world.pose)
         reason = Reason.CONTACT if stop is StopReason.CONTACT else Reason.STALLED
         self._context.report(Fact(Event.BACKING_OFF, reason, {"distance_mm": distance_mm}))

@@ -132,7 +132,7 @@ class AdaptiveProfile:
         """Add what is in the way, and what could be done with its time and chance."""
         world, target = self.world, basis.target
         candidates = CandidateGenerator(world, self._profile)
-        failures, run = world.attempts.failures()
+        failures, run = world.attempts.failures(target, self._queue.round, basis.reason, world.here)
         return replace(
             basis,
             round=self._queue.round,
@@ -149,8 +149,8 @@ class AdaptiveProfile:
         )
 
     def select(self, evidence: Evidence) -> Choice:
-        """Choose by the policy, and remember where; a map with no path past what the sonar hears is distrusted."""
-        if evidence.blocker and evidence.detour is None and not self._perception.sonar.deaf:
+        """Choose by the policy, and remember where; with no path past what is in the way, distrust the map."""
+        if evidence.blocker and evidence.detour is None:
             self._eyes_only_s = self._perception.now()
             self._report(Event.MAP_DISTRUSTED, Reason.NO_WAY)
         choice = self._policy.select(evidence)

@@ -32,34 +32,15 @@ def test_a_destination_was_tried_from_the_same_place():
     assert not attempts.tried("window", HERE, AIM)
 
 
-def failures_after(*failures):
+def test_failures_are_counted_for_each_place_and_reason_and_turn():
     attempts = Attempts()
-    for each in failures:
-        attempts.failed(*each)
-    return attempts.failures()
-
-
-def test_failures_are_counted_for_each_place_and_reason_and_target():
-    blocked = ("door", 1, Reason.BLOCKED_LONG, HERE)
-    assert failures_after() == (0, 0)
-    assert failures_after(blocked, ("door", 1, Reason.NO_WAY, HERE), blocked, ("door", 1, blocked[2], NEAR)) == (3, 2)
-    assert failures_after(blocked, ("door", 1, Reason.NO_WAY, HERE)) == (1, 1)
-    assert failures_after(blocked, ("door", 1, Reason.BLOCKED_LONG, ELSEWHERE)) == (1, 1)
-    assert failures_after(blocked, ("window", 1, Reason.BLOCKED_LONG, HERE)) == (1, 1)
-
-
-def test_failures_of_earlier_turns_count_for_two_at_most():
-    def turn(number):
-        return "door", number, Reason.NEVER_SEEN, HERE
-
-    assert failures_after(turn(1), turn(2)) == (2, 1)
-    assert failures_after(turn(1), turn(1), turn(1), turn(2)) == (2, 1)
-    assert failures_after(turn(1), turn(1), turn(2), turn(2), turn(2)) == (3, 3)
-
-
-def test_a_run_is_counted_from_its_first_failure_as_far_as_that_place_reaches():
-    places = [(0.0, 0.0), (200.0, 0.0), (-200.0, 0.0)]
-    assert failures_after(*(("door", 1, Reason.NO_WAY, place) for place in places)) == (2, 3)
+    for reason in (Reason.BLOCKED_LONG, Reason.NO_WAY, Reason.BLOCKED_LONG, Reason.BLOCKED_LONG):
+        attempts.failed("door", 1, reason, HERE)
+    assert attempts.failures("door", 1, Reason.BLOCKED_LONG, NEAR) == (3, 2)
+    assert attempts.failures("door", 1, Reason.NO_WAY, NEAR) == (1, 0)
+    assert attempts.failures("door", 1, Reason.BLOCKED_LONG, ELSEWHERE) == (0, 0)
+    assert attempts.failures("door", 2, Reason.BLOCKED_LONG, HERE) == (0, 0)
+    assert attempts.failures("window", 1, Reason.BLOCKED_LONG, HERE) == (0, 0)
 
 
 @pytest.mark.parametrize(

@@ -84,7 +84,7 @@ class Decider:
         random, world = self.random, self.world
         blocker = Blocker(400.0, random.uniform(0.0, 60.0), random.random() < 0.5, random.random() < 0.7)
         detour = Detour(random.uniform(1.0, 40.0), ((500.0, 500.0),))
-        failures, run = world.attempts.failures()
+        failures, run = world.attempts.failures(target, 1, reason, world.here)
         viewpoints = [
             Viewpoint(random.uniform(1.0, 20.0), 7.0, random.random(), (place,))
             for place in PLACES

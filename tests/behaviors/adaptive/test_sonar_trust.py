@@ -52,17 +52,6 @@ def test_the_silence_of_a_dead_sonar_clears_nothing():
     assert world.floor.evidence[x, y] == 0.0
 
 
-def test_without_a_sonar_an_obstacle_that_was_touched_is_remembered():
-    heard, unheard = OccupancyGrid(), OccupancyGrid()
-    unheard.unheard = True
-    for floor in (heard, unheard):
-        floor.fade(0.0)
-        floor.block(Pose(), 0.0)
-        floor.fade(200.0)
-    assert heard.clear_between((0.0, 0.0), (800.0, 0.0))
-    assert not unheard.clear_between((0.0, 0.0), (800.0, 0.0))
-
-
 def test_without_a_sonar_a_path_keeps_to_floor_that_was_driven_over():
     floor = OccupancyGrid()
     for x_mm, y_mm in [*((50.0 * i, 0.0) for i in range(17)), *((800.0, 50.0 * i) for i in range(17))]:
