@@ -20,7 +20,7 @@ from behaviors.stepped_mission import SteppedMission
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import GEOMETRIC
 
-from .drawing import TUNING_SEEDS, Drawing, check_eyes
+from .drawing import TUNING_SEEDS, Drawing, check_eyes, told
 
 CANDIDATES = 16
 """Largest number of candidates of a decision that an action can name."""
@@ -61,14 +61,8 @@ class _Play:
 
     def info(self) -> dict[str, Any]:
         """Return the open decision in full, and what has been reached by the truth."""
-        question, scenario = self.stepped.question, self.episode.scenario
-        return {
-            "kind": scenario.kind,
-            "seed": scenario.seed,
-            "seconds": self.episode.time_s,
-            "reached": sorted(self.episode.reached),
-            "decision": question_values(question) if question else None,
-        }
+        question = self.stepped.question
+        return told(self.episode) | {"decision": question_values(question) if question else None}
 
     def end(self) -> None:
         """End the mission and close the simulated brick."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.mission import setup
+from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import CAMERA, GEOMETRIC
 from nxtdrive.simulated.scenario import Scenario, draw_scenario
 from sim_backend.scenarios.classes import ALL_CLASSES
@@ -50,6 +51,12 @@ class Drawing:
         seed = options.get("seed", self._seeds[int(random.integers(len(self._seeds)))])
         scenario = draw_scenario(kind, int(seed))
         return replace(scenario, mission=setup.with_profile(scenario.mission, self._profile))
+
+
+def told(episode: Episode) -> dict[str, Any]:
+    """Return what an environment's ``info`` says of an episode: what was drawn, and what is reached by the truth."""
+    scenario, reached = episode.scenario, sorted(episode.reached)
+    return {"kind": scenario.kind, "seed": scenario.seed, "seconds": episode.time_s, "reached": reached}
 
 
 def check_eyes(eyes: str) -> str:

@@ -19,7 +19,7 @@ from behaviors.profile_names import ADAPTIVE
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import GEOMETRIC
 
-from .drawing import TUNING_SEEDS, Drawing, check_eyes
+from .drawing import TUNING_SEEDS, Drawing, check_eyes, told
 
 IMAGE = (320, 240)
 """Width and height of an ``image``."""
@@ -100,7 +100,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self.close()
         # also for images: the robot's frames come at the same times, and no detector searches them
         self._episode = Episode(self._drawing.draw(self.np_random, options), GEOMETRIC)
-        return self._observe(self._episode), self._info(self._episode)
+        return self._observe(self._episode), told(self._episode)
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive until the next frame."""
@@ -119,7 +119,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         done = episode.reached.keys() >= set(self._targets(episode))
         late = not done and episode.time_s >= self._limit_s(episode)
         reward = len(episode.reached) - reached - self._second_costs * (episode.time_s - before_s)
-        return observation, reward, done, late, self._info(episode)
+        return observation, reward, done, late, told(episode)
 
     def close(self) -> None:
         """Stop the motors and close the simulated brick."""
@@ -174,9 +174,3 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     @staticmethod
     def _limit_s(episode: Episode) -> float:
         return float(episode.scenario.mission.mission.time_limit_s)
-
-    @staticmethod
-    def _info(episode: Episode) -> dict[str, Any]:
-        scenario = episode.scenario
-        reached = sorted(episode.reached)
-        return {"kind": scenario.kind, "seed": scenario.seed, "seconds": episode.time_s, "reached": reached}
