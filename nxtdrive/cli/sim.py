@@ -31,6 +31,14 @@ EXAMPLES = """\
   nxtdrive sim check my-brick.jsonl --scenario 'motor_*' --causes
   nxtdrive sim record questions.txt --nxt usb:// --out my-brick.jsonl"""
 
+TCP_DOORS = {
+    "--tcp": "for tcp://; 0 takes a free port",
+    "--nxt-server": "for nxt-python's socket backend",
+    "--usbip": "the brick on Linux's USB, by usbip attach (usual port: 3240)",
+    "--uvc": "its camera as a USB webcam, by usbip attach (usual port: 3241)",
+}
+"""Options of the doors that are TCP ports, with their help."""
+
 LATENCY_MS = 1.0
 """The brick polls for telegrams once per millisecond, so no link is faster; programs rely on it (docs/interop.md)."""
 
@@ -77,28 +85,8 @@ def _add_doors(doors: argparse._ArgumentGroup, port: Callable[[str], int]) -> No
         default=[],
         help="create a serial port (pseudo-terminal) of this name",
     )
-    doors.add_argument(
-        "--tcp", metavar="PORT", type=port, action="append", default=[], help="for tcp://; 0 takes a free port"
-    )
-    doors.add_argument(
-        "--nxt-server", metavar="PORT", type=port, action="append", default=[], help="for nxt-python's socket backend"
-    )
-    doors.add_argument(
-        "--usbip",
-        metavar="PORT",
-        type=port,
-        action="append",
-        default=[],
-        help="the brick on Linux's USB, by usbip attach (usual port: 3240)",
-    )
-    doors.add_argument(
-        "--uvc",
-        metavar="PORT",
-        type=port,
-        action="append",
-        default=[],
-        help="its camera as a USB webcam, by usbip attach (usual port: 3241)",
-    )
+    for option, what in TCP_DOORS.items():
+        doors.add_argument(option, metavar="PORT", type=port, action="append", default=[], help=what)
     doors.add_argument(
         "--host", metavar="ADDRESS", default="127.0.0.1", help="local address to listen on (default: 127.0.0.1)"
     )
