@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from rich.console import Console, RenderableType
 from rich.panel import Panel
 from rich.table import Table
@@ -14,7 +11,7 @@ from firmware_protocol.printable import printable
 from nxtdrive.cli.decision_view import candidate_table, known_lines
 from nxtdrive.cli.output import make_console
 from nxtdrive.recording.decisions import Outcome, Result, Step, same
-from nxtdrive.recording.explanation import Explained, Explanation
+from nxtdrive.recording.explanation import Explained, Explanation, what_if_words
 from nxtdrive.recording.wording import failure_words, measured_words, spaced
 
 LEFT = {"left": "left for now", "gave_up": "given up"}
@@ -78,15 +75,6 @@ def _body(each: Explained, explanation: Explanation) -> Table:
     for label, text in _replayed(each, explanation):
         grid.add_row(label, text)
     return grid
-
-
-def what_if_words(told: Mapping[str, Any]) -> str:
-    """Say what ``nxtdrive what-if`` found: the costs of the choice and of the best candidate, and the regret."""
-    chosen, best = (next(each for each in told["candidates"] if each[mark]) for mark in ("chosen", "best"))
-    costs = f"the choice costs {chosen['cost_s'][0]:.1f} s to a target on average"
-    if best is not chosen:
-        costs += f"; to {best['does']}, {best['cost_s'][0]:.1f} s"
-    return printable(f"{costs}; regret {told['regret_s']:.1f} s")
 
 
 def _raw(each: Explained) -> Text:

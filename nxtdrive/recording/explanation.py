@@ -12,6 +12,7 @@ from pydantic import BaseModel, Field, ValidationError
 from behaviors.mission import Mission
 from behaviors.operator import OperatorChoice
 from behaviors.profiles.registry import make_policy
+from firmware_protocol.printable import printable
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import read_text
 from nxtdrive.recording.decisions import Decision, Replay, decisions, profile_of, replay, weighed_by
@@ -108,3 +109,12 @@ def explain(run: PastRun, policy: str | None = None) -> Explanation:
         Explained(each, weighed_by(own, each), replay(asked, each), known.get(i)) for i, each in enumerate(made, 1)
     )
     return Explanation(run, profile, policy, tuple(explained))
+
+
+def what_if_words(told: Mapping[str, Any]) -> str:
+    """Say what ``nxtdrive what-if`` found: the costs of the choice and of the best candidate, and the regret."""
+    chosen, best = (next(each for each in told["candidates"] if each[mark]) for mark in ("chosen", "best"))
+    costs = f"the choice costs {chosen['cost_s'][0]:.1f} s to a target on average"
+    if best is not chosen:
+        costs += f"; to {best['does']}, {best['cost_s'][0]:.1f} s"
+    return printable(f"{costs}; regret {told['regret_s']:.1f} s")

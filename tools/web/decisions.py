@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from behaviors.evidence import Evidence
@@ -11,14 +11,14 @@ from behaviors.journal import Record
 from behaviors.operator import OperatorChoice
 from behaviors.recoveries import RecoveryPolicy
 from nxtdrive.recording.decisions import Decision, decisions, same, weighed_by
-from nxtdrive.recording.explanation import explain
+from nxtdrive.recording.explanation import explain, what_if_words
 from nxtdrive.recording.run_reader import PastRun
 from nxtdrive.recording.wording import evidence_lines, failure_words, spaced
 
 
 def decisions_of(run: PastRun) -> list[dict[str, Any]]:
     """Return all decisions of a run."""
-    return [decided(each.decision, each.candidates) for each in explain(run).decisions]
+    return [decided(each.decision, each.candidates, each.what_if) for each in explain(run).decisions]
 
 
 def made(record: Record, policy: RecoveryPolicy) -> dict[str, Any]:
@@ -27,16 +27,19 @@ def made(record: Record, policy: RecoveryPolicy) -> dict[str, Any]:
     return decided(decision, weighed_by(policy, decision))
 
 
-def decided(decision: Decision, candidates: Iterable[OperatorChoice]) -> dict[str, Any]:
+def decided(
+    decision: Decision, candidates: Iterable[OperatorChoice], what_if: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
     """Return a decision as plain values.
 
     Args:
         decision: As the journal has it.
         candidates: As the run's policy weighs them.
+        what_if: What each candidate would have cost, as ``nxtdrive what-if`` left it.
     """
     choice, weighed = decision.choice, list(candidates)
     chosen = next((i for i, each in enumerate(weighed) if choice and same(each.choice, choice)), None)
-    return {
+    values = {
         "t": decision.time_s,
         "target": decision.target,
         "failed": failure_words(decision.reason),
@@ -47,6 +50,23 @@ def decided(decision: Decision, candidates: Iterable[OperatorChoice]) -> dict[st
         "candidates": [candidate(each) for each in weighed],
         "chosen": chosen,
     }
+    return _with_costs(values, what_if) if what_if else values
+
+
+def _with_costs(values: dict[str, Any], what_if: Mapping[str, Any]) -> dict[str, Any]:
+    """Add what each candidate would have cost; what the policy does not weigh comes last."""
+    known = list(what_if["candidates"])
+    # two candidates may have the same words; there, too, the chosen one comes first
+    for each in sorted(values["candidates"], key=lambda each: each is not values["candidates"][values["chosen"] or 0]):
+        if found := next((told for told in known if told["does"] == each["text"]), None):
+            known.remove(found)
+            each |= _cost(found)
+    values["candidates"] += [{"text": told["does"], "why": "", **_cost(told)} for told in known]
+    return {**values, "what_if": what_if_words(what_if)}
+
+
+def _cost(told: Mapping[str, Any]) -> dict[str, Any]:
+    return {"cost_s": told["cost_s"], "best": told["best"]}
 
 
 def asked(evidence: Evidence, candidates: Iterable[OperatorChoice]) -> dict[str, Any]:

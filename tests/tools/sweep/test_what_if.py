@@ -8,10 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nxtdrive.cli.explanation_view import what_if_words
 from nxtdrive.cli.main import main
 from nxtdrive.mission.setup import load, with_profile
-from nxtdrive.recording.explanation import what_ifs
+from nxtdrive.recording.explanation import what_if_words, what_ifs
 from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.recording.run_reader import read_run
 from nxtdrive.tools.sweep.regret import regret

@@ -50,6 +50,26 @@ def test_a_decision_shows_its_cause_its_candidates_and_the_choice():
     assert any("in the way" in line for line in shown["known"])
 
 
+def test_a_replay_shows_what_each_candidate_would_have_cost(tmp_path):
+    record, choice = _choice("adaptive")
+    (tmp_path / "journal.jsonl").write_text(record.to_json() + "\n")
+    words = [each["text"] for each in made(record, make_policy("adaptive", setup.load(None)))["candidates"]]
+    proposed = [choice.words(), *(text for text in words if text != choice.words()), "leave this target"]
+    costs = {text: [10.0 * number, 10.0 * number - 1, 10.0 * number + 1] for number, text in enumerate(proposed, 1)}
+    told = [
+        {"does": text, "chosen": text == choice.words(), "best": text == words[1], "cost_s": costs[text]}
+        for text in proposed
+    ]
+    (tmp_path / "what-if.json").write_text(
+        json.dumps({"decisions": [{"decision": 1, "regret_s": 2.0, "candidates": told}]})
+    )
+    (shown,) = decisions_of(read_run(tmp_path))
+    assert {each["text"]: each["cost_s"] for each in shown["candidates"]} == costs
+    assert [each["text"] for each in shown["candidates"] if each["best"]] == [words[1]]
+    assert shown["candidates"][shown["chosen"]]["text"] == choice.words()
+    assert "regret 2.0 s" in shown["what_if"]
+
+
 def test_a_rule_that_weighs_nothing_shows_no_candidates():
     record, choice = _choice("thesis")
     shown = made(record, make_policy("thesis", setup.load(None)))

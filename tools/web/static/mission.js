@@ -37,13 +37,14 @@ export class Decisions {
     );
   }
 
-  show({ t, target, failed, known, choice, why, operator, candidates, chosen }) {
+  show({ t, target, failed, known, choice, why, operator, candidates, chosen, what_if }) {
     const parts = [
       element("h2", `Decision at ${t.toFixed(1)} s`),
       element("p", `${target}: ${failed}`),
       element("p", `→ ${choice}: ${why}${operator ? " (you decided)" : ""}`, "choice"),
     ];
     if (candidates.length) parts.push(this.table(candidates, chosen));
+    if (what_if) parts.push(element("p", `What if: ${what_if}`));
     const list = document.createElement("ul");
     list.append(...known.map((text) => element("li", text)));
     this.box.replaceChildren(...parts, list);
@@ -54,10 +55,13 @@ export class Decisions {
     const table = document.createElement("table");
     table.createCaption().textContent = "What could be done";
     const head = table.createTHead().insertRow();
-    for (const title of ["", "candidate", "takes", "chance", "per success"]) head.append(element("th", title));
+    const played = candidates.some(({ cost_s }) => cost_s);
+    const titles = ["", "candidate", "takes", "chance", "per success", ...(played ? ["what if"] : [])];
+    for (const title of titles) head.append(element("th", title));
     candidates.forEach((each, index) => {
       const row = table.insertRow();
       const cells = [index === chosen ? "chosen" : "", each.text, seconds(each.seconds), chance(each.chance), seconds(each.expected_s)];
+      if (played) cells.push(cost(each));
       row.append(...cells.map((text) => element("td", text)));
       row.title = each.why;
       row.classList.toggle("chosen", index === chosen);
@@ -124,6 +128,11 @@ export class MissionPanel {
 function seconds(value) {
   if (value === undefined) return "–";
   return value === null ? "never" : `${value.toFixed(0)} s`;
+}
+
+// mean time to the targets that were left, as nxtdrive what-if found it
+function cost({ cost_s, best }) {
+  return cost_s ? `${seconds(cost_s[0])}${best ? " best" : ""}` : "–";
 }
 
 function chance(value) {
