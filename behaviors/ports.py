@@ -9,8 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
+from enum import Flag, StrEnum, auto
 from typing import Protocol
+
+from behaviors.angles import wrapped_deg
 
 Point = tuple[float, float]
 """x_mm, y_mm in the frame of the robot's start."""
@@ -35,6 +37,26 @@ class Pose:
         angle = math.radians(self.heading_deg + bearing_deg)
         return self.x_mm + distance_mm * math.cos(angle), self.y_mm + distance_mm * math.sin(angle)
 
+    def polar_to(self, point: Point) -> tuple[float, float]:
+        """Return a point's bearing in degrees, positive right, and its distance in millimetres."""
+        dx, dy = point[0] - self.x_mm, point[1] - self.y_mm
+        return wrapped_deg(math.degrees(math.atan2(dy, dx)) - self.heading_deg), math.hypot(dx, dy)
+
+
+class Cut(Flag):
+    """Sides of the frame beyond which a target goes on."""
+
+    NONE = 0
+    LEFT = auto()
+    TOP = auto()
+    RIGHT = auto()
+    BOTTOM = auto()
+
+    @property
+    def names(self) -> list[str]:
+        """The sides in words, for records: ``["left", "bottom"]``."""
+        return [str(side.name).lower() for side in self]
+
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
@@ -46,7 +68,10 @@ class Sighting:
         distance_mm: From the camera to the target, by its apparent size.
         confidence: 0..1 as the detector grades it.
         time_s: When the newest frame was taken, on the mission's clock.
-        box: The target in that frame: left, top, width, height in pixels.
+        box: The target in that frame: left, top, width, height in pixels; it may extend beyond the frame.
+        cut: Where the frame cuts it off, if the detector knows only what is visible.
+        bound: Whether what is visible does not tell its size: then it is no farther away than `distance_mm`, and its
+            middle is at `bearing_deg` or farther out on the side where it is cut off.
     """
 
     target: str
@@ -55,6 +80,8 @@ class Sighting:
     confidence: float
     time_s: float
     box: tuple[int, int, int, int]
+    cut: Cut = Cut.NONE
+    bound: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -364,11 +364,13 @@ def pose_values(pose: Pose) -> list[float]:
     return [round(pose.x_mm, 1), round(pose.y_mm, 1), round(pose.heading_deg, 1)]
 
 
-def sighting_values(sighting: Sighting) -> dict[str, float | list[int]]:
-    """Return a sighting as plain values."""
+def sighting_values(sighting: Sighting) -> dict[str, object]:
+    """Return a sighting as plain values; with where it is cut off, if it is."""
+    cut = {"cut": sighting.cut.names, "bound": sighting.bound} if sighting.cut else {}
     return {
         "bearing_deg": round(sighting.bearing_deg, 2),
         "distance_mm": round(sighting.distance_mm, 1),
         "confidence": round(sighting.confidence, 3),
         "box": list(sighting.box),
+        **cut,
     }

@@ -150,7 +150,7 @@ class ApproachSkill:
         """Update the odds that it is the target."""
         sighting = observation.sighting
         if sighting is not None:
-            self._oblique = self._perception.world.oblique(self._perception.target, sighting)
+            self._oblique = self._perception.world.slant.oblique(sighting)
             self._seen_s = observation.time_s
         if self._should_be_seen(bearing_deg, distance_mm):
             for hit in observation.frames:

@@ -132,7 +132,7 @@ class CameraScale:
         return arrive_mm * min(1.0, N.sure * math.exp(-2.0 * (sd if heard else max(sd, N.unheard_sd))))
 
     def learn(self, sighting: Sighting, pose: Pose, range_mm: float | None) -> None:
-        """Update with a distance by size as measured.
+        """Update with a distance by size as measured; one of a target that is cut off is none.
 
         Args:
             sighting: It is not seen from far aside.
@@ -140,7 +140,7 @@ class CameraScale:
             range_mm: The echo, or None.
         """
         estimate = self._of(sighting.target)
-        if abs(sighting.bearing_deg) > N.ahead_deg:
+        if abs(sighting.bearing_deg) > N.ahead_deg or sighting.cut:
             estimate.begin = None
             return
         before = estimate.variance

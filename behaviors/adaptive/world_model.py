@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 
 from behaviors.adaptive.attempts import Attempts
 from behaviors.adaptive.belief import Belief
+from behaviors.adaptive.bounded_sighting import estimated
 from behaviors.adaptive.camera_scale import CameraScale
 from behaviors.adaptive.look_alikes import LookAlikes
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.recent_echoes import RecentEchoes
+from behaviors.adaptive.slant import Slant
 from behaviors.adaptive.trail import Trail
 from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Reason
@@ -43,8 +45,6 @@ class WorldNumbers:
         step_deg: Looks whose headings differ by less than this, and their places by less than `step_mm`, update the
             belief together.
         step_mm: See `step_deg`.
-        upright: Width over height of an upright print.
-        narrow: A print that looks narrower than this share of it is seen from far aside, 44 degrees.
         new_mm: What hides a target from a place hides it, in one case out of e, also from this far beside it.
         same_blocker_s: A blocker is the last one again when that was no longer ago than this.
         same_blocker_mm: And no farther away than this.
@@ -63,8 +63,6 @@ class WorldNumbers:
     jump_share: float = 0.3
     step_deg: float = 6.0
     step_mm: float = 120.0
-    upright: float = 0.7
-    narrow: float = 0.72
     new_mm: float = 500.0
     same_blocker_s: float = 40.0
     same_blocker_mm: float = 400.0
@@ -115,6 +113,7 @@ class WorldModel:
         attempts: What was tried where, and what failed.
         look_alikes: What is not taken for a target.
         scale: How wrong distances by apparent size are.
+        slant: Which targets are seen from far aside.
         pose: Where the robot is.
         known: The targets that were seen, by name, until there is a reason to forget them.
         beliefs: Where each target may be, by name.
@@ -134,6 +133,7 @@ class WorldModel:
         self.attempts = Attempts()
         self.look_alikes = LookAlikes()
         self.scale = CameraScale(mission.sonar_ahead_mm)
+        self.slant = Slant()
         self.pose = Pose()
         self._now_s = 0.0
         self.known: dict[str, TargetEstimate] = {}
@@ -154,7 +154,6 @@ class WorldModel:
         self._blocked: tuple[Point, float, float] | None = None
         self._unseen: dict[str, _Unseen] = {}
         self._renewed_s: float | None = None
-        self._aspect: dict[str, float] = {}
         self._looked_from: list[tuple[str, Point]] = []
 
     @property
@@ -201,12 +200,12 @@ class WorldModel:
 
     def look(self, looked_for: Sequence[str], glance: Glimpse, range_mm: float | None) -> Mapping[str, Sighting]:
         """Update with a further frame, taken no later than the last echo and pose; returns as `perceive` does."""
-        seen = {name: self.scale.corrected(sighting) for name, sighting in glance.seen.items()}
+        seen = {name: self._estimated(sighting, range_mm) for name, sighting in glance.seen.items()}
         believed = {name: sighting for name, sighting in seen.items() if self._believes(sighting)}
         for target in looked_for:
             if target in believed:
                 self._see(target, believed[target])
-                if not self.oblique(target, believed[target]):
+                if not self.slant.oblique(believed[target]):
                     self.scale.learn(glance.seen[target], self.trail.at(glance.time_s), range_mm)
             else:
                 self._miss(target, self.camera.view_at(self.trail.at(glance.time_s)))
@@ -318,14 +317,11 @@ class WorldModel:
 
     def polar_to(self, point: Point) -> tuple[float, float]:
         """Return a point's bearing in degrees, positive right, and its distance in millimetres."""
-        dx, dy = point[0] - self.pose.x_mm, point[1] - self.pose.y_mm
-        bearing_deg = wrapped_deg(math.degrees(math.atan2(dy, dx)) - self.pose.heading_deg)
-        return bearing_deg, math.hypot(dx, dy)
+        return self.pose.polar_to(point)
 
     def sight_to(self, point: Point) -> tuple[float, float]:
         """Return a point's bearing from the robot, degrees, and its distance from the lens, as sightings have it."""
-        lens = self.camera.lens_at(self.pose)
-        return self.polar_to(point)[0], math.hypot(point[0] - lens.x_mm, point[1] - lens.y_mm)
+        return self.polar_to(point)[0], self.camera.lens_at(self.pose).polar_to(point)[1]
 
     def chance_from(self, target: str, place: Point) -> float:
         """Return the probability that one look round from a place finds the target."""
@@ -351,6 +347,13 @@ class WorldModel:
         known = self.known.get(target)
         return known is None or self.attempts.new_approach(target, start, known.place, self._now_s)
 
+    def _estimated(self, sighting: Sighting, range_mm: float | None) -> Sighting:
+        """Return a sighting with the distance and the bearing that are to be believed."""
+        lens, known = self.camera.lens_at(self.trail.at(sighting.time_s)), self.known.get(sighting.target)
+        heard_mm = None if range_mm is None else range_mm + self.scale.sonar_ahead_mm
+        remembered = None if known is None else lens.polar_to(known.place)
+        return estimated(self.scale.corrected(sighting), heard_mm, remembered)
+
     def _see(self, target: str, sighting: Sighting) -> None:
         self._unseen.pop(target, None)
         pose = self.camera.lens_at(self.trail.at(sighting.time_s))
@@ -365,18 +368,11 @@ class WorldModel:
                 before.place[1] + N.settles * (place[1] - before.place[1]),
             )
         if before is None or sighting.time_s - before.time_s > N.new_look_s:
-            self.beliefs[target].see(place, here, oblique=self.oblique(target, sighting))
+            self.beliefs[target].see(place, here, oblique=self.slant.oblique(sighting))
         towards_deg = math.degrees(math.atan2(here[1] - place[1], here[0] - place[0]))
         if before is not None:
             towards_deg = before.seen_deg + N.turns * wrapped_deg(towards_deg - before.seen_deg)
         self.known[target] = TargetEstimate(place, here, towards_deg, sighting.time_s, sighting.distance_mm)
-
-    def oblique(self, target: str, sighting: Sighting) -> bool:
-        """Whether a target is seen from far aside: it looks clearly narrower than at its widest, which is kept here."""
-        _, _, width, height = sighting.box
-        aspect = width / max(1, height)
-        self._aspect[target] = max(self._aspect.get(target, N.upright), aspect)
-        return aspect < N.narrow * self._aspect[target]
 
     def _miss(self, target: str, pose: Pose) -> None:
         unseen = self._unseen.get(target)

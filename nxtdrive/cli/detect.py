@@ -50,15 +50,17 @@ class Found:
 
     Attributes:
         bearing_deg: Positive right.
-        distance_mm: Estimated from the apparent height.
+        distance_mm: Estimated from the apparent height; an upper bound where the target is cut off.
         score: 0..1 as the detector grades it.
         box: Left, top, width, height in pixels.
+        cut: Sides at which the frame cuts the target off: left, top, right, bottom.
     """
 
     bearing_deg: float
     distance_mm: float
     score: float
     box: tuple[int, int, int, int]
+    cut: list[str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,13 +206,14 @@ def _frames(source: str, limit: int | None) -> Iterator[Frame]:
 
 def _look(frame: Frame, target: TargetDetector, pinhole: Pinhole) -> tuple[Look, list[Detection]]:
     from nxtdrive.transports.base import WallClock
+    from nxtdrive.vision.cut_off import marked
 
     clock = WallClock()
     begun = clock.now()
-    detections = target.detector.detect(frame.image)
+    detections = marked(target.detector.detect(frame.image), *frame.image.shape[1::-1])
     ms = (clock.now() - begun) * 1000
     places = ((one, *pinhole.locate(one, target.height_mm)) for one in detections)
-    found = [Found(round(deg, 2), round(mm), round(one.score, 3), one.box) for one, deg, mm in places]
+    found = [Found(round(deg, 2), round(mm), round(one.score, 3), one.box, one.cut.names) for one, deg, mm in places]
     return Look(frame.index, round(ms, 2), found), detections
 
 
@@ -221,15 +224,22 @@ def _drawn(frame: Frame, name: str, look: Look, detections: list[Detection]) -> 
     sighting = None
     if look.found:
         best = look.found[0]
-        sighting = Sighting(name, best.bearing_deg, best.distance_mm, best.score, frame.time_s, best.box)
+        place = best.bearing_deg, best.distance_mm
+        sighting = Sighting(name, *place, best.score, frame.time_s, best.box, bound=bool(best.cut))
     return annotate(frame.image, sighting, detections)
 
 
 def _line(name: str, look: Look) -> str:
     if not look.found:
         return f"frame {look.frame:4}  nothing  {look.ms:.1f} ms"
-    places = ", ".join(f"{one.bearing_deg:+.1f} deg {one.distance_mm} mm (score {one.score:.2f})" for one in look.found)
-    return f"frame {look.frame:4}  {name} at {places}  {look.ms:.1f} ms"
+    return f"frame {look.frame:4}  {name} at {', '.join(map(_place, look.found))}  {look.ms:.1f} ms"
+
+
+def _place(one: Found) -> str:
+    distance, cut = f"{one.distance_mm} mm", ""
+    if one.cut:
+        distance, cut = f"at most {distance}", f", cut off at {' and '.join(one.cut)}"
+    return f"{one.bearing_deg:+.1f} deg {distance} (score {one.score:.2f}{cut})"
 
 
 def _report(looks: list[Look], path: Path, as_json: bool) -> int:

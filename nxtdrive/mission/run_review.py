@@ -131,7 +131,12 @@ class RunReview:
     def _contradiction(self) -> tuple[float, float] | None:
         """Return echo and distance by size of the last look, if they contradict each other."""
         sighting, range_mm = self._look.get("sighting"), self._look.get("range_mm")
-        if sighting is None or range_mm is None or abs(sighting["bearing_deg"]) > APPROACH.ahead_deg:
+        if (
+            sighting is None
+            or sighting.get("bound")
+            or range_mm is None
+            or abs(sighting["bearing_deg"]) > APPROACH.ahead_deg
+        ):
             return None
         distance_mm = sighting["distance_mm"]
         thesis = self._mission.mission.profile == "thesis"

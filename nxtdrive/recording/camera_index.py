@@ -64,6 +64,7 @@ class Seen(_Line):
     distance_mm: float
     confidence: float
     box: tuple[Pixels, Pixels, Pixels, Pixels]
+    bound: bool = False
 
 
 class Look(_Line):
@@ -150,6 +151,7 @@ def _seen(sighting: Sighting) -> Seen:
         distance_mm=round(sighting.distance_mm, 3),
         confidence=round(sighting.confidence, 3),
         box=_whole(sighting.box),
+        bound=sighting.bound,
     )
 
 
@@ -166,7 +168,8 @@ def _sighting(time_s: float, look: Look) -> Sighting | None:
     seen = look.sighting
     if seen is None:
         return None
-    return Sighting(look.target, seen.bearing_deg, seen.distance_mm, seen.confidence, time_s, seen.box)
+    place = seen.bearing_deg, seen.distance_mm
+    return Sighting(look.target, *place, seen.confidence, time_s, seen.box, bound=seen.bound)
 
 
 def _parsed(model: type[Model], line: str) -> Model | None:

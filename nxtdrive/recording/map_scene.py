@@ -102,7 +102,7 @@ def _add_look(scene: MapScene, record: Record, here: Pose, camera: CameraTable) 
         scene.floor.echo(here, range_mm)
     if isinstance(sighting, dict):
         distance_mm, bearing_deg = _number(sighting.get("distance_mm")), _number(sighting.get("bearing_deg"))
-        if distance_mm is not None and bearing_deg is not None:
+        if distance_mm is not None and bearing_deg is not None and not sighting.get("bound"):
             place = camera.lens_at(here).ahead(distance_mm, bearing_deg)
             scene.sightings.setdefault(record.target, []).append(place)
 

@@ -162,7 +162,9 @@ def _boxes(picture: Picture) -> dict[str, Any]:
         boxes = [(each.box, FOUND) for each in look.found if seen is None or each.box != seen.box]
         if seen is not None:
             boxes.append((seen.box, SEEN))
-            text = f"{look.target}  {seen.distance_mm / 1000:.2f} m  {seen.bearing_deg:+.0f}°"
+            text = (
+                f"{look.target}  {'≤ ' if seen.bound else ''}{seen.distance_mm / 1000:.2f} m  {seen.bearing_deg:+.0f}°"
+            )
             place = {"x": seen.box[0], "y": seen.box[1] - 4}
             colors = {"text_color": TEXT, "background_color": SHADE}
             texts.append({"timestamp": stamp, "position": place, "text": text, "font_size": 12.0, **colors})

@@ -106,4 +106,5 @@ def _where(sighting: Mapping[str, float] | None) -> str:
     bearing_deg = sighting["bearing_deg"]
     side = "right" if bearing_deg > 0 else "left"
     aside = f"{abs(bearing_deg):.0f}° to the {side}" if abs(bearing_deg) >= 1 else "straight ahead"
-    return f" {sighting['distance_mm'] / 1000:.1f} m away, {aside}"
+    at_most = "at most " if sighting.get("bound") else ""
+    return f" {at_most}{sighting['distance_mm'] / 1000:.1f} m away, {aside}"

@@ -94,4 +94,5 @@ class StatusLine:
 
 
 def _sighting(values: Mapping[str, object]) -> str:
-    return f"{values['distance_mm']:.0f} mm at {values['bearing_deg']:+.0f}°"
+    at_most = "≤ " if values.get("bound") else ""
+    return f"{at_most}{values['distance_mm']:.0f} mm at {values['bearing_deg']:+.0f}°"

@@ -44,9 +44,10 @@ def annotate(image: Image, sighting: Sighting | None, detections: Sequence[Detec
 
 
 def caption(sighting: Sighting) -> str:
-    """Format a sighting, e.g. ``lena R 12° 1.43 m``."""
+    """Format a sighting, e.g. ``lena R 12° 1.43 m``, or ``≤ 0.4 m`` where its size is not in view."""
     side = "R" if sighting.bearing_deg >= 0 else "L"
-    return f"{sighting.target} {side} {abs(sighting.bearing_deg):.0f}° {sighting.distance_mm / 1000:.2f} m"
+    at_most = "≤ " if sighting.bound else ""
+    return f"{sighting.target} {side} {abs(sighting.bearing_deg):.0f}° {at_most}{sighting.distance_mm / 1000:.2f} m"
 
 
 def _outline(image: Image, detection: Detection, color: tuple[int, int, int]) -> None:

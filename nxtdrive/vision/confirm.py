@@ -63,5 +63,8 @@ class Confirmation:
         return 1 + sum(any(self._agree(one, other) for other in seen) for seen in recent)
 
     def _agree(self, one: Sighting, other: Sighting) -> bool:
-        near, far = sorted((one.distance_mm, other.distance_mm))
-        return abs(one.bearing_deg - other.bearing_deg) <= self._bearing_gate_deg and far <= near * self._distance_gate
+        """Whether both may be of one place; one that is cut off may be nearer than it looks."""
+        if abs(one.bearing_deg - other.bearing_deg) > self._bearing_gate_deg:
+            return False
+        near, far = sorted((one, other), key=lambda sighting: sighting.distance_mm)
+        return far.bound or far.distance_mm <= near.distance_mm * self._distance_gate

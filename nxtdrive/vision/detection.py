@@ -8,6 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from behaviors.ports import Cut
+
 Image = NDArray[np.uint8]
 """A picture: (height, width, 3) in OpenCV's order blue, green, red, or (height, width) in gray."""
 
@@ -23,14 +25,18 @@ class Detection:
     """One place in a frame where a detector finds its target.
 
     Attributes:
-        box: Upright box around the whole target.
+        box: Upright box around the whole target; around what is visible, where it is cut off and not completed.
         score: Confidence 0..1; comparable only within one kind of detector.
         quad: The four corners, if the detector determines them; distance and bearing are then computed from these.
+        cut: Sides of the frame at which the box ends because the frame does; see `nxtdrive.vision.cut_off`.
+        bound: Whether the target is at least as large as the box, and its size is not known.
     """
 
     box: Box
     score: float
     quad: Quad | None = None
+    cut: Cut = Cut.NONE
+    bound: bool = False
 
     @property
     def centre(self) -> tuple[float, float]:

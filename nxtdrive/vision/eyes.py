@@ -10,6 +10,7 @@ from behaviors.ports import Blind, Clock, Glimpse, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import Camera, EndOfFrames, Frame, frame_number, next_tick
 from nxtdrive.vision.confirm import Confirmation
+from nxtdrive.vision.cut_off import Shape, marked
 from nxtdrive.vision.detection import Detection, Quad, TargetDetector, box_of
 from nxtdrive.vision.detectors.picture import detect_each
 from nxtdrive.vision.focus import detect_near
@@ -67,6 +68,7 @@ class CameraEyes:
         self._timeout_s = timeout_s
         self._latency_s = latency_s
         self._confirmations = {name: confirmation() for name in targets}
+        self._shapes = {name: Shape() for name in targets}
         self._observers: list[OnLook] = []
 
     def on_look(self, observer: OnLook) -> None:
@@ -101,9 +103,12 @@ class CameraEyes:
     def _sighted(self, frame: Frame, target: str, found: Sequence[Detection]) -> Sighting | None:
         height, width = frame.image.shape[:2]
         pinhole, height_mm = self._pinhole.resized(width, height), self._targets[target].height_mm
-        exposed_s = frame.time_s - self._latency_s
+        exposed_s, shape = frame.time_s - self._latency_s, self._shapes[target]
+        found = [shape.completed(one) for one in found]
         located = [_sighting(target, one, *pinhole.locate(one, height_mm), exposed_s) for one in found]
         sighting = self._confirmations[target].update(exposed_s, located)
+        if sighting is not None:
+            shape.learn(sighting)
         for observer in self._observers:
             observer(frame, target, sighting, found)
         return sighting
@@ -115,7 +120,9 @@ class CameraEyes:
             track = self._confirmations[target].track(frame.time_s - self._latency_s)
             near[target] = detect_near(self._targets[target].detector, frame.image, track.box) if track else []
         missed = {target: self._targets[target].detector for target, found in near.items() if not found}
-        return near | detect_each(missed, frame.image)
+        height, width = frame.image.shape[:2]
+        everywhere = detect_each(missed, frame.image)
+        return near | {target: marked(found, width, height) for target, found in everywhere.items()}
 
 
 class GeometricSensor(Protocol):
@@ -221,7 +228,7 @@ def _glimpse(time_s: float, sightings: Mapping[str, Sighting | None]) -> Glimpse
 
 def _sighting(target: str, found: Detection, bearing_deg: float, distance_mm: float, time_s: float) -> Sighting:
     confidence = min(1.0, max(0.0, found.score)) if math.isfinite(found.score) else 0.0
-    return Sighting(target, bearing_deg, distance_mm, confidence, time_s, found.box)
+    return Sighting(target, bearing_deg, distance_mm, confidence, time_s, found.box, found.cut, found.bound)
 
 
 def _check_known(targets: Sequence[str], known: Mapping[str, object]) -> None:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
+from behaviors.ports import Cut
+from nxtdrive.vision.cut_off import marked
 from nxtdrive.vision.detection import Box, Detection, Detector, Image, Quad
 
 TARGET_HEIGHT_PX = 80
@@ -17,7 +21,10 @@ LEAST_MARGIN_PX = 24
 
 
 def detect_near(detector: Detector, image: Image, box: Box) -> list[Detection]:
-    """Return what `detector` finds in the BGR `image` near `box`, in the image's coordinates, best first."""
+    """Return what `detector` finds in the BGR `image` near `box`, in the image's coordinates, best first.
+
+    What goes on outside of that part of the image is not returned, since the whole image shows more of it.
+    """
     left, top, width, height = box
     margin = max(LEAST_MARGIN_PX, round(MARGIN * max(width, height)))
     x0, y0 = max(0, left - margin), max(0, top - margin)
@@ -28,7 +35,17 @@ def detect_near(detector: Detector, image: Image, box: Box) -> list[Detection]:
     size = (max(1, round(crop.shape[1] * zoom)), max(1, round(crop.shape[0] * zoom)))
     small = crop if zoom == 1 else cv2.resize(crop, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
     stretch_x, stretch_y = crop.shape[1] / small.shape[1], crop.shape[0] / small.shape[0]
-    return [_placed(found, x0, y0, stretch_x, stretch_y) for found in detector.detect(small)]
+    inside = _inside(image, x0, y0, crop)
+    near = [one for one in marked(detector.detect(small), small.shape[1], small.shape[0]) if not one.cut & inside]
+    return [_placed(found, x0, y0, stretch_x, stretch_y) for found in near]
+
+
+def _inside(image: Image, x0: int, y0: int, crop: Image) -> Cut:
+    """Return the sides of the crop that lie within the image."""
+    inside = Cut.LEFT if x0 else Cut.NONE
+    inside |= Cut.TOP if y0 else Cut.NONE
+    inside |= Cut.RIGHT if x0 + crop.shape[1] < image.shape[1] else Cut.NONE
+    return inside | (Cut.BOTTOM if y0 + crop.shape[0] < image.shape[0] else Cut.NONE)
 
 
 def _placed(found: Detection, x0: int, y0: int, stretch_x: float, stretch_y: float) -> Detection:
@@ -41,7 +58,7 @@ def _placed(found: Detection, x0: int, y0: int, stretch_x: float, stretch_y: flo
         round(height * stretch_y),
     )
     if found.quad is None:
-        return Detection(box, found.score)
+        return replace(found, box=box)
     a, b, c, d = ((x0 + u * stretch_x, y0 + v * stretch_y) for u, v in found.quad)
     quad: Quad = (a, b, c, d)
-    return Detection(box, found.score, quad)
+    return replace(found, box=box, quad=quad)

@@ -157,7 +157,9 @@ class Pilot:
             return f"{spotter.target}: not in sight"
         self.map.see(pose, sighting.bearing_deg, sighting.distance_mm)
         side = "right" if sighting.bearing_deg >= 0 else "left"
-        return f"{spotter.target}: {sighting.distance_mm / 1000:.2f} m, {abs(sighting.bearing_deg):.0f}° {side}"
+        at_most = "at most " if sighting.bound else ""
+        away = f"{at_most}{sighting.distance_mm / 1000:.2f} m"
+        return f"{spotter.target}: {away}, {abs(sighting.bearing_deg):.0f}° {side}"
 
 
 def _way(speed: float, turn: float) -> tuple[int, int]:

@@ -1,11 +1,12 @@
 """How wrong distances by apparent size are: learned from echoes and from how a picture grows."""
 
+from dataclasses import replace
 from random import Random
 
 import pytest
 
 from behaviors.adaptive.camera_scale import CameraScale
-from behaviors.ports import Pose, Sighting
+from behaviors.ports import Cut, Pose, Sighting
 
 ARRIVE_MM, AHEAD_MM = 420.0, 40.0
 FACTORS = (0.82, 0.9, 1.0, 1.1, 1.22)
@@ -79,3 +80,11 @@ def test_where_no_echo_confirms_a_stop_the_robot_goes_nearer_by_as_much_as_wheel
         unheard_mm = scale.assured_mm(target, ARRIVE_MM, heard=False)
         assert unheard_mm < scale.assured_mm(target, ARRIVE_MM)
         assert unheard_mm * factor / _factor(scale, target) <= 1.08 * ARRIVE_MM
+
+
+def test_nothing_is_learned_from_a_target_that_is_cut_off():
+    scale = CameraScale(AHEAD_MM)
+    for i in range(60):
+        seen = replace(_sighting(400.0 + 3.0 * i), cut=Cut.BOTTOM)
+        scale.learn(seen, Pose(5.0 * i), 500.0 - 5.0 * i)
+    assert _factor(scale) == 1.0

@@ -105,9 +105,10 @@ def test_a_photograph_becomes_a_mission_that_succeeds_in_its_room(name, capsys):
 
 
 @pytest.mark.slow
-def test_the_red_box_stands_in_its_room():
+@pytest.mark.parametrize("seed", [0, 3, 5, 11])
+def test_the_red_box_stands_in_its_room_and_is_reached_though_the_frame_cuts_it_off(seed):
     assert main(["mission", "new"]) == DONE
-    assert nxtdrive.run_mission("my-mission.toml", nxt="sim://my-mission-world.toml").achieved
+    assert nxtdrive.run_mission("my-mission.toml", nxt=f"sim://my-mission-world.toml?seed={seed}").achieved
 
 
 def test_a_picture_elsewhere_is_named_by_its_path(tmp_path):

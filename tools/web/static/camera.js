@@ -22,7 +22,7 @@ export function showCamera(connection, canvas) {
 export function drawBox(context, seen) {
   const [x, y, width, height] = seen.box;
   const angle = Math.round(seen.bearing_deg), side = angle < 0 ? " left" : angle > 0 ? " right" : "";
-  const text = `${seen.target}  ${(seen.distance_mm / 1000).toFixed(2)} m  ${Math.abs(angle)}°${side}`;
+  const text = `${seen.target}  ${seen.bound ? "≤ " : ""}${(seen.distance_mm / 1000).toFixed(2)} m  ${Math.abs(angle)}°${side}`;
   context.lineWidth = 2;
   context.strokeStyle = "#20d060";
   context.strokeRect(x, y, width, height);

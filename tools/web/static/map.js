@@ -41,7 +41,7 @@ export class FloorMap {
   record(record) {
     this.inView = ["arrive", "verify"].includes(record.state);
     if (record.pose) this.moved(record.pose, record.range_mm ?? null);
-    if (record.kind === "look" && record.sighting) {
+    if (record.kind === "look" && record.sighting && !record.sighting.bound) {
       const at = ahead(this.lens(), record.sighting.distance_mm, record.sighting.bearing_deg);
       this.sightings.set(record.target, at);
       this.include(at);

@@ -1,0 +1,42 @@
+"""What to believe of a target whose size is not in view, since the frame cuts it off."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from behaviors.ports import Cut, Sighting
+
+BEAM_DEG = 10.0
+"""The sonar hears a target within this bearing."""
+
+
+def estimated(sighting: Sighting, heard_mm: float | None, remembered: tuple[float, float] | None) -> Sighting:
+    """Return a sighting with the best estimate of its place, where it only bounds that.
+
+    An echo is of the target if that goes on below the frame: what stands nearer would hide its lower part. Without
+    one the target is where it was, unless the frame says that it is nearer or less far aside.
+
+    Args:
+        sighting: With its distance corrected.
+        heard_mm: How far in front of the lens the echo comes from, or None.
+        remembered: Bearing and distance, from the lens, of where it was seen last; None if it was not.
+    """
+    if not sighting.bound:
+        return sighting
+    bearing_deg, distance_mm = sighting.bearing_deg, sighting.distance_mm
+    if remembered is not None:
+        bearing_deg = _aside(sighting, remembered[0])
+        distance_mm = min(distance_mm, remembered[1])
+    heard = heard_mm is not None and Cut.BOTTOM in sighting.cut and abs(sighting.bearing_deg) <= BEAM_DEG
+    if heard_mm is not None and heard:
+        distance_mm = min(sighting.distance_mm, heard_mm)
+    bound = remembered is None and not heard
+    return replace(sighting, bearing_deg=bearing_deg, distance_mm=distance_mm, bound=bound)
+
+
+def _aside(sighting: Sighting, remembered_deg: float) -> float:
+    """Return the remembered bearing where what is hidden may reach that far, else that of what is visible."""
+    farther_left, farther_right = Cut.LEFT in sighting.cut, Cut.RIGHT in sighting.cut
+    if remembered_deg < sighting.bearing_deg:
+        return remembered_deg if farther_left else sighting.bearing_deg
+    return remembered_deg if farther_right else sighting.bearing_deg
