@@ -65,6 +65,7 @@ COMMANDS = {
     "sensor": ("sensor", "read or watch a sensor, identify what is plugged in"),
     "monitor": ("monitor", "motors, sensors, battery and link at a glance"),
     "web": ("web", "watch and drive the robot in the browser"),
+    "mcp": ("mcp", "let an assistant use the robot, over the Model Context Protocol"),
     "teleop": ("teleop", "drive by hand in a terminal"),
     "tone": ("tone", "play a tone on a brick"),
     "message": ("message", "write messages to mailboxes, and read them"),

@@ -25,7 +25,7 @@ LIBRARIES = {
     "sim_backend": {"bumble", "cv2", "numpy", "pydantic", "pydantic_core", "pymunk", "usb", "gi"},
     "nxtdrive": DRIVER | {"PIL", "gymnasium", "mcap", "pytest"},
     "tools": DRIVER
-    | {"anyio", "distributed", "matplotlib", "pygame", "segno", "starlette", "textual", "tomlkit", "uvicorn"}
+    | {"anyio", "distributed", "matplotlib", "mcp", "pygame", "segno", "starlette", "textual", "tomlkit", "uvicorn"}
     | {"PIL", "selenium"}  # tools/dev: pictures of the page
     | {"skimage"},  # tools/dev: photographs to look for
 }

@@ -46,6 +46,8 @@ class ShownCalibration:
         outcome: What it found; None before its end, or if that was refused.
     """
 
+    kind, drives = "calibration", True
+
     def __init__(self, wanted: StartCalibration, before: RobotFile, show: Callable[[dict[str, Any]], None]) -> None:
         self.over = False
         self.outcome: Outcome | None = None

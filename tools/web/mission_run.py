@@ -86,7 +86,7 @@ class WebOperator:
     def decision(self) -> dict[str, Any]:
         """Return the open decision as a program reads it; any thread."""
         with self._answered:
-            if (question := self._question) is None:
+            if (question := self._question) is None or self._choice is not None:
                 return {"open": False}
             return {"open": True, "question": self._number, **question_values(question)}
 
@@ -123,6 +123,8 @@ class ShownMission:
         over: Whether it has ended, so that another one may be started.
         operator: Answers its questions.
     """
+
+    kind, drives = "mission", True
 
     def __init__(self, mission: Mission, hub: Hub, *, confirm: bool, file: Path | None = None) -> None:
         self.over = False

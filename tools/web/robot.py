@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,11 +21,16 @@ from ..teleop.pilot import Pilot, View
 from .calibration import ShownCalibration
 from .hub import Hub
 from .mission_run import ShownMission, WebOperator
+from .motions import ShortMotion
 from .pictures import PictureFeed
 from .true_room import TrueRoom
 
 if TYPE_CHECKING:
+    from nxtdrive.motion.rover import Rover
     from nxtdrive.vision.detection import Image
+
+Task = ShownMission | ShownCalibration | ShortMotion
+"""What the robot's thread does besides driving by hand."""
 
 SPEED_MM_S, TURN_DEG_S = 300.0, 90.0
 """Highest speeds of driving by hand; the speed limit takes a share of them."""
@@ -60,7 +65,9 @@ class Robot:
         self._runs = runs
         self._news = threading.Event()
         self._closing, self._beep = threading.Event(), threading.Event()
-        self._shown: ShownMission | ShownCalibration | None = None
+        self._starting = threading.Lock()
+        self._shown: Task | None = None
+        self._rover: tuple[Mission, Rover] | None = None
         self._state: dict[str, object] = {}
         self._opened: queue.SimpleQueue[Exception | None] = queue.SimpleQueue()
         self._now: Callable[[], float] = lambda: 0.0
@@ -132,13 +139,21 @@ class Robot:
         """
         self._start(calibration)
 
-    def _start(self, task: ShownMission | ShownCalibration) -> None:
-        if self.controls.stopped:
-            raise ValueError("The robot is stopped. Release the stop first.")
-        if self.busy:
-            running = "calibration" if isinstance(self._shown, ShownCalibration) else "mission"
-            raise ValueError(f"A {running} is running. End it first.")
-        self._shown = task
+    def start_motion(self, motion: ShortMotion) -> None:
+        """Drive a short motion, or read the sensors, unless the robot is busy or stopped; any thread.
+
+        Raises:
+            ValueError: It cannot start now; the text says why.
+        """
+        self._start(motion)
+
+    def _start(self, task: Task) -> None:
+        with self._starting:
+            if self.controls.stopped and task.drives:
+                raise ValueError("The robot is stopped. Release the stop first.")
+            if self._shown is not None and not self._shown.over:
+                raise ValueError(f"A {self._shown.kind} is running. End it first.")
+            self._shown = task
         self._news.set()
 
     def rebuild(self, mission: Mission) -> None:
@@ -147,7 +162,7 @@ class Robot:
         self._news.set()
 
     def stop_mission(self) -> None:
-        """End the mission or calibration that runs or is about to, if there is one; any thread."""
+        """End the mission, calibration or short motion that runs or is about to, if there is one; any thread."""
         if shown := self._shown:
             shown.end()
 
@@ -168,7 +183,7 @@ class Robot:
 
     @property
     def busy(self) -> bool:
-        """Whether a mission or calibration runs or is about to."""
+        """Whether a mission, calibration or short motion runs or is about to."""
         return self._shown is not None and not self._shown.over
 
     @property
@@ -185,6 +200,11 @@ class Robot:
         """Play a tone when the robot is driven by hand next; any thread."""
         self._beep.set()
         self._news.set()
+
+    @property
+    def state(self) -> Mapping[str, object]:
+        """What clients were told last of the robot that no mission drives; empty before it is open."""
+        return self._state
 
     def picture(self) -> Image | None:
         """Return the camera's latest picture, if it has given one; any thread."""
@@ -231,7 +251,7 @@ class Robot:
     def _drive_by_hand(self, brick: Brick) -> None:
         """Drive as the controls demand until something else is wanted, or the robot is built in another way."""
         mission = self._mission
-        pilot = Pilot(brick, setup.build_rover(brick, mission), self.controls, rest=self._rest(brick))
+        pilot = Pilot(brick, self._hand_rover(brick), self.controls, rest=self._rest(brick))
         room = TrueRoom(brick, self._hub)
         while not (self._closing.is_set() or self.busy) and self._mission is mission:
             try:
@@ -245,6 +265,12 @@ class Robot:
                 self._news.wait(RETRY_S)
         if not self._closing.is_set():
             self.controls.let_go()
+
+    def _hand_rover(self, brick: Brick) -> Rover:
+        """Return the rover of driving by hand; it keeps its pose until something else drives or it is built anew."""
+        if self._rover is None or self._rover[0] is not self._mission:
+            self._rover = (self._mission, setup.build_rover(brick, self._mission))
+        return self._rover[1]
 
     def _rest(self, brick: Brick) -> Callable[[float], None]:
         """Return a function that waits for a time or for news."""
@@ -274,9 +300,15 @@ class Robot:
         }
         self._hub.show("state", self._state)
 
-    def _perform(self, task: ShownMission | ShownCalibration, robot: OpenRobot) -> None:
+    def _perform(self, task: Task, robot: OpenRobot) -> None:
         if self.controls.stopped or self._closing.is_set():
             task.end()  # what came before this moment did not find it
+        if isinstance(task, ShortMotion):
+            if task.drives:
+                self._hub.show("state", {**self._state, "doing": "driving"})
+            task.perform(robot.brick, self._hand_rover(robot.brick))
+            return
+        self._rover = None  # its odometry would know only where wheels ended, not which way
         if isinstance(task, ShownMission):
             self._pursue(task, robot)
         else:

@@ -1,0 +1,100 @@
+"""``nxtdrive mcp``: the robot for an assistant, over the Model Context Protocol."""
+
+from __future__ import annotations
+
+import argparse
+import socket
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import DONE
+from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, number
+from nxtdrive.cli.output import complain
+from nxtdrive.cli.pace import in_real_time
+from nxtdrive.cli.web import LOOPBACK, add_port_argument, listen, require_extra
+from nxtdrive.host.environment import install_extra
+
+if TYPE_CHECKING:
+    from nxtdrive.tools.mcp.assistant import Assistant
+    from nxtdrive.tools.web.robot import Robot
+
+DESCRIPTION = """\
+Let an assistant, a program that speaks the Model Context Protocol, use the robot: it
+looks, drives short distances, and starts missions. The assistant starts this command
+itself and talks to it by standard input and output. Without a brick it gets the
+simulated one in real time. Needs the extra nxtdrive[mcp]; docs/mcp.md explains it."""
+EXAMPLES = """\
+  nxtdrive mcp
+  nxtdrive mcp --nxt usb:// --camera 0 --max-mm 300
+  nxtdrive mcp --web                      # people watch on a page, which has a STOP"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    add_brick_arguments(parser)
+    add_robot_argument(parser)
+    parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
+    parser.add_argument("--mission", metavar="FILE", type=Path, help="how the robot is built (default: built-in)")
+    parser.add_argument(
+        "--folder", metavar="FOLDER", type=Path, default=Path(), help="whose mission files it may start (default: .)"
+    )
+    parser.add_argument(
+        "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where runs go (default: runs)"
+    )
+    parser.add_argument(
+        "--max-mm",
+        metavar="MM",
+        type=number("millimetres", float, 10, 5000),
+        default=1000.0,
+        help="farthest that one call drives, 10 to 5,000 (default: 1000)",
+    )
+    parser.add_argument("--web", action="store_true", help="also serve the page of `nxtdrive web`, which has a STOP")
+    add_port_argument(parser, "TCP port of --web")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serve until the assistant leaves; returns the exit code."""
+    from importlib.util import find_spec
+
+    if find_spec("mcp") is None:
+        raise ConfigError(
+            "the assistant's protocol needs a package that is not installed.",
+            remedy=f"Install it: {install_extra('mcp')}",
+        )
+    from nxtdrive.mission import setup
+    from nxtdrive.tools.mcp.account import Account
+    from nxtdrive.tools.mcp.assistant import Assistant
+    from nxtdrive.tools.mcp.server import make_server, serve
+    from nxtdrive.tools.web.missions import Missions
+    from nxtdrive.tools.web.robot import Robot
+
+    if args.web:
+        require_extra()
+    account, address = Account(), in_real_time(args.nxt)
+    robot = Robot(address, args.camera, setup.load(args.mission, args.robot), account, args.out)
+    assistant = Assistant(robot, account, Missions(args.folder, args.robot), args.out, args.max_mm)
+    with ExitStack() as stack:
+        listener = stack.enter_context(closing(listen(args.port))) if args.web else None
+        robot.open()
+        stack.enter_context(closing(robot))
+        if listener is not None:
+            stack.enter_context(_page(robot, assistant, str(address), listener))
+        serve(make_server(assistant), robot)
+    if robot.failure:
+        raise robot.failure
+    return DONE
+
+
+@contextmanager
+def _page(robot: Robot, assistant: Assistant, address: str, listener: socket.socket) -> Iterator[None]:
+    """Serve the page of the robot, and say where; standard output belongs to the protocol."""
+    from nxtdrive.tools.web.app import Server, serving
+    from nxtdrive.tools.web.runs import Runs
+
+    server = Server(robot, assistant.account, assistant.missions, Runs(assistant.runs), address)
+    complain(f"the page is http://{LOOPBACK}:{listener.getsockname()[1]}/")
+    with serving(server, listener):
+        yield

@@ -1,0 +1,77 @@
+"""`nxtdrive mcp` as an assistant starts it: a process with the protocol on standard input and output."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import anyio
+import pytest
+from mcp import StdioServerParameters
+from mcp.client.client import Client
+
+from nxtdrive.cli.main import USAGE, main
+
+COMMAND = ("-m", "nxtdrive", "mcp", "--nxt", "sim://open")
+HELLO = {
+    "jsonrpc": "2.0",
+    "id": 1,
+    "method": "initialize",
+    "params": {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "test", "version": "1"}},
+}
+
+
+@contextmanager
+def _started(folder, *options: str) -> Iterator[tuple[subprocess.Popen[str], dict[str, Any]]]:
+    """Start the command; yields it and the server's first answer."""
+    command = [sys.executable, *COMMAND, *options]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, cwd=folder, stdin=pipe, stdout=pipe, stderr=pipe, text=True) as process:
+        try:
+            process.stdin.write(json.dumps(HELLO) + "\n")
+            process.stdin.flush()
+            yield process, json.loads(process.stdout.readline())
+        finally:
+            process.kill()
+
+
+@pytest.mark.slow
+def test_a_client_that_starts_the_command_drives_the_robot(tmp_path):
+    async def converse() -> None:
+        parameters = StdioServerParameters(command=sys.executable, args=list(COMMAND), cwd=str(tmp_path))
+        async with Client(parameters) as client:
+            assert len((await client.list_tools()).tools) == 11
+            result = await client.call_tool("drive_mm", {"distance_mm": 100})
+            assert json.loads(result.content[0].text)["ended"] == "done"
+
+    anyio.run(converse)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_a_signal_ends_it_while_the_assistant_is_silent(tmp_path):
+    with _started(tmp_path, "--web", "--port", "0", "--max-mm", "250") as (process, answer):
+        assert "at most 250 mm" in answer["result"]["instructions"]
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(20) == 128 + signal.SIGTERM
+        told = process.stderr.read().splitlines()
+        assert [line.rpartition(":")[0] for line in told] == ["nxtdrive: the page is http://127.0.0.1"]
+        assert process.stdout.read() == "", "standard output belongs to the protocol"
+
+
+@pytest.mark.slow
+def test_it_ends_when_the_assistant_leaves(tmp_path):
+    with _started(tmp_path) as (process, _):
+        process.stdin.close()
+        assert process.wait(20) == 0
+
+
+@pytest.mark.slow
+def test_a_brick_that_is_not_there_is_reported(capsys, tmp_path):
+    assert main(["mcp", "--nxt", f"sim://{tmp_path}/nowhere.toml"]) == USAGE
+    assert "nowhere.toml" in capsys.readouterr().err

@@ -1,0 +1,235 @@
+"""The tools of `nxtdrive mcp` by the protocol's own client, on the simulated robot."""
+
+from __future__ import annotations
+
+import json
+from base64 import b64decode
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import anyio
+import cv2
+import numpy as np
+import pytest
+from mcp.client.client import Client
+
+from nxtdrive.mission import setup
+from nxtdrive.tools.mcp.account import Account
+from nxtdrive.tools.mcp.assistant import Assistant
+from nxtdrive.tools.mcp.server import make_server
+from nxtdrive.tools.web.missions import Missions
+from nxtdrive.tools.web.robot import Robot
+from nxtdrive.transports.address import Address
+
+QUICK = '[mission]\nname = "quick"\ntargets = ["lena"]\n[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\n'
+
+Call = Callable[..., Awaitable[Any]]
+
+
+@contextmanager
+def _robot(folder: Path, address: str) -> Iterator[Assistant]:
+    account = Account()
+    robot = Robot(Address.parse(address), None, setup.load(None), account, folder / "runs")
+    robot.open()
+    try:
+        yield Assistant(robot, account, Missions(folder), folder / "runs")
+    finally:
+        robot.close()
+
+
+@pytest.fixture
+def fast(tmp_path):
+    with _robot(tmp_path, "sim://open?pace=fast") as assistant:
+        yield assistant
+
+
+@pytest.fixture
+def slow(tmp_path):
+    """A robot in real time, which a test can break in on."""
+    with _robot(tmp_path, "sim://open?pace=realtime") as assistant:
+        yield assistant
+
+
+def _converse(assistant: Assistant, talk: Callable[[Call], Awaitable[None]], mode: str = "auto") -> None:
+    """Let a client of the protocol talk with the server."""
+
+    async def converse() -> None:
+        async with Client(make_server(assistant), mode=mode) as client:
+
+            async def call(name: str, **arguments: Any) -> Any:
+                result = await client.call_tool(name, arguments)
+                text = result.content[0]
+                if result.is_error:
+                    return text.text
+                return text if text.type == "image" else json.loads(text.text)
+
+            await talk(call)
+
+    anyio.run(converse)
+
+
+async def _moving(assistant: Assistant) -> None:
+    while assistant.robot.state.get("doing") != "stopped":
+        await anyio.sleep(0.01)
+    while not assistant.robot.busy:
+        await anyio.sleep(0.01)
+
+
+@pytest.mark.parametrize("mode", ["auto", "legacy"])
+def test_it_looks_drives_and_reads_the_sensors(fast, mode):
+    async def talk(call: Call) -> None:
+        picture = await call("look")
+        image = cv2.imdecode(np.frombuffer(b64decode(picture.data), np.uint8), cv2.IMREAD_COLOR)
+        assert (picture.mime_type, image.shape) == ("image/jpeg", (240, 320, 3))
+        driven = await call("drive_mm", distance_mm=300)
+        assert driven["ended"] == "done"
+        assert driven["distance_mm"] == pytest.approx(300, abs=5)
+        turned = await call("turn", angle_deg=-90)
+        assert turned["turned_deg"] == pytest.approx(-90, abs=2)
+        assert turned["pose"]["x_mm"] == pytest.approx(300, abs=10), "the pose goes on from motion to motion"
+        read = await call("range")
+        assert read["range_mm"] > 100
+        assert not read["touching"]
+        assert 6 < (await call("battery"))["battery_v"] < 9
+
+    _converse(fast, talk, mode)
+
+
+@pytest.mark.parametrize(
+    ("tool", "argument", "value", "limit"),
+    [
+        ("drive_mm", "distance_mm", 1001, "1000"),
+        ("drive_mm", "distance_mm", -1e9, "1000"),
+        ("turn", "angle_deg", 361, "360"),
+    ],
+)
+def test_a_motion_that_is_too_long_for_one_call_is_refused(fast, tool, argument, value, limit):
+    async def talk(call: Call) -> None:
+        assert f"from -{limit} to {limit} in one call" in await call(tool, **{argument: value})
+        assert (await call("range"))["pose"] == {"x_mm": 0.0, "y_mm": 0.0, "heading_deg": 0.0}
+
+    _converse(fast, talk)
+
+
+@pytest.mark.slow
+def test_what_is_no_number_never_reaches_the_motors(fast):
+    async def talk(call: Call) -> None:
+        for value in ("far", None, "nan", "inf"):
+            assert isinstance(await call("drive_mm", distance_mm=value), str)
+
+    _converse(fast, talk)
+
+
+def test_driving_ends_before_an_obstacle(fast):
+    async def talk(call: Call) -> None:
+        for _ in range(5):
+            driven = await call("drive_mm", distance_mm=1000)
+        assert driven["ended"] == "obstacle"
+        assert not driven["touching"]
+
+    _converse(fast, talk)
+
+
+@pytest.mark.slow
+def test_stop_breaks_off_a_motion_that_another_call_waits_for(slow):
+    ended: dict[str, Any] = {}
+
+    async def talk(call: Call) -> None:
+        async def drive() -> None:
+            ended.update(await call("drive_mm", distance_mm=1000))
+
+        async with anyio.create_task_group() as tasks:
+            tasks.start_soon(drive)
+            await _moving(slow)
+            assert "A motion is running" in await call("turn", angle_deg=10)
+            assert await call("stop") == {"stopped": True}
+
+    _converse(slow, talk)
+    assert ended["ended"] == "cancelled"
+    assert ended["distance_mm"] < 500
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mode", ["auto", "legacy"])
+def test_a_call_that_is_cancelled_stops_the_robot(slow, mode):
+    async def talk(call: Call) -> None:
+        with anyio.move_on_after(0.5):
+            await call("drive_mm", distance_mm=1000)
+        with anyio.fail_after(5):
+            while slow.robot.busy:
+                await anyio.sleep(0.01)
+        assert (await call("range"))["pose"]["x_mm"] < 500
+
+    _converse(slow, talk, mode)
+
+
+@pytest.mark.slow
+def test_a_persons_stop_is_not_released_by_the_assistant(slow):
+    async def talk(call: Call) -> None:
+        slow.robot.stop()
+        for tool, arguments in (("drive_mm", {"distance_mm": 100}), ("turn", {"angle_deg": 10}), ("mission_run", {})):
+            assert "stopped" in await call(tool, **arguments)
+            assert (await call("stop"))["stopped"]
+        assert (await call("range"))["battery_mv"], "the sensors can be read"
+        slow.robot.release()
+        assert (await call("drive_mm", distance_mm=50))["ended"] == "done"
+
+    _converse(slow, talk)
+
+
+@pytest.mark.slow
+def test_a_mission_is_run_followed_and_explained(fast):
+    (fast.missions.folder / "quick.toml").write_text(QUICK, encoding="utf-8")
+
+    async def talk(call: Call) -> None:
+        assert (await call("missions"))["missions"] == ["", "quick.toml"]
+        assert "There is no mission 'slow'" in await call("mission_run", mission="slow")
+        assert (await call("mission_run", mission="quick.toml"))["running"]
+        status = await call("mission_status", wait_s=60)
+        assert not status["running"]
+        assert status["mission"]["result"]["achieved"]
+        assert any("lena" in line for line in status["mission"]["lines"])
+        explained = await call("explain")
+        assert explained == await call("explain", run=explained["run"])
+        assert "There is no run" in await call("explain", run="../elsewhere")
+
+    _converse(fast, talk)
+
+
+@pytest.mark.slow
+def test_the_assistant_may_decide_each_recovery(tmp_path):
+    with _robot(tmp_path, "sim://?pace=fast") as assistant:
+
+        async def talk(call: Call) -> None:
+            assert "No mission" in await call("mission_choose", number=0)
+            await call("mission_run", profile="adaptive", decide=True)
+            status = await call("mission_status", wait_s=60)
+            assert status["running"]
+            assert status["question"]["open"]
+            assert "numbered" in await call("mission_choose", number=99)
+            assert await call("mission_choose", number=1) == {"chosen": 1}
+            assert not (await call("mission_status"))["question"]["open"], "it is answered"
+            await call("stop")
+            decision = (await call("explain"))["decisions"][0]
+            assert decision["operator"]
+            assert decision["choice"] == status["question"]["candidates"][1]["does"]
+
+        _converse(assistant, talk)
+
+
+@pytest.mark.slow
+def test_stop_ends_a_mission(slow):
+    (slow.missions.folder / "quick.toml").write_text(QUICK, encoding="utf-8")
+
+    async def talk(call: Call) -> None:
+        await call("mission_run", mission="quick.toml")
+        await anyio.sleep(0.5)
+        assert "A mission is running" in await call("range")
+        assert (await call("stop"))["stopped"]
+        status = await call("mission_status")
+        assert not status["running"]
+        assert not status["mission"]["result"]["achieved"]
+
+    _converse(slow, talk)

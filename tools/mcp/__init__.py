@@ -1,0 +1,1 @@
+"""The robot for an assistant: tools over the Model Context Protocol."""

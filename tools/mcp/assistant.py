@@ -1,0 +1,168 @@
+"""What an assistant may do with a robot: look, short motions with a longest distance, missions, and stop."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.recording.camera_folder import jpeg
+from nxtdrive.recording.run_reader import read_run
+
+from ..web.decisions import decisions_of
+from ..web.missions import Missions
+from ..web.motions import ShortMotion
+from ..web.robot import Robot
+from ..web.runs import Runs
+from .account import Account
+
+if TYPE_CHECKING:
+    from behaviors.ports import MotionResult
+    from nxtdrive.link.scheduler import Motion
+    from nxtdrive.motion.rover import Rover
+
+MAX_MM, MAX_DEG = 1000.0, 360.0
+"""Farthest that one call drives, unless `Assistant` is told otherwise, and turns."""
+PICTURE_S = 1.0
+"""A look waits this long for a new picture."""
+END_S = 5.0
+"""`stop` waits this long for what it ends; the robot stands long before."""
+POLL_S = 0.02
+MOTION_S = 0.2
+"""How often a motion looks whether the robot's thread still runs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Assistant:
+    """Tools of an assistant; all methods may be called from any thread, and some wait.
+
+    What cannot be done raises `ValueError`, whose text says why and what to do.
+
+    Attributes:
+        robot: The robot, open.
+        account: The robot's hub.
+        missions: The missions that can be started.
+        runs: Folder of the runs.
+        max_mm: Farthest that one call drives.
+    """
+
+    robot: Robot
+    account: Account
+    missions: Missions
+    runs: Path
+    max_mm: float = MAX_MM
+
+    def look(self) -> bytes:
+        """Return the camera's next picture as JPEG; while a mission is paused its latest one."""
+        before, until_s = self.robot.picture(), time.monotonic() + PICTURE_S
+        while (picture := self.robot.picture()) is before and time.monotonic() < until_s:
+            time.sleep(POLL_S)
+        if picture is None:
+            raise ValueError("The camera gives no pictures.")
+        return jpeg(picture)
+
+    def drive(self, distance_mm: float) -> ShortMotion:
+        """Begin to drive straight, negative: back; `wait` returns what came of it."""
+        _check_limit("distance_mm", distance_mm, self.max_mm)
+        return self._begin(lambda rover: rover.straight(distance_mm, wait=False))
+
+    def turn(self, angle_deg: float) -> ShortMotion:
+        """Begin to turn on the spot, positive right; `wait` returns what came of it."""
+        _check_limit("angle_deg", angle_deg, MAX_DEG)
+        return self._begin(lambda rover: rover.turn(angle_deg, wait=False))
+
+    def read(self) -> ShortMotion:
+        """Begin to read the sensors; `wait` returns them."""
+        return self._begin(None)
+
+    def wait(self, motion: ShortMotion) -> dict[str, Any]:
+        """Wait for the end of a motion; returns why it ended, how far it came, and the sensors."""
+        while not motion.wait(MOTION_S):
+            if not self.robot.alive:
+                raise ValueError("The robot's thread has ended. Start `nxtdrive mcp` again.")
+        if motion.reading is None:
+            raise ValueError(motion.problem)
+        told: dict[str, Any] = {}
+        if (result := motion.result) is not None:
+            told = {"ended": result.stop.value, "distance_mm": round(result.distance_mm)}
+            told |= {"turned_deg": round(result.turned_deg, 1)}
+        elif motion.drives:
+            told = {"ended": "cancelled", "distance_mm": 0, "turned_deg": 0.0}
+        return told | _rounded(asdict(motion.reading))
+
+    def start_mission(self, name: str, profile: str, *, decide: bool) -> None:
+        """Start a mission.
+
+        Args:
+            name: One of `missions`; empty for the built-in one.
+            profile: Its profile; empty for the mission's own.
+            decide: Whether each recovery waits for `choose`.
+        """
+        mission = self.missions.load(name, profile or None)
+        self.robot.start_mission(mission, confirm=decide, file=self.missions.file(name))
+
+    def status(self, wait_s: float = 0.0) -> dict[str, Any]:
+        """Return what the robot does, after waiting up to `wait_s` for a mission's end or question."""
+        until_s = time.monotonic() + wait_s
+        while time.monotonic() < until_s and self.robot.busy and not self._question()["open"]:
+            time.sleep(POLL_S)
+        running, lost = self.robot.busy, self.account.lost
+        told: dict[str, Any] = {"running": running, "mission": self.account.mission(), "question": self._question()}
+        if lost:
+            told["link_lost"] = lost
+        return told if running else {**told, "robot": dict(self.robot.state)}
+
+    def choose(self, number: int) -> None:
+        """Take a candidate of the open question."""
+        if self.robot.operator is None:
+            raise ValueError("No mission is under way.")
+        self.robot.operator.choose(number)
+
+    def stop(self) -> bool:
+        """Break off whatever the robot does; returns whether it has ended."""
+        self.robot.let_go()
+        self.robot.stop_mission()
+        until_s = time.monotonic() + END_S
+        while self.robot.busy and time.monotonic() < until_s:
+            time.sleep(POLL_S)
+        return not self.robot.busy
+
+    def explain(self, run: str = "") -> dict[str, Any]:
+        """Return the decisions of a run, by default the latest: cause, what was known, candidates, choice and why."""
+        names = Runs(self.runs).names()
+        if not names or (run and run not in names):
+            raise ValueError(
+                f"There is no run {run!r} here." if names else "There are no runs yet. Run a mission first."
+            )
+        name = run or names[0]
+        try:
+            return {"run": name, "decisions": decisions_of(read_run(self.runs / name))}
+        except ConfigError as error:
+            raise ValueError(str(error)) from None
+
+    def _begin(self, begin: Callable[[Rover], Motion[MotionResult]] | None) -> ShortMotion:
+        if self.account.lost:
+            raise ValueError(f"{self.account.lost} It is tried again and again.")
+        if begin is not None and any(self.robot.controls.wanted(self.robot.time_s)):
+            raise ValueError("A person is driving the robot by hand. Try again later.")
+        motion = ShortMotion(begin)
+        self.robot.start_motion(motion)
+        return motion
+
+    def _question(self) -> Mapping[str, Any]:
+        return self.robot.operator.decision() if self.robot.operator else {"open": False}
+
+
+def _check_limit(name: str, value: float, limit: float) -> None:
+    if not -limit <= value <= limit:
+        raise ValueError(f"{name} must be from {-limit:g} to {limit:g} in one call, not {value:g}.")
+
+
+def _rounded(values: dict[str, Any]) -> dict[str, Any]:
+    """Round measurements to what they are worth."""
+    pose = {key: round(value, 1) for key, value in values["pose"].items()}
+    far = values["range_mm"]
+    return {**values, "pose": pose, "range_mm": None if far is None else round(far)}

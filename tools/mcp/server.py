@@ -1,0 +1,158 @@
+"""The Model Context Protocol's server: the tools of `Assistant`, with their descriptions."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Awaitable, Callable
+from concurrent.futures import Future, wait
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
+
+import anyio
+from anyio.to_thread import run_sync
+from mcp.server.mcpserver import Image, MCPServer
+from mcp.server.mcpserver.exceptions import ToolError
+from mcp.types import ToolAnnotations
+
+import nxtdrive
+
+from ..web.motions import ShortMotion
+from ..web.robot import Robot
+from .assistant import MAX_DEG, Assistant
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+INSTRUCTIONS = """\
+A small robot with two driven wheels, a camera, a sonar that looks ahead and a bumper. Lengths are millimetres, angles
+degrees, positive to the right; the pose is x forward, y right, heading clockwise, from where the robot began. One call
+drives at most {max_mm:g} mm or turns at most {max_deg:g} degrees. Driving forward ends before an obstacle that the
+sonar hears: read `ended`. Missions search for what they know by name, drive there and recover by themselves; start one
+with `mission_run` and follow it with `mission_status`. `stop` works at any time. A person may stop the robot, too; then
+nothing drives until a person releases it."""
+
+READS = ToolAnnotations(read_only_hint=True, open_world_hint=False)
+MOVES = ToolAnnotations(destructive_hint=False, open_world_hint=False)
+STOPS = ToolAnnotations(destructive_hint=False, idempotent_hint=True, open_world_hint=False)
+LONGEST_WAIT_S = 60.0
+LOOK_S = 0.2
+"""How often the main thread looks for signals, which an unlimited wait ignores on Windows."""
+
+
+def refusing(call: Callable[P, Awaitable[T]]) -> Callable[P, Awaitable[T]]:
+    """Return a tool whose `ValueError` is told to the assistant."""
+
+    @wraps(call)
+    async def tool(*args: P.args, **kwargs: P.kwargs) -> T:
+        try:
+            return await call(*args, **kwargs)
+        except ValueError as error:
+            raise ToolError(str(error)) from None
+
+    return tool
+
+
+class Tools:
+    """The tools; each method is one, and its docstring is what the assistant reads.
+
+    Args:
+        assistant: Does what they say.
+    """
+
+    def __init__(self, assistant: Assistant) -> None:
+        self._assistant = assistant
+
+    async def look(self) -> Image:
+        """Take a picture with the robot's camera."""
+        return Image(data=await run_sync(self._assistant.look), format="jpeg")
+
+    async def drive_mm(self, distance_mm: float) -> dict[str, Any]:
+        """Drive straight by a distance, negative: back. Returns why it ended, how far it came, and the sensors."""
+        return await self._finish(self._assistant.drive(distance_mm))
+
+    async def turn(self, angle_deg: float) -> dict[str, Any]:
+        """Turn on the spot by an angle in degrees, positive to the right. Returns how far it came, and the sensors."""
+        return await self._finish(self._assistant.turn(angle_deg))
+
+    async def range(self) -> dict[str, Any]:
+        """Read the sonar (mm ahead, null without an echo), the bumper, and the pose."""
+        return await self._finish(self._assistant.read())
+
+    async def battery(self) -> dict[str, Any]:
+        """Read the battery; below 6.5 V it should be charged soon."""
+        read = await self._finish(self._assistant.read())
+        return {"battery_v": read["battery_mv"] / 1000}
+
+    async def missions(self) -> dict[str, Any]:
+        """List the missions that can be started; the built-in one has the empty name."""
+        return {"missions": ["", *self._assistant.missions.names()]}
+
+    async def mission_run(self, mission: str = "", profile: str = "", decide: bool = False) -> dict[str, Any]:
+        """Start a mission and return at once. With `decide`, each recovery waits for your `mission_choose`."""
+        self._assistant.start_mission(mission, profile, decide=decide)
+        return self._assistant.status()
+
+    async def mission_status(self, wait_s: float = 0.0) -> dict[str, Any]:
+        """Say what mission and robot do; wait up to 60 s for the mission's end or its next question."""
+        return await run_sync(self._assistant.status, min(wait_s, LONGEST_WAIT_S), abandon_on_cancel=True)
+
+    async def mission_choose(self, number: int) -> dict[str, Any]:
+        """Answer the open question of a mission with the number of a candidate."""
+        self._assistant.choose(number)
+        return {"chosen": number}
+
+    async def stop(self) -> dict[str, Any]:
+        """Stop the robot now, and end its motion or mission."""
+        return {"stopped": await run_sync(self._assistant.stop)}
+
+    async def explain(self, run: str = "") -> dict[str, Any]:
+        """Explain the decisions of a run, by default the latest: what failed, what was known, the choice, and why."""
+        return await run_sync(self._assistant.explain, run)
+
+    async def _finish(self, motion: ShortMotion) -> dict[str, Any]:
+        """Wait for the end of a motion; a call that is cancelled breaks it off."""
+        try:
+            return await run_sync(self._assistant.wait, motion, abandon_on_cancel=True)
+        except anyio.get_cancelled_exc_class():
+            motion.end()
+            raise
+
+
+def make_server(assistant: Assistant) -> MCPServer[Any]:
+    """Return a server with the tools of an assistant."""
+    server: MCPServer[Any] = MCPServer(
+        "nxtdrive",
+        instructions=INSTRUCTIONS.format(max_mm=assistant.max_mm, max_deg=MAX_DEG),
+        version=nxtdrive.__version__,
+        log_level="WARNING",
+    )
+    tools = Tools(assistant)
+    stop = ((tools.stop, STOPS),)
+    read = ((each, READS) for each in (tools.look, tools.range, tools.battery, tools.missions, tools.mission_status))
+    move = ((each, MOVES) for each in (tools.drive_mm, tools.turn, tools.mission_run, tools.mission_choose))
+    for tool, kind in (*stop, *read, *move, (tools.explain, READS)):
+        server.add_tool(refusing(tool), annotations=kind)
+    return server
+
+
+def serve(server: MCPServer[Any], robot: Robot) -> None:
+    """Serve standard input and output until the assistant leaves, a signal comes, or the robot's thread ends.
+
+    The protocol has a thread of its own: it reads standard input in a way that no signal ends.
+
+    Raises:
+        KeyboardInterrupt: A signal came.
+    """
+    served: Future[None] = Future()
+
+    def work() -> None:
+        try:
+            served.set_result(server.run())
+        except BaseException as error:  # noqa: BLE001 - it is raised below
+            served.set_exception(error)
+
+    threading.Thread(target=work, name="nxtdrive mcp", daemon=True).start()
+    while robot.alive and not served.done():
+        wait([served], LOOK_S)
+    if served.done():
+        served.result()
