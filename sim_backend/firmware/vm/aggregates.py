@@ -6,10 +6,14 @@ Source: LEGO's executable file specification; docs/firmware.md section 8.2.
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
+import numpy as np
+
 from sim_backend.firmware.vm import bulk
+from sim_backend.firmware.vm.bulk import Again
 from sim_backend.firmware.vm.data import AGGREGATES, ERR_ARG, Data, Place, ProgramError
 from sim_backend.firmware.vm.numbers import SIGNED, Number
 from sim_backend.firmware.vm.rxe import SIZES, Type
@@ -18,9 +22,6 @@ Binary = Callable[[int, Number, int, Number, int], Number]
 """An operation of two numbers: type of the target, then each number with its type."""
 Unary = Callable[[int, Number, int], Number]
 """An operation of one number: type of the target, then the number with its type."""
-
-Plain = Callable[[Any, Any], int]
-"""An operation of two integers, whatever their types."""
 
 Copies = Callable[[Data, int, int], bool]
 
@@ -41,13 +42,13 @@ HOLD_FOR_EQUALS = (2, 3, 4)
 """The comparisons that hold for equal values."""
 
 
-def move(data: Data, target: Place, source: Place) -> None:
-    """Copy a value.
+def move(data: Data, target: Place, source: Place) -> Again | None:
+    """Copy a value; tells how to do so again, see `calculate`.
 
     Raises:
         ProgramError: A cluster is copied to an array.
     """
-    calculate_each(data, _same, target, source, copies_arrays=same_scalars)
+    return calculate_each(data, _same, target, source, copies_arrays=same_scalars, whole=np.positive)
 
 
 def _same(_: int, value: Number, __: int) -> Number:
@@ -71,13 +72,16 @@ def never(_: Data, __: int, ___: int) -> bool:
 
 
 def calculate(
-    data: Data, operation: Binary, target: Place, left: Place, right: Place, plain: Plain | None = None
-) -> None:
+    data: Data, operation: Binary, target: Place, left: Place, right: Place, whole: np.ufunc | None = None
+) -> Again | None:
     """Store the result of an operation; a number is combined with each part of an array or cluster.
 
-    `plain` is the operation of integers, if their types do not matter.
-
     Nothing happens if the target is a number and a source is not, or the other way round.
+
+    `whole` is the same operation of arrays of numbers, if it is one whose low bits do not depend on the signs.
+
+    Returns:
+        How to do it again, if that is fast.
 
     Raises:
         ProgramError: The target is an array and no source is one.
@@ -87,25 +91,34 @@ def calculate(
     if not any(kind in AGGREGATES for kind in kinds):
         a, b = data.get(left.entry, left.offset), data.get(right.entry, right.offset)
         data.put(target.entry, operation(kinds[0], a, kinds[1], b, kinds[2]), target.offset)
-        return
+        return None
     if kinds[0] not in AGGREGATES or not any(kind in AGGREGATES for kind in kinds[1:]):
-        return
+        return None
     wanted = (Type.ARRAY,) if kinds[0] == Type.ARRAY else AGGREGATES
     counts = [data.count(place) for place, kind in zip((left, right), kinds[1:], strict=True) if kind in wanted]
     if not counts:
         raise ProgramError(ERR_ARG, "an operation of clusters whose result is an array")
-    if kinds[0] == Type.ARRAY:
-        data.resize(target, min(counts))
-    else:
+    if kinds[0] != Type.ARRAY:
         counts.append(data.count(target))
-    if kinds[0] == Type.ARRAY and _calculate_rows(data, operation, plain, target, (left, right)):
-        return
+    else:
+        data.resize(target, min(counts))
+        if again := _calculate_rows(data, operation, target, (left, right), whole):
+            return again
     for i in range(min(counts)):
         parts = [_part(data, place, i, kinds[0]) for place in (target, left, right)]
-        calculate(data, operation, parts[0], parts[1], parts[2], plain)
+        calculate(data, operation, parts[0], parts[1], parts[2], whole)
+    return None
 
 
-def calculate_each(data: Data, operation: Unary, target: Place, source: Place, *, copies_arrays: Copies) -> None:
+def calculate_each(
+    data: Data,
+    operation: Unary,
+    target: Place,
+    source: Place,
+    *,
+    copies_arrays: Copies,
+    whole: np.ufunc | None = None,
+) -> Again | None:
     """Store the result of an operation of one value; nothing if just one of both is an array or cluster.
 
     Args:
@@ -114,6 +127,10 @@ def calculate_each(data: Data, operation: Unary, target: Place, source: Place, *
         target: Where to store it; a cluster takes as many parts as it has members.
         source: The value.
         copies_arrays: Tells of the types of two arrays whether one is copied to the other as it is.
+        whole: See `calculate`.
+
+    Returns:
+        See `calculate`.
 
     Raises:
         ProgramError: The target is an array and the source a cluster.
@@ -122,52 +139,43 @@ def calculate_each(data: Data, operation: Unary, target: Place, source: Place, *
     to, of = data.kind(target.entry), data.kind(source.entry)
     if to not in AGGREGATES and of not in AGGREGATES:
         data.put(target.entry, operation(to, data.get(source.entry, source.offset), of), target.offset)
-        return
+        return None
     if to not in AGGREGATES or of not in AGGREGATES:
-        return
+        return None
     if to == Type.ARRAY:
         if of == Type.CLUSTER:
             raise ProgramError(ERR_ARG, "a cluster is copied to an array")
         count = data.array(source).length
         data.resize(target, count)
         if copies_arrays(data, target.entry + 1, source.entry + 1):
-            data.memory.write(data.array(target).offset, data.numbers_of(source))
-            return
-        if _calculate_row(data, operation, target, source):
-            return
+            content = data.numbers_of(source)
+            data.memory.write(data.array(target).offset, content)
+            return bulk.bytes_copy(data, data.span(target.entry)[0], data.span(source.entry)[0], len(content))
+        if again := _calculate_rows(data, operation, target, (source,), whole):
+            return again
     else:
         count = data.count(target)
     for i in range(count):
-        calculate_each(data, operation, _part(data, target, i), _part(data, source, i), copies_arrays=copies_arrays)
+        to_part, part = _part(data, target, i), _part(data, source, i)
+        calculate_each(data, operation, to_part, part, copies_arrays=copies_arrays, whole=whole)
+    return None
 
 
 def _calculate_rows(
-    data: Data, operation: Binary, plain: Plain | None, target: Place, sources: tuple[Place, Place]
-) -> bool:
-    """Calculate the numbers of an array as a whole, if that gives the same."""
+    data: Data, operation: Callable[..., Number], target: Place, sources: Sequence[Place], whole: np.ufunc | None
+) -> Again | None:
+    """Calculate the numbers of an array as a whole, if that gives the same; returns how to do it again."""
     to = bulk.row(data, target)
     if to is None:
-        return False
-    left, right = (bulk.source(data, place, to) for place in sources)
-    if left is None or right is None:
-        return False
-    kinds = [data.kind(place.entry + data.is_aggregate(place.entry)) for place in sources]
-    if plain and Type.FLOAT not in (to.kind, *kinds):
-        bulk.write_integers(data, to, map(plain, left, right))
-    else:
-        bulk.write(data, to, [operation(to.kind, a, kinds[0], b, kinds[1]) for a, b in zip(left, right, strict=False)])
-    return True
-
-
-def _calculate_row(data: Data, operation: Unary, target: Place, source: Place) -> bool:
-    """The same for an operation of one value."""
-    to = bulk.row(data, target)
-    values = None if to is None else bulk.source(data, source, to)
-    if to is None or values is None:
-        return False
-    kind = data.kind(source.entry + 1)
-    bulk.write(data, to, [operation(to.kind, value, kind) for value in values])
-    return True
+        return None
+    rows = [bulk.source(data, place, to) for place in sources]
+    found = [numbers for numbers in rows if numbers]
+    if len(found) < len(rows):
+        return None
+    again = bulk.calculation(data, whole, to, found) if whole else None
+    again = again or partial(bulk.calculate_each, data, operation, to, found)
+    again()
+    return again
 
 
 def _part(data: Data, place: Place, number: int, into: int = Type.CLUSTER) -> Place:
@@ -202,11 +210,10 @@ def _compare(data: Data, relation: int, left: Place, right: Place) -> bool | Non
     if kinds[0] != kinds[1]:
         raise ProgramError(ERR_ARG, "an array is compared with something else")
     one_row, other_row = (bulk.row(data, place) for place in (left, right))
-    if one_row and other_row and one_row.kind == other_row.kind != Type.FLOAT:
-        count = min(one_row.length, other_row.length)
-        if bulk.read(data, one_row, count) == bulk.read(data, other_row, count):
-            same = one_row.length == other_row.length
-            return None if same else COMPARISONS[relation](one_row.length, other_row.length)
+    comparable_rows = one_row and other_row and one_row.kind == other_row.kind != Type.FLOAT
+    if one_row and other_row and comparable_rows and bulk.same(data, one_row, other_row):
+        same = one_row.length == other_row.length
+        return None if same else COMPARISONS[relation](one_row.length, other_row.length)
     first, second = data.parts(left), data.parts(right)
     for one, other in zip(first, second, strict=False):
         decided = _compare(data, relation, one, other)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from sim_backend.firmware.cint import divide, s16
 from sim_backend.firmware.vm import aggregates, scalars
 from sim_backend.firmware.vm.aggregates import COMPARISONS, HOLD_FOR_EQUALS, comparable
+from sim_backend.firmware.vm.bulk import EXACT, Again
 from sim_backend.firmware.vm.data import ERR_INSTR, Place, ProgramError
 from sim_backend.firmware.vm.instructions import Instruction, Translation
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.numbers import SIGNED
 from sim_backend.firmware.vm.operands import INTEGERS
+from sim_backend.firmware.vm.plans import repeatable
 from sim_backend.firmware.vm.rxe import SIZES, Type
 
 _RELATIONS = ("<", ">", "<=", ">=", "==", "!=")
@@ -19,9 +21,6 @@ _RELATIONS = ("<", ">", "<=", ">=", "==", "!=")
 
 _SYMBOLS = {scalars.ADD: "+", scalars.SUB: "-", scalars.MUL: "*", scalars.AND: "&", scalars.OR: "|", scalars.XOR: "^"}
 """Operations whose low bits do not depend on the signs."""
-
-_EXACT = (Type.FLOAT, Type.UBYTE, Type.SBYTE, Type.UWORD, Type.SWORD)
-"""Types whose values are numbers of single precision."""
 
 
 def _kinds(machine: Machine, instruction: Instruction) -> list[int]:
@@ -58,8 +57,15 @@ def _binary(machine: Machine, instruction: Instruction) -> Translation:
     target, left, right = (Place(argument) for argument in instruction.arguments)
     value = _calculation(machine, instruction) if operands.scalars(*instruction.arguments) else None
     statement = operands.assignment(target.entry, value) if value else None
-    operation, plain = scalars.binary(opcode), scalars.plain(opcode)
-    return statement or (lambda: aggregates.calculate(data, operation, target, left, right, plain))
+    operation, whole = scalars.binary(opcode), scalars.WHOLE.get(opcode)
+    return statement or _of_arrays(
+        machine, instruction, lambda: aggregates.calculate(data, operation, target, left, right, whole)
+    )
+
+
+def _of_arrays(machine: Machine, instruction: Instruction, perform: Callable[[], Again | None]) -> Translation:
+    arrays = [argument for argument in instruction.arguments if machine.data.kind(argument) == Type.ARRAY]
+    return repeatable(machine, instruction, arrays, perform)
 
 
 def _calculation(machine: Machine, instruction: Instruction) -> str | None:
@@ -73,7 +79,7 @@ def _calculation(machine: Machine, instruction: Instruction) -> str | None:
             return f"{operands.value(left)} {symbol} {operands.value(right)}"
         function = operands.function(*(("divide", divide) if opcode == scalars.DIV else ("rest", scalars.remainder)))
         return f"{function}({', '.join(_comparable(machine, left, right))})"
-    if kinds[0] == Type.FLOAT and kinds[1] in _EXACT and kinds[2] in _EXACT:
+    if kinds[0] == Type.FLOAT and kinds[1] in EXACT and kinds[2] in EXACT:
         if symbol in ("+", "-", "*"):
             return f"{operands.value(left)} {symbol} {operands.value(right)}"
         if opcode == scalars.DIV:
@@ -99,7 +105,12 @@ def _unary(machine: Machine, instruction: Instruction) -> Translation:
         statement = operands.assignment(target.entry, f"{symbol}{operands.value(source.entry)}")
         if statement:
             return statement
-    return lambda: aggregates.calculate_each(data, operation, target, source, copies_arrays=copies)
+    whole = scalars.WHOLE.get(instruction.opcode)
+    return _of_arrays(
+        machine,
+        instruction,
+        lambda: aggregates.calculate_each(data, operation, target, source, copies_arrays=copies, whole=whole),
+    )
 
 
 def _compare(machine: Machine, instruction: Instruction) -> Translation:
@@ -154,7 +165,7 @@ def _move(machine: Machine, instruction: Instruction) -> Translation:
         statement = operands.assignment(target.entry, operands.value(source.entry), *_range(of))
         if statement:
             return statement
-    return lambda: aggregates.move(data, target, source)
+    return _of_arrays(machine, instruction, lambda: aggregates.move(data, target, source))
 
 
 def _range(kind: int) -> tuple[int, int] | tuple[()]:

@@ -6,14 +6,19 @@ Source: docs/firmware.md section 8.2.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+
+import numpy as np
 
 from sim_backend.firmware.vm import aggregates, bulk
+from sim_backend.firmware.vm.bulk import Again
 from sim_backend.firmware.vm.data import ERR_ARG, NONE, Data, Place, ProgramError
-from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Translation, sized_arguments
+from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Ports, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.memory import Array
 from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.operands import INTEGERS
+from sim_backend.firmware.vm.plans import Elements, element_reader, element_writer, fixed, repeatable
 from sim_backend.firmware.vm.rxe import Type, size_of
 
 
@@ -56,10 +61,12 @@ def _index_number(machine: Machine, instruction: Instruction) -> Translation:
     target, array, index = instruction.arguments
     operands = machine.operands
     if _is_simple(machine, array, index) and operands.scalars(target) and not _truncates(machine, target, array + 1):
-        read = operands.function(f"element_{instruction.at}", machine.data.element_reader(array))
-        statement = operands.assignment(target, f"{read}({_value_or_0(machine, index)})")
+        read = operands.function(f"element_{instruction.at}", element_reader(machine.data, array))
+        elements = Elements(machine, instruction, array, SCALARS[machine.data.kind(array + 1)].format[-1])
+        value = f"({elements.numbers}[n] if n < {elements.count} else {read}(n))"
+        statement = operands.assignment(target, value)
         if statement:
-            return statement
+            return Effect((elements.locate, f"n = {_value_or_0(machine, index)} & 65535", statement), Ports.NOTHING)
     return lambda: _index(machine.data, instruction.arguments)
 
 
@@ -69,8 +76,17 @@ def _replace_number(machine: Machine, instruction: Instruction) -> Translation:
     data, operands = machine.data, machine.operands
     integers = data.kind(new) in INTEGERS and data.kind(array + 1) in INTEGERS
     if integers and target == array and _is_simple(machine, array, index):
-        write = operands.function(f"element_{instruction.at}", data.element_writer(array))
-        return Effect((f"{write}({_value_or_0(machine, index)}, {operands.value(new)})",))
+        write = operands.function(f"element_{instruction.at}", element_writer(data, array))
+        layout = SCALARS[data.kind(array + 1)]
+        elements = Elements(machine, instruction, array, layout.format[-1].upper())
+        value, mask = operands.value(new), (1 << 8 * layout.size) - 1
+        statements = (
+            elements.locate,
+            f"n = {_value_or_0(machine, index)} & 65535",
+            f"if n < {elements.count}: {elements.numbers}[n] = {value} & {mask}",
+            f"else: {write}(n, {value})",
+        )
+        return Effect(statements, Ports.NOTHING, takes_time=True)
     whole = machine.dialect.replaces_arrays
     return lambda: _replace(data, instruction.arguments, whole=whole)
 
@@ -78,7 +94,7 @@ def _replace_number(machine: Machine, instruction: Instruction) -> Translation:
 def _is_simple(machine: Machine, array: int, index: int) -> bool:
     """Whether a variable is an array of numbers, and an index is a number or omitted."""
     data = machine.data
-    if array >= len(data.variables) or data.kind(array) != Type.ARRAY or data.kind(array + 1) not in SCALARS:
+    if not fixed(data, [array]) or data.kind(array + 1) not in SCALARS:
         return False
     return index == NONE or machine.operands.scalars(index)
 
@@ -130,34 +146,60 @@ def _depth(data: Data, entry: int) -> int:
     return depth
 
 
-def _subset(data: Data, arguments: tuple[int, ...]) -> None:
+def _part(data: Data, part: tuple[int, int], length: int) -> tuple[int, int]:
+    """First element and number of elements of a part of an array, of which two variables tell index and length."""
+    first = data.integer_or(part[0], 0) & 0xFFFF
+    wanted = data.integer_or(part[1], length) & 0xFFFF
+    return first, max(min(wanted, length - first), 0)
+
+
+def _subset_repeated(data: Data, part: tuple[int, int], length: int, target: bulk.Row, source: bulk.Row) -> Again:
+    if part == (NONE, NONE):
+        return bulk.bytes_copy(data, target.at, source.at, target.size)
+    return partial(_subset_again, data, part, length, target, source)
+
+
+def _subset_again(data: Data, part: tuple[int, int], length: int, target: bulk.Row, source: bulk.Row) -> bool:
+    first, count = _part(data, part, length)
+    if count != target.length or not bulk.copies(target, source, first):
+        return False
+    bulk.copy(data, target, source, first)
+    return True
+
+
+def _subset(data: Data, arguments: tuple[int, ...]) -> Again | None:
     target, source, index, length = arguments[:4]
     array = data.array(Place(source))
-    first = data.integer_or(index, 0) & 0xFFFF
-    wanted = data.integer_or(length, array.length) & 0xFFFF
-    count = max(min(wanted, array.length - first), 0)
+    first, count = _part(data, (index, length), array.length)
     data.resize(Place(target), count)
     to, rows = data.array(Place(target)), [bulk.row(data, Place(entry)) for entry in (target, source)]
-    if rows[0] and rows[1] and bulk.copy(data, rows[0], rows[1]._replace(at=data.memory.base + array.offset), first):
-        return
+    if rows[0] and rows[1]:
+        source_row = rows[1]._replace(at=data.memory.base + array.offset)
+        if bulk.copies(rows[0], source_row, first):
+            bulk.copy(data, rows[0], source_row, first)
+            return _subset_repeated(data, (index, length), array.length, rows[0], source_row)
     for i in range(count):
         aggregates.move(data, _element(Place(target), to, i), _element(Place(source), array, first + i))
+    return None
 
 
-def _initialise(data: Data, arguments: tuple[int, ...], *, offsets: bool) -> None:
+def _initialise(data: Data, arguments: tuple[int, ...], *, offsets: bool) -> Again | None:
     """Fill an array with a value; `offsets` tells whether the offset of a number in the table is added to its own."""
     target, value, length = arguments
     count = data.integer_or(length, 0) & 0xFFFF
     data.resize(Place(target), count)
     own = 0 if offsets else _own_offset(data, target + 1)
     row = bulk.row(data, Place(target))
-    if row and count and bulk.source(data, Place(value), row) is not None and not data.is_aggregate(value):
+    number = bulk.source(data, Place(value), row) if row and count else None
+    if row and number and number.single:
         aggregates.move(data, Place(target + 1, data.array(Place(target)).offset), Place(value))
         bulk.fill(data, row)
-        return
+        fill = bulk.calculation(data, np.positive, row, [number])
+        return fill and (lambda: data.integer_or(length, 0) & 0xFFFF == count and fill())
     for i in range(count):
         element = _element(Place(target), data.array(Place(target)), i)
         aggregates.move(data, Place(element.entry, element.offset - own), Place(value))
+    return None
 
 
 def _own_offset(data: Data, entry: int) -> int:
@@ -220,9 +262,20 @@ def _construction(machine: Machine, instruction: Instruction) -> Translation:
     return lambda: _build(data, arguments, copies=copies)
 
 
+def _of_arrays(
+    machine: Machine, instruction: Instruction, perform: Callable[[], Again | None], count: int
+) -> Translation:
+    """Translate an instruction whose first arguments are arrays."""
+    return repeatable(machine, instruction, instruction.arguments[:count], perform)
+
+
+def _part_of_array(machine: Machine, instruction: Instruction) -> Translation:
+    return _of_arrays(machine, instruction, lambda: _subset(machine.data, instruction.arguments), 2)
+
+
 def _filling(machine: Machine, instruction: Instruction) -> Translation:
     data, offsets = machine.data, not machine.dialect.copies_arrays
-    return lambda: _initialise(data, instruction.arguments, offsets=offsets)
+    return _of_arrays(machine, instruction, lambda: _initialise(data, instruction.arguments, offsets=offsets), 1)
 
 
 TABLE: Mapping[tuple[int, int], Translate] = {
@@ -230,7 +283,7 @@ TABLE: Mapping[tuple[int, int], Translate] = {
     (0x16, MANY): _replace_number,
     (0x17, 2): _translator(_size),
     (0x18, MANY): _construction,
-    (0x19, MANY): _translator(_subset),
+    (0x19, MANY): _part_of_array,
     (0x1A, 3): _filling,
     (0x1D, 2): _translator(_flatten),
     (0x1E, MANY): _translator(_unflatten),

@@ -106,7 +106,7 @@ class _Way(NamedTuple):
         """The way with one instruction more."""
         quiet, ports, asks = self.quiet, self.ports, self.asks
         if isinstance(translation, Effect):
-            quiet = quiet and translation.ports is not None
+            quiet = quiet and translation.ports is not None and not translation.takes_time
             ports |= int(translation.ports or 0)
             asks += translation.asks
         elif not isinstance(translation, str | Next | Branch):
@@ -221,8 +221,12 @@ class _Tree:
             if isinstance(translation, str):
                 lines.append(translation)
             elif isinstance(translation, Effect):
+                if translation.takes_time and instruction.following == at:
+                    return [*lines, *self._itself(translation.statements, at, count)]
                 lines.extend(translation.statements)
                 self.plain = self.plain and translation.ports is not None and not translation.asks
+                if translation.takes_time:
+                    lines.append(self._rest(instruction, count))
             elif isinstance(translation, Branch):
                 self.has_branches = True
                 most = most // 2 if self._branches else 0
@@ -238,22 +242,25 @@ class _Tree:
                 self.plain = False
                 call = self._compiler.named(at, translation)
                 if instruction.following == at:
-                    return [*lines, *self._itself(call, at, count)]
-                following = self._leave(instruction.following, count)
-                lines += [call, f"if memory.work_left <= 0: {following}"]  # it took the rest of the pass
+                    return [*lines, *self._itself([call], at, count)]
+                lines += [call, self._rest(instruction, count)]
             at = _following(instruction, translation)
             if self._exact:
                 lines.append(f"if left == {count}: {self._leave(at, count)}")
+
+    def _rest(self, instruction: Instruction, count: int) -> str:
+        """The line after an instruction that may take the rest of the pass."""
+        return f"if memory.work_left <= 0: {self._leave(instruction.following, count)}"
 
     def _leave(self, at: int | str, count: int) -> str:
         self.longest = max(self.longest, count)
         return f"return {at}, left - {count}"
 
-    def _itself(self, call: str, at: int, count: int) -> list[str]:
+    def _itself(self, statements: Sequence[str], at: int, count: int) -> list[str]:
         """The lines where an instruction has no size and follows itself: once a turn is enough."""
         if count > 1:
             return [self._leave(at, count - 1)]
-        return [call, f"return {at}, max(left - {LONGEST}, 0)"]
+        return [*statements, f"return {at}, max(left - {LONGEST}, 0)"]
 
     def _again(self, way: _Way) -> list[str]:
         """The lines where the first instruction follows.

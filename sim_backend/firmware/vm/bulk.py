@@ -6,9 +6,12 @@ It is not done where it would not be the same: in damaged programs, whose arrays
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from itertools import repeat
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from sim_backend.firmware.vm.data import Data, Place, whole
 from sim_backend.firmware.vm.numbers import SCALARS, Number
@@ -20,19 +23,38 @@ _OFFSETS = 0x10000
 _NUMBERS_PER_PART = 8
 """Numbers that count as much work as one that is handled alone."""
 
+_DTYPES: Mapping[int, np.dtype[Any]] = {kind: np.dtype(layout.format) for kind, layout in SCALARS.items()}
+_UNSIGNED = {size: np.dtype(f"<u{size}") for size in (1, 2, 4)}
+_WHOLE = slice(None)
+
+EXACT = (Type.FLOAT, Type.UBYTE, Type.SBYTE, Type.UWORD, Type.SWORD)
+"""Types whose values are numbers of single precision."""
+
+Again = Callable[[], object]
+"""Does once more what an instruction did, while its arrays are where they are and have the same lengths.
+
+It returns False, and has done nothing, if it cannot."""
+
 
 class Row(NamedTuple):
-    """The numbers of an array, side by side in the pool.
+    """Numbers side by side in the pool.
 
     Attributes:
         at: Place in the pool.
         length: How many.
         kind: Type of each.
+        single: Whether it is a variable, which is combined with each number of an array.
     """
 
     at: int
     length: int
     kind: int
+    single: bool = False
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """As numpy wants it."""
+        return () if self.single else (self.length,)
 
     @property
     def size(self) -> int:
@@ -59,59 +81,117 @@ def row(data: Data, place: Place) -> Row | None:
     return found
 
 
-def read(data: Data, numbers: Row, length: int) -> Sequence[Number]:
-    """The first numbers of a row."""
-    return struct.unpack_from(f"<{length}{SCALARS[numbers.kind].format[-1]}", data.memory.pool, numbers.at)
-
-
-def write(data: Data, numbers: Row, values: Iterable[Number]) -> None:
-    """Store as many numbers as a row has, converted to their type."""
-    if numbers.kind == Type.FLOAT:
-        struct.pack_into(f"<{numbers.length}f", data.memory.pool, numbers.at, *values)
-    else:
-        write_integers(data, numbers, [whole(value) if isinstance(value, float) else value for value in values])
-
-
-def write_integers(data: Data, numbers: Row, values: Iterable[int]) -> None:
-    """Store as many integers as a row of integers has; they keep the bits that fit."""
-    layout = SCALARS[numbers.kind]
-    mask, code = (1 << 8 * layout.size) - 1, layout.format[-1].upper()
-    pool = data.memory.pool
-    struct.pack_into(f"<{numbers.length}{code}", pool, numbers.at, *[value & mask for value in values])
-
-
-def source(data: Data, place: Place, target: Row) -> Iterable[Number] | None:
-    """The numbers that are combined with those of a target: those of an array, or one again and again.
+def source(data: Data, place: Place, target: Row) -> Row | None:
+    """The numbers that are combined with those of a target: those of an array, or a variable.
 
     None if the target's numbers change them meanwhile, or they do not lie side by side.
     """
     if data.is_aggregate(place.entry):
         numbers = row(data, place)
-        same = numbers is not None and (numbers.at, numbers.kind) == (target.at, target.kind)
-        if numbers is None or (not same and target.overlaps(numbers.at, numbers.size)):
+        if numbers is None or numbers.length < target.length:
             return None
-        return read(data, numbers, min(target.length, numbers.length))
-    if data.kind(place.entry) not in SCALARS or place.entry >= data.first_field:
+        same = (numbers.at, numbers.kind) == (target.at, target.kind)
+        return (
+            None if not same and target.overlaps(numbers.at, numbers.size) else numbers._replace(length=target.length)
+        )
+    kind = data.kind(place.entry)
+    if kind not in SCALARS or place.entry >= data.first_field:
         return None
-    size = SCALARS[data.kind(place.entry)].size
-    if target.overlaps(data.memory.base + (data.address(place) & 0xFFFF), size):
+    number = Row(data.memory.base + (data.address(place) & 0xFFFF), 1, kind, single=True)
+    return None if target.overlaps(number.at, number.size) else number
+
+
+def _view(data: Data, numbers: Row, width: int) -> np.ndarray[Any, Any]:
+    """The numbers themselves; only their low bytes, without a sign, if they are at least as wide as wanted."""
+    dtype = _DTYPES[numbers.kind]
+    wanted: np.dtype[Any] = _UNSIGNED[width] if dtype.itemsize >= width and numbers.kind != Type.FLOAT else dtype
+    return np.ndarray(
+        numbers.shape, wanted, data.memory.pool, numbers.at, strides=(dtype.itemsize,) * len(numbers.shape)
+    )
+
+
+def calculation(data: Data, operation: np.ufunc, target: Row, sources: Sequence[Row]) -> Again | None:
+    """An operation of numbers whose low bits do not depend on the signs, or of floats; None for other types.
+
+    Args:
+        data: The variables.
+        operation: The operation; of floats only a sum, a difference or a product.
+        target: Where the results are stored.
+        sources: What it is calculated from.
+    """
+    kinds = [target.kind, *(numbers.kind for numbers in sources)]
+    width = SCALARS[target.kind].size
+    results, *numbers = (_view(data, each, width) for each in (target, *sources))
+    if Type.FLOAT not in kinds:
+        if all(each.dtype == results.dtype for each in numbers):
+            return partial(operation, *numbers, results)
+        return partial(operation, *numbers, results, dtype=results.dtype, casting="unsafe")
+    if target.kind != Type.FLOAT or not all(kind in EXACT for kind in kinds) or operation not in _OF_FLOATS:
         return None
-    return repeat(data.get(place.entry, place.offset), target.length)
+    floats = partial(operation, *numbers, results, dtype=results.dtype, casting="unsafe")
+
+    def calculate() -> None:
+        with np.errstate(all="ignore"):
+            floats()
+
+    return calculate
+
+
+_OF_FLOATS = (np.add, np.subtract, np.multiply)
+
+
+def values(data: Data, numbers: Row) -> Iterable[Number]:
+    """The numbers as Python's; that of a variable again and again."""
+    layout, pool = SCALARS[numbers.kind], data.memory.pool
+    if numbers.single:
+        return repeat(layout.unpack_from(pool, numbers.at)[0])
+    return struct.unpack_from(f"<{numbers.length}{layout.format[-1]}", pool, numbers.at)
+
+
+def write(data: Data, target: Row, results: Iterable[Number]) -> None:
+    """Store as many numbers as a row has, converted to their type."""
+    layout, pool = SCALARS[target.kind], data.memory.pool
+    if target.kind == Type.FLOAT:
+        struct.pack_into(f"<{target.length}f", pool, target.at, *results)
+        return
+    mask, code = (1 << 8 * layout.size) - 1, layout.format[-1].upper()
+    bits = [(whole(value) if isinstance(value, float) else value) & mask for value in results]
+    struct.pack_into(f"<{target.length}{code}", pool, target.at, *bits)
+
+
+def calculate_each(data: Data, operation: Callable[..., Number], target: Row, sources: Sequence[Row]) -> None:
+    """Store the results of any operation, which gets the type of the target, then each number and its type."""
+    kinds = [repeat(numbers.kind) for numbers in sources]
+    numbers = [values(data, each) for each in sources]
+    arguments = [part for pair in zip(numbers, kinds, strict=True) for part in pair]
+    write(data, target, list(map(operation, repeat(target.kind, target.length), *arguments)))
+
+
+def same(data: Data, one: Row, other: Row) -> bool:
+    """Whether two rows of integers are the same as far as both go."""
+    size, pool = min(one.size, other.size), data.memory.pool
+    return pool[one.at : one.at + size] == pool[other.at : other.at + size]
+
+
+def bytes_copy(data: Data, target: int, source: int, size: int) -> Again:
+    """Copies bytes within the pool."""
+    pool = memoryview(data.memory.pool)
+    return partial(pool[target : target + size].__setitem__, _WHOLE, pool[source : source + size])
 
 
 def fill(data: Data, target: Row) -> None:
     """Copy the first number to all others."""
-    size = SCALARS[target.kind].size
-    pool = data.memory.pool
+    size, pool = SCALARS[target.kind].size, data.memory.pool
     pool[target.at : target.at + target.size] = pool[target.at : target.at + size] * target.length
 
 
-def copy(data: Data, target: Row, numbers: Row, first: int) -> bool:
-    """Copy as many numbers of the same type as the target has; False if copying them one by one would differ."""
-    size = SCALARS[target.kind].size
-    start, end = numbers.at + first * size, numbers.at + first * size + target.size
-    if target.kind != numbers.kind or (target.at > start and target.overlaps(start, target.size)):
-        return False
-    pool = data.memory.pool
-    pool[target.at : target.at + target.size] = pool[start:end]
-    return True
+def copy(data: Data, target: Row, numbers: Row, first: int) -> None:
+    """Copy as many numbers as the target has, see `copies`."""
+    start, pool = numbers.at + first * SCALARS[target.kind].size, data.memory.pool
+    pool[target.at : target.at + target.size] = pool[start : start + target.size]
+
+
+def copies(target: Row, numbers: Row, first: int) -> bool:
+    """Whether copying numbers as a whole, as many as the target has, is the same as copying them one by one."""
+    start = numbers.at + first * SCALARS[target.kind].size
+    return target.kind == numbers.kind and not (target.at > start and target.overlaps(start, target.size))

@@ -8,7 +8,6 @@ Source: LEGO's executable file specification; conversions are in docs/firmware.m
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Callable
 from functools import cached_property, partial
 from typing import NamedTuple, Protocol
@@ -32,6 +31,7 @@ NONE = 0xFFFF
 FIRST_FIELD, NO_FIELDS = 0x4000, 0x10000
 """First argument that is a field of a port, where there are such arguments, and where there are none."""
 
+_OUTSIDE = "outside of the memory"
 _NO_TYPE, _NO_ARRAY = 0xFF, 0xFFFF
 _ERASED = Variable(_NO_TYPE, first_zero=False, data=0xFFFF)
 _ZERO = Variable(Type.VOID, first_zero=False, data=0)
@@ -40,6 +40,10 @@ _FLASH_ENTRIES = 30_200
 AGGREGATES = (Type.ARRAY, Type.CLUSTER)
 
 _MIN_S32, _END_S32 = -(1 << 31), 1 << 31
+
+
+Finder = Callable[[], tuple[int, int]]
+"""Tells the place in the pool of the first element of an array, and its length."""
 
 
 class Place(NamedTuple):
@@ -91,7 +95,7 @@ class Data:
     def __init__(self, memory: Memory, fields: Fields, first_field: int = NO_FIELDS) -> None:
         self.memory, self.fields, self.first_field = memory, fields, first_field
         self.variables = memory.program.variables
-        self._spans: dict[int, Callable[[], tuple[int, int]]] = {}
+        self._finders: dict[int, Finder] = {}
 
     def entry(self, argument: int) -> Variable:
         """The entry of the variable table, or what the firmware takes for it."""
@@ -137,42 +141,6 @@ class Data:
     def integer_or(self, argument: int, default: int) -> int:
         """The same, or `default` if the argument is omitted."""
         return default if argument == NONE else self.integer(argument)
-
-    def element_reader(self, array: int) -> Callable[[int], Number]:
-        """A fast function for the elements of a variable that is an array of numbers.
-
-        It raises ProgramError for an element that is not there.
-        """
-        memory, pool, base = self.memory, self.memory.pool, self.memory.base
-        variable, data = base + self.variables[array].data, self.variables[array + 1].data
-        index, descriptor, unpack = INDEX.unpack_from, DESCRIPTOR.unpack_from, SCALARS[self.kind(array + 1)].unpack_from
-
-        def read(number: int) -> Number:
-            found = base + memory.descriptors + DESCRIPTOR_SIZE * index(pool, variable)[0]
-            offset, element, length, _, _ = descriptor(pool, found)
-            number &= 0xFFFF
-            if number >= length:
-                raise ProgramError(ERR_ARG, f"an array has no element {number}")
-            value: Number = unpack(pool, base + (data + offset + number * element & 0xFFFF))[0]
-            return value
-
-        return read
-
-    def element_writer(self, array: int) -> Callable[[int, int], None]:
-        """A fast function that sets elements of a variable that is an array of integers; nothing beyond its end."""
-        memory, pool, base, layout = self.memory, self.memory.pool, self.memory.base, SCALARS[self.kind(array + 1)]
-        variable, data = base + self.variables[array].data, self.variables[array + 1].data
-        index, descriptor = INDEX.unpack_from, DESCRIPTOR.unpack_from
-        pack, mask = struct.Struct(layout.format.upper()).pack_into, (1 << 8 * layout.size) - 1
-
-        def write(number: int, value: int) -> None:
-            found = base + memory.descriptors + DESCRIPTOR_SIZE * index(pool, variable)[0]
-            offset, element, length, _, _ = descriptor(pool, found)
-            number &= 0xFFFF
-            if number < length:
-                pack(pool, base + (data + offset + number * element & 0xFFFF), value & mask)
-
-        return write
 
     def index(self, place: Place) -> int:
         """Number of the descriptor of an array, or what is stored where that of an array would be."""
@@ -301,11 +269,15 @@ class Data:
 
         What is taken for an array, and is none, is in its own place.
         """
-        if argument not in self._spans:
-            self._spans[argument] = self._span_finder(argument)
-        return self._spans[argument]()
+        return self.finder(argument)()
 
-    def _span_finder(self, argument: int) -> Callable[[], tuple[int, int]]:
+    def finder(self, argument: int) -> Finder:
+        """A fast function for the same."""
+        if argument not in self._finders:
+            self._finders[argument] = self._find_span(argument)
+        return self._finders[argument]
+
+    def _find_span(self, argument: int) -> Finder:
         memory, pool, base, place = self.memory, self.memory.pool, self.memory.base, Place(argument)
         if self.kind(argument) != Type.ARRAY:
             at = base + (self.address(place) & 0xFFFF)
@@ -319,6 +291,34 @@ class Data:
 
         return find
 
+    def writer(self, argument: int) -> Callable[[bytes | bytearray], None]:
+        """A fast function that sets an array variable of bytes, see `set_bytes`."""
+        find, memory, pool, place = self.finder(argument), self.memory, self.memory.pool, Place(argument)
+
+        def put(content: bytes | bytearray) -> None:
+            at, length = find()
+            count = len(content)
+            if length != count:
+                memory.resize(self.index(place), count)
+                at = find()[0]
+            if at + count > len(pool):
+                raise OutOfMemory(_OUTSIDE)
+            pool[at : at + count] = content
+
+        return put
+
+    def text_reader(self, argument: int) -> Callable[[], bytes | bytearray]:
+        """A fast function for the bytes of a text before its closing zero."""
+        find, memory, pool = self.finder(argument), self.memory, self.memory.pool
+
+        def read() -> bytearray:
+            at, length = find()
+            memory.spend(length // BYTES_PER_ACCESS)
+            end = pool.find(0, at, at + length)
+            return pool[at : at + length if end < 0 else end]
+
+        return read
+
     def bytes_of(self, argument: int) -> bytes:
         """The stored bytes of an array variable of bytes."""
         at, length = self.span(argument)
@@ -331,8 +331,12 @@ class Data:
         return self.memory.read(array.offset, array.length * size_of(self.kind(place.entry + 1)) & 0xFFFF)
 
     def set_bytes(self, argument: int, content: bytes | bytearray) -> None:
-        """Set an array variable of bytes."""
-        self.put_bytes(self.resized(argument, len(content)), content)
+        """Set an array variable of bytes.
+
+        Raises:
+            OutOfMemory: It is outside of the pool.
+        """
+        self.writer(argument)(content)
 
     def put_bytes(self, at: int, content: bytes | bytearray) -> None:
         """Store bytes at a place in the pool.
@@ -341,7 +345,7 @@ class Data:
             OutOfMemory: They are outside of the pool.
         """
         if at + len(content) > len(self.memory.pool):
-            raise OutOfMemory("outside of the memory")
+            raise OutOfMemory(_OUTSIDE)
         self.memory.pool[at : at + len(content)] = content
 
     def resized(self, argument: int, count: int) -> int:

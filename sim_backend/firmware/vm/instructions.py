@@ -43,7 +43,7 @@ class Instruction(NamedTuple):
     form: int
 
 
-Action = Callable[[], None]
+Action = Callable[[], object]
 """Carries out an instruction."""
 
 Step = Callable[[], int]
@@ -96,11 +96,13 @@ class Effect(NamedTuple):
         statements: Statements that do it.
         ports: What it does with ports; None if it has further effects.
         asks: Whether it asks for the time.
+        takes_time: Whether it works on whole arrays, which takes of the work that a pass has time for.
     """
 
     statements: tuple[str, ...]
     ports: Ports | None = None
     asks: bool = False
+    takes_time: bool = False
 
 
 Translation = str | Effect | Action | Next | Branch

@@ -26,6 +26,8 @@ class Operands:
         self._data = data
         memory = memoryview(data.memory.pool)
         self.names: dict[str, Any] = {code: memory.cast(code) for code in "BbHhIif"}  # type: ignore[call-overload]
+        whole = len(memory) // 8 * 8
+        self.names["keys"] = {shift: memory[shift : whole - 8 + shift].cast("Q") for shift in range(0, 8, 2)}
         self.names.update(memory=data.memory, pool=data.memory.pool, get=data.get, put=data.put, rounded=rounded)
         self.written = (len(data.memory.pool), 0)
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
 from sim_backend.firmware.cint import divide
-from sim_backend.firmware.vm.aggregates import Binary, Plain, Unary, comparable
+from sim_backend.firmware.vm.aggregates import Binary, Unary, comparable
 from sim_backend.firmware.vm.data import truncated
 from sim_backend.firmware.vm.numbers import Number, single
 from sim_backend.firmware.vm.rxe import Type
@@ -31,6 +33,17 @@ _INTEGER: Mapping[int, Callable[[int, int], int]] = {
     XOR: int.__xor__,
 }
 _SIGN_MATTERS = (DIV, MOD)
+
+WHOLE: Mapping[int, np.ufunc] = {
+    ADD: np.add,
+    SUB: np.subtract,
+    NEG: np.negative,
+    MUL: np.multiply,
+    AND: np.bitwise_and,
+    OR: np.bitwise_or,
+    XOR: np.bitwise_xor,
+}
+"""Operations of whole arrays whose low bits do not depend on the signs."""
 
 
 def float_divide(left: float, right: float) -> float:
@@ -66,11 +79,6 @@ def binary(opcode: int) -> Binary:
         return of_integers(int(left), int(right))
 
     return run
-
-
-def plain(opcode: int) -> Plain | None:
-    """The operation of two integers of an opcode, if their types do not matter."""
-    return None if opcode in _SIGN_MATTERS else _INTEGER[opcode]
 
 
 def unary(opcode: int) -> Unary:

@@ -5,22 +5,28 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 
-from sim_backend.firmware.vm.data import ERR_ARG, NONE, Data, ProgramError
-from sim_backend.firmware.vm.instructions import MANY, Instruction, Translation, sized_arguments
+from sim_backend.firmware.vm.data import ERR_ARG, NONE, Data, Finder, ProgramError, whole
+from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Ports, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
-from sim_backend.firmware.vm.numbers import single
+from sim_backend.firmware.vm.numbers import Number, single
 from sim_backend.firmware.vm.rxe import Type
 
 _NUMBER = re.compile(
     rb"\s*([+-]?(?:0[xX][0-9a-fA-F]+|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|inf(?:inity)?|nan))", re.IGNORECASE
 )
 _INTEGER = re.compile(rb"\s*([+-]?\d+)")
+_EXACT_DIGITS = 7
+"""Digits of which each number is one of single precision."""
 _DIGITS = re.compile(rb"\s*[+-]?\d*\.?\d*")
 
 
 def _number_to_text(machine: Machine, instruction: Instruction) -> Translation:
-    data, decimals, (target, source) = machine.data, machine.dialect.decimals, instruction.arguments
-    return lambda: data.set_bytes(target, format_number(data.get(source), decimals) + b"\0")
+    decimals, (target, source) = machine.dialect.decimals, instruction.arguments
+    put = machine.data.writer(target)
+    convert = machine.operands.function(
+        f"text_{instruction.at}", lambda value: put(format_number(value, decimals) + b"\0")
+    )
+    return Effect((f"{convert}({machine.operands.value(source)})",), Ports.NOTHING, takes_time=True)
 
 
 def format_number(value: float, decimals: int) -> bytes:
@@ -31,22 +37,40 @@ def format_number(value: float, decimals: int) -> bytes:
     return str(value).encode()
 
 
-def _text_to_number(data: Data, arguments: tuple[int, ...], *, scans_integers: bool) -> None:
+def _text_to_number(machine: Machine, instruction: Instruction) -> Translation:
     """Convert a text to a number: target, offset after it, text, offset, default."""
-    target, past, source, offset, default = arguments[:5]
-    start, text = data.integer_or(offset, 0) & 0xFFFF, data.text(source)
-    found = (
-        (_INTEGER if scans_integers and data.kind(target) != Type.FLOAT else _NUMBER).match(text, start)
-        if start < len(text)
-        else None
-    )
-    data.put(target, _float(found[1]) if found else 0 if default == NONE else data.get(default))
-    digits = _DIGITS.match(text, start)
-    end = digits.end() if found and digits else 0
+    data, operands = machine.data, machine.operands
+    target, past, source, offset, default = instruction.arguments[:5]
+    value = "0" if default == NONE else operands.value(default)
+    if data.kind(target) != Type.FLOAT and default != NONE and data.kind(default) == Type.FLOAT:
+        value = f"{operands.function('whole', whole)}({value})"
+    scan = operands.function(f"scan_{instruction.at}", _scanner(machine, target, source))
+    store = operands.assignment(target, "n") or f"put({target}, n)"
+    end = "pass"
     if past != NONE:
-        data.put(past, end)
+        end = operands.assignment(past, "end") or f"put({past}, end)"
     elif data.memory.doubly_linked:  # the firmware writes it to the first byte of the variables
-        data.memory.store(Type.UBYTE, 0, end)
+        end = f"memory.store({int(Type.UBYTE)}, 0, end)"
+    start = "0" if offset == NONE else operands.integer(offset)
+    return Effect((f"n, end = {scan}({start} & 65535, {value})", store, end), Ports.NOTHING, takes_time=True)
+
+
+def _scanner(machine: Machine, target: int, source: int) -> Callable[[int, Number], tuple[Number, int]]:
+    """A function that tells the number in a text from an offset on, or a default, and the offset after the number."""
+    data, is_float = machine.data, machine.data.kind(target) == Type.FLOAT
+    pattern, read = _INTEGER if machine.dialect.scans_integers and not is_float else _NUMBER, data.text_reader(source)
+
+    def scan(start: int, default: Number) -> tuple[Number, int]:
+        text = read()
+        if not start and len(text) <= _EXACT_DIGITS and text.isdigit():
+            return int(text), len(text)
+        found = pattern.match(text, start) if start < len(text) else None
+        if not found:
+            return default, 0
+        number, digits = _float(found[1]), _DIGITS.match(text, start)
+        return number if is_float else whole(number), digits.end() if digits else 0
+
+    return scan
 
 
 def _float(text: bytes) -> float:
@@ -64,37 +88,45 @@ def _join(machine: Machine, instruction: Instruction) -> Translation:
             raise ProgramError(ERR_ARG, "what is joined is no text")
 
         return fail
-    return lambda: _join_texts(data, target, sources)
+    finders = [data.finder(source) for source in sources]
+    return lambda: _join_texts(data, target, finders)
 
 
-def _join_texts(data: Data, target: int, sources: list[int]) -> None:
+def _join_texts(data: Data, target: int, sources: list[Finder]) -> None:
     """Join texts; the target is resized before its own characters are copied, if it is a source."""
-    lengths = [data.span(source)[1] for source in sources]
+    lengths = [find()[1] for find in sources]
     length = sum(lengths) - len(lengths) + 1 & 0xFFFF
     to = data.resized(target, length)
     if not length:
         return
     if 0 in lengths:  # the firmware overwrites its memory
         raise ProgramError(ERR_ARG, "a text without a closing zero")
-    for source in sources:
-        at, size = data.span(source)
+    for find in sources:
+        at, size = find()
         data.put_bytes(to, data.memory.pool[at : at + size - 1])
         to += size - 1
     data.put_bytes(to, b"\0")
 
 
-def _part_of_text(data: Data, arguments: tuple[int, ...]) -> None:
-    target, source, index, length = arguments[:4]
-    at, size = data.span(source)
-    if not size:
-        data.resized(target, 0)
-        return
-    size -= 1
-    first = data.integer_or(index, 0) & 0xFFFF
-    wanted = data.integer_or(length, size) & 0xFFFF
-    count = min(wanted, max(size - first, 0))
-    text = data.memory.pool[at + first : at + first + count]
-    data.set_bytes(target, text + b"\0")
+def _part_of_text(machine: Machine, instruction: Instruction) -> Translation:
+    data, operands = machine.data, machine.operands
+    target, source, index, length = instruction.arguments[:4]
+    find, put = data.finder(source), data.writer(target)
+
+    def cut(first: int, wanted: int) -> None:
+        at, size = find()
+        if not size:
+            data.resized(target, 0)
+            return
+        count = min(wanted, max(size - 1 - first, 0))
+        put(data.memory.pool[at + first : at + first + count] + b"\0")
+
+    first, wanted = (
+        ("0" if index == NONE else operands.integer(index)),
+        ("65535" if length == NONE else operands.integer(length)),
+    )
+    name = operands.function(f"cut_{instruction.at}", cut)
+    return Effect((f"{name}({first} & 65535, {wanted} & 65535)",), Ports.NOTHING, takes_time=True)
 
 
 def _text_to_bytes(data: Data, arguments: tuple[int, ...]) -> None:
@@ -110,11 +142,6 @@ def _bytes_to_text(data: Data, arguments: tuple[int, ...]) -> None:
     data.set_bytes(target, data.bytes_of(source) + b"\0")
 
 
-def _conversion(machine: Machine, instruction: Instruction) -> Translation:
-    data, scans_integers = machine.data, machine.dialect.scans_integers
-    return lambda: _text_to_number(data, instruction.arguments, scans_integers=scans_integers)
-
-
 def _translator(function: Callable[[Data, tuple[int, ...]], None]) -> Translate:
     def translate(machine: Machine, instruction: Instruction) -> Translation:
         return lambda: function(machine.data, instruction.arguments)
@@ -124,9 +151,9 @@ def _translator(function: Callable[[Data, tuple[int, ...]], None]) -> Translate:
 
 TABLE: Mapping[tuple[int, int], Translate] = {
     (0x1F, 2): _number_to_text,
-    (0x20, MANY): _conversion,
+    (0x20, MANY): _text_to_number,
     (0x21, MANY): _join,
-    (0x22, MANY): _translator(_part_of_text),
+    (0x22, MANY): _part_of_text,
     (0x23, 2): _translator(_text_to_bytes),
     (0x24, 2): _translator(_bytes_to_text),
 }

@@ -1,0 +1,208 @@
+"""Instructions for arrays, carried out again without looking for the arrays while they are where they were.
+
+An instruction is carried out step by step until it has changed no descriptor, and tells then how to do it again; what
+it takes of the time of a pass is the same each time. Whether the descriptors are still the same is read from the pool,
+since programs can write anywhere.
+"""
+
+from __future__ import annotations
+
+import struct
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from sim_backend.firmware.vm.bulk import Again
+from sim_backend.firmware.vm.data import ERR_ARG, Data, ProgramError
+from sim_backend.firmware.vm.instructions import Effect, Instruction, Ports, Translation
+from sim_backend.firmware.vm.machine import Machine
+from sim_backend.firmware.vm.memory import DESCRIPTOR, DESCRIPTOR_SIZE, INDEX
+from sim_backend.firmware.vm.numbers import SCALARS, Number
+from sim_backend.firmware.vm.rxe import Type
+
+_INDEX_SIZE, _KEY_SIZE = 2, 8
+"""Size of the number of a descriptor, and of what tells whether a descriptor changed: all but the link."""
+_NOWHERE = -1
+_OFFSETS = 0x10000
+"""Number of offsets in the pool; from the last one on they begin again."""
+
+
+class Arrays:
+    """The array variables of one instruction, as names in its statements.
+
+    Attributes:
+        unmoved: Expression of whether they are where `remember` found them.
+    """
+
+    def __init__(self, machine: Machine, instruction: Instruction, arrays: Sequence[int]) -> None:
+        """Name them.
+
+        Args:
+            machine: The program.
+            instruction: The instruction.
+            arrays: The variables; they must be `fixed`.
+        """
+        self._memory, self._names, self._at = machine.memory, machine.operands.names, instruction.at
+        self._cells = [_cell(machine.data, array) for array in dict.fromkeys(arrays)]
+        parts = [f"memory.descriptors == table_{self._at}"]
+        for i, cell in enumerate(self._cells):
+            name = f"{self._at}_{i}"
+            parts += [f"H[{cell}] == index_{name}", f"cells_{name}[cell_{name}] == key_{name}"]
+        self.unmoved = " and ".join(parts)
+        self.forget()
+
+    def name(self, name: str, value: object) -> str:
+        """Give something a name for this instruction; returns that."""
+        self._names[f"{name}_{self._at}"] = value
+        return f"{name}_{self._at}"
+
+    def forget(self) -> None:
+        """Let `unmoved` be false."""
+        self.name("table", _NOWHERE)
+
+    def find(self) -> tuple[Any, ...] | None:
+        """Where the arrays are now; None if that cannot be told fast."""
+        memory, indices = self._memory, self._names["H"]
+        table = memory.base + memory.descriptors
+        found = list[Any]()
+        for cell in self._cells:
+            index = indices[cell]
+            number, shift = divmod(table + DESCRIPTOR_SIZE * index, _KEY_SIZE)
+            cells = self._names["keys"].get(shift)
+            if cells is None or number >= len(cells):
+                return None
+            found += index, shift, number, cells[number]
+        return memory.descriptors, *found
+
+    def remember(self, place: tuple[Any, ...]) -> None:
+        """Let `unmoved` be true while the arrays are where they were found."""
+        table, *found = place
+        self.name("table", table)
+        for i, (index, shift, number, key) in enumerate(zip(*[iter(found)] * 4, strict=True)):
+            values = {"index": index, "cells": self._names["keys"][shift], "cell": number, "key": key}
+            self._names.update({f"{name}_{self._at}_{i}": value for name, value in values.items()})
+
+
+class Elements:
+    """The elements of an array variable of numbers, as names in the statements of one instruction.
+
+    Attributes:
+        locate: Statement that finds the array, unless it is where it was.
+        numbers: Name of the elements.
+        count: Name of the number of its elements; 0 if they do not lie side by side.
+    """
+
+    def __init__(self, machine: Machine, instruction: Instruction, array: int, code: str) -> None:
+        """Name them.
+
+        Args:
+            machine: The program.
+            instruction: The instruction.
+            array: The variable, which must be `fixed`.
+            code: Type of the elements, as for `memoryview.cast`.
+        """
+        self._data, self._array, self._code = machine.data, array, code
+        self._places = Arrays(machine, instruction, [array])
+        self.numbers, self.count = self._places.name("numbers", ()), self._places.name("count", 0)
+        self.locate = f"if not ({self._places.unmoved}): {self._places.name('locate', self._locate)}()"
+
+    def _locate(self) -> None:
+        place, element = self._places.find(), self._array + 1
+        self._places.name("count", 0)
+        self._places.forget()
+        if place:
+            memory, size = self._data.memory, SCALARS[self._data.kind(element)].size
+            offset, width, length, _, _ = DESCRIPTOR.unpack_from(
+                memory.pool, memory.base + memory.descriptors + DESCRIPTOR_SIZE * place[1]
+            )
+            first = self._data.entry(element).data + offset
+            if width == size and first + length * size <= _OFFSETS:
+                at = memory.base + first
+                self._places.name("numbers", memoryview(memory.pool)[at : at + length * size].cast(self._code))  # type: ignore[call-overload]
+                self._places.name("count", length)
+                self._places.remember(place)
+
+
+def element_reader(data: Data, array: int) -> Callable[[int], Number]:
+    """A fast function for the elements of a variable that is an array of numbers.
+
+    It raises ProgramError for an element that is not there.
+    """
+    memory, pool, base = data.memory, data.memory.pool, data.memory.base
+    variable, first = base + data.variables[array].data, data.variables[array + 1].data
+    index, descriptor, unpack = INDEX.unpack_from, DESCRIPTOR.unpack_from, SCALARS[data.kind(array + 1)].unpack_from
+
+    def read(number: int) -> Number:
+        found = base + memory.descriptors + DESCRIPTOR_SIZE * index(pool, variable)[0]
+        offset, element, length, _, _ = descriptor(pool, found)
+        number &= 0xFFFF
+        if number >= length:
+            raise ProgramError(ERR_ARG, f"an array has no element {number}")
+        value: Number = unpack(pool, base + (first + offset + number * element & 0xFFFF))[0]
+        return value
+
+    return read
+
+
+def element_writer(data: Data, array: int) -> Callable[[int, int], None]:
+    """A fast function that sets elements of a variable that is an array of integers; nothing beyond its end."""
+    memory, pool, base, layout = data.memory, data.memory.pool, data.memory.base, SCALARS[data.kind(array + 1)]
+    variable, first = base + data.variables[array].data, data.variables[array + 1].data
+    index, descriptor = INDEX.unpack_from, DESCRIPTOR.unpack_from
+    pack, mask = struct.Struct(layout.format.upper()).pack_into, (1 << 8 * layout.size) - 1
+
+    def write(number: int, value: int) -> None:
+        found = base + memory.descriptors + DESCRIPTOR_SIZE * index(pool, variable)[0]
+        offset, element, length, _, _ = descriptor(pool, found)
+        number &= 0xFFFF
+        if number < length:
+            pack(pool, base + (first + offset + number * element & 0xFFFF), value & mask)
+
+    return write
+
+
+def fixed(data: Data, arrays: Sequence[int]) -> bool:
+    """Whether the descriptors of variables can be told by cells of the pool."""
+    return sys.byteorder == "little" and all(
+        array < len(data.variables)
+        and data.kind(array) == Type.ARRAY
+        and (data.memory.base + data.entry(array).data) % _INDEX_SIZE == 0
+        for array in arrays
+    )
+
+
+def _cell(data: Data, array: int) -> int:
+    return (data.memory.base + data.entry(array).data) // _INDEX_SIZE
+
+
+def repeatable(
+    machine: Machine, instruction: Instruction, arrays: Sequence[int], perform: Callable[[], Again | None]
+) -> Translation:
+    """Translate an instruction so that it is carried out again fast.
+
+    Args:
+        machine: The program.
+        instruction: The instruction.
+        arrays: The variables that are arrays.
+        perform: Carries it out, and tells how to do so again.
+    """
+    if not arrays or not fixed(machine.data, arrays):
+        return perform
+    places = Arrays(machine, instruction, arrays)
+    memory = machine.memory
+
+    def plan() -> None:
+        before, left = places.find(), memory.work_left
+        places.forget()
+        again = perform()
+        if again and before and places.find() == before:
+            places.name("work", left - memory.work_left)
+            places.name("again", again)
+            places.remember(before)
+
+    names = {name: places.name(name, value) for name, value in (("plan", plan), ("again", None), ("work", 0))}
+    statements = (
+        f"if {places.unmoved} and {names['again']}() is not False: memory.work_left -= {names['work']}",
+        f"else: {names['plan']}()",
+    )
+    return Effect(statements, Ports.NOTHING, takes_time=True)
