@@ -74,17 +74,3 @@ def test_an_array_does_not_grow_beyond_the_pool():
     target, text = variables.text(), variables.text(bytes(range(1, 201)))
     brick = run_program([instruction(CONCATENATE, target, *[text] * 10_000)], variables=variables)
     assert status(brick) is ProgramStatus.ERROR
-
-
-def test_clumps_that_fire_each_other_are_queued_once():
-    """Two clumps fire each other and a third one that waits for a mutex for ever."""
-    variables = Variables()
-    mutex = variables.number(-1, Type.MUTEX)
-    holder = [instruction(ACQUIRE, mutex), [0x4025, 0]]
-    waiter = [instruction(ACQUIRE, mutex), instruction(FINISH, 0, 0xFFFF)]
-    ping = [instruction(FINISH, 0, 1)]
-    brick = run_program(
-        holder, waiter, ping, ping, variables=variables, fire=(0, 0, 0, 1), dependents=([], [], [3, 1], [2, 1])
-    )
-    brick.tick(2000)
-    assert len(brick.command._machine.queue) <= 4

@@ -9,7 +9,7 @@ from sim_backend.firmware.vm import aggregates
 from sim_backend.firmware.vm.data import Place
 from sim_backend.firmware.vm.enhanced_numbers import BINARY, UNARY, multiply_divide, printed, summary
 from sim_backend.firmware.vm.instructions import MANY, Instruction, Next, Translation, sized_arguments
-from sim_backend.firmware.vm.machine import QUEUE_GREW, Machine, Translate
+from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.numbers import Number
 from sim_backend.firmware.vm.rxe import Type
 
@@ -47,23 +47,13 @@ def _wait_for(machine: Machine, instruction: Instruction) -> Next:
 
 
 def _start(machine: Machine, instruction: Instruction) -> Next:
-    """Start a clump that does not run; takes no time."""
-
-    def run() -> int:
-        machine.start(instruction.arguments[0])
-        machine.free += 1
-        return QUEUE_GREW - instruction.following
-
-    return Next(run)
+    """Start a clump that does not run."""
+    return Next(lambda: machine.start(instruction.arguments[0] & 0xFF, instruction.following))
 
 
 def _stop_clump(machine: Machine, instruction: Instruction) -> Next:
     """End a clump where it is."""
-
-    def run() -> int:
-        return machine.halt(instruction.arguments[0], instruction.following)
-
-    return Next(run)
+    return Next(lambda: machine.halt(instruction.arguments[0] & 0xFF, instruction.following))
 
 
 def _priority(machine: Machine, instruction: Instruction) -> Translation:

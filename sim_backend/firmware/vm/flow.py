@@ -7,14 +7,12 @@ from collections.abc import Mapping
 from sim_backend.firmware.cint import s16
 from sim_backend.firmware.vm.aggregates import HOLD_FOR_EQUALS, compare
 from sim_backend.firmware.vm.arithmetic import comparison, related
+from sim_backend.firmware.vm.clump_queue import NO_CLUMP
 from sim_backend.firmware.vm.data import NONE, Place, ProgramError
 from sim_backend.firmware.vm.instructions import END_TURN, Branch, Effect, Instruction, Next, Ports, Translation
-from sim_backend.firmware.vm.machine import NO_TASK, QUEUE_GREW, Machine, Translate
+from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.rxe import Type
-
-_FREE = _NO_CLUMP = 0xFF
-"""Owner of a mutex that is free; number of no clump."""
 
 _SIGN = 0x8000_0000
 
@@ -76,15 +74,14 @@ def _finish(machine: Machine, instruction: Instruction) -> Next:
     content = machine.program.content
 
     def run() -> int:
-        task = machine.task
-        clump = machine.program.clumps[task.number]
-        machine.suspend(clump.start)
-        task.missing = clump.fire_count
+        clump = machine.program.clumps[machine.task.number]
+        machine.suspend(0)
         if last != NONE:
             begin, end = (max(clump.list_at + s16(number), 0) for number in (first, last + 1))
             machine.memory.spend(len(content[begin:end]))
             for dependent in content[begin:end]:
                 machine.fire(dependent)
+        machine.reset(machine.task)
         return END_TURN
 
     return Next(run)
@@ -94,10 +91,9 @@ def _finish_into(machine: Machine, instruction: Instruction) -> Next:
     """End the clump and fire the given one."""
 
     def run() -> int:
-        clump = machine.program.clumps[machine.task.number]
-        machine.suspend(clump.start)
-        machine.task.missing = clump.fire_count
+        machine.suspend(0)
         machine.fire(instruction.arguments[0])
+        machine.reset(machine.task)
         return END_TURN
 
     return Next(run)
@@ -105,29 +101,13 @@ def _finish_into(machine: Machine, instruction: Instruction) -> Next:
 
 def _acquire(machine: Machine, instruction: Instruction) -> Next:
     """Acquire a mutex, or wait until it is free; its variable has the bytes owner, first and last waiting clump."""
-    mutex, following, data = instruction.arguments[0], instruction.following, machine.data
-
-    def run() -> int:
-        at = data.address(Place(mutex))
-        owner = data.memory.load(Type.UBYTE, at)
-        if owner == _FREE:
-            data.memory.store(Type.UBYTE, at, machine.task.number)
-            return following
-        machine.wait_for(at, machine.task)
-        return machine.suspend(following)
-
-    return Next(run)
+    mutex, data = Place(instruction.arguments[0]), machine.data
+    return Next(lambda: machine.acquire(data.address(mutex), instruction.following))
 
 
 def _release(machine: Machine, instruction: Instruction) -> Next:
-    mutex, following, data = instruction.arguments[0], instruction.following, machine.data
-
-    def run() -> int:
-        waiting = len(machine.queue)
-        machine.hand_over(data.address(Place(mutex)))
-        return following if len(machine.queue) == waiting else QUEUE_GREW - following
-
-    return Next(run)
+    mutex, data = Place(instruction.arguments[0]), machine.data
+    return Next(lambda: machine.release(data.address(mutex), instruction.following))
 
 
 def _call(machine: Machine, instruction: Instruction) -> Next:
@@ -137,15 +117,11 @@ def _call(machine: Machine, instruction: Instruction) -> Next:
     def run() -> int:
         at = _caller_at(machine, caller)
         if at is not None:
-            machine.memory.store(Type.UBYTE, at, machine.task.number)
+            machine.memory.store(Type.UBYTE, at, machine.queue.first)
         elif caller >= machine.data.first_field:
-            machine.data.put(caller, machine.task.number)
+            machine.data.put(caller, machine.queue.first)
         machine.suspend(instruction.following)
-        task = machine.clump(clump)
-        if task is None or task is machine.task:
-            machine.queue.append(task or NO_TASK)
-        else:
-            machine.restart(task)
+        machine.queue.append(clump & 0xFF)
         return END_TURN
 
     return Next(run)
@@ -156,9 +132,10 @@ def _return(machine: Machine, instruction: Instruction) -> Next:
     caller = instruction.arguments[0]
 
     def run() -> int:
-        task = machine.clump(_caller(machine, caller))
-        machine.suspend(machine.program.clumps[machine.task.number].start)
-        machine.queue.append(task or NO_TASK)
+        number = _caller(machine, caller)
+        machine.suspend(0)
+        machine.queue.append(number & 0xFF)
+        machine.reset(machine.task)
         return END_TURN
 
     return Next(run)
@@ -168,7 +145,7 @@ def _caller(machine: Machine, argument: int) -> int:
     """The number of a clump in a variable."""
     at = _caller_at(machine, argument)
     if at is None:
-        return machine.data.integer(argument) if argument >= machine.data.first_field else _NO_CLUMP
+        return machine.data.integer(argument) if argument >= machine.data.first_field else NO_CLUMP
     return int(machine.memory.load(Type.UBYTE, at))
 
 

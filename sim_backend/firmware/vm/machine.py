@@ -7,13 +7,13 @@ Source: LEGO's executable file specification; order and length of turns in docs/
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Mapping
 from enum import IntEnum
 from functools import partial
 
 from sim_backend.firmware.module import NEVER
 from sim_backend.firmware.vm.blocks import FAILURES, Block, Compiler
+from sim_backend.firmware.vm.clump_queue import NO_CLUMP, ClumpQueue
 from sim_backend.firmware.vm.data import ERR_ARG, ERR_INSTR, ERR_MEM, FIRST_FIELD, NO_FIELDS, Data, ProgramError
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
@@ -25,11 +25,10 @@ from sim_backend.firmware.vm.rxe import Clump, Program
 TURN = 20
 """Most instructions of a turn, unless the program changes it."""
 
-QUEUE_GREW = -2
-"""Largest next word of an instruction that appended a clump to the queue: -2 minus the word."""
+QUEUE_CHANGED = -2
+"""Largest next word of an instruction that changed the queue but not whose turn it is: -2 minus the word."""
 
-_NO_CLUMP = 0xFF
-NOWHERE = _NO_CLUMP, 0
+NOWHERE = NO_CLUMP, 0
 """Place in the program while no clump runs."""
 
 _BOTH = int(Ports.BOTH)
@@ -54,23 +53,17 @@ class Task:
         number: Number of the clump.
         pc: Index of the next word of code.
         end: The word from which on there is no instruction.
-        missing: Number of clumps that must end before it starts.
         wake_ms: Pass in which a sleeping one continues.
-        link: Number of the clump behind it that waits for the same mutex.
         turn: Most instructions of its turn.
         blocks: Compiled code by its first word.
     """
 
-    __slots__ = ("blocks", "end", "link", "missing", "number", "pc", "turn", "wake_ms")
+    __slots__ = ("blocks", "end", "number", "pc", "turn", "wake_ms")
 
-    def __init__(self, number: int, start: int, end: int, missing: int) -> None:
-        self.number, self.pc, self.end, self.missing = number, start, end, missing
-        self.wake_ms, self.link, self.turn = 0, _NO_CLUMP, TURN
+    def __init__(self, number: int, start: int, end: int) -> None:
+        self.number, self.pc, self.end = number, start, end
+        self.wake_ms, self.turn = NEVER, TURN
         self.blocks: dict[int, Block] = {}
-
-
-NO_TASK = Task(_NO_CLUMP, 0, 0, 0)
-"""Stands in the queue for a clump that does not exist: when it is its turn, no clump runs any more."""
 
 
 class Machine:
@@ -88,7 +81,6 @@ class Machine:
         random_state: The last random number of firmware 1.32.
         semaphores: Two bytes of the firmware for programs.
         asked_time: Number of instructions of this turn that asked for the time.
-        free: Number of instructions just run that take no time.
         error: Code of the error that ended the program, a negative number of eight bits.
     """
 
@@ -111,33 +103,35 @@ class Machine:
         self._compiler = Compiler(program.code, decoder, self._translate, self.operands)
         self._spins = frozenset(at for at in range(len(program.code)) if program.code[at : at + 2] == _JUMP_TO_ITSELF)
         self.semaphores, self.sending, self.random_state = [0, 0], False, 1
-        self.tasks = [
-            Task(i, clump.start, self._end(clump), clump.fire_count) for i, clump in enumerate(program.clumps)
-        ]
-        self.queue = deque(task for task in self.tasks if not task.missing)
-        self._sleeping: list[Task] = []
-        self.now_ms = self.asked_time = self._turns_left = self.free = self.error = 0
+        self.tasks = [Task(i, clump.start, self._end(clump)) for i, clump in enumerate(program.clumps)]
+        self.queue, self._sleeping = self._queue(), self._queue()
+        for task in self.tasks:
+            self.reset(task)
+            if not program.clumps[task.number].fire_count:
+                self.queue.append(task.number)
+        self.now_ms = self.asked_time = self._turns_left = self.error = 0
         self._stopped = False
-        if self.queue:
-            self.task = self.queue[0]
+        if self._runs:
+            self.task = self.tasks[self.queue.first]
 
     @property
     def _runs(self) -> bool:
-        """Whether it is the turn of a clump."""
-        return bool(self.queue) and self.queue[0] is not NO_TASK
+        """Whether it is the turn of a clump that exists."""
+        return self._exists(self.queue.first)
 
     @property
     def place(self) -> tuple[int, int]:
         """Number of the clump that is next, and its next word, counted from its beginning."""
         if not self._runs:
             return NOWHERE
-        task = self.queue[0]
+        task = self.tasks[self.queue.first]
         return task.number, task.pc - self.program.clumps[task.number].start
 
     def run(self, now_ms: int, most: int | None = None) -> Outcome | None:
         """Run one pass, or at most some instructions; returns the outcome, or None while the program runs."""
         if self._spins and self._all_spin:
-            self.queue.rotate(-self._turns_per_pass * (now_ms - self.now_ms - 1))
+            for _ in range(self._turns_per_pass * (now_ms - self.now_ms - 1) % len(list(self.queue))):
+                self.queue.rotate()
         self.now_ms = now_ms
         self.memory.begin_pass()
         self._wake()
@@ -146,25 +140,24 @@ class Machine:
         except FAILURES as failure:
             self.error = _error_code(failure)
             return Outcome.ERROR
-        return Outcome.OK if self._stopped or not (self._runs or self._sleeping) else None
+        return Outcome.OK if self._stopped or not (self._runs or self._exists(self._sleeping.first)) else None
 
     def _run_turns(self, instructions: int) -> None:
         turns, queue = self._timing.turns, self.queue
-        while instructions > 0 and turns > 0 and queue and not self._stopped and self.memory.work_left > 0:
-            self.task = task = queue[0]
-            if task is NO_TASK:
-                return
+        while instructions > 0 and turns > 0 and self._runs and not self._stopped and self.memory.work_left > 0:
+            self.task = task = self.tasks[queue.first]
+            alone = queue.first == queue.last
             self.asked_time, self._turns_left = 0, turns
             most, several = min(instructions, task.turn), False
-            if len(queue) == 1 and turns > 2 * instructions:
+            if alone and turns > 2 * instructions:
                 most = instructions
-            elif len(queue) == 1 and task.turn == TURN:
+            elif alone and task.turn == TURN:
                 most, several = min(instructions, turns * TURN), True
             done, ended = self._turn(most, several=several)
             instructions -= done
             turns -= max(1, -(-done // TURN)) + self.asked_time
             if not ended:
-                queue.rotate(-1)
+                queue.rotate()
 
     def _turn(self, most: int, *, several: bool) -> tuple[int, bool]:
         """Run a turn of the current clump, or `several`; the last one is that in which it does more than calculate.
@@ -186,8 +179,7 @@ class Machine:
                 if pc == END_TURN:
                     self._check_suspended(task)
                     return most - left - 1, True
-                pc = QUEUE_GREW - pc
-                left, self.free = left + self.free, 0
+                pc = QUEUE_CHANGED - pc
                 excess = max(0, left - (left - most) % task.turn)
                 left, most = left - excess, most - excess
         if pc >= task.end:
@@ -230,22 +222,28 @@ class Machine:
         return rest
 
     def _wake(self) -> None:
-        if self._sleeping:
-            for task in [task for task in self._sleeping if task.wake_ms <= self.now_ms]:
-                self._sleeping.remove(task)
-                self.queue.append(task)
+        for number in self._sleeping:
+            if self._wake_ms(number) <= self.now_ms:
+                self._sleeping.remove(number)
+                self.queue.append(number)
+
+    def _wake_ms(self, number: int) -> int:
+        return self.tasks[number].wake_ms if self._exists(number) else NEVER
 
     @property
     def due_ms(self) -> int:
         """The next pass in which a clump continues."""
-        if self.queue and not (self._spins and self._all_spin):
+        if self._runs and not (self._spins and self._all_spin):
             return self.now_ms + 1
-        return max(self.now_ms + 1, min((task.wake_ms for task in self._sleeping), default=NEVER))
+        return max(self.now_ms + 1, min(map(self._wake_ms, self._sleeping), default=NEVER))
 
     @property
     def _all_spin(self) -> bool:
-        """Whether each clump that does not sleep is in an empty endless loop."""
-        return all(task.pc in self._spins for task in self.queue)
+        """Whether each clump that does not sleep is in an empty endless loop, and none is lost from the queue."""
+        numbers = list(self.queue)
+        return numbers[-1:] == [self.queue.last] and all(
+            self._exists(number) and self.tasks[number].pc in self._spins for number in numbers
+        )
 
     @property
     def _turns_per_pass(self) -> int:
@@ -268,92 +266,86 @@ class Machine:
         return self.tick + (self.asked_time >= self._turns_left)
 
     def suspend(self, following: int) -> int:
-        """Take the current clump out of the queue; it will continue at `following`."""
+        """Take the first clump out of the queue, which is the current one unless it ended itself before.
+
+        The current one will continue at `following`.
+        """
         self.task.pc = following
-        self.queue.remove(self.task)
+        self.queue.remove(self.queue.first)
         return END_TURN
 
     def sleep(self, duration_ms: int, following: int) -> int:
-        """Let the current clump sleep; one that sleeps no time only goes to the end of the queue."""
-        if not duration_ms:
-            self.suspend(following)
-            self.queue.append(self.task)
-            return END_TURN
-        self.task.wake_ms = self.now_ms + duration_ms
-        self._sleeping.append(self.task)
-        return self.suspend(following)
+        """Let the first clump of the queue sleep; one that sleeps no time only goes to the end."""
+        number = self.queue.first
+        self.suspend(following)
+        if duration_ms and self._exists(number):
+            self.tasks[number].wake_ms = self.now_ms + duration_ms
+        (self._sleeping if duration_ms else self.queue).append(number)
+        return END_TURN
 
     def fire(self, number: int) -> None:
-        """Count the end of a clump that this one waits for."""
-        task = self.clump(number)
-        if task is None:
-            self._fire_none(number & 0xFF)
-            return
-        task.missing = task.missing - 1 & 0xFF
-        if not task.missing:
-            self.restart(task)
+        """Count the end of a clump that this one waits for, in the place where its record is, or would be."""
+        layout, pool = self.memory.layout, self.memory.pool
+        at = (number & 0xFF) * layout.clump + layout.fire_count
+        pool[at] = pool[at] - 1 & 0xFF
+        if not pool[at]:
+            self.queue.append(number & 0xFF)
 
-    def _fire_none(self, number: int) -> None:
-        """Count down in the pool where the record of a clump would be that does not exist."""
-        layout = self.memory.layout
-        at = number * layout.clump + layout.fire_count
-        self.memory.pool[at] = self.memory.pool[at] - 1 & 0xFF
+    def reset(self, task: Task) -> None:
+        """Let a clump wait for the ends of others, as at the start of the program."""
+        clump, layout = self.program.clumps[task.number], self.memory.layout
+        self.memory.pool[task.number * layout.clump + layout.fire_count] = clump.fire_count
+        task.pc = clump.start
 
-    def start(self, number: int) -> None:
-        """Start a clump that does not run."""
-        task = self.clump(number)
-        if task is not None and task not in self.queue and task not in self._sleeping:
-            self.restart(task)
+    def start(self, number: int, following: int) -> int:
+        """Start a clump, unless it runs or sleeps; then the turn of the current one begins anew."""
+        if number in self.queue or number in self._sleeping:
+            return following
+        self.queue.append(number)
+        self.task.pc = following
+        return END_TURN
 
     def halt(self, number: int, following: int) -> int:
-        """End a clump; the next word of code is `following`, unless it is the current one."""
-        task = self.clump(number)
-        if task is self.task:
-            return self.suspend(following)
-        if task is not None:
-            for tasks in (self.queue, self._sleeping):
-                if task in tasks:
-                    tasks.remove(task)
-        return following
+        """End a clump that runs or sleeps; the current one goes on until the end of its turn."""
+        queue = self.queue if number in self.queue else self._sleeping
+        if number in queue:
+            queue.remove(number)
+            if self._exists(number):
+                self.reset(self.tasks[number])
+        return QUEUE_CHANGED - following
 
     def set_turn(self, number: int, instructions: int) -> None:
         """Set how many instructions a turn of a clump has, at least one."""
-        task = self.clump(number)
-        if task is not None:
-            task.turn, self._spins = max(instructions & 0xFF, 1), frozenset()
+        if self._exists(number & 0xFF):
+            self.tasks[number & 0xFF].turn, self._spins = max(instructions & 0xFF, 1), frozenset()
 
-    def restart(self, task: Task) -> None:
-        """Start a clump from its beginning."""
-        task.pc = self.program.clumps[task.number].start
-        self.queue.append(task)
+    def acquire(self, mutex: int, following: int) -> int:
+        """Give the mutex at an offset to the first clump of the queue, or let it wait until it is free."""
+        pool, at, number = self.memory.pool, self.memory.base + (mutex & 0xFFFF), self.queue.first
+        if pool[at] == NO_CLUMP:
+            pool[at] = number
+            return following
+        self.suspend(following)
+        self._queue(pool, at + 1).append(number)
+        return END_TURN
 
-    def wait_for(self, mutex: int, task: Task) -> None:
-        """Append a clump to those that wait for the mutex at an offset."""
-        pool, at = self.memory.pool, self.memory.base + mutex
-        if pool[at + 1] == _NO_CLUMP:
-            pool[at + 1] = task.number
-        else:
-            last = self.clump(pool[at + 2])
-            if last is not None:
-                last.link = task.number
-        pool[at + 2], task.link = task.number, _NO_CLUMP
-
-    def hand_over(self, mutex: int) -> None:
+    def release(self, mutex: int, following: int) -> int:
         """Give the mutex at an offset to the first clump that waits for it."""
-        pool, at = self.memory.pool, self.memory.base + mutex
-        pool[at] = first = pool[at + 1]
-        if first != _NO_CLUMP:
-            task = self.clump(first)
-            if task is None:
-                return
-            pool[at + 1] = task.link
-            if task.link == _NO_CLUMP:
-                pool[at + 2] = _NO_CLUMP
-            self.queue.append(task)
+        pool, at = self.memory.pool, self.memory.base + (mutex & 0xFFFF)
+        waiting = self._queue(pool, at + 1)
+        pool[at] = number = waiting.first
+        if number == NO_CLUMP:
+            return following
+        waiting.remove(number)
+        self.queue.append(number)
+        return QUEUE_CHANGED - following
 
-    def clump(self, number: int) -> Task | None:
-        """A clump by its number, of which eight bits count; None if there is none, and the firmware does nothing."""
-        return self.tasks[number & 0xFF] if number & 0xFF < len(self.tasks) else None
+    def _queue(self, ends: bytearray | None = None, at: int = 0) -> ClumpQueue:
+        layout = self.memory.layout
+        return ClumpQueue(self.memory.pool, layout.clump, layout.fire_count + 1, ends, at)
+
+    def _exists(self, number: int) -> bool:
+        return number < len(self.tasks)
 
     def stop(self) -> None:
         """End the program."""

@@ -1,0 +1,91 @@
+"""Queues of clumps: those that run, those that sleep, and those that wait for a mutex.
+
+The record of a clump has one link for all of them, so a clump is in one queue at a time; one that enters a second queue
+breaks the first. A queue itself is two bytes, the numbers of its first and its last clump.
+
+Source: docs/firmware.md section 8.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+NO_CLUMP = 0xFF
+"""Number of no clump."""
+
+_MOST = 0x100
+"""Numbers of clumps; a longer way through a queue is a circle, in which the firmware hangs."""
+
+
+class ClumpQueue:
+    """A queue of clumps."""
+
+    def __init__(self, pool: bytearray, record: int, link: int, ends: bytearray | None = None, at: int = 0) -> None:
+        """Open a queue.
+
+        Args:
+            pool: The memory that begins with the records of the clumps.
+            record: Size of a record.
+            link: Place of the link in a record.
+            ends: What contains the two bytes of the queue; without it the queue is a new, empty one.
+            at: Where they are.
+        """
+        self._pool, self._record, self._link = pool, record, link
+        self._ends, self._at = bytearray([NO_CLUMP] * 2) if ends is None else ends, at
+
+    @property
+    def first(self) -> int:
+        """Number of the first clump."""
+        return self._ends[self._at]
+
+    @property
+    def last(self) -> int:
+        """Number of the last clump."""
+        return self._ends[self._at + 1]
+
+    def _link_at(self, number: int) -> int:
+        return number * self._record + self._link
+
+    def __iter__(self) -> Iterator[int]:
+        """Follow the links; the clump that was returned may leave the queue."""
+        number = self.first
+        for _ in range(_MOST):
+            if number == NO_CLUMP:
+                return
+            following = self._pool[self._link_at(number)]
+            yield number
+            number = following
+
+    def append(self, number: int) -> None:
+        """Put a clump at the end."""
+        self._pool[self._link_at(number)] = NO_CLUMP
+        if self.first == NO_CLUMP:
+            self._ends[self._at] = number
+        else:
+            self._pool[self._link_at(self.last)] = number
+        self._ends[self._at + 1] = number
+
+    def remove(self, number: int) -> None:
+        """Take a clump out."""
+        at = self._link_at(number)
+        following = self._pool[at]
+        if number == self.first:
+            self._ends[self._at] = following
+            if following == NO_CLUMP:
+                self._ends[self._at + 1] = NO_CLUMP
+        else:
+            before = next((one for one in self if self._pool[self._link_at(one)] == number), None)
+            if before is not None:
+                self._pool[self._link_at(before)] = following
+                if number == self.last:
+                    self._ends[self._at + 1] = before
+        self._pool[at] = NO_CLUMP
+
+    def rotate(self) -> None:
+        """Put the first clump at the end."""
+        number = self.first
+        if number != self.last:
+            at = self._link_at(number)
+            self._ends[self._at] = self._pool[at]
+            self._pool[self._link_at(self.last)] = number
+            self._ends[self._at + 1], self._pool[at] = number, NO_CLUMP
