@@ -10,12 +10,13 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, AliasChoices, Field, TypeAdapter, ValidationError
 
 from behaviors.mission_cross_checks import cross_checks
 from behaviors.mission_mistakes import mistakes
+from behaviors.mission_targets import OnnxTarget, Target
 from behaviors.plausibility import TOLERANCE_MM
 from behaviors.profile_names import ADAPTIVE, profile_name
 from behaviors.robot_description import (
@@ -39,6 +40,8 @@ BUILT_IN = Path(__file__).parent / "missions" / "lena_rilakkuma.toml"
 """The mission that runs by default."""
 LENS_BEHIND_SONAR_MM = 40.0
 """By common builds."""
+FILES = {"onnx": ("model", "labels")}
+"""Keys of a target that name files besides pictures, by detector."""
 
 
 class MissionError(ValueError):
@@ -120,70 +123,6 @@ class AdaptiveParameters(Table):
     fixed_wait_s: float | None = Field(default=None, ge=0, le=600)
 
 
-class _Target(Table):
-    height_mm: float = Field(default=297.0, ge=10, le=3000, description="real height of what is detected")
-
-
-class PictureTarget(_Target):
-    """Something flat of which there are photographs.
-
-    Attributes:
-        pictures: Image files, beside the mission file or among the built-in ones.
-    """
-
-    detector: Literal["picture"]
-    pictures: list[str] = Field(min_length=1)
-
-
-class HaarTarget(_Target):
-    """What one of OpenCV's cascades finds, or a cascade file of your own.
-
-    Attributes:
-        cascade: Name of a cascade that comes with OpenCV, or an XML file.
-    """
-
-    detector: Literal["haar"]
-    cascade: str = "haarcascade_frontalface_alt2"
-
-
-class MarkerTarget(_Target):
-    """A printed ArUco or AprilTag marker.
-
-    Attributes:
-        family: Its dictionary.
-        id: Its number.
-    """
-
-    detector: Literal["marker"]
-    family: Literal["aruco_4x4_50", "apriltag_36h11"] = "aruco_4x4_50"
-    id: int = Field(ge=0, le=586)
-
-
-class QrTarget(_Target):
-    """A printed QR code.
-
-    Attributes:
-        text: What it says, all of it.
-    """
-
-    detector: Literal["qr"]
-    text: str = Field(min_length=1, max_length=500)
-
-
-class ColorTarget(_Target):
-    """A patch of strong colour.
-
-    Attributes:
-        color: Its name.
-    """
-
-    detector: Literal["color"]
-    color: ColorName
-
-
-Target = Annotated[PictureTarget | HaarTarget | MarkerTarget | QrTarget | ColorTarget, Field(discriminator="detector")]
-
-
 class MissionTable(Table):
     """What to do.
 
@@ -227,6 +166,13 @@ class Mission(Table):
     calibration: CalibrationTable = Field(default=CalibrationTable(), exclude=True)
 
     @property
+    def guessed_heights(self) -> frozenset[str]:
+        """Names of the targets whose height the mission does not give: theirs is that usual with the label."""
+        return frozenset(
+            name for name, target in self.target.items() if isinstance(target, OnnxTarget) and target.guessed
+        )
+
+    @property
     def sonar_ahead_mm(self) -> float:
         """How far the sonar is in front of the lens, by common builds unless the lens's place is known."""
         if "forward_mm" not in self.camera.model_fields_set:
@@ -258,7 +204,7 @@ def load_mission(
     if described is not None:
         table = with_robot(table, described)
     folders = [path.resolve().parent, *picture_folders]
-    problems = [*cross_checks(table, RobotTable().model_dump()), *_resolve_pictures(table, folders)]
+    problems = [*cross_checks(table, RobotTable().model_dump()), *_resolve_files(table, folders)]
     try:
         mission = Mission.model_validate(table)
     except ValidationError as error:
@@ -310,7 +256,7 @@ def valid_targets(path: Path, picture_folders: Sequence[Path] = ()) -> dict[str,
     targets = table.get("target")
     valid: dict[str, Target] = {}
     for name, target in targets.items() if isinstance(targets, dict) else ():
-        if not list(_resolve_pictures({"target": {name: target}}, folders)):
+        if not list(_resolve_files({"target": {name: target}}, folders)):
             with suppress(ValidationError):
                 valid[name] = TypeAdapter[Target](Target).validate_python(target)
     return valid
@@ -323,13 +269,14 @@ def _read(path: Path) -> dict[str, Any]:
         raise MissionError(str(error)) from None
 
 
-def _resolve_pictures(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[str]:
-    """Make the pictures' paths absolute in place; yields what is wrong with them."""
+def _resolve_files(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[str]:
+    """Make the paths of pictures, models and lists of labels absolute in place; yields what is wrong with them."""
     targets = table.get("target")
     for name, target in targets.items() if isinstance(targets, dict) else ():
-        pictures = target.get("pictures") if isinstance(target, dict) else None
-        if not isinstance(pictures, list):
+        if not isinstance(target, dict):
             continue
+        pictures = target.get("pictures")
+        pictures = pictures if isinstance(pictures, list) else []
         for i, picture in enumerate(pictures):
             found = [folder / str(picture) for folder in folders if os.path.isfile(folder / str(picture))]
             if found:
@@ -339,3 +286,9 @@ def _resolve_pictures(table: dict[str, Any], folders: Sequence[Path]) -> Iterabl
                     f"target.{name}.pictures[{i}]: there is no picture {shown(str(picture))}; "
                     f"put it beside the mission file ({folders[0]})"
                 )
+        for key in FILES.get(str(target.get("detector")), ()):
+            if isinstance(file := target.get(key), str):
+                target[key] = str(folders[0] / Path(file).expanduser())
+                if not os.path.isfile(target[key]):
+                    beside = f"put it beside the mission file ({folders[0]})"
+                    yield f"target.{name}.{key}: there is no file {shown(file)}; {beside}"

@@ -48,7 +48,7 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
 
 def _detector_advice(target: dict[str, Any]) -> str:
     """Say what is wrong with the key ``detector`` of a target's table, which decides which other keys there are."""
-    known = "picture, haar, marker, qr, color"
+    known = "picture, haar, marker, qr, color, onnx"
     if "detector" in target:
         return f"there is no detector {shown(target['detector'])}; use one of {known}"
     near = difflib.get_close_matches("detector", target, n=1)

@@ -2,7 +2,8 @@
 
 A wrong field of view makes all distances by size wrong by one factor, which belongs to the robot; a wrong `height_mm`
 makes those of its target wrong. Both are learned as one factor for each target, and a new target begins with that of
-the last one.
+the last one. Of a target whose height is only guessed, the factor says how wrong the guess is; it begins with no more
+than that, and no other target begins with it.
 
 What gives the echo may stand before the target or behind it. As the robot drives up to it, echo and size change in
 proportion all the same; so the offset between both is estimated beside the factor.
@@ -11,6 +12,7 @@ proportion all the same; so the offset between both is estimated beside the fact
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 from behaviors.ports import Pose, Sighting
@@ -23,6 +25,7 @@ class ScaleNumbers:
     Attributes:
         prior_sd: Standard deviation of the factor before anything was measured: a webcam's field of view by its data
             sheet may be wrong by this.
+        guess_sd: The same of a target whose height is guessed.
         target_sd: Targets differ by this: their heights are measured by ruler.
         least_sd: The factor is never known better.
         growth_sd: Error of the wheels' distance: diameters are measured by ruler.
@@ -43,6 +46,7 @@ class ScaleNumbers:
     """
 
     prior_sd: float = 0.15
+    guess_sd: float = 1.0
     target_sd: float = 0.05
     least_sd: float = 0.03
     growth_sd: float = 0.06
@@ -75,6 +79,12 @@ class _Estimate:
     covariance: float = 0.0
     begin: tuple[Pose, float] | None = None
     heard_at: Pose | None = None
+    guessed: bool = False
+
+    @property
+    def most(self) -> float:
+        """The largest factor that may be measured."""
+        return max(2.0, self.factor + N.gate * math.sqrt(self.variance))
 
     def forget_offset(self) -> None:
         """Take the next echo for one of something else."""
@@ -102,13 +112,15 @@ class CameraScale:
 
     Args:
         sonar_ahead_mm: The sonar in front of the lens.
+        guessed: Targets whose heights are guessed.
 
     Attributes:
         sonar_ahead_mm: See above.
     """
 
-    def __init__(self, sonar_ahead_mm: float) -> None:
+    def __init__(self, sonar_ahead_mm: float, guessed: Collection[str] = ()) -> None:
         self.sonar_ahead_mm = sonar_ahead_mm
+        self._guessed = guessed
         self._estimates: dict[str, _Estimate] = {}
         self._last = _Estimate(1.0, N.prior_sd**2)
 
@@ -147,13 +159,14 @@ class CameraScale:
         self._grow(estimate, pose, sighting.distance_mm)
         if range_mm is not None:
             self._hear(estimate, pose, sighting.distance_mm, range_mm + self.sonar_ahead_mm)
-        if estimate.variance != before:
+        if estimate.variance != before and not estimate.guessed:
             self._last = estimate
 
     def _of(self, target: str) -> _Estimate:
         if target not in self._estimates:
-            variance = min(N.prior_sd**2, self._last.variance + N.target_sd**2)
-            self._estimates[target] = _Estimate(self._last.factor, variance)
+            guessed = target in self._guessed
+            variance = N.guess_sd**2 if guessed else min(N.prior_sd**2, self._last.variance + N.target_sd**2)
+            self._estimates[target] = _Estimate(self._last.factor, variance, guessed=guessed)
         return self._estimates[target]
 
     def _grow(self, estimate: _Estimate, pose: Pose, distance_mm: float) -> None:
@@ -164,7 +177,7 @@ class CameraScale:
             nearer_mm = then_mm - distance_mm
             if abs(pose.heading_deg - then.heading_deg) > N.straight_deg or driven_mm > N.longest_mm:
                 estimate.begin = None
-            elif driven_mm >= N.stretch_mm and nearer_mm > driven_mm / 2:
+            elif driven_mm >= N.stretch_mm and nearer_mm > driven_mm / estimate.most:
                 factor = driven_mm / nearer_mm
                 noise = N.size_sd * math.hypot(then_mm, distance_mm) / nearer_mm
                 if noise < N.prior_sd:
@@ -175,8 +188,9 @@ class CameraScale:
 
     def _hear(self, estimate: _Estimate, pose: Pose, distance_mm: float, echo_mm: float) -> None:
         at = estimate.heard_at
+        by_size_mm = distance_mm * estimate.factor if estimate.guessed else distance_mm
         near = at is not None and math.hypot(pose.x_mm - at.x_mm, pose.y_mm - at.y_mm) < N.apart_mm
-        if near or not N.nearest_echo_mm <= distance_mm <= N.farthest_echo_mm:
+        if near or not N.nearest_echo_mm <= by_size_mm <= N.farthest_echo_mm:
             return
         estimate.heard_at = pose
         estimate.update(distance_mm, 1.0, echo_mm, N.echo_mm**2 + (N.size_sd * distance_mm) ** 2)

@@ -22,7 +22,7 @@ from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.mission import Mission
 from behaviors.ports import Glimpse, Point, Pose, Sighting
 
-RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "qr": 4.0, "color": 17.0}
+RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "qr": 4.0, "color": 17.0, "onnx": 12.0}
 """A detector finds its target up to this many times the target's height away. Source: docs/vision.md section 1.2."""
 
 
@@ -132,7 +132,7 @@ class WorldModel:
         self.echoes = RecentEchoes(mission.robot.sonar_forward_mm)
         self.attempts = Attempts()
         self.look_alikes = LookAlikes()
-        self.scale = CameraScale(mission.sonar_ahead_mm)
+        self.scale = CameraScale(mission.sonar_ahead_mm, mission.guessed_heights)
         self.slant = Slant()
         self.pose = Pose()
         self._now_s = 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import median
@@ -32,6 +32,7 @@ EXAMPLES = """\
   nxtdrive detect try sim --color orange --frames 5
   nxtdrive detect try 0 --marker 7 --height-mm 150 --frames 50
   nxtdrive detect try 0 --qr "7" --height-mm 160
+  nxtdrive detect try 0 --onnx yolox_s.onnx --label cup
   nxtdrive detect try film.mp4 --haar haarcascade_eye --out seen.webm
   nxtdrive detect try http://127.0.0.1:8081/camera.mjpg --color red"""
 
@@ -86,7 +87,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     try_.usage = (
         "%(prog)s [options] SOURCE\n"
         "    (--target NAME | --picture FILE ... | --haar NAME | --marker ID |\n"
-        "     --qr TEXT | --color C)"
+        "     --qr TEXT | --color C | --onnx FILE --label NAME)"
     )
     target = try_.add_mutually_exclusive_group(required=True)
     target.add_argument("--target", metavar="NAME", help="a target of a mission (of the built-in one: lena, rilakkuma)")
@@ -96,6 +97,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     target.add_argument("--marker", metavar="ID", type=identifier, help="an ArUco marker of the dictionary 4x4_50")
     target.add_argument("--qr", metavar="TEXT", help="a QR code that says this text")
     target.add_argument("--color", metavar="C", help="red, orange, yellow, green, cyan, blue or magenta")
+    target.add_argument("--onnx", metavar="FILE", help="a neural network, with --label")
+    try_.add_argument("--label", metavar="NAME", help="what the network shall find: one of its labels")
+    try_.add_argument("--labels", metavar="FILE", help="its labels, one a line, if the network does not name them")
     try_.add_argument("--mission", metavar="FILE", type=Path, help="where --target is described")
     add_robot_argument(try_)
     try_.add_argument(
@@ -121,6 +125,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _try(args: argparse.Namespace) -> int:
+    from nxtdrive.vision.detection import Described
     from nxtdrive.vision.geometry import DEFAULT_HFOV_DEG, Pinhole
 
     name, detector, mission_hfov_deg = _target(args)
@@ -128,6 +133,12 @@ def _try(args: argparse.Namespace) -> int:
     still = _is_image(args.source)
     film = _Film(args.out or Path("detected.png" if still else "detected.webm"))
     looks: list[Look] = []
+    about = dict(detector.detector.description()) if isinstance(detector.detector, Described) else {}
+    if args.onnx and args.height_mm is None:
+        about["height"] = f"{detector.height_mm:g} mm, as is usual with such things; measure it and give --height-mm"
+    if not args.json:
+        for title, text in about.items():
+            write_line(f"{title}: {text}")
     try:
         for frame in _frames(args.source, 1 if still else args.frames):
             pinhole = Pinhole.from_hfov(frame.image.shape[1], hfov_deg)
@@ -140,7 +151,7 @@ def _try(args: argparse.Namespace) -> int:
         pass  # write what has been recorded so far
     finally:
         film.close()
-    return _report(looks, film.path, args.json)
+    return _report(looks, film.path, about, args.json)
 
 
 def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None]:
@@ -169,11 +180,28 @@ def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None
         name, spec = f"marker {args.marker}", {"detector": "marker", "id": args.marker}
     elif args.qr is not None:
         name, spec = f"QR {args.qr}", {"detector": "qr", "text": args.qr}
+    elif args.onnx is not None:
+        name, spec = _network(args)
     else:
         name, spec = args.color, {"detector": "color", "color": args.color}
     if args.height_mm is not None:
         spec["height_mm"] = args.height_mm
     return name, make_detector(spec), hfov_deg
+
+
+def _network(args: argparse.Namespace) -> tuple[str, dict[str, object]]:
+    """Return name and options of a target that a neural network finds."""
+    from behaviors.usual_heights import usual_height_mm
+
+    if args.label is None:
+        from nxtdrive.vision.detectors.onnx_labels import listed
+        from nxtdrive.vision.detectors.onnx_model import labels_of
+
+        known = listed(labels_of(Path(args.onnx), args.labels)) or "it names none, so give a number, such as 0"
+        raise ConfigError("--onnx needs --label.", remedy=f"The labels of {args.onnx}: {known}.")
+    height_mm = usual_height_mm(args.label)
+    spec = {"detector": "onnx", "model": args.onnx, "label": args.label, "labels": args.labels, "height_mm": height_mm}
+    return args.label, spec
 
 
 def _is_image(source: str) -> bool:
@@ -242,11 +270,17 @@ def _place(one: Found) -> str:
     return f"{one.bearing_deg:+.1f} deg {distance} (score {one.score:.2f}{cut})"
 
 
-def _report(looks: list[Look], path: Path, as_json: bool) -> int:
+def _report(looks: list[Look], path: Path, about: Mapping[str, str], as_json: bool) -> int:
     seen = sum(bool(look.found) for look in looks)
     ms = round(median(look.ms for look in looks), 2) if looks else None
     if as_json:
-        details = {"frames": len(looks), "seen": seen, "median_ms": ms, "out": str(path) if looks else None}
+        details: dict[str, object] = {
+            "frames": len(looks),
+            "seen": seen,
+            "median_ms": ms,
+            "out": str(path) if looks else None,
+        }
+        details |= {"detector": about} if about else {}
         write_json({**details, "looks": [asdict(look) for look in looks]}, indent=2)
     elif looks:
         write_line(f"seen in {seen} of {len(looks)} frames, {ms} ms per frame (median); drawn into {path}")

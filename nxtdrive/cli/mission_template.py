@@ -52,6 +52,12 @@ rounds = 1                 # how often to go through the list for what was given
 # detector = "haar"        # one of OpenCV's cascades, or an XML file of yours
 # cascade = "haarcascade_frontalface_alt2"
 # height_mm = 180
+#
+# [target.cup]
+# detector = "onnx"        # what a neural network finds that you have as an ONNX file
+# model = "yolox_s.onnx"   # beside this file
+# label = "cup"            # one of the model's labels
+# height_mm = 100          # may be left out: the robot then measures it by driving
 """
 
 

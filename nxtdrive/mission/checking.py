@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from behaviors.mission import MarkerTarget, Mission, MissionError, PictureTarget, QrTarget, load_mission, valid_targets
+from behaviors.mission import Mission, MissionError, load_mission, valid_targets
+from behaviors.mission_targets import MarkerTarget, PictureTarget, QrTarget
 from behaviors.mission_warnings import value_warnings
 from firmware_protocol.errors import CameraError
 from nxtdrive.mission.setup import PICTURES, make_detectors, usual_robot

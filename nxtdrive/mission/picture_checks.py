@@ -8,7 +8,8 @@ from functools import lru_cache
 from itertools import permutations
 from pathlib import Path
 
-from behaviors.mission import Mission, PictureTarget
+from behaviors.mission import Mission
+from behaviors.mission_targets import PictureTarget
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.mission.truth import shows
 from nxtdrive.vision.detection import Image

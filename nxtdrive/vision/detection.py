@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,15 @@ class Detector(Protocol):
 
     def detect(self, image: Image) -> list[Detection]:
         """Return all places where the target is found in the BGR `image`, best first."""
+        ...
+
+
+@runtime_checkable
+class Described(Protocol):
+    """A detector that can say what it is."""
+
+    def description(self) -> Mapping[str, str]:
+        """Return what it is and where it comes from, by title."""
         ...
 
 

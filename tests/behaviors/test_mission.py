@@ -11,15 +11,14 @@ from pydantic import ValidationError
 from behaviors.mission import (
     BUILT_IN,
     AdaptiveParameters,
-    ColorTarget,
     Mission,
     MissionError,
     MissionTable,
-    PictureTarget,
     ThesisParameters,
     load_mission,
 )
 from behaviors.mission_mistakes import mistakes
+from behaviors.mission_targets import ColorTarget, PictureTarget
 from behaviors.mission_warnings import value_warnings
 from behaviors.robot_description import CameraTable, RobotTable
 

@@ -22,6 +22,7 @@ DETECTORS = {
     "marker": "nxtdrive.vision.detectors.marker",
     "qr": "nxtdrive.vision.detectors.qr",
     "color": "nxtdrive.vision.detectors.color",
+    "onnx": "nxtdrive.vision.detectors.onnx",
 }
 """Kind -> module; imported when used."""
 

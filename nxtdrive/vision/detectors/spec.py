@@ -43,6 +43,17 @@ class DetectorSpec:
             )
         return value
 
+    def take_optional(self, name: str) -> str | None:
+        """Remove and return the text `name`, or None if it is missing.
+
+        Raises:
+            ConfigError: The option is no text.
+        """
+        if self._values.get(name) is None:
+            self._values.pop(name, None)
+            return None
+        return self.take(name, str)
+
     def take_paths(self, name: str) -> list[Path]:
         """Remove and return the option `name`, one file or a list of files; whether they exist is not checked.
 

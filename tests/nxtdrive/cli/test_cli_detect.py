@@ -103,7 +103,7 @@ def test_a_target_of_the_users_mission(picture, tmp_path, capsys):
 
 
 def test_the_built_in_targets(tmp_path, capsys):
-    from behaviors.mission import PictureTarget
+    from behaviors.mission_targets import PictureTarget
     from nxtdrive.mission.setup import load
 
     target = load(None).target["lena"]

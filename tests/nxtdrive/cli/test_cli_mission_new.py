@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import nxtdrive
-from behaviors.mission import PictureTarget, load_mission
+from behaviors.mission import load_mission
+from behaviors.mission_targets import PictureTarget
 from nxtdrive.cli.main import DONE, USAGE, main
 from sim_backend.world.loading import load_world
 

@@ -1,0 +1,122 @@
+"""The targets of a mission file: what each kind of detector is told."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+
+from behaviors.robot_description import ColorName, Table
+from behaviors.usual_heights import usual_height_mm
+
+
+class _Target(Table):
+    height_mm: float = Field(default=297.0, ge=10, le=3000, description="real height of what is detected")
+
+
+class PictureTarget(_Target):
+    """Something flat of which there are photographs.
+
+    Attributes:
+        pictures: Image files, beside the mission file or among the built-in ones.
+    """
+
+    detector: Literal["picture"]
+    pictures: list[str] = Field(min_length=1)
+
+
+class HaarTarget(_Target):
+    """What one of OpenCV's cascades finds, or a cascade file of your own.
+
+    Attributes:
+        cascade: Name of a cascade that comes with OpenCV, or an XML file.
+    """
+
+    detector: Literal["haar"]
+    cascade: str = "haarcascade_frontalface_alt2"
+
+
+class MarkerTarget(_Target):
+    """A printed ArUco or AprilTag marker.
+
+    Attributes:
+        family: Its dictionary.
+        id: Its number.
+    """
+
+    detector: Literal["marker"]
+    family: Literal["aruco_4x4_50", "apriltag_36h11"] = "aruco_4x4_50"
+    id: int = Field(ge=0, le=586)
+
+
+class QrTarget(_Target):
+    """A printed QR code.
+
+    Attributes:
+        text: What it says, all of it.
+    """
+
+    detector: Literal["qr"]
+    text: str = Field(min_length=1, max_length=500)
+
+
+class ColorTarget(_Target):
+    """A patch of strong colour.
+
+    Attributes:
+        color: Its name.
+    """
+
+    detector: Literal["color"]
+    color: ColorName
+
+
+class OnnxTarget(Table):
+    """What a neural network finds that you have as an ONNX file.
+
+    Attributes:
+        model: The file, beside the mission file.
+        label: One of the model's labels; `nxtdrive detect try` prints them.
+        labels: A file with the labels, one a line, if the model does not name them.
+        layout: How its outputs are arranged, if that is not found out from their shapes and names.
+        runtime: What runs it; ONNX Runtime if that is installed, else OpenCV.
+        size: Width and height in pixels of what the model gets, if it leaves them open.
+        colors: Order of the colours, if it is not the one usual with the layout.
+        normalisation: Range of the colours: 0 to 255, 0 to 1, or as for ImageNet; by default as usual with the layout.
+        min_score: Least score of a detection.
+        height_mm: Real height; without it one usual with the label counts until the robot has measured it by driving.
+    """
+
+    detector: Literal["onnx"]
+    model: str
+    label: str = Field(min_length=1, max_length=200)
+    labels: str | None = None
+    layout: Literal["yolox", "yolo", "e2e", "detr", "detr-post", "boxes", "yunet"] | None = None
+    runtime: Literal["onnxruntime", "opencv"] | None = None
+    size: int = Field(default=416, ge=32, le=2048, multiple_of=32)
+    colors: Literal["bgr", "rgb"] | None = None
+    normalisation: Literal["none", "unit", "imagenet"] | None = None
+    min_score: float = Field(default=0.4, gt=0, lt=1)
+    height_mm: float = Field(
+        default_factory=lambda known: usual_height_mm(str(known.get("label", ""))),
+        ge=10,
+        le=3000,
+    )
+
+    @property
+    def guessed(self) -> bool:
+        """Whether its height is only that usual with the label."""
+        return "height_mm" not in self.model_fields_set
+
+    @model_serializer(mode="wrap")
+    def _without_guess(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out a height that was not given, so that what is read again knows that, too."""
+        values: dict[str, Any] = dump(self)
+        if self.guessed:
+            values.pop("height_mm", None)
+        return values
+
+
+Target = Annotated[
+    PictureTarget | HaarTarget | MarkerTarget | QrTarget | ColorTarget | OnnxTarget, Field(discriminator="detector")
+]

@@ -1,0 +1,56 @@
+"""Tries a model in a process of its own: a damaged one can crash, exhaust or stop a runtime."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.vision.detectors.onnx_file import read_onnx
+
+TRIAL_S = 120.0
+PROGRAM = Path(__file__).with_name("onnx_trial.py")
+REFUSED = 3
+"""Exit code of the program after it said why."""
+
+
+def try_apart(path: Path, options: Mapping[str, object]) -> None:
+    """Have another process load a model and look with it.
+
+    Args:
+        path: The file.
+        options: Those of `nxtdrive.vision.detectors.onnx_model.Options`.
+
+    Raises:
+        ConfigError: That process refused the model, crashed, or took too long or too much memory.
+    """
+    read_onnx(path)  # what this refuses needs no process
+    stat = path.stat()
+    refusal = _tried(str(path), json.dumps(options), stat.st_mtime_ns, stat.st_size)
+    if refusal is not None:
+        raise ConfigError(refusal[0], remedy=refusal[1])
+
+
+@lru_cache(maxsize=32)
+def _tried(path: str, options: str, _mtime_ns: int, _size: int) -> tuple[str, str] | None:
+    """Return why a model cannot be used, and what to do; tried once for each version of a file."""
+    # -P: the folder of the program is no place for modules
+    command = [sys.executable, "-P", str(PROGRAM), path, options]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    try:
+        done = subprocess.run(command, check=False, capture_output=True, timeout=TRIAL_S, env=environment)  # noqa: S603 - our own
+    except subprocess.TimeoutExpired:
+        return f"{path} took more than {TRIAL_S:g} s for one frame.", "Use a smaller model."
+    if done.returncode == 0:
+        return None
+    if done.returncode == REFUSED:
+        message, remedy = json.loads(done.stdout)
+        return str(message), str(remedy)
+    return f"{path} crashes the runtime that loads it, or takes more memory than a detector may.", (
+        "Export or download it again; it may be damaged."
+    )

@@ -1,0 +1,70 @@
+"""Finds anything a neural network was trained for, by its label: the user brings a model as an ONNX file."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.vision.detection import Detection, Image
+from nxtdrive.vision.detectors.apart import try_apart
+from nxtdrive.vision.detectors.correlation import distinct
+from nxtdrive.vision.detectors.onnx_labels import number_of
+from nxtdrive.vision.detectors.onnx_model import OPEN_SIZE, OnnxModel, Options
+from nxtdrive.vision.detectors.spec import DetectorSpec
+
+MIN_SCORE = 0.4
+MOST_PLACES = 100
+"""So many of the best places are compared for overlaps."""
+
+
+class OnnxDetector:
+    """Finds what a model calls by one of its labels; that must be its best label there. The score is the model's.
+
+    Args:
+        path: The model. A damaged one can crash the process; `from_spec` tries it in another process before.
+        label: One of the model's labels.
+        options: What the file does not say.
+        min_score: Least score of a detection, 0 to 1.
+
+    Raises:
+        ConfigError: The file is no detector that can be run, or has no such label.
+    """
+
+    def __init__(self, path: Path, label: str, options: Options | None = None, *, min_score: float = MIN_SCORE) -> None:
+        if not 0 < min_score < 1:
+            raise ConfigError(f"min_score = {min_score:g} is no score.", remedy="It lies between 0 and 1.")
+        self._model = OnnxModel(path, options or Options())
+        self._number = number_of(label, self._model.labels, path)
+        self._min_score = min_score
+
+    def description(self) -> dict[str, str]:
+        """Return what the model says of itself, and how it is run."""
+        return self._model.description()
+
+    def detect(self, image: Image) -> list[Detection]:
+        """Return all places that the model calls by the label, best first."""
+        places, extent = self._model.places(image)
+        wanted = np.flatnonzero((places.labels == self._number) & (places.scores >= self._min_score))
+        best = wanted[np.argsort(-places.scores[wanted], kind="stable")][:MOST_PLACES]
+        inside = np.tile((image.shape[1], image.shape[0]), 2)
+        corners = np.rint((places.corners[best] * np.tile(extent, 2)).clip(0, inside)).astype(int)
+        found = []
+        for (left, top, right, bottom), score in zip(corners.tolist(), places.scores[best].tolist(), strict=True):
+            if right > left and bottom > top:
+                found.append(Detection((left, top, right - left, bottom - top), min(1.0, float(score))))
+        return distinct(found)
+
+
+def from_spec(spec: DetectorSpec) -> OnnxDetector:
+    """Make the detector from ``model``, ``label`` and what the file does not say (`Options`), after a trial."""
+    path, label = spec.path(spec.take("model", str)), spec.take("label", str)
+    texts = {name: spec.take_optional(name) for name in ("layout", "labels", "runtime", "colors", "normalisation")}
+    if texts["labels"] is not None:
+        texts["labels"] = str(spec.path(texts["labels"]))
+    options = Options(size=spec.take("size", int, OPEN_SIZE), **texts)
+    min_score = spec.take("min_score", float, MIN_SCORE)
+    try_apart(path, asdict(options))
+    return OnnxDetector(path, label, options, min_score=min_score)

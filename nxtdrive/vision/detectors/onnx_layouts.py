@@ -1,0 +1,236 @@
+"""How detectors number and arrange their outputs: which layout a model has, and what its outputs say.
+
+| layout | outputs |
+|---|---|
+| ``yolox`` | (1, N, 5 + C): centre and size, objectness, scores; N cells of the strides 8, 16 and 32 |
+| ``yolo`` | (1, 4 + C, N): centre and size in pixels, scores |
+| ``e2e`` | (1, N, 6): corners in pixels, score, label |
+| ``detr`` | logits (1, Q, C) and boxes (1, Q, 4): centre and size as shares of the frame |
+| ``detr-post`` | labels, boxes, scores; a second input takes the size of the frame |
+| ``boxes`` | boxes (N, 4): corners in pixels, labels and scores (N); or boxes with their score (N, 5), and labels |
+| ``yunet`` | of the face detector YuNet, which OpenCV decodes |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.vision.detectors.onnx_file import OnnxFile
+from nxtdrive.vision.detectors.onnx_runtimes import Arrays
+
+LAYOUTS = ("yolox", "yolo", "e2e", "detr", "detr-post", "boxes", "yunet")
+STRIDES = (8, 16, 32)
+YUNET_OUTPUTS = {f"{part}_{stride}" for part in ("cls", "obj", "bbox", "kps") for stride in STRIDES}
+
+SHARES = 2.0
+"""Corners that are all below this many pixels are shares of the frame: no target has two pixels."""
+LARGEST_EXPONENT = 20.0
+"""Of the size of a box in cells; what is larger is damaged."""
+
+Floats = NDArray[np.floating[Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """What a model's outputs mean.
+
+    Attributes:
+        name: One of `LAYOUTS`.
+        roles: Name of the output that has ``boxes``, ``scores`` and ``labels``, or ``all``.
+        classes: Number of labels, None if the outputs do not tell.
+        raw: For ``yolox``: centre and size are relative to the cells.
+    """
+
+    name: str
+    roles: Mapping[str, str]
+    classes: int | None = None
+    raw: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Places:
+    """What a model found.
+
+    Attributes:
+        corners: (N, 4): left, top, right and bottom, as shares of the image that was given to it.
+        scores: (N): 0 to 1.
+        labels: (N): number of the label.
+    """
+
+    corners: Floats
+    scores: Floats
+    labels: NDArray[np.int64]
+
+
+def find_layout(
+    model: OnnxFile, outputs: Arrays, size: tuple[int, int], named: int, wanted: str | None = None
+) -> Layout:
+    """Return the layout of a model.
+
+    Args:
+        model: The file.
+        outputs: What it returned for any image.
+        size: Width and height of that.
+        named: Number of labels the model names, 0 if it names none.
+        wanted: The layout, if the user gives it.
+
+    Raises:
+        ConfigError: The outputs fit no layout, or not the wanted one.
+    """
+    shapes = {name: value.shape for name, value in outputs.items()}
+    found = _alone(shapes, size, named, wanted) if len(shapes) == 1 else _together(model, shapes, wanted)
+    if found is None or (wanted is not None and found.name != wanted):
+        told = ", ".join(f"{name} {shape}" for name, shape in list(shapes.items())[:20])
+        fits = f"do not fit the layout {wanted!r}" if wanted else "fit no layout that is known"
+        remedy = f"Set layout to one of: {', '.join(LAYOUTS)}; or export the model in one of these."
+        raise ConfigError(f"The outputs of {model.path} {fits}: {told}.", remedy=remedy)
+    if found.name == "yolox":
+        rows = _rows(outputs[found.roles["all"]])
+        return Layout("yolox", found.roles, found.classes, raw=_relative(rows.astype(np.float32), size))
+    return found
+
+
+def decode(layout: Layout, outputs: Arrays, size: tuple[int, int]) -> Places:
+    """Return what the outputs say.
+
+    Args:
+        layout: As `find_layout` returned it.
+        outputs: Of the model.
+        size: Width and height of the image that was given to it.
+    """
+    parts = {role: np.asarray(outputs[name], np.float32) for role, name in layout.roles.items()}
+    with np.errstate(all="ignore"):
+        if layout.name == "e2e":
+            rows = _rows(parts["all"])
+            return _places(_shares(rows[:, :4], size), rows[:, 4], rows[:, 5])
+        if layout.name in ("yolox", "yolo"):
+            return _dense(layout, _rows(parts["all"]), size)
+        if layout.name == "detr":
+            return _queries(parts["boxes"].reshape(-1, 4), parts["scores"])
+        boxes = _rows(parts["boxes"])
+        scores = parts["scores"].reshape(-1) if "scores" in parts else boxes[:, 4]
+        corners = boxes[:, :4]
+        if layout.name == "boxes":  # a detr-post model was told that the frame has one pixel
+            corners = _shares(corners, size)
+        return _places(corners, scores, parts["labels"].reshape(-1))
+
+
+def _alone(shapes: Mapping[str, Sequence[int]], size: tuple[int, int], named: int, wanted: str | None) -> Layout | None:
+    """Return the layout of a single output."""
+    ((name, shape),) = shapes.items()
+    if len(shape) < 2 or any(side != 1 for side in shape[:-2]):
+        return None
+    roles, (rows, columns) = {"all": name}, shape[-2:]
+    cells = len(_cells(size)[1])
+    fits = {
+        "yolox": rows == cells and columns >= 6 and (wanted == "yolox" or named in (0, columns - 5)),
+        "e2e": columns == 6 and (wanted == "e2e" or rows > 6 or named != 2),
+        "yolo": rows >= 5 and (wanted == "yolo" or columns > rows or named == rows - 4),
+    }
+    classes = {"yolox": columns - 5, "yolo": rows - 4, "e2e": None}
+    chosen = wanted if wanted in fits else next((each for each in fits if fits[each]), None)
+    return Layout(chosen, roles, classes[chosen]) if chosen and fits[chosen] else None
+
+
+def _together(model: OnnxFile, shapes: Mapping[str, Sequence[int]], wanted: str | None) -> Layout | None:
+    """Return the layout of several outputs."""
+    if set(shapes) >= YUNET_OUTPUTS:
+        return Layout("yunet", {}, 1)
+    roles = _roles(model, shapes)
+    if set(roles) == {"boxes", "scores"}:
+        boxes, scores = shapes[roles["boxes"]], shapes[roles["scores"]]
+        fits = len(scores) >= 2 and scores[-2] == boxes[-2] and boxes[-1] == 4
+        return Layout("detr", roles, scores[-1]) if fits else None
+    if "labels" not in roles or ("scores" not in roles and shapes[roles["boxes"]][-1] != 5):
+        return None
+    told = len(model.inputs) > 1 if wanted is None else wanted == "detr-post"
+    return Layout("detr-post" if told else "boxes", roles)
+
+
+def _roles(model: OnnxFile, shapes: Mapping[str, Sequence[int]]) -> dict[str, str]:
+    """Return which output has boxes, scores and labels, by shapes, types and names."""
+    whole = {one.name for one in model.outputs if one.dtype.startswith(("int", "uint"))}
+    words = {name: name.casefold() for name in shapes}
+    fours = [name for name, shape in shapes.items() if len(shape) >= 2 and shape[-1] in (4, 5)]
+    # of two candidates, a model of four labels for instance, the name tells
+    boxes = sorted(fours, key=lambda name: (not any(word in words[name] for word in ("box", "det")), name))[:1]
+    others = [name for name in shapes if name not in boxes]
+    if not boxes or not 1 <= len(others) <= 2:
+        return {}
+    if len(others) == 1:
+        many = len(shapes[others[0]]) >= 2 and shapes[boxes[0]][-1] == 4
+        return {"boxes": boxes[0], "scores" if many and others[0] not in whole else "labels": others[0]}
+    labels = sorted(others, key=lambda n: (n not in whole, "label" not in words[n] and "class" not in words[n], n))[0]
+    return {"boxes": boxes[0], "labels": labels, "scores": next(name for name in others if name != labels)}
+
+
+def _rows(output: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    return output.reshape(-1, output.shape[-1]) if output.ndim < 3 else output.reshape(output.shape[-2:])
+
+
+def _dense(layout: Layout, rows: Floats, size: tuple[int, int]) -> Places:
+    """Decode what has a row or a column for each cell."""
+    if layout.name == "yolo":
+        rows = rows.T
+        scores = rows[:, 4:]
+    else:
+        scores = rows[:, 4:5] * rows[:, 5:]
+    boxes = rows[:, :4]
+    if layout.raw:
+        cells, strides = _cells(size)
+        extent = np.exp(np.minimum(boxes[:, 2:], LARGEST_EXPONENT))
+        boxes = np.concatenate([boxes[:, :2] + cells, extent], axis=1) * strides[:, None]
+    labels = scores.argmax(axis=1) if scores.shape[1] else np.zeros(len(scores))
+    return _places(_shares(_corners(boxes), size), scores.max(axis=1, initial=0.0), labels)
+
+
+def _queries(boxes: Floats, scores: Floats) -> Places:
+    scores = scores.reshape(len(boxes), -1)
+    if scores.size and not (scores.min() >= 0 and scores.max() <= 1):
+        scores = 1 / (1 + np.exp(-scores))
+    return _places(_corners(boxes), scores.max(axis=1, initial=0.0), scores.argmax(axis=1))
+
+
+def _places(corners: Floats, scores: Floats, labels: NDArray[Any]) -> Places:
+    """Leave out what is no number and no place."""
+    count = min(len(corners), len(scores), len(labels))
+    corners, scores, labels = corners[:count], scores[:count], labels[:count]
+    usable = np.isfinite(corners).all(axis=1) & np.isfinite(scores) & np.isfinite(labels)
+    usable &= (np.abs(labels) < 2**31) & (corners[:, 2:] > corners[:, :2]).all(axis=1)
+    return Places(corners[usable], scores[usable], np.rint(labels[usable]).astype(np.int64))
+
+
+def _corners(boxes: Floats) -> Floats:
+    """Return left, top, right and bottom of boxes given by centre and size."""
+    centre, half = boxes[:, :2], boxes[:, 2:4] / 2
+    return np.concatenate([centre - half, centre + half], axis=1)
+
+
+def _shares(corners: Floats, size: tuple[int, int]) -> Floats:
+    """Return corners as shares of an image, given in its pixels or as shares."""
+    finite = corners[np.isfinite(corners)]
+    return corners if finite.size and np.abs(finite).max() <= SHARES else corners / np.tile(size, 2)
+
+
+def _cells(size: tuple[int, int]) -> tuple[Floats, Floats]:
+    """Return column and row of each cell of the strides, and the stride."""
+    cells, strides = [np.empty((0, 2))], [np.empty(0)]
+    for stride in STRIDES:
+        x, y = np.meshgrid(np.arange(size[0] // stride), np.arange(size[1] // stride))
+        cells.append(np.stack([x.ravel(), y.ravel()], axis=1).astype(np.float64))
+        strides.append(np.full(x.size, float(stride)))
+    return np.concatenate(cells), np.concatenate(strides)
+
+
+def _relative(rows: Floats, size: tuple[int, int]) -> bool:
+    """Whether centres are relative to their cells: then most are near 0, not near their cell's place in the image."""
+    cells, strides = _cells(size)
+    centres = np.nan_to_num(rows[:, :2], posinf=1e9, neginf=-1e9)
+    absolute = np.abs(centres / strides[:, None] - cells - 0.5).max(axis=1)
+    return bool(np.median(np.abs(centres - 0.5).max(axis=1)) < np.median(absolute))

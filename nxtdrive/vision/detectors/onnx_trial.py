@@ -1,0 +1,43 @@
+"""Load the ONNX model named on the command line and look with it once; exit code 0 if that works.
+
+A program of its own: runtimes check little, and a damaged model may crash or exhaust the process that loads it.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.vision.detectors.apart import REFUSED
+from nxtdrive.vision.detectors.onnx_model import OnnxModel, Options
+from nxtdrive.vision.opencv import configure
+
+MOST_MEMORY = 4_000_000_000
+"""Address space of this process, bytes."""
+
+
+def main() -> int:
+    """Try it; what is wrong goes to standard output, as a list of message and remedy."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        pass
+    else:
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+        most = MOST_MEMORY if hard == resource.RLIM_INFINITY else min(MOST_MEMORY, hard)
+        resource.setrlimit(resource.RLIMIT_AS, (most, hard))
+    configure()
+    noise = np.random.default_rng(0).integers(0, 256, (240, 320, 3), np.uint8)
+    try:
+        OnnxModel(Path(sys.argv[1]), Options(**json.loads(sys.argv[2]))).places(noise)
+    except ConfigError as error:
+        sys.stdout.write(json.dumps([error.args[0], error.remedy]))
+        return REFUSED
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

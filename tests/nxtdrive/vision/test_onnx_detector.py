@@ -1,0 +1,245 @@
+"""Models of every layout, on both runtimes; built here, so that no weights are needed."""
+
+import sys
+
+import numpy as np
+import pytest
+from onnx import TensorProto
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.vision.detectors import make_detector
+from nxtdrive.vision.detectors.onnx import OnnxDetector
+from nxtdrive.vision.detectors.onnx_model import Options
+from nxtdrive.tools.dev.onnx_models import BOX, LAYOUTS, SCORE, SIDE, constant_model, outputs_of, red_model, yunet_model
+
+RUNTIMES = ("onnxruntime", "opencv")
+FRAME = np.full((240, 320, 3), 90, np.uint8)
+STRETCHED = ("detr", "detr-post", "boxes", "boxes-scored")
+
+
+@pytest.fixture
+def detector(tmp_path):
+    """Make a detector of the bytes of a model."""
+
+    def make(content, label="cup", **options):
+        (tmp_path / "model.onnx").write_bytes(content)
+        return OnnxDetector(tmp_path / "model.onnx", label, Options(**options))
+
+    return make
+
+
+def model(layout, **more):
+    outputs = outputs_of(layout)
+    whole = ["labels"] if "labels" in outputs else []
+    return constant_model(outputs, **{"whole": whole, "told_size": layout == "detr-post", **more})
+
+
+def expected(layout):
+    """The box in the frame: stretched to the model's square, or with gray below it."""
+    across, down = 320 / SIDE, (240 if layout in STRETCHED else 320) / SIDE
+    left, top, right, bottom = BOX
+    return round(left * across), round(top * down), round((right - left) * across), round((bottom - top) * down)
+
+
+@pytest.mark.parametrize("runtime", RUNTIMES)
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_each_layout_is_recognised_and_read(detector, layout, runtime):
+    made = detector(model(layout), runtime=runtime)
+    (found,) = made.detect(FRAME)
+    assert found.box == expected(layout)
+    assert found.score == pytest.approx(SCORE, abs=0.01)
+    assert f"layout {layout.split('-decoded')[0].split('-scored')[0]}," in made.description()["model"]
+
+
+@pytest.mark.parametrize("runtime", RUNTIMES)
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_layout_may_be_named(detector, layout, runtime):
+    name = layout.removesuffix("-decoded").removesuffix("-scored")
+    (found,) = detector(model(layout), runtime=runtime, layout=name).detect(FRAME)
+    assert found.box == expected(layout)
+
+
+@pytest.mark.parametrize("runtime", RUNTIMES)
+@pytest.mark.parametrize("shape", [("batch", 3, "height", "width"), (1, 3, "h", "w"), ("n", 3, SIDE, SIDE)])
+@pytest.mark.parametrize("layout", ["yolox", "yolo", "e2e", "detr", "boxes"])
+def test_open_dimensions_get_the_size_of_the_options(detector, layout, shape, runtime):
+    (found,) = detector(model(layout, shape=shape), size=SIDE, runtime=runtime).detect(FRAME)
+    assert found.box == expected(layout)
+
+
+@pytest.mark.parametrize("runtime", RUNTIMES)
+def test_a_model_without_a_batch_gets_frames_as_they_are(detector, runtime):
+    (found,) = detector(model("boxes", shape=(3, "height", "width")), runtime=runtime).detect(FRAME)
+    assert found.box == (16, 8, 32, 32)
+
+
+@pytest.mark.parametrize("dtype", [TensorProto.FLOAT16, TensorProto.UINT8])
+def test_other_numbers_than_float_are_given(detector, dtype):
+    assert detector(model("yolo", dtype=dtype)).detect(FRAME)
+
+
+def test_colours_may_come_last(detector):
+    assert detector(model("yolo", shape=(1, SIDE, SIDE, 3))).detect(FRAME)
+
+
+@pytest.mark.parametrize("runtime", RUNTIMES)
+def test_what_is_in_the_frame_decides(detector, runtime):
+    made = detector(red_model(), "box", runtime=runtime)
+    frame = FRAME.copy()
+    assert made.detect(frame) == []
+    frame[50:100, 30:90] = (0, 0, 230)
+    (found,) = made.detect(frame)
+    assert found.box == (30, 50, 60, 50)
+    (larger,) = made.detect(frame.repeat(2, axis=0).repeat(2, axis=1))
+    assert larger.box == (60, 100, 120, 100)
+
+
+@pytest.mark.parametrize("runtime", RUNTIMES)
+def test_yunet_finds_faces(detector, runtime):
+    (found,) = detector(yunet_model(), "face", runtime=runtime).detect(FRAME)
+    assert found.score == pytest.approx(1.0)
+
+
+def test_the_fainter_of_two_that_overlap_and_other_labels_are_left_out(detector):
+    assert detector(model("e2e"), "cat").detect(FRAME) == []
+    assert len(detector(model("e2e"), "bowl").detect(FRAME)) == 1
+
+
+def test_no_number_is_no_place(detector):
+    outputs = outputs_of("boxes")
+    outputs["boxes"][0] = np.nan
+    assert detector(constant_model(outputs)).detect(FRAME) == []
+
+
+@pytest.mark.parametrize(
+    ("metadata", "labels_file", "label"),
+    [
+        ({"names": "{0: 'bowl', 1: 'cup'}"}, None, "cup"),
+        ({"id2label": '{"0": "bowl", "1": "Cup"}'}, None, "Cup"),
+        ({"labels": '["bowl", "cup"]'}, None, "cup"),
+        ({"classes": "bowl, cup"}, None, "cup"),
+        ({"names": "{0: 'other'}"}, "bowl\ncup\ncat\n", "cup"),
+        ({}, '["bowl", "cup", "cat"]', "cup"),
+        ({}, None, "bicycle"),  # COCO's second, where nothing names the labels
+        ({}, None, "1"),
+    ],
+)
+def test_labels_come_from_a_file_or_the_metadata(detector, tmp_path, metadata, labels_file, label):
+    options = {}
+    if labels_file:
+        (tmp_path / "labels.txt").write_text(labels_file)
+        options["labels"] = str(tmp_path / "labels.txt")
+    layout = "boxes" if label in ("bicycle", "1") else "yolo"
+    made = detector(model(layout, metadata=metadata), "person" if label == "bicycle" else label, **options)
+    assert made.detect(FRAME)
+
+
+@pytest.mark.parametrize(
+    ("label", "message"),
+    [
+        ("cups", "has no label 'cups'. Did you mean 'cup'\\? It has: bowl, cup, cat"),
+        ("CUP", "Did you mean 'cup'"),
+        ("3", "has no label '3'"),
+        ("", "has no label ''"),
+    ],
+)
+def test_a_label_that_is_not_in_the_model_is_refused_with_those_that_are(detector, label, message):
+    with pytest.raises(ConfigError, match=message):
+        detector(model("yolo"), label)
+
+
+def test_without_labels_a_number_is_needed(detector):
+    with pytest.raises(ConfigError, match=r"does not name its labels.*give the number"):
+        detector(model("yolo", metadata={}))
+    assert detector(model("yolo", metadata={}), "1").detect(FRAME)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "is not an ONNX model"),
+        (b"hello, world", "is not an ONNX model"),
+        (bytes(5000), "is not an ONNX model"),
+        (b"\x89PNG\r\n\x1a\n" + bytes(100), "is not an ONNX model"),
+        (model("yolo")[:400], "is not an ONNX model"),
+        (model("yolo", shape=(1, 1, SIDE, SIDE)), "takes something else than one image: images float32"),
+        (model("yolo", shape=(4, 3, SIDE, SIDE)), "takes something else than one image"),
+        (model("yolo", shape=(1, 3, 100_000, 100_000)), "takes something else than one image"),
+        (model("yolo", dtype=TensorProto.INT64), "takes something else than one image"),
+        (constant_model({"out": np.zeros((1, 1000), np.float32)}), "fit no layout that is known: out"),
+        (constant_model({"a": np.zeros((1, 3, 7), np.float32), "b": np.zeros(3, np.float32)}), "fit no layout"),
+        (model("yolo", metadata={"names": "a,b,c,d,cup"}), "tells 3 labels apart, but 5 are named"),
+    ],
+)
+def test_a_wrong_file_is_refused_with_the_reason(detector, content, message):
+    with pytest.raises(ConfigError, match=message):
+        detector(content)
+
+
+@pytest.mark.parametrize("file", [".", "missing.onnx", "/dev/zero"])
+def test_what_is_no_file_is_refused(tmp_path, file):
+    with pytest.raises(ConfigError):
+        OnnxDetector(tmp_path / file, "cup")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"layout": "ssd"}, "no layout 'ssd'. Use one of: yolox"),
+        ({"runtime": "tpu"}, "no runtime 'tpu'"),
+        ({"size": 100}, "cannot get frames of 100 pixels"),
+        ({"layout": "detr"}, "do not fit the layout 'detr'"),
+    ],
+)
+def test_wrong_options_are_refused(detector, options, message):
+    with pytest.raises(ConfigError, match=message):
+        detector(model("yolo"), **options)
+
+
+def test_an_operator_that_opencv_does_not_know_is_told_with_the_way_out(detector):
+    from onnx import ModelProto, helper
+
+    proto = ModelProto.FromString(model("boxes"))
+    proto.graph.node.append(helper.make_node("NonZero", ["image"], ["odd"]))
+    proto.graph.output.append(helper.make_tensor_value_info("odd", TensorProto.INT64, [4, "n"]))
+    with pytest.raises(ConfigError, match=r"OpenCV 4.* cannot (load|run) .*runtime = \"onnxruntime\""):
+        detector(proto.SerializeToString(), runtime="opencv")
+
+
+def test_without_onnxruntime_opencv_runs_the_model(detector, monkeypatch):
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    monkeypatch.setattr("nxtdrive.vision.detectors.onnx_runtimes.find_spec", lambda name: None)
+    made = detector(model("yolo"))
+    assert made.detect(FRAME)
+    assert "OpenCV" in made.description()["model"]
+    with pytest.raises(ConfigError, match=r"onnxruntime is not installed. Install it: .*\[onnx\]"):
+        detector(model("yolo"), runtime="onnxruntime")
+
+
+def test_the_description_names_labels_licence_and_runtime(detector):
+    about = detector(model("yolo")).description()
+    assert about["labels"] == "bowl, cup, cat"
+    assert about["licence"] == "CC0-1.0"
+    assert about["producer"] == "nxtdrive tests"
+    assert "64x64 pixels, onnxruntime" in about["model"]
+
+
+def test_a_specification_is_tried_in_another_process_first(tmp_path):
+    (tmp_path / "cups.onnx").write_bytes(model("yolo"))
+    spec = {"detector": "onnx", "model": "cups.onnx", "label": "cup", "height_mm": 100}
+    assert make_detector(spec, tmp_path).detector.detect(FRAME)
+
+
+def test_a_model_that_crashes_its_process_is_refused(tmp_path, monkeypatch):
+    crash = tmp_path / "crash.py"
+    crash.write_text("import os\nos.abort()\n")
+    monkeypatch.setattr("nxtdrive.vision.detectors.apart.PROGRAM", crash)
+    (tmp_path / "cups.onnx").write_bytes(model("yolo"))
+    with pytest.raises(ConfigError, match=r"cups\.onnx crashes the runtime"):
+        make_detector({"detector": "onnx", "model": "cups.onnx", "label": "cup"}, tmp_path)
+
+
+def test_the_other_process_says_why_it_refuses(tmp_path):
+    (tmp_path / "odd.onnx").write_bytes(constant_model({"out": np.zeros((1, 1000), np.float32)}))
+    with pytest.raises(ConfigError, match=r"odd\.onnx fit no layout that is known: out \(1, 1000\)"):
+        make_detector({"detector": "onnx", "model": "odd.onnx", "label": "cup"}, tmp_path)
