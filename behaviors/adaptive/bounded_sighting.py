@@ -34,6 +34,18 @@ def estimated(sighting: Sighting, heard_mm: float | None, remembered: tuple[floa
     return replace(sighting, bearing_deg=bearing_deg, distance_mm=distance_mm, bound=bound)
 
 
+def no_farther_than_heard(sighting: Sighting, heard_mm: float | None) -> Sighting:
+    """Return a sighting of a target of unknown size: what is heard from where it is seen is the target, or hides it.
+
+    Args:
+        sighting: With its distance by a guessed size.
+        heard_mm: How far in front of the lens the echo comes from, or None.
+    """
+    if heard_mm is None or abs(sighting.bearing_deg) > BEAM_DEG:
+        return sighting
+    return replace(sighting, distance_mm=min(sighting.distance_mm, heard_mm))
+
+
 def _aside(sighting: Sighting, remembered_deg: float) -> float:
     """Return the remembered bearing where what is hidden may reach that far, else that of what is visible."""
     farther_left, farther_right = Cut.LEFT in sighting.cut, Cut.RIGHT in sighting.cut

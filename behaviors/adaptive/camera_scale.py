@@ -132,6 +132,11 @@ class CameraScale:
         """Return by what distances by the size of a target have to be multiplied."""
         return self._of(target).factor
 
+    def unknown(self, target: str) -> bool:
+        """Whether the height of a target is a guess that nothing measured yet has confirmed or corrected."""
+        estimate = self._of(target)
+        return estimate.guessed and math.sqrt(estimate.variance) > N.prior_sd * estimate.factor
+
     def assured_mm(self, target: str, arrive_mm: float, *, heard: bool = True) -> float:
         """Return from how near a stop for a target counts: nearer than asked while the factor is uncertain.
 
@@ -181,7 +186,8 @@ class CameraScale:
                 factor = driven_mm / nearer_mm
                 noise = N.size_sd * math.hypot(then_mm, distance_mm) / nearer_mm
                 if noise < N.prior_sd:
-                    estimate.update(1.0, 0.0, factor, N.growth_sd**2 + noise**2)
+                    share = factor if estimate.guessed else 1.0  # both are shares of the factor, which else is about 1
+                    estimate.update(1.0, 0.0, factor, share**2 * (N.growth_sd**2 + noise**2))
                     estimate.begin = None
         if estimate.begin is None:
             estimate.begin = pose, distance_mm

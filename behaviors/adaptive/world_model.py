@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from behaviors.adaptive.attempts import Attempts
 from behaviors.adaptive.belief import Belief
-from behaviors.adaptive.bounded_sighting import estimated
+from behaviors.adaptive.bounded_sighting import estimated, no_farther_than_heard
 from behaviors.adaptive.camera_scale import CameraScale
 from behaviors.adaptive.look_alikes import LookAlikes
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
@@ -352,7 +352,10 @@ class WorldModel:
         lens, known = self.camera.lens_at(self.trail.at(sighting.time_s)), self.known.get(sighting.target)
         heard_mm = None if range_mm is None else range_mm + self.scale.sonar_ahead_mm
         remembered = None if known is None else lens.polar_to(known.place)
-        return estimated(self.scale.corrected(sighting), heard_mm, remembered)
+        corrected = self.scale.corrected(sighting)
+        if self.scale.unknown(sighting.target):
+            corrected = no_farther_than_heard(corrected, heard_mm)
+        return estimated(corrected, heard_mm, remembered)
 
     def _see(self, target: str, sighting: Sighting) -> None:
         self._unseen.pop(target, None)

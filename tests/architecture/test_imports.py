@@ -27,7 +27,7 @@ LIBRARIES = {
     "tools": DRIVER
     | {"anyio", "distributed", "matplotlib", "mcp", "pygame", "segno", "starlette", "textual", "tomlkit", "uvicorn"}
     | {"PIL", "selenium"}  # tools/dev: pictures of the page
-    | {"skimage"},  # tools/dev: photographs to look for
+    | {"onnx", "skimage"},  # tools/dev: photographs to look for
 }
 """Package -> what it may import besides the standard library and the other packages."""
 

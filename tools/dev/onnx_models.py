@@ -127,7 +127,7 @@ def red_model(metadata: Mapping[str, str] | None = None) -> bytes:
     ]
     values = {
         "redness": np.array([1, -0.5, -0.5], np.float32).reshape(1, 3, 1, 1),
-        "least": np.array([-0.2], np.float32),
+        "least": np.array([-0.4], np.float32),
         "gain": np.float32(1e4),
         "zero": np.float32(0),
         "one": np.float32(1),

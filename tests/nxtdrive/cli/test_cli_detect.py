@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.tools.dev.onnx_models import constant_model, outputs_of, red_model
 
 HEIGHT_PX, SIZE = 60, (320, 240)
 RED = (0, 0, 220)
@@ -146,3 +147,49 @@ def test_a_user_who_interrupts_still_gets_the_drawing(folder, tmp_path, monkeypa
     result = _try(capsys, folder, "--color", "red", "--out", out)
     assert result["frames"] == 2
     assert [file.name for file in tmp_path.glob("seen*")] == [out.name]
+
+
+@pytest.fixture
+def network(tmp_path):
+    (tmp_path / "cups.onnx").write_bytes(constant_model(outputs_of("yolo")))
+    return tmp_path / "cups.onnx"
+
+
+def test_a_network_finds_its_label_and_says_what_it_is(picture, tmp_path, capsys):
+    (tmp_path / "red.onnx").write_bytes(red_model({"names": "{0: 'box'}", "license": "CC0-1.0"}))
+    words = ["detect", "try", str(picture), "--onnx", str(tmp_path / "red.onnx"), "--label", "box"]
+    assert main([*words, "--out", str(tmp_path / "out.png")]) == DONE
+    said = capsys.readouterr().out
+    for line in (
+        "layout boxes, 320x240 pixels, onnxruntime",
+        "labels: box",
+        "licence: CC0-1.0",
+        "height: 250 mm, as is",
+    ):
+        assert line in said
+    assert "box at +16." in said
+    assert " ms per frame" in said
+
+
+def test_what_the_network_is_goes_into_json_too(picture, network, tmp_path, capsys):
+    told = _try(capsys, picture, "--onnx", network, "--label", "cup", "--height-mm", 95, "--out", tmp_path / "out.png")
+    assert told["detector"]["labels"] == "bowl, cup, cat"
+    assert "height" not in told["detector"]
+    assert told["seen"] == 1
+
+
+@pytest.mark.parametrize("words", [[], ["--label", "mug"]])
+def test_without_a_label_of_the_network_its_labels_are_listed(picture, network, capsys, words):
+    assert main(["detect", "try", str(picture), "--onnx", str(network), *words]) == USAGE
+    assert "bowl, cup, cat" in capsys.readouterr().err
+
+
+def test_mission_check_tries_the_network(network, capsys):
+    mission = network.with_name("m.toml")
+    text = '[mission]\ntargets = ["mug"]\n[target.mug]\ndetector = "onnx"\nmodel = "cups.onnx"\n'
+    mission.write_text(text + 'label = "mug"\n')
+    assert main(["mission", "check", str(mission)]) == USAGE
+    assert "has no label 'mug'. It has: bowl, cup, cat" in capsys.readouterr().err
+    mission.write_text(text + 'label = "cup"\n')
+    assert main(["mission", "check", str(mission)]) == DONE
+    assert main(["mission", "show", str(mission)]) == DONE

@@ -2,6 +2,7 @@ import cv2
 import pytest
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.tools.dev.onnx_models import red_model
 from nxtdrive.vision.detectors import DETECTORS, make_detector
 
 
@@ -16,17 +17,19 @@ from nxtdrive.vision.detectors import DETECTORS, make_detector
         {"detector": "marker", "id": 3, "family": "apriltag_36h11"},
         {"detector": "qr", "text": "7"},
         {"detector": "color", "color": "magenta"},
+        {"detector": "onnx", "model": "red.onnx", "label": "box"},
     ],
 )
 def test_each_kind_is_made_and_finds_nothing_in_the_dark(spec, tmp_path, astronaut):
     cv2.imwrite(str(tmp_path / "face.png"), astronaut)
+    (tmp_path / "red.onnx").write_bytes(red_model())
     made = make_detector(spec, tmp_path)
     assert made.detector.detect(astronaut * 0) == []
     assert made.height_mm == 297
 
 
 def test_every_kind_is_tried_above():
-    assert set(DETECTORS) == {"picture", "haar", "marker", "qr", "color"}
+    assert set(DETECTORS) == {"picture", "haar", "marker", "qr", "color", "onnx"}
 
 
 def test_the_height_is_the_targets():
@@ -42,7 +45,7 @@ def test_a_cascade_beside_the_mission_file_is_found(tmp_path):
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
-        ({}, "no detector None. Use one of: picture, haar, marker, qr, color"),
+        ({}, "no detector None. Use one of: picture, haar, marker, qr, color, onnx"),
         ({"detector": "magic"}, "no detector 'magic'"),
         ({"detector": ["picture"]}, "no detector"),
         ({"detector": "marker"}, "marker detector needs id"),
@@ -59,6 +62,13 @@ def test_a_cascade_beside_the_mission_file_is_found(tmp_path):
             "height_mm of the color detector must be a number",
         ),
         ({"detector": "color", "color": "red", "height_mm": 0}, "height_mm = 0 is no height"),
+        ({"detector": "onnx", "label": "cup"}, "onnx detector needs model"),
+        ({"detector": "onnx", "model": "a.onnx"}, "onnx detector needs label"),
+        ({"detector": "onnx", "model": "a.onnx", "label": "cup"}, r"a\.onnx: cannot be read"),
+        (
+            {"detector": "onnx", "model": "a.onnx", "label": "cup", "layout": 3},
+            "layout of the onnx detector must be a text",
+        ),
         ({"detector": "picture"}, "needs pictures, a list of files"),
         ({"detector": "picture", "pictures": []}, "needs pictures, a list of files"),
         ({"detector": "picture", "pictures": [3]}, "needs pictures, a list of files"),

@@ -7,10 +7,10 @@ import pytest
 from onnx import TensorProto
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.tools.dev.onnx_models import BOX, LAYOUTS, SCORE, SIDE, constant_model, outputs_of, red_model, yunet_model
 from nxtdrive.vision.detectors import make_detector
 from nxtdrive.vision.detectors.onnx import OnnxDetector
 from nxtdrive.vision.detectors.onnx_model import Options
-from nxtdrive.tools.dev.onnx_models import BOX, LAYOUTS, SCORE, SIDE, constant_model, outputs_of, red_model, yunet_model
 
 RUNTIMES = ("onnxruntime", "opencv")
 FRAME = np.full((240, 320, 3), 90, np.uint8)
