@@ -85,6 +85,7 @@ class Evidence:
         viewpoints: Other places to look from, the most promising first.
         others: Other targets that may be pursued instead.
         repeats: How often each recovery, by name, was chosen at this place for this target.
+        tries: Choices for this target since it was last approached.
         failures: How often attempts failed at this place for this reason in this turn of the target, now included.
         run: How many of them one after the other.
     """
@@ -102,6 +103,7 @@ class Evidence:
     viewpoints: tuple[Viewpoint, ...] = ()
     others: tuple[AlternativeTarget, ...] = ()
     repeats: Mapping[str, int] = field(default_factory=dict)
+    tries: int = 0
     failures: int = 0
     run: int = 0
 

@@ -32,8 +32,9 @@ from behaviors.robot_description import (
     load_robot_file,
     with_robot,
 )
+from input_files.json_text import parse_object
 from input_files.mistakes import listed, shown
-from input_files.plain import InputFileError
+from input_files.plain import MEGABYTE, InputFileError, read_text
 from input_files.toml_file import read_toml
 
 BUILT_IN = Path(__file__).parent / "missions" / "lena_rilakkuma.toml"
@@ -104,6 +105,7 @@ class AdaptiveParameters(Table):
         in_order: Whether a target is pursued only when those before it are reached or given up; otherwise one that was
             seen and can be reached sooner may come first.
         fixed_wait_s: Length of every wait; without it, waits are as long as pays.
+        chances: How often choices came true in runs of your own and how often not: a file of ``nxtdrive chances``.
     """
 
     cruise_mm_s: float = Field(default=200.0, ge=70, le=400)
@@ -121,6 +123,7 @@ class AdaptiveParameters(Table):
     remembers_others: bool = True
     in_order: bool = False
     fixed_wait_s: float | None = Field(default=None, ge=0, le=600)
+    chances: dict[str, Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=2, max_length=2)]] | None = None
 
 
 class MissionTable(Table):
@@ -204,7 +207,11 @@ def load_mission(
     if described is not None:
         table = with_robot(table, described)
     folders = [path.resolve().parent, *picture_folders]
-    problems = [*cross_checks(table, RobotTable().model_dump()), *_resolve_files(table, folders)]
+    problems = [
+        *cross_checks(table, RobotTable().model_dump()),
+        *_resolve_files(table, folders),
+        *_resolve_chances(table, path.resolve().parent),
+    ]
     try:
         mission = Mission.model_validate(table)
     except ValidationError as error:
@@ -292,3 +299,15 @@ def _resolve_files(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[s
                 if not os.path.isfile(target[key]):
                     beside = f"put it beside the mission file ({folders[0]})"
                     yield f"target.{name}.{key}: there is no file {shown(file)}; {beside}"
+
+
+def _resolve_chances(table: dict[str, Any], folder: Path) -> Iterable[str]:
+    """Put the counts of a file beside the mission in place of its name; yields what is wrong with it."""
+    adaptive = table.get("adaptive")
+    name = adaptive.get("chances") if isinstance(adaptive, dict) else None
+    if isinstance(adaptive, dict) and isinstance(name, str):
+        try:
+            adaptive["chances"] = parse_object(read_text(folder / name, MEGABYTE))["counts"]
+        except (ValueError, KeyError) as error:
+            del adaptive["chances"]
+            yield f"adaptive.chances: {shown(name)}, beside the mission file, is no file of nxtdrive chances: {error}"

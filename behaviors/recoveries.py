@@ -188,15 +188,21 @@ class Candidate:
         choice: What would be done.
         seconds: How long that is expected to take.
         chance: Probability that it succeeds, 0..1.
+        otherwise_s: Expected seconds for one success after it has failed; None for the same again and again.
+        situation: What `behaviors.adaptive.chances` counts its outcome under; empty for nothing.
     """
 
     choice: Choice
     seconds: float
     chance: float
+    otherwise_s: float | None = None
+    situation: str = ""
 
     @property
     def expected_s(self) -> float:
         """Expected seconds for one success with unlimited attempts; infinity without a chance."""
+        if self.otherwise_s is not None:
+            return self.seconds + (1.0 - self.chance) * self.otherwise_s
         return self.seconds / self.chance if self.chance > 0 else math.inf
 
     def record(self) -> dict[str, float | None]:

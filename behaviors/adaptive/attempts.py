@@ -44,6 +44,7 @@ class Attempts:
 
     def __init__(self) -> None:
         self._choices: list[tuple[str, str, Point]] = []
+        self._tries: Counter[str] = Counter()
         self._destinations: list[tuple[str, Point, Point]] = []
         self._failures: list[tuple[str, int, Reason, Point]] = []
         self._approaches: list[_FailedApproach] = []
@@ -51,8 +52,17 @@ class Attempts:
     def chose(self, target: str, recovery: str, here: Point, destination: Point | None = None) -> None:
         """Remember that a recovery was chosen here, and where it leads."""
         self._choices.append((target, recovery, here))
+        self._tries[target] += 1
         if destination is not None:
             self._destinations.append((target, here, destination))
+
+    def approached(self, target: str) -> None:
+        """Remember that an approach to a target has begun."""
+        self._tries[target] = 0
+
+    def tries(self, target: str) -> int:
+        """Return the number of choices for a target since it was last approached."""
+        return self._tries[target]
 
     def tried(self, target: str, here: Point, destination: Point) -> bool:
         """Whether the robot set off for that destination from here before."""

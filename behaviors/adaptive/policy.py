@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from behaviors.adaptive.chances import Chances, shipped
 from behaviors.adaptive.dwell_time import best_wait_s, cost_s, hypotheses
 from behaviors.evidence import Evidence
 from behaviors.mission import AdaptiveParameters
@@ -17,15 +18,11 @@ class PolicyNumbers:
     """The numbers of the rule that a mission does not set.
 
     Attributes:
-        detour_chance: How often going round succeeds.
-        wait_chance: How often waiting succeeds when a detour remains as a second attempt.
         shortest_wait_s: A shorter wait is none.
-        worth_a_look: With less of a chance it is not looked for again from here while there is anywhere else to look
-            from.
+        worth_a_look: Where the belief gives less of a chance, it is not looked for again from here while there is
+            anywhere else to look from.
     """
 
-    detour_chance: float = 0.8
-    wait_chance: float = 0.9
     shortest_wait_s: float = 0.5
     worth_a_look: float = 0.02
 
@@ -43,17 +40,20 @@ class AdaptivePolicy:
             most after one kind of failure.
         fixed_wait_s: Length of every wait; None to compute it.
         max_researches: Searches for one target after the first, in each round; None for no limit.
+        chances: How often choices come true.
     """
 
     search_budget_s: float = 42.0
     repeats: int = 2
     fixed_wait_s: float | None = None
     max_researches: int | None = None
+    chances: Chances = field(default_factory=lambda: Chances(shipped()))
 
     @classmethod
     def of(cls, profile: AdaptiveParameters) -> AdaptivePolicy:
         """Make the policy with a mission's numbers."""
-        return cls(profile.search_budget_s, profile.repeats, profile.fixed_wait_s, profile.max_researches)
+        chances = Chances(shipped(), profile.chances)
+        return cls(profile.search_budget_s, profile.repeats, profile.fixed_wait_s, profile.max_researches, chances)
 
     def select(self, evidence: Evidence) -> Choice:
         """Choose the best candidate, or another target."""
@@ -73,11 +73,11 @@ class AdaptivePolicy:
         only to another target. When even that ended here for the same reason, nothing is left.
         """
         if evidence.run > self.repeats or (evidence.failures > self.repeats and evidence.targets_left > 1):
-            return list(_others(evidence))
+            return list(self._others(evidence))
         past = self._untried(self._past_the_blocker(evidence), evidence)
         # where there is a detour, looking elsewhere would only lead back to what is in the way
-        looking = [] if past and evidence.detour else self._untried(_looking(evidence), evidence)
-        return [*past, *looking, *_others(evidence)]
+        looking = [] if past and evidence.detour else self._untried(self._looking(evidence), evidence)
+        return [*past, *looking, *self._others(evidence)]
 
     def _untried(self, candidates: Iterable[Candidate], evidence: Evidence) -> list[Candidate]:
         # a place that was tried from here is not offered again, so moving off is never the same twice
@@ -93,39 +93,40 @@ class AdaptivePolicy:
         blocker, detour = evidence.blocker, evidence.detour
         if blocker is None:
             return
-        round_s = detour.extra_s if detour else math.inf
+        round_s, past = math.inf, None
+        if detour:
+            round_s = detour.extra_s
+            why = f"going round takes {round_s:.0f} s, and waiting is not expected to pay"
+            chance, situation = self.chances.of(DETOUR, evidence)
+            past = Candidate(Choice(DETOUR, why, route=detour.route), round_s, chance, situation=situation)
         things = hypotheses(blocker)
         wait_s = best_wait_s(things, round_s) if self.fixed_wait_s is None else self.fixed_wait_s
         if wait_s >= N.shortest_wait_s:
-            why = (
-                f"it may leave; going round takes {round_s:.0f} s"
-                if detour
-                else "it may leave; there is no path around it"
-            )
+            other = f"going round takes {round_s:.0f} s" if detour else "there is no path around it"
             leaves = sum(kind.weight * (1.0 - kind.survival(wait_s)) for kind in things)
-            yield Candidate(
-                Choice(WAIT, why, wait_s=wait_s), cost_s(things, wait_s, round_s), N.wait_chance if detour else leaves
-            )
-        if detour:
-            why = f"going round takes {round_s:.0f} s, and waiting is not expected to pay"
-            yield Candidate(Choice(DETOUR, why, route=detour.route), round_s, N.detour_chance)
+            chance, situation = self.chances.of(WAIT, evidence, leaves)
+            choice = Choice(WAIT, f"it may leave; {other}", wait_s=wait_s)
+            otherwise_s = past.expected_s if past else None
+            yield Candidate(choice, cost_s(things, wait_s, 0.0), chance, otherwise_s, situation)
+        if past:
+            yield past
 
+    def _others(self, evidence: Evidence) -> Iterator[Candidate]:
+        for each in evidence.others:
+            why = f"{each.target} was seen {each.age_s:.0f} s ago, {each.travel_s:.0f} s from here"
+            choice = Choice(CHANGE_TARGET, f"{why}; it can be reached sooner", instead=each.target)
+            chance, situation = self.chances.of(CHANGE_TARGET, evidence, each.chance)
+            yield Candidate(choice, each.travel_s, chance, situation=situation)
 
-def _others(evidence: Evidence) -> Iterator[Candidate]:
-    for each in evidence.others:
-        why = (
-            f"{each.target} was seen {each.age_s:.0f} s ago, {each.travel_s:.0f} s from here; it can be reached sooner"
-        )
-        choice = Choice(CHANGE_TARGET, why, instead=each.target)
-        yield Candidate(choice, each.travel_s, each.chance)
-
-
-def _looking(evidence: Evidence) -> Iterator[Candidate]:
-    here = evidence.here
-    in_sight = evidence.blocker is not None and not evidence.blocker.hides
-    if not in_sight and here is not None and (here.chance >= N.worth_a_look or not evidence.viewpoints):
-        why = f"it may have been missed here: {here.chance:.0%}"
-        yield Candidate(Choice(RESCAN, why), here.seconds, here.chance)
-    for each in evidence.viewpoints:
-        why = f"{each.travel_s:.0f} s from here the chance to see it is {each.chance:.0%}"
-        yield Candidate(Choice(MOVE_TO, why, route=each.route), each.seconds, each.chance)
+    def _looking(self, evidence: Evidence) -> Iterator[Candidate]:
+        here = evidence.here
+        in_sight = evidence.blocker is not None and not evidence.blocker.hides
+        if not in_sight and here is not None and (here.chance >= N.worth_a_look or not evidence.viewpoints):
+            chance, situation = self.chances.of(RESCAN, evidence, here.chance)
+            choice = Choice(RESCAN, f"it may have been missed here: {chance:.0%}")
+            yield Candidate(choice, here.seconds, chance, situation=situation)
+        best = max((each.chance for each in evidence.viewpoints), default=0.0)
+        for each in evidence.viewpoints:
+            chance, situation = self.chances.of(MOVE_TO, evidence, each.chance, best)
+            why = f"{each.travel_s:.0f} s from here the chance to see it is {chance:.0%}"
+            yield Candidate(Choice(MOVE_TO, why, route=each.route), each.seconds, chance, situation=situation)

@@ -115,6 +115,8 @@ class AdaptiveProfile:
         if state == "search":
             self._begin_pursuit()
             return ScanSkill(self._perception)
+        if state == "arrive":
+            self.world.attempts.approached(self._queue.target)
         if state in ("arrive", "verify"):
             return ApproachSkill(self._perception, trusts_map=self._trusts_map(), stands=state == "verify")
         if choice is None:
@@ -144,6 +146,7 @@ class AdaptiveProfile:
             viewpoints=candidates.viewpoints(target),
             others=() if self._profile.in_order else candidates.others(self._queue.earlier, self._perception.now()),
             repeats=world.attempts.repeats(target, world.here),
+            tries=world.attempts.tries(target),
             failures=failures,
             run=run,
         )

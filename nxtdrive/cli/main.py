@@ -49,6 +49,7 @@ COMMANDS = {
     "run": ("run", "run a mission: search, drive there, recover (default: the built-in mission, simulated)"),
     "explain-run": ("explain_run", "explain the decisions of a run, one by one"),
     "what-if": ("what_if", "say what every other candidate of a decision would have cost"),
+    "chances": ("chances", "count how often the choices of runs came true"),
     "export": ("export", "make files of a run for other programs and other people"),
     "serve": ("serve", "serve the robot to an agent of your own, over TCP"),
     "list": ("list_bricks", "find bricks and print their addresses"),

@@ -9,13 +9,13 @@ from typing import Any
 from behaviors.executive import Ending
 from behaviors.mission import described_by
 from behaviors.robot_description import RobotFile
+from nxtdrive.recording.predictions import predictions
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.scenario import Scenario, draw_scenario
 from sim_backend.world.sensing import VIEW_RANGE_MM
 from sim_backend.world.world_file import WorldFile
 
 from .causes import judge_choices, longest_run, recognition_s, soonest_s
-from .chances import predictions
 from .chart_coverage import taken
 from .metrics import judge_target
 from .policies import drive, equipped

@@ -13,9 +13,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import InputFileError, read_bytes
+from nxtdrive.recording.predictions import Prediction
 
 from .causes import Judgement
-from .chances import Prediction
 from .metrics import TargetResult
 from .performance import FAILED, Line
 

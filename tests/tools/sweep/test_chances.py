@@ -7,8 +7,8 @@ import pytest
 
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
+from nxtdrive.recording.predictions import predictions
 from nxtdrive.tools.sweep.calibration import calibration_error, pairs, reliability
-from nxtdrive.tools.sweep.chances import predictions
 from nxtdrive.tools.sweep.tables import calibration_rows, chance_rows
 
 MISSION = Mission.model_validate(
@@ -41,7 +41,7 @@ def _journal(*after):
 def test_a_look_comes_true_when_the_target_is_seen_before_the_next_decision(after, came_true):
     found = predictions(_journal(*after), "adaptive", MISSION)
     assert [each.came_true for each in found] == came_true
-    assert all((each.choice, each.chance) == ("rescan", 0.25) for each in found)
+    assert all((each.choice, each.situation.split("/")[:2]) == ("rescan", ["rescan", "0.15"]) for each in found)
     assert predictions(_journal(*after), "random-walk", MISSION) == []
 
 

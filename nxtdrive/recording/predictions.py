@@ -5,7 +5,7 @@ Definitions: docs/evaluation.md.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from behaviors.journal import Record
@@ -24,12 +24,14 @@ class Prediction:
         reason: Name of the failure before it.
         chance: As the policy had it.
         came_true: Whether it did what it was chosen for.
+        situation: What its outcome counts for; empty if the policy does not learn from it.
     """
 
     choice: str
     reason: str
     chance: float
     came_true: bool
+    situation: str = ""
 
 
 def predictions(records: Sequence[Record], profile: str, mission: Mission) -> list[Prediction]:
@@ -40,10 +42,12 @@ def predictions(records: Sequence[Record], profile: str, mission: Mission) -> li
     found = []
     for decision in decisions(records):
         choice, came_true = decision.choice, _came_true(decision)
-        for each in weighed_by(policy, decision) if choice is not None and came_true is not None else ():
-            if each.option is not None and choice is not None and came_true is not None and same(each.choice, choice):
-                found.append(Prediction(choice.kind.name, decision.reason, each.option.chance, came_true))
-                break
+        if choice is None or came_true is None:
+            continue
+        weighed = (each.option for each in weighed_by(policy, decision) if same(each.choice, choice))
+        if option := next(weighed, None):
+            name, chance, situation = choice.kind.name, option.chance, option.situation
+            found.append(Prediction(name, decision.reason, chance, came_true, situation))
     return found
 
 
@@ -60,3 +64,12 @@ def _came_true(decision: Decision) -> bool | None:
     if any(step.state == "arrive" and step.target == wanted for step in outcome.steps):
         return True
     return None if outcome.result is Result.FINISHED else False
+
+
+def counts(found: Iterable[Prediction]) -> dict[str, list[int]]:
+    """Return how often choices came true and how often not, by situation."""
+    numbers: dict[str, list[int]] = {}
+    for each in found:
+        if each.situation:
+            numbers.setdefault(each.situation, [0, 0])[0 if each.came_true else 1] += 1
+    return dict(sorted(numbers.items()))

@@ -1,0 +1,102 @@
+"""How often choices come true: counts from earlier missions, and the chance of a candidate that follows from them.
+
+Counts are kept for each situation: a choice, the chance that the world model gives it, how many choices in a row led to
+no approach, and the failure's cause. Rare situations take after the more common ones that they are part of.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from importlib import resources
+
+import numpy as np
+
+from behaviors.evidence import Evidence
+from behaviors.recoveries import Recovery
+from input_files.json_text import parse_object
+
+ESTIMATES = (0.05, 0.15, 0.5)
+"""The chances by the world model that are told apart; others are interpolated, and below these in proportion."""
+TRIES = (0, 1, 2, 4, 8)
+"""The numbers of choices in a row without an approach that are told apart: from this one on."""
+PRIOR = 4.0
+"""Outcomes as which those of the more common situation count: by log loss on seeds that were left out."""
+OWN_PRIOR = 10.0
+"""Outcomes as which those that come with nxtdrive count beside the user's own."""
+NO_ESTIMATE = "-"
+
+Counts = Mapping[str, Sequence[int]]
+"""How often a choice came true, and how often not, by situation."""
+
+
+class Chances:
+    """What earlier missions say of candidates.
+
+    Args:
+        counts: Of many missions.
+        own: Of the user's own ones.
+    """
+
+    def __init__(self, counts: Counts, own: Counts | None = None) -> None:
+        self._sums: defaultdict[str, tuple[int, int]] = defaultdict(lambda: (0, 0))
+        for situation, (true, false) in counts.items():
+            for part in _parts(situation):
+                known = self._sums[part]
+                self._sums[part] = known[0] + true, known[1] + false
+        self._own = own or {}
+
+    def of(
+        self, choice: Recovery, evidence: Evidence, estimate: float | None = None, best: float | None = None
+    ) -> tuple[float, str]:
+        """Return the chance that a choice comes true, and the situation under which its outcome counts.
+
+        Args:
+            choice: What would be done.
+            evidence: What is known.
+            estimate: Its chance by the world model; None if that has none.
+            best: The highest estimate of the candidates of its kind, whose chances keep their ratio; None for its own.
+        """
+        if estimate is None:
+            situation = _situation(choice, NO_ESTIMATE, evidence)
+            return self._chance(situation), situation
+        situations = [_situation(choice, each, evidence) for each in ESTIMATES]
+        chances = [self._chance(*each) for each in zip(situations, ESTIMATES, strict=True)]
+        nearest = min(range(len(ESTIMATES)), key=lambda i: abs(math.log(max(estimate, 1e-9) / ESTIMATES[i])))
+        best = max(estimate, best or 0.0)
+        share = estimate / best if best > 0 else 0.0
+        return share * float(np.interp(best, (0.0, *ESTIMATES), (0.0, *chances))), situations[nearest]
+
+    def _chance(self, situation: str, chance: float = 0.5) -> float:
+        """Return the chance in a situation; `chance` is that where nothing was counted."""
+        for part in _parts(situation):
+            chance = _posterior(self._sums.get(part, (0, 0)), chance, PRIOR)
+        return _posterior(self._own.get(situation, (0, 0)), chance, OWN_PRIOR)
+
+
+@cache
+def shipped() -> Counts:
+    """Return the counts that come with nxtdrive; docs/adaptive.md says how they were made."""
+    text = resources.files(__package__).joinpath("chances.json").read_text(encoding="utf-8")
+    counts: Counts = parse_object(text)["counts"]
+    return counts
+
+
+def _situation(choice: Recovery, estimate: float | str, evidence: Evidence) -> str:
+    tries = max(each for each in TRIES if each <= evidence.tries)
+    return f"{choice.name}/{estimate}/{tries}/{evidence.reason}"
+
+
+def _parts(situation: str) -> Iterator[str]:
+    """Yield the situations that it is part of, from the choice with its estimate on, and itself."""
+    names = situation.split("/")
+    for number in range(2, len(names) + 1):
+        yield "/".join(names[:number])
+
+
+def _posterior(counts: Sequence[int], mean: float, weight: float) -> float:
+    """Return the mean of a Beta distribution after these outcomes, with a prior of this mean and weight."""
+    true, false = counts
+    return (true + weight * mean) / (true + false + weight)

@@ -1,0 +1,110 @@
+"""``nxtdrive chances``: how often the choices of runs came true."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import DONE
+from nxtdrive.cli.options import writing
+from nxtdrive.cli.output import make_console, write_line
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from nxtdrive.recording.predictions import Prediction
+
+DESCRIPTION = """\
+Count how often the choices of the adaptive profile came true in runs of yours, or in
+the missions of a sweep, beside the chances that it gave them. With --out, keep the
+counts in a file; a mission with chances = "FILE" in its table [adaptive] uses them
+beside those that come with nxtdrive. docs/adaptive.md explains both."""
+EXAMPLES = """\
+  nxtdrive chances runs/*
+  nxtdrive chances runs/* --out chances.json
+  nxtdrive chances sweep.jsonl --out chances.json"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("run_paths", metavar="RUN", type=Path, nargs="+", help="a run's folder, or a sweep's .jsonl")
+    parser.add_argument("--out", metavar="FILE", type=Path, help="write the counts there")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Count; returns the exit code."""
+    from nxtdrive.recording.output_file import write_file
+    from nxtdrive.recording.predictions import counts
+
+    found: list[Prediction] = []
+    sources: list[dict[str, Any]] = []
+    for path in args.run_paths:
+        more, source = _read_sweep(path) if path.suffix == ".jsonl" and path.is_file() else _read_run(path)
+        found += more
+        sources.append({"name": path.name, "choices": len(more), **source})
+    _show(found)
+    if not found:
+        raise ConfigError("no choices of the adaptive profile in these runs.", remedy="Name runs that had failures.")
+    if args.out is not None:
+        with writing(args.out, "Name another file with --out."):
+            write_file(args.out, _text(sources, counts(found)).encode())
+        write_line(
+            f"{args.out}: {len(found)} choices; use them with chances = {json.dumps(args.out.name)} in [adaptive]"
+        )
+    return DONE
+
+
+def _read_run(path: Path) -> tuple[list[Prediction], dict[str, Any]]:
+    from nxtdrive.recording.predictions import predictions
+    from nxtdrive.recording.run_reader import read_run
+
+    past = read_run(path)
+    if past.mission is None or past.mission.mission.profile != "adaptive":
+        return [], {}
+    return predictions(past.records, "adaptive", past.mission), {}
+
+
+def _read_sweep(path: Path) -> tuple[list[Prediction], dict[str, Any]]:
+    """Read the lines of the adaptive profile, and how they were made."""
+    from input_files.json_text import MAX_BYTES, parse_object
+    from input_files.plain import read_text
+    from nxtdrive.recording.predictions import Prediction
+    from nxtdrive.tools.sweep.result_file import read_lines
+    from nxtdrive.tools.sweep.summary_file import summary_path
+
+    lines = [line for line in read_lines(path) if line["policy"] == "adaptive"]
+    try:
+        made = parse_object(read_text(summary_path(path), MAX_BYTES))
+    except ValueError:
+        made = {}
+    return [Prediction(**each) for line in lines for each in line.get("chances", [])], {
+        key: made[key] for key in ("command", "versions", "seeds") if key in made
+    }
+
+
+def _text(sources: list[dict[str, Any]], numbers: dict[str, list[int]]) -> str:
+    """Return the file with a line for each source and each situation."""
+    heads = ",\n".join(f" {json.dumps(each)}" for each in sources)
+    lines = ",\n".join(f" {json.dumps(name)}: {json.dumps(each)}" for name, each in numbers.items())
+    return f'{{"sources": [\n{heads}\n],\n"counts": {{\n{lines}\n}}}}\n'
+
+
+def _show(found: Iterable[Prediction]) -> None:
+    """Print the chances of each choice, and how often it came true."""
+    from rich.table import Table
+
+    groups: dict[str, list[Prediction]] = {}
+    for each in found:
+        groups.setdefault(each.choice, []).append(each)
+    table = Table()
+    for column in ("choice", "number", "chance", "came true"):
+        table.add_column(column)
+    for choice, group in sorted(groups.items()):
+        chance, true = (
+            sum(values) / len(group) for values in zip(*((x.chance, x.came_true) for x in group), strict=True)
+        )
+        table.add_row(choice, str(len(group)), f"{chance:.2f}", f"{true:.2f}")
+    make_console().print(table)

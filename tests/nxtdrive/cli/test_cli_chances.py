@@ -1,0 +1,71 @@
+"""``nxtdrive chances``: counts how often the choices of runs came true."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from behaviors.journal import Kind, Record
+from behaviors.mission import Mission
+from nxtdrive.cli.main import DONE, main
+
+MISSION = Mission.model_validate(
+    {"mission": {"targets": ["a"]}, "target": {"a": {"detector": "color", "color": "red"}}}
+)
+HERE = {"travel_s": 0.0, "scan_s": 8.0, "chance": 0.25, "route": []}
+KNOWN = {"reason": "never_seen", "seen_since_search": False, "researches": 0, "here": HERE}
+
+
+def _run(folder, seen: bool):
+    """Write a run with a second look that shows the target or does not."""
+    after = "arrive" if seen else "select"
+    moves = [("search", "select"), ("select", "rescan"), ("rescan", after)]
+    records = [
+        Record(1.0, Kind.CHOICE, "select", "a", {"choice": "rescan", "why": "", "evidence": KNOWN}),
+        *(
+            Record(2.0 + i, Kind.TRANSITION, to, "a", {"source": source, "to": to, "event": "", "reason": "never_seen"})
+            for i, (source, to) in enumerate([*moves, (after, "finished")])
+        ),
+    ]
+    folder.mkdir()
+    (folder / "journal.jsonl").write_text("".join(record.to_json() + "\n" for record in records))
+    (folder / "mission.json").write_text(MISSION.model_dump_json())
+    return str(folder)
+
+
+def test_counts_of_runs_are_shown_and_kept(tmp_path, capsys):
+    runs = [_run(tmp_path / f"run-{number}", number > 1) for number in range(4)]
+    out = tmp_path / "chances.json"
+    assert main(["chances", *runs, "--out", str(out)]) == DONE
+    assert "rescan" in capsys.readouterr().out
+    kept = json.loads(out.read_text())
+    assert kept["counts"] == {"rescan/0.15/0/never_seen": [2, 2]}
+    assert [each["name"] for each in kept["sources"]] == ["run-0", "run-1", "run-2", "run-3"]
+
+
+def test_counts_of_a_sweep_say_how_it_was_made(tmp_path):
+    chance = {"choice": "wait", "reason": "blocked_short", "chance": 0.5, "situation": "wait/0.5/0/blocked_short"}
+    line = {"episode_index": 0, "class": "open", "seed": 1, "policy": "adaptive", "eyes": "geometric", "success": True}
+    line |= {"sum_reward": 0.0, "max_reward": 0.0, "done": True, "ending": "achieved", "error": "", "targets": []}
+    line |= {"duration_s": 1.0, "contacts": 0, "chances": [{**chance, "came_true": True}]}
+    other = {**line, "episode_index": 1, "policy": "oracle"}
+    (tmp_path / "sweep.jsonl").write_text("".join(json.dumps(each) + "\n" for each in (line, other)))
+    (tmp_path / "sweep.summary.json").write_text('{"command": ["nxtdrive", "sweep"], "seeds": {"open": [1]}}')
+    out = tmp_path / "chances.json"
+    assert main(["chances", str(tmp_path / "sweep.jsonl"), "--out", str(out)]) == DONE
+    kept = json.loads(out.read_text())
+    assert kept["counts"] == {"wait/0.5/0/blocked_short": [1, 0]}
+    assert kept["sources"] == [
+        {"name": "sweep.jsonl", "choices": 1, "command": ["nxtdrive", "sweep"], "seeds": {"open": [1]}}
+    ]
+
+
+@pytest.mark.parametrize("arguments", [["chances", "nothing-there"], ["chances"]])
+def test_without_a_run_there_is_nothing_to_count(arguments, capsys):
+    try:
+        code = main(arguments)
+    except SystemExit as error:
+        code = error.code
+    assert code != DONE
+    assert capsys.readouterr().err
