@@ -21,6 +21,7 @@ _WRITE_PAUSE, _START_PAUSE, _TURN_PAUSE, _READ_PAUSE = 3, 2, 7, 2
 and between two bytes read."""
 
 _END = True
+_PLACES = tuple(reversed(range(BYTE_BITS)))
 
 Steps = Generator[None, None, None]
 """What the firmware's end does; every `yield` waits for the next interrupt of the timer."""
@@ -69,12 +70,21 @@ class Wires:
     def set_clock(self, high: bool) -> None:
         """Set the clock pin; nothing happens on the line while the pin is an input."""
         self._clock_level = high
-        self._follow_clock()
+        clock = (high or not self._drives_clock) and not self._clock_held
+        if clock != self._seen_clock:
+            self._seen_clock = clock
+            if clock:
+                self.sensor.rise(self.data)
+            else:
+                self.sensor.fall()
+            self._seen_data = self.data
 
     def set_data(self, high: bool) -> None:
         """Set the data pin; nothing happens on the line while the pin is an input."""
         self._data_level = high
-        self._follow_data()
+        data = (high or not self._drives_data) and not self._data_held and not self.sensor.pulls_data
+        if data != self._seen_data:
+            self._see(data)
 
     def pull_data(self) -> None:
         """Make the data pin a low output."""
@@ -104,18 +114,16 @@ class Wires:
         self.set_pin(0, True)
         self.set_pin(1, True)
 
-    def _follow_clock(self) -> None:
-        if (clock := self.clock) != self._seen_clock:
-            self._seen_clock = clock
-            self.sensor.rise(self.data) if clock else self.sensor.fall()
-            self._seen_data = self.data
-
     def _follow_data(self) -> None:
         if (data := self.data) != self._seen_data:
-            self._seen_data = data
-            if self._seen_clock:
-                self.sensor.stop() if data else self.sensor.start()
-                self._seen_data = self.data
+            self._see(data)
+
+    def _see(self, data: bool) -> None:
+        """Let the sensor see a change of the data line."""
+        self._seen_data = data
+        if self._seen_clock:
+            self.sensor.stop() if data else self.sensor.start()
+            self._seen_data = self.data
 
     def hold(self, *, clock: bool | None = None, data: bool | None = None) -> None:
         """Hold lines low from outside, or no longer; the sensor does not take that for a pulse."""
@@ -149,6 +157,11 @@ class I2CBus(Wires):
         self._buffer = bytearray(BUFFER)
 
     @property
+    def busy(self) -> bool:
+        """Whether interrupts have work to do."""
+        return self._sending is not None or self._reading is not None
+
+    @property
     def left(self) -> bytes:
         """The firmware's receive buffer: bytes that it has not taken."""
         return bytes(self._buffer)
@@ -162,7 +175,7 @@ class I2CBus(Wires):
             self._unread, self._place, self._complete, self._turns = rx_size, 0, False, restarts
         self.sensor.prepare(self._unread)
         self._sent = self._acknowledged = self._waiting = False
-        self._sending = self._guarded(self._send(message))
+        self._sending = self._send(message)
         next(self._sending)
 
     def transfer(self, message: bytes, rx_size: int) -> bytes | None:
@@ -198,7 +211,7 @@ class I2CBus(Wires):
 
     def _put(self, byte: int) -> bool:
         """Write a byte; returns whether it was acknowledged."""
-        for place in reversed(range(BYTE_BITS)):
+        for place in _PLACES:
             self._put_bit(bool(byte >> place & 1))
         return not self._put_bit(True)
 
@@ -217,12 +230,23 @@ class I2CBus(Wires):
     def interrupt(self, times: int) -> None:
         """Do the work of some interrupts of the timer."""
         for _ in range(times):
-            if self._sending is not None and next(self._sending, _END):
-                self._sending = None
-            if self._reading is not None and next(self._reading, _END):
-                self._reading = None
-            elif self._sending is None and self._reading is None:
+            if self._sending is not None:
+                self._sending = self._step(self._sending)
+            if self._reading is not None:
+                self._reading = self._step(self._reading)
+            elif self._sending is None:
                 return
+
+    def _step(self, steps: Steps) -> Steps | None:
+        """Do the work of one interrupt; returns the rest of the steps, None after the last one.
+
+        A transfer is given up when the clock line is held low, and ends when the line is high again.
+        """
+        try:
+            return None if next(steps, _END) else steps
+        except _ClockHeldError:
+            waiting = self._wait_for_clock()
+            return None if next(waiting, _END) else waiting
 
     def stop(self) -> None:
         """Stop the transfer and let both lines go; versions that do not read on end a read with a stop."""
@@ -254,26 +278,25 @@ class I2CBus(Wires):
         data, self._buffer, self._complete = bytes(self._buffer[:count]), bytearray(BUFFER), False
         return data
 
-    def _guarded(self, steps: Steps) -> Steps:
-        """Give a transfer up when the clock line is held low; it ends when the line is high again."""
-        try:
-            yield from steps
-        except _ClockHeldError:
-            self._waiting = True
-            self.set_clock(True)
-            while not self.clock:
-                yield
-            self.free_data()
-            self._waiting = False
+    def _wait_for_clock(self) -> Steps:
+        self._waiting = True
+        self.set_clock(True)
+        while not self.clock:
+            yield
+        self.free_data()
+        self._waiting = False
 
     def _pulse(self) -> Steps:
         """Let the clock line rise at the next interrupt, and wait for the one after it."""
         yield
-        if self.clock_high and self._waits:
-            raise _ClockHeldError
-        self.set_clock(True)
+        self._raise_clock()
         yield
         self._check_clock()
+
+    def _raise_clock(self) -> None:
+        if self._waits and self.clock_high:
+            raise _ClockHeldError
+        self.set_clock(True)
 
     def _check_clock(self) -> None:
         if self._waits and not self.clock:
@@ -296,7 +319,7 @@ class I2CBus(Wires):
                 break
         self._sent = True
         if self._acknowledged and self._unread and not self._turns and self._reads_on:
-            self._reading = self._guarded(self._read())
+            self._reading = self._read()
             return
         yield from self._stop()
         if self._acknowledged and self._turns and address is not None:
@@ -304,12 +327,14 @@ class I2CBus(Wires):
 
     def _send_byte(self, byte: int) -> Steps:
         """Write a byte; it ends with the clock line high for the acknowledge."""
-        self._bits_left = BYTE_BITS
-        while self._bits_left:
-            self._bits_left -= 1
+        for bits_left in _PLACES:
+            self._bits_left = bits_left
             self.set_clock(False)
-            self.set_data(bool(byte >> self._bits_left & 1))
-            yield from self._pulse()
+            self.set_data(bool(byte >> bits_left & 1))
+            yield
+            self._raise_clock()
+            yield
+            self._check_clock()
         self.set_clock(False)
         self.free_data()
         yield from self._pulse()
@@ -336,7 +361,7 @@ class I2CBus(Wires):
         self.set_clock(False)
         if self._acknowledged:
             self._turns = False
-            self._reading = self._guarded(self._read())
+            self._reading = self._read()
         else:
             yield from self._stop()
 
@@ -346,8 +371,11 @@ class I2CBus(Wires):
         yield from _pause(_TURN_PAUSE)
         self.free_data()
         while self._unread:
-            for bits_left in reversed(range(BYTE_BITS)):
-                yield from self._pulse()
+            for bits_left in _PLACES:
+                yield
+                self._raise_clock()
+                yield
+                self._check_clock()
                 value = self._buffer[self._place] | self.data
                 self._buffer[self._place] = value << 1 & 0xFF if bits_left else value
                 self.set_clock(False)

@@ -30,6 +30,9 @@ class _Phase(Enum):
     SENDING = auto()
 
 
+_IDLE, _ADDRESSED, _RECEIVING, _SENDING = _Phase
+
+
 class SensorEnd:
     """At most one device, as LEGO's cables allow, and a record of the bus.
 
@@ -48,7 +51,7 @@ class SensorEnd:
         self.trace: list[str] | None = None
         self.clocks = self._wanted = 0
         self._address: int | None = None
-        self._phase = _Phase.IDLE
+        self._phase = _IDLE
         self._bits = self._byte = self._byte_sent = 0
         self._selected = False
         self._received = bytearray()
@@ -58,7 +61,7 @@ class SensorEnd:
         """Plug in a device, or none."""
         if device is None:
             self._finish_write()
-            self._phase = _Phase.IDLE
+            self._phase = _IDLE
         self.device = device
         self.prepare(self._wanted)
 
@@ -70,29 +73,29 @@ class SensorEnd:
         """Expect an address: the data line fell while the clock line was high."""
         self._record("S")
         self._finish_write()
-        self._phase, self._bits, self._byte = _Phase.ADDRESSED, 0, 0
+        self._phase, self._bits, self._byte = _ADDRESSED, 0, 0
 
     def stop(self) -> None:
         """End the message: the data line rose while the clock line was high."""
         self._record("P")
         self._finish_write()
-        self._phase = _Phase.IDLE
+        self._phase = _IDLE
 
     def rise(self, data: bool) -> None:
         """Take a bit: the clock line rises."""
         self.clocks += 1
-        if self._phase is _Phase.IDLE:
+        if self._phase is _IDLE:
             return
         self._bits += 1
         if self._bits <= BYTE_BITS:
             self._byte = self._byte << 1 | data
-        elif self._phase is _Phase.SENDING and data:
+        elif self._phase is _SENDING and data:
             self._record("N")
-            self._phase = _Phase.IDLE
+            self._phase = _IDLE
 
     def fall(self) -> None:
         """Give a bit, or the acknowledge after eight: the clock line falls."""
-        if self._phase is _Phase.IDLE:
+        if self._phase is _IDLE:
             self.pulls_data = False
             return
         if self._bits == BYTE_BITS:
@@ -100,14 +103,14 @@ class SensorEnd:
             return
         if self._bits > BYTE_BITS:
             self._next_byte()
-        bit = BYTE_BITS - 1 - self._bits
-        self.pulls_data = self._phase is _Phase.SENDING and self.device is not None and not self._byte_sent >> bit & 1
+        sends = self._phase is _SENDING and self.device is not None
+        self.pulls_data = sends and not self._byte_sent >> BYTE_BITS - 1 - self._bits & 1
 
     def _acknowledge(self) -> bool:
         """Judge the byte that is complete."""
-        if self._phase is _Phase.SENDING:
+        if self._phase is _SENDING:
             return False
-        if self._phase is _Phase.ADDRESSED:
+        if self._phase is _ADDRESSED:
             self._selected = self._address == self._byte & 0xFE
             self._record(f"[{self._byte:02x}]{'a' if self._selected else 'n'}")
             return self._selected
@@ -116,11 +119,11 @@ class SensorEnd:
         return self.device is not None and self.acknowledges_data
 
     def _next_byte(self) -> None:
-        if self._phase is _Phase.ADDRESSED:
+        if self._phase is _ADDRESSED:
             reads, self._answer = self._byte & 1, bytearray()
-            self._phase = _Phase.IDLE if not self._selected else _Phase.SENDING if reads else _Phase.RECEIVING
+            self._phase = _IDLE if not self._selected else _SENDING if reads else _RECEIVING
         self._bits = self._byte = 0
-        if self._phase is _Phase.SENDING:
+        if self._phase is _SENDING:
             if not self._answer and self.device is not None:
                 self._answer = bytearray(self.device.read(max(self._wanted, 1)))
             self._byte_sent = self._answer.pop(0) if self._answer else 0xFF

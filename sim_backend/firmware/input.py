@@ -304,6 +304,11 @@ class InputModule:
                     continue  # nothing to read: most ports in most passes
                 if not woken and port.reads_the_same:
                     continue
+                if port.type in NORMALIZE:  # most of the others
+                    port.read()
+                    if port.counts:
+                        self.due_ms = min(self.due_ms, now_ms + 1)
+                    continue
             self._update(port, passes)
             due = NEVER
             if port.invalid & INVALID:

@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 from firmware_protocol.iomap_layout import IOMap
 from sim_backend.firmware.cint import fit
+
+_RANGES = 32
+"""Ranges of a map whose variables are remembered."""
 
 
 class _View(NamedTuple):
@@ -49,6 +52,7 @@ class LiveMap:
         self.size = layout.size
         self._on_write = on_write
         self._views: list[_View] = []
+        self._touched = lru_cache(_RANGES)(self._find)
         self._bytes = bytearray(self.size) if memory is None else memory
 
     def boot(self, size: int, presets: Mapping[int, bytes]) -> None:
@@ -75,6 +79,7 @@ class LiveMap:
     def _add(self, name: str, index: int, get: Callable[[], Any], put: Callable[[Any], None] | None) -> None:
         spot = self.layout.field(name, index)
         self._views.append(_View(spot.offset, struct.Struct("<" + spot.wire.code), get, put))
+        self._touched.cache_clear()
 
     def read(self, offset: int, size: int) -> bytes:
         """Read `size` bytes at `offset`; the caller has checked the range."""
@@ -105,5 +110,5 @@ class LiveMap:
                 code = view.layout.format[-1]
                 view.layout.pack_into(self._bytes, view.offset, *(fit(code, value) for value in values))
 
-    def _touched(self, start: int, end: int) -> list[_View]:
+    def _find(self, start: int, end: int) -> list[_View]:
         return [view for view in self._views if view.offset < end and view.offset + view.layout.size > start]

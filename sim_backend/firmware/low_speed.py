@@ -238,7 +238,8 @@ class LowSpeedModule:
             self._passes += 1
             interrupts = int(self._passes * STEPS_PER_MS) - int((self._passes - 1) * STEPS_PER_MS)
             for channel in self.channels:
-                channel.bus.interrupt(interrupts)
+                if channel.bus.busy:
+                    channel.bus.interrupt(interrupts)
         else:
             self._passes = 0
         self.due_ms = now_ms + 1 if self.active else NEVER

@@ -216,32 +216,39 @@ class MotorControl:
                 self._run()
                 state = self.run_state
         if state == IDLE:
-            self._coast()
+            self.brake = False
+            if self.actual_speed or self.target_speed or self.set_speed:
+                self._coast()
         elif state == HOLD:
             self._hold()
             return False
         return elapsed > self.period_ms
 
     def _run(self) -> None:
-        if self.regulation & self.positions:
+        regulation = self.regulation
+        if regulation & self.positions:
             return
         if self.forever:
             if self.count > COUNT_WRAP:
                 self.count = 0
             if self.target_speed:
                 self.limit = self.count
-        elif self.regulation & SYNC:
+        elif regulation & SYNC:
             self._check_synchronised_limit()
-        elif self._passed(self._threshold(self)):
-            if self.options & _RAMPS_TO_LIMIT:
-                self.run_state = self._start_ramp(RAMP_DOWN, 0, self.turn)
-            else:
-                self._rest()
-        if not self.regulation:
+        elif speed := self.set_speed:
+            limit = self._threshold(self) if self.options & _RAMPS_TO_LIMIT else self.limit
+            if self.count >= limit if speed > 0 else self.count <= limit:
+                self._end_run()
+                regulation = self.regulation
+        if not regulation:
             self.actual_speed = self.target_speed
 
-    def _passed(self, count: int) -> bool:
-        return (self.set_speed > 0 and self.count >= count) or (self.set_speed < 0 and self.count <= count)
+    def _end_run(self) -> None:
+        """Stop at the limit, or slow down to it."""
+        if self.options & _RAMPS_TO_LIMIT:
+            self.run_state = self._start_ramp(RAMP_DOWN, 0, self.turn)
+        else:
+            self._rest()
 
     def _threshold(self, motor: MotorControl) -> int:
         """The count of a motor at which this one's motion ends, or ramps down by its option."""
@@ -263,7 +270,6 @@ class MotorControl:
         return RAMP_DOWN if self.options & _RAMPS_TO_LIMIT else self._at_limit
 
     def _coast(self) -> None:
-        self.brake = False
         if speed := self.actual_speed:
             self.actual_speed = speed - 1 if speed > 0 else speed + 1
         if speed := self.target_speed:

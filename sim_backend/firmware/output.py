@@ -177,16 +177,17 @@ class OutputModule:
                 control.elapsed = 0
                 self._regulators.regulate(control)
                 control.delta = 0
-        awake = False
+        turns = False
         for output in outputs:
-            control = output.control
+            control, plant = output.control, output.plant
+            speed = control.actual_speed
             if not output.flags & _STAYS:
                 output.run_state = control.run_state
-            plant = output.plant
             if plant is not None:
-                control.fresh = plant.step(control.actual_speed, control.brake)
-            awake = awake or control.actual_speed != 0 or not output.at_rest
-        self.due_ms = now_ms + 1 if awake else NEVER
+                control.fresh = plant.step(speed, control.brake)
+            if speed:
+                turns = True
+        self.due_ms = now_ms + 1 if turns or not all(output.at_rest for output in outputs) else NEVER
 
     def _account(self, passes: int) -> None:
         """Advance the regulation timers only: all motors were at rest."""
