@@ -14,6 +14,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, AliasChoices, Field, TypeAdapter, ValidationError
 
+from behaviors.detector_names import BUILT_IN_DETECTORS
 from behaviors.mission_cross_checks import cross_checks
 from behaviors.mission_mistakes import mistakes
 from behaviors.mission_targets import OnnxTarget, Target
@@ -42,7 +43,9 @@ BUILT_IN = Path(__file__).parent / "missions" / "lena_rilakkuma.toml"
 LENS_BEHIND_SONAR_MM = 40.0
 """By common builds."""
 FILES = {"onnx": ("model", "labels")}
-"""Keys of a target that name files besides pictures, by detector."""
+"""Keys of a target that name files besides pictures, by detector;"""
+FILE = "_file"
+"""keys of the detectors of other packages do so if they end in this."""
 
 
 class MissionError(ValueError):
@@ -293,7 +296,9 @@ def _resolve_files(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[s
                     f"target.{name}.pictures[{i}]: there is no picture {shown(str(picture))}; "
                     f"put it beside the mission file ({folders[0]})"
                 )
-        for key in FILES.get(str(target.get("detector")), ()):
+        detector = str(target.get("detector"))
+        others = [] if detector in BUILT_IN_DETECTORS else [key for key in target if key.endswith(FILE)]
+        for key in FILES.get(detector, others):
             if isinstance(file := target.get(key), str):
                 target[key] = str(folders[0] / Path(file).expanduser())
                 if not os.path.isfile(target[key]):

@@ -8,11 +8,16 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from behaviors.detector_names import detector_names
 from input_files.mistakes import shown
 from input_files.pydantic_words import words
 
 UNITS = {"_mm": "millimetres", "_s": "seconds", "_deg": "degrees", "_mm_s": "millimetres per second"}
 """What the endings of keys mean."""
+
+
+NO_TABLE = ("model_type", "model_attributes_type", "dict_type", "union_tag_not_found")
+"""Kinds of error of something that must be a table."""
 
 
 def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
@@ -31,9 +36,9 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
         if problem["type"] == "extra_forbidden":
             homes = _homes(str(path[-1]), model)
             message = f"belongs into the table {homes}" if homes else f"unknown key; {_advice(path, model)}"
-        elif problem["type"] in ("union_tag_not_found", "union_tag_invalid"):
+        elif problem["type"] in ("union_tag_not_found", "union_tag_invalid") and isinstance(problem["input"], dict):
             message = _detector_advice(problem["input"])
-        elif problem["type"] in ("model_type", "model_attributes_type", "dict_type"):
+        elif problem["type"] in NO_TABLE:
             message = f"it must be a table, [{where}], not {shown(problem['input'])}"
         elif problem["type"] == "missing" and where == "mission":
             message = 'there is no [mission] table; it names the targets: targets = ["lena"]'
@@ -48,7 +53,7 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
 
 def _detector_advice(target: dict[str, Any]) -> str:
     """Say what is wrong with the key ``detector`` of a target's table, which decides which other keys there are."""
-    known = "picture, haar, marker, qr, color, onnx"
+    known = ", ".join(detector_names())
     if "detector" in target:
         return f"there is no detector {shown(target['detector'])}; use one of {known}"
     near = difflib.get_close_matches("detector", target, n=1)

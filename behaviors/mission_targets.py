@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import ConfigDict, Discriminator, Field, SerializerFunctionWrapHandler, Tag, model_serializer
 
+from behaviors.detector_names import BUILT_IN_DETECTORS, installed_detectors
 from behaviors.robot_description import ColorName, Table
 from behaviors.usual_heights import usual_height_mm
+
+OTHER = "other"
+"""Tag of the targets of installed detectors."""
 
 
 class _Target(Table):
@@ -117,6 +121,29 @@ class OnnxTarget(Table):
         return values
 
 
+class OtherTarget(_Target):
+    """What the detector of an installed package finds; the package checks the other keys."""
+
+    model_config = ConfigDict(extra="allow")
+
+    detector: str
+
+
+def _kind(target: object) -> str | None:
+    """Return which of the classes describes a target; None if there is no such detector."""
+    name = target.get("detector") if isinstance(target, dict) else getattr(target, "detector", None)
+    if not isinstance(name, str) or name in BUILT_IN_DETECTORS:
+        return name if isinstance(name, str) else None
+    return OTHER if name in installed_detectors() else None
+
+
 Target = Annotated[
-    PictureTarget | HaarTarget | MarkerTarget | QrTarget | ColorTarget | OnnxTarget, Field(discriminator="detector")
+    Annotated[PictureTarget, Tag("picture")]
+    | Annotated[HaarTarget, Tag("haar")]
+    | Annotated[MarkerTarget, Tag("marker")]
+    | Annotated[QrTarget, Tag("qr")]
+    | Annotated[ColorTarget, Tag("color")]
+    | Annotated[OnnxTarget, Tag("onnx")]
+    | Annotated[OtherTarget, Tag(OTHER)],
+    Discriminator(_kind),
 ]

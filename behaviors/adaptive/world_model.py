@@ -23,6 +23,7 @@ from behaviors.mission import Mission
 from behaviors.ports import Glimpse, Point, Pose, Sighting
 
 RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "qr": 4.0, "color": 17.0, "onnx": 12.0}
+OTHER_RANGE_HEIGHTS = 12.0
 """A detector finds its target up to this many times the target's height away. Source: docs/vision.md section 1.2."""
 
 
@@ -141,7 +142,7 @@ class WorldModel:
         self.blocker: Blocker | None = None
         self.half_view_deg = mission.camera.hfov_deg * N.half_view_share
         self.detection_range_mm = {
-            name: min(N.farthest_mm, target.height_mm * RANGE_HEIGHTS[target.detector])
+            name: min(N.farthest_mm, target.height_mm * RANGE_HEIGHTS.get(target.detector, OTHER_RANGE_HEIGHTS))
             for name, target in mission.target.items()
         }
         slope = N.fills_share * 3 / 4 * math.tan(math.radians(mission.camera.hfov_deg) / 2)

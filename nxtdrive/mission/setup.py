@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from behaviors.mission import BUILT_IN, Mission, MissionError, load_mission
-from behaviors.mission_targets import Target
+from behaviors.mission_targets import ColorTarget, Target
 from behaviors.profile_names import BUILT_IN_PROFILES
 from behaviors.robot_description import ROBOT_VARIABLE, RobotFile, RobotFileError, load_robot_file
 from firmware_protocol.errors import CameraError, ConfigError
@@ -134,7 +134,7 @@ def build_detectors(mission: Mission) -> dict[str, TargetDetector]:
 
 def detector_spec(target: Target, colors: Mapping[ColorName, ColorTable]) -> dict[str, object]:
     """Return the options of a target's detector; of a colour also how it looks, if the robot file says so."""
-    shade = colors.get(target.color) if target.detector == "color" else None
+    shade = colors.get(target.color) if isinstance(target, ColorTarget) else None
     height_mm = {"height_mm": target.height_mm}  # also one that is guessed, which is in no dump
     return {**target.model_dump(exclude_none=True), **height_mm, **(shade.model_dump() if shade else {})}
 

@@ -131,7 +131,7 @@ def test_the_entry_point_is_called_as_its_module():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("example", ["careful-explorer", "patient-profile"])
+@pytest.mark.parametrize("example", ["careful-explorer", "lamp-detector", "patient-profile"])
 def test_the_examples_own_tests_pass(example):
     arguments = ["-p", PLUGIN, "-p", "no:cacheprovider", "-q"]
     done = subprocess.run(

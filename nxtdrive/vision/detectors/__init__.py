@@ -1,16 +1,17 @@
 """The detectors, by the name a mission file gives them.
 
 A new detector is one module here with a class that has ``detect(image)`` and a function ``from_spec(spec)`` that
-makes it, and one line in `DETECTORS`.
+makes it, and one line in `DETECTORS`. Installed packages offer such functions by entry points (docs/detectors.md).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
-from firmware_protocol.errors import ConfigError
+from firmware_protocol.errors import ConfigError, NXTError
 from nxtdrive.vision.detection import Detector, TargetDetector
 from nxtdrive.vision.detectors.spec import DetectorSpec
 from nxtdrive.vision.geometry import A4_HEIGHT_MM
@@ -25,6 +26,9 @@ DETECTORS = {
     "onnx": "nxtdrive.vision.detectors.onnx",
 }
 """Kind -> module; imported when used."""
+
+ENTRY_POINTS = "nxtdrive.detectors"
+"""Group of the entry points by which installed packages offer detectors."""
 
 
 def make_detector(spec: Mapping[str, object], folder: Path = Path()) -> TargetDetector:
@@ -42,12 +46,36 @@ def make_detector(spec: Mapping[str, object], folder: Path = Path()) -> TargetDe
     configure()
     values = dict(spec)
     kind = values.pop("detector", None)
-    if not isinstance(kind, str) or kind not in DETECTORS:
-        raise ConfigError(f"There is no detector {kind!r}.", remedy=f"Use one of: {', '.join(DETECTORS)}.")
+    others = {entry.name: entry for entry in entry_points(group=ENTRY_POINTS)}
+    if not isinstance(kind, str) or kind not in DETECTORS | others:
+        names = ", ".join([*DETECTORS, *sorted(set(others) - set(DETECTORS))])
+        raise ConfigError(f"There is no detector {kind!r}.", remedy=f"Use one of: {names}.")
     remaining = DetectorSpec(kind, values, folder)
     height_mm = remaining.take("height_mm", float, A4_HEIGHT_MM)
     if not 1 <= height_mm <= 10_000:
         raise ConfigError(f"height_mm = {height_mm:g} is no height of a target.", remedy="An A4 sheet is 297 mm high.")
-    detector: Detector = import_module(DETECTORS[kind]).from_spec(remaining)
+    detector = (
+        import_module(DETECTORS[kind]).from_spec(remaining) if kind in DETECTORS else _made(others[kind], remaining)
+    )
     remaining.finish()
     return TargetDetector(detector, height_mm)
+
+
+def _made(entry: EntryPoint, spec: DetectorSpec) -> Detector:
+    """Have another package make its detector."""
+    try:
+        detector: Detector = entry.load()(spec)
+    except NXTError:
+        raise
+    except Exception as error:  # another package may raise anything
+        reason = f"{type(error).__name__}: {error}"
+        raise ConfigError(
+            f"The detector {entry.name!r} ({entry.value}) cannot be made: {reason}.",
+            remedy="Ask its author, or use another; docs/detectors.md says what a detector has.",
+        ) from error
+    if not callable(getattr(detector, "detect", None)):
+        raise ConfigError(
+            f"The detector {entry.name!r} ({entry.value}) has no detect().",
+            remedy="Ask its author, or use another; docs/detectors.md says what a detector has.",
+        )
+    return detector

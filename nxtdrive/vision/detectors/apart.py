@@ -49,7 +49,7 @@ def _tried(path: str, options: str, _mtime_ns: int, _size: int) -> tuple[str, st
     if done.returncode == 0:
         return None
     if done.returncode == REFUSED:
-        message, remedy = json.loads(done.stdout)
+        message, remedy = json.loads(done.stdout.splitlines()[-1])
         return str(message), str(remedy)
     return f"{path} crashes the runtime that loads it, or takes more memory than a detector may.", (
         "Export or download it again; it may be damaged."

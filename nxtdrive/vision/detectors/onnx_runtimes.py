@@ -74,7 +74,10 @@ class _OnnxRuntime:
         options.intra_op_num_threads = options.inter_op_num_threads = 1
         options.log_severity_level = ONLY_FATAL
         try:
-            self._session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
+            # its fallback would print to standard output, and try the same again
+            self._session = onnxruntime.InferenceSession(
+                str(path), options, providers=["CPUExecutionProvider"], enable_fallback=0
+            )
         except Exception as error:  # of many types, which have no common base
             raise _cannot("load", path, self.title, error, "Export the model again.") from error
 

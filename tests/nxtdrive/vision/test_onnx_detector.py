@@ -196,6 +196,21 @@ def test_wrong_options_are_refused(detector, options, message):
         detector(model("yolo"), **options)
 
 
+NO_TEXT = model("yolo").replace(b"ReduceMean", b"\xf5educeMean")
+
+
+def test_a_name_that_is_no_text_is_refused_without_a_word_of_the_runtime(detector, capfd):
+    with pytest.raises(ConfigError, match=r"onnxruntime .* cannot load"):
+        detector(NO_TEXT)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_what_crashes_opencv_is_refused(tmp_path):
+    (tmp_path / "cups.onnx").write_bytes(NO_TEXT)
+    with pytest.raises(ConfigError, match=r"cups\.onnx crashes the runtime"):
+        make_detector({"detector": "onnx", "model": "cups.onnx", "label": "cup", "runtime": "opencv"}, tmp_path)
+
+
 def test_an_operator_that_opencv_does_not_know_is_told_with_the_way_out(detector):
     from onnx import ModelProto, helper
 

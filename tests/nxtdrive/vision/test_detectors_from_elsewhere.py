@@ -1,0 +1,113 @@
+"""Detectors that are not part of nxtdrive: offered by installed packages."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from behaviors.mission import MissionError, load_mission
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.vision.detectors import make_detector
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "lamp-detector"
+ODD = """
+def fails(spec): raise KeyError("lamp")
+def nothing(spec): return None
+class Told:
+    def __init__(self, spec): self.file = spec.take("weights_file", str)
+    def detect(self, image): return []
+"""
+
+
+@pytest.fixture
+def installed(monkeypatch, tmp_path):
+    """A folder in which the example and some odd detectors are installed; the import system forgets them afterwards."""
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    (tmp_path / "lamp.py").write_text((EXAMPLE / "lamp.py").read_text(encoding="utf-8"), encoding="utf-8")
+    (tmp_path / "odd.py").write_text(ODD, encoding="utf-8")
+    info = tmp_path / "lamp_detector-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: lamp-detector\nVersion: 1.0\n", encoding="utf-8")
+    offered = (EXAMPLE / "pyproject.toml").read_text(encoding="utf-8").split('detectors"]\n')[1].split("\n")[0]
+    points = ["[nxtdrive.detectors]", offered.replace('"', ""), "marker = odd:nothing"]
+    points += [f"{name} = odd:{name}" for name in ("fails", "nothing", "Told", "missing")]
+    (info / "entry_points.txt").write_text("\n".join(points) + "\n", encoding="utf-8")
+    yield tmp_path
+    for name in ("lamp", "odd"):
+        sys.modules.pop(name, None)
+
+
+def _mission(folder, keys):
+    path = folder / "mission.toml"
+    path.write_text(f'[mission]\ntargets = ["it"]\n[target.it]\n{keys}', encoding="utf-8")
+    return path
+
+
+def test_an_installed_detector_is_used_as_the_others_are(installed, capsys):
+    frame = np.full((240, 320, 3), 60, np.uint8)
+    frame[100:124, 200:224] = 255
+    cv2.imwrite(str(installed / "frame.png"), frame)
+    mission = str(EXAMPLE / "lamp.toml")
+    assert main(["mission", "check", mission]) == DONE
+    assert main(["mission", "show", mission]) == DONE
+    assert "least_brightness" in capsys.readouterr().out
+    words = ["--mission", mission, "--target", "lamp", "--out", str(installed / "out.png")]
+    assert main(["detect", "try", str(installed / "frame.png"), *words]) == DONE
+    assert "lamp at +" in capsys.readouterr().out
+
+
+def test_a_mission_with_one_that_is_not_installed_names_those_that_are(tmp_path, capsys):
+    assert main(["mission", "check", str(_mission(tmp_path, 'detector = "lamp"\n'))]) == USAGE
+    assert "there is no detector 'lamp'; use one of picture, haar, marker, qr, color, onnx" in capsys.readouterr().err
+
+
+def test_installed_ones_are_among_those_that_are_named(installed):
+    with pytest.raises(MissionError, match=r"use one of picture.*onnx, Told, fails, lamp, missing"):
+        load_mission(_mission(installed, 'detector = "lanp"\n'))
+    with pytest.raises(ConfigError, match=r"Use one of: picture.*onnx, Told, fails, lamp, missing"):
+        make_detector({"detector": "lanp"})
+
+
+def test_a_built_in_detector_keeps_its_name(installed):
+    assert type(make_detector({"detector": "marker", "id": 3}).detector).__name__ == "MarkerDetector"
+
+
+@pytest.mark.parametrize(
+    ("keys", "text"),
+    [
+        ('detector = "fails"\n', "The detector 'fails' (odd:fails) cannot be made: KeyError"),
+        ('detector = "missing"\n', "cannot be made: AttributeError"),
+        ('detector = "nothing"\n', "has no detect()"),
+        ('detector = "lamp"\nleast_brightness = 300\n', "least_brightness = 300 cannot be"),
+        ('detector = "lamp"\nleast = 3\n', "The lamp detector has no option least"),
+        ('detector = "lamp"\nheight_mm = 1\n', "target.it.height_mm"),
+        ('detector = "Told"\nweights_file = "w.bin"\n', "target.it.weights_file: there is no file 'w.bin'"),
+    ],
+)
+def test_a_mistake_is_a_sentence(installed, capsys, keys, text):
+    assert main(["mission", "check", str(_mission(installed, keys))]) == USAGE
+    assert text in capsys.readouterr().err
+
+
+def test_its_files_lie_beside_the_mission(installed):
+    (installed / "w.bin").touch()
+    target = load_mission(_mission(installed, 'detector = "Told"\nweights_file = "w.bin"\n')).target["it"]
+    made = make_detector(target.model_dump()).detector
+    assert made.file == str(installed / "w.bin")
+
+
+@pytest.mark.parametrize("keys", ["detector = 3\n", 'detector = ["lamp"]\n', 'detectr = "lamp"\n', ""])
+def test_no_name_is_told_too(installed, keys):
+    with pytest.raises(MissionError, match=r"target\.it: (there is no detector|the key detector is missing)"):
+        load_mission(_mission(installed, keys))
+
+
+def test_a_target_must_be_a_table(tmp_path):
+    (tmp_path / "m.toml").write_text('[mission]\ntargets = ["it"]\n[target]\nit = 3\n')
+    with pytest.raises(MissionError, match=r"target\.it: it must be a table"):
+        load_mission(tmp_path / "m.toml")
