@@ -13,6 +13,7 @@ import signal
 import tempfile
 from collections.abc import Callable
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from random import Random
 
@@ -156,8 +157,7 @@ def read_apart(path: Path, options: Options) -> tuple[str, str]:
 
 def _run(seed: int, numbers: range) -> Tally:
     configure()
-    import onnxruntime  # noqa: F401 - loaded once, before processes are forked
-
+    import_module("onnxruntime")  # once, before processes are forked
     tally = Tally()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "model.onnx"
