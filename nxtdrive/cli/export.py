@@ -19,11 +19,13 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Make files of a run for other programs and other people: its replay as one HTML
 file that any browser opens without nxtdrive, messages (MCAP) for programs such as
-Lichtblick and Foxglove, and a video of its camera."""
+Lichtblick and Foxglove, a table (CSV) for spreadsheets and data frames, and a
+video of its camera."""
 EXAMPLES = """\
   nxtdrive export runs/lena-then-rilakkuma-001 --html
   nxtdrive export runs/lena-then-rilakkuma-001 --html lena.html --fps 2
-  nxtdrive export runs/lena-then-rilakkuma-001 --mcap lena.mcap --webm"""
+  nxtdrive export runs/lena-then-rilakkuma-001 --mcap lena.mcap --webm
+  nxtdrive export runs/lena-then-rilakkuma-001 --csv"""
 MAX_PAGE_BYTES = 40_000_000
 """Pictures of a page together; without --fps a page has as many a second as fit."""
 IN_FOLDER = Path()
@@ -43,6 +45,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--mcap", metavar="FILE", type=Path, help="everything as messages for Lichtblick, Foxglove and the like"
+    )
+    parser.add_argument(
+        "--csv",
+        metavar="FILE",
+        nargs="?",
+        type=Path,
+        const=IN_FOLDER,
+        help="the journal as a table, a row a record (default: journal.csv in the run's folder)",
     )
     parser.add_argument(
         "--webm",
@@ -66,14 +76,16 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.recording.camera_index import read_pictures
     from nxtdrive.recording.run_reader import read_run
 
-    if args.html is None and args.mcap is None and args.webm is None:
-        raise ConfigError("export what of the run?", remedy="Give --html, --mcap or --webm, or several of them.")
+    if args.html is None and args.mcap is None and args.csv is None and args.webm is None:
+        raise ConfigError("export what of the run?", remedy="Give --html, --mcap, --csv or --webm, or several of them.")
     past = read_run(args.run_path)
     pictures = read_pictures(past.path.parent)
     if args.html is not None:
         _write_html(past, None if args.no_camera else pictures, args.html, args.fps)
     if args.mcap is not None:
         _write_mcap(past, None if args.no_camera else pictures, args.mcap)
+    if args.csv is not None:
+        _write_csv(past, args.csv)
     if args.webm is not None:
         _write_webm(past, pictures, args.webm)
     return DONE
@@ -108,6 +120,16 @@ def _write_mcap(past: PastRun, pictures: CameraPictures | None, path: Path) -> N
     with writing(path):
         count = write_mcap(past.records, lines_of(past.records), pictures, path)
     _say(path, f"{count} messages")
+
+
+def _write_csv(past: PastRun, file: Path) -> None:
+    from nxtdrive.recording.journal_csv import journal_csv
+    from nxtdrive.recording.output_file import write_file
+
+    path = past.path.parent / "journal.csv" if file == IN_FOLDER else file
+    with writing(path):
+        write_file(path, journal_csv(past.records).encode())
+    _say(path, f"{len(past.records)} rows")
 
 
 def _write_webm(past: PastRun, pictures: CameraPictures | None, file: Path) -> None:

@@ -25,7 +25,7 @@ from ..messages import VERSION
 from ..page_socket import converse
 from .classroom import Classroom
 from .messages import read_message
-from .results import csv_text, results, write_zip
+from .results import results, results_csv, write_zip
 
 PAGE = STATIC / "classroom.html"
 
@@ -92,7 +92,7 @@ class ClassroomServer:
         return as_json(results(self.classroom.config))
 
     def _csv(self, _request: Request) -> Response:
-        text = csv_text(results(self.classroom.config))
+        text = results_csv(results(self.classroom.config))
         return Response(text.encode(errors="replace"), headers=_attached("results.csv"), media_type="text/csv")
 
     async def _zip(self, _request: Request) -> Response:

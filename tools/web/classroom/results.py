@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import zipfile
 from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
+
+from nxtdrive.recording.csv_table import csv_text
 
 from ..runs import Runs
 from .config import ClassroomConfig
 from .station import result
 
 COLUMNS = ("robot", "run", "mission", "ending", "achieved", "reached", "targets", "seconds")
-FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""A spreadsheet would compute text that begins with one of these."""
 
 
 def results(config: ClassroomConfig) -> list[dict[str, Any]]:
@@ -27,19 +25,9 @@ def results(config: ClassroomConfig) -> list[dict[str, Any]]:
     ]
 
 
-def csv_text(rows: list[dict[str, Any]]) -> str:
-    """Return results as CSV with a header, in a form that spreadsheets do not take for formulas."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\r\n")
-    writer.writerow(COLUMNS)
-    writer.writerows([_cell(row[column]) for column in COLUMNS] for row in rows)
-    return text.getvalue()
-
-
-def _cell(value: object) -> object:
-    if isinstance(value, bool):
-        return int(value)
-    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
+def results_csv(rows: list[dict[str, Any]]) -> str:
+    """Return results as CSV."""
+    return csv_text(COLUMNS, rows)
 
 
 def write_zip(config: ClassroomConfig, file: IO[bytes]) -> None:
