@@ -7,8 +7,8 @@ import websockets
 
 
 async def main() -> None:
-    """Become the driver and drive."""
-    async with websockets.connect("ws://127.0.0.1:7080/ws") as page:
+    """Become the driver and drive; what the server sends meanwhile is kept unread, else closing would wait for it."""
+    async with websockets.connect("ws://127.0.0.1:7080/ws", max_queue=None) as page:
         print("I am", json.loads(await page.recv())["you"])
 
         async def drive(ahead: float, seconds: float) -> None:

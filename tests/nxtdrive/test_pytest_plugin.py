@@ -1,5 +1,6 @@
 """The plugin in other people's test suites."""
 
+import os
 import subprocess
 import sys
 import tomllib
@@ -130,16 +131,29 @@ def test_the_entry_point_is_called_as_its_module():
     assert points["pytest11"] == {PLUGIN: PLUGIN}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("example", ["careful-explorer", "lamp-detector", "patient-profile"])
-def test_the_examples_own_tests_pass(example):
+def _pytest_in(example, **environment):
     arguments = ["-p", PLUGIN, "-p", "no:cacheprovider", "-q"]
-    done = subprocess.run(
+    return subprocess.run(
         [sys.executable, "-m", "pytest", *arguments],
         cwd=ROOT / "examples" / example,
+        env={**os.environ, **environment},
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=240,
     )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("example", ["careful-explorer", "lamp-detector", "patient-profile", "."])
+def test_the_examples_own_tests_pass(example):
+    done = _pytest_in(example, FOLDER="solutions")
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_no_exercise_of_the_lesson_is_solved_when_it_is_handed_out():
+    done = _pytest_in("lesson", FOLDER="exercises")
+    assert "8 failed" in done.stdout
+    assert "passed" not in done.stdout
+    assert "exercise 3 is not solved yet" in done.stdout

@@ -1,0 +1,94 @@
+"""Checks the exercises on a simulated robot.
+
+pytest                      all of them
+pytest -k exercise_2        one
+FOLDER=solutions pytest     another folder than exercises, such as that of a pupil
+"""
+
+import importlib.util
+import os
+import random
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).parent / os.environ.get("FOLDER", "exercises")
+SEEDS = range(2)
+"""Each check is made in several rooms, so that no number from one of them solves the exercise."""
+
+STRIPES = """
+[floor]
+size_mm = [3000, 1000]
+color = "white"
+[robot]
+start_mm = [300, 500]
+touch_port = 0
+[[sensors]]
+kind = "light"
+port = 3
+"""
+STRIPE = '[[patches]]\ncolor = "black"\nalong_mm = [[{0}, 100], [{0}, 900]]\nwidth_mm = 40\n'
+
+
+def solution(name):
+    """The pupil's module."""
+    spec = importlib.util.spec_from_file_location(name, FOLDER / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_exercise_1_a_square(sim_world, sim_brick):
+    began, corners = sim_world.truth.pose, []
+    rover = sim_brick.rover()
+    turn = rover.turn
+    rover.turn = lambda angle_deg: (corners.append(sim_world.truth.pose), turn(angle_deg))[1]
+    solution("square").drive_square(rover)
+    ended = sim_world.truth.pose
+    off_mm = abs(ended.x_mm - began.x_mm) + abs(ended.y_mm - began.y_mm)
+    assert off_mm < 100, f"The robot ended {off_mm:.0f} mm from where it began. Four sides, four turns of 90 degrees?"
+    width_mm = max((each.x_mm for each in corners), default=0) - began.x_mm
+    assert width_mm == pytest.approx(400, abs=40), f"The square is {width_mm:.0f} mm wide, not 400."
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_exercise_2_stop_before_the_wall(seed, sim_world, sim_brick):
+    sim_world.put_box("wall", x_mm=random.Random(seed).randint(1300, 2500), size_mm=(100, 1000))
+    solution("wall").stop_before_wall(sim_brick, sim_brick.rover())
+    assert sim_world.truth.contacts == 0, "The robot touched the wall."
+    left_mm = sim_brick.rover().range_mm()
+    assert left_mm == pytest.approx(300, abs=50), f"The robot stands {left_mm} mm before the wall, not 300."
+    sim_world.advance(1)
+    assert sim_world.truth.speed_mm_s == 0, "The robot still drives. Stop it."
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_exercise_3_feel_the_obstacle(seed, sim_world, sim_brick):
+    far_mm = random.Random(seed).randint(900, 2000)
+    sim_world.put_box("step", x_mm=400 + far_mm, height_mm=40, size_mm=(200, 600))
+    free_mm = far_mm - 100 - 115  # half the step, and the robot's radius
+    said_mm = solution("bump").feel_ahead(sim_brick.rover())
+    assert said_mm == pytest.approx(free_mm, abs=60), f"The obstacle was {free_mm} mm away, and you say {said_mm:.0f}."
+    assert sim_world.truth.distance_mm("step") > 150, "Go back 200 mm."
+    assert abs(sim_world.truth.pose.heading_deg) == pytest.approx(180, abs=15), "Turn around."
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_exercise_4_count_the_lines(seed, tmp_path):
+    from nxtdrive import open_brick
+    from nxtdrive.testing import SimWorld
+
+    draw = random.Random(seed)
+    places_mm = sorted(draw.sample(range(500, 1700, 120), draw.randint(2, 7)))
+    (tmp_path / "stripes.toml").write_text(STRIPES + "".join(map(STRIPE.format, places_mm)), encoding="utf-8")
+    with SimWorld(tmp_path / "stripes.toml") as world, open_brick(world.address) as brick:
+        said = solution("lines").count_lines(brick, brick.rover(touch=None))
+        assert world.truth.pose.x_mm > 1700, "Drive 1500 mm."
+    assert said == len(places_mm), f"There were {len(places_mm)} lines, and you counted {said}."
+
+
+def test_exercise_5_a_mission_for_the_fox(sim_world, sim_brick):
+    sim_world.put("fox", x_mm=2500, y_mm=700).put("lena", x_mm=2500, y_mm=2300)
+    report = sim_world.run_mission(sim_brick, FOLDER / "fox.toml")
+    found = [each.target for each in report.targets if each.outcome == "reached"]
+    assert found == ["fox", "lena"], f"The robot found {' and '.join(found) or 'nothing'}."

@@ -1,0 +1,47 @@
+"""Write down the trip of a robot that is driven from a phone; needs `pip install websockets`.
+
+    python trip.py trip.csv
+
+It is one more client of `nxtdrive web`: it only watches, and writes where the robot was ten times a second.
+"""
+
+import asyncio
+import csv
+import json
+import sys
+from pathlib import Path
+from urllib.request import Request, urlopen
+
+import websockets
+
+PAGE = "127.0.0.1:7080"
+
+
+def session(page: str, pin: str) -> dict[str, str]:
+    """Return the headers of a session: those of a PIN, which `nxtdrive web --lan` asks for, or none."""
+    if not pin:
+        return {}
+    with urlopen(Request(f"http://{page}/api/session", data=pin.encode(), method="POST")) as answer:
+        return {"Cookie": answer.headers["Set-Cookie"].partition(";")[0]}
+
+
+async def watch(file: Path, page: str = PAGE, pin: str = "", rows: int | None = None) -> None:
+    """Write a row for each state of the robot until Ctrl-C, or until there are `rows` of them."""
+    async with websockets.connect(f"ws://{page}/ws", additional_headers=session(page, pin)) as client:
+        with file.open("w", newline="", encoding="utf-8") as opened:
+            table = csv.writer(opened)
+            table.writerow(["doing", "x_mm", "y_mm", "heading_deg", "range_mm"])
+            written = 0
+            while rows is None or written < rows:
+                message = await client.recv()
+                if isinstance(message, bytes):
+                    continue  # a picture
+                values = json.loads(message)
+                if values["type"] == "state":
+                    table.writerow([values["doing"], *values["pose"], values["range_mm"]])
+                    opened.flush()
+                    written += 1
+
+
+if __name__ == "__main__":
+    asyncio.run(watch(Path(sys.argv[1]), pin=sys.argv[2] if len(sys.argv) > 2 else ""))
