@@ -81,10 +81,11 @@ def programs() -> Mapping[str, bytes]:
 def _loop(body: Callable[..., list[Words]], floats: Iterable[float] = (1.0, 0.5)) -> bytes:
     """Return a program that repeats instructions on: count, 1, limit, port 0, text, two floats, array."""
     variables = Variables()
+    array = variables.array([0] * 50, Type.SLONG)  # first, so that it begins at a whole word, as compilers place it
     numbers = [variables.number(value) for value in (0, 1, 3, 0)]
     text = variables.text(b"text\0")
     decimals = [variables.number(value, Type.FLOAT) for value in floats]
-    lines = body(*numbers, text, *decimals, variables.array([0] * 50, Type.SLONG))
+    lines = body(*numbers, text, *decimals, array)
     return assemble(variables, [*lines, instruction(_JUMP, -sum(map(len, lines)))])
 
 

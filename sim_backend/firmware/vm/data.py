@@ -17,6 +17,7 @@ from sim_backend.firmware.vm.memory import (
     DESCRIPTOR,
     DESCRIPTOR_SIZE,
     INDEX,
+    LENGTH_AT,
     NOT_AN_OFFSET,
     Array,
     Memory,
@@ -291,16 +292,43 @@ class Data:
 
         return find
 
+    def resizer(self, argument: int) -> Callable[[int], int]:
+        """A fast function that sets the length of an array variable of bytes, and returns its place in the pool."""
+        memory, pool, base, place = self.memory, self.memory.pool, self.memory.base, Place(argument)
+        find, variable = self.finder(argument), self.memory.base + self.address(place)
+        index, descriptor, is_array = INDEX.unpack_from, DESCRIPTOR.unpack_from, self.kind(argument) == Type.ARRAY
+
+        def fits(count: int) -> bool:
+            """Whether the array has room where it is; then its length is set."""
+            table = base + memory.descriptors
+            own = table + DESCRIPTOR_SIZE * index(pool, variable)[0]
+            offset, element, length, _, link = descriptor(pool, own)
+            following = table + DESCRIPTOR_SIZE * link
+            if count > length:
+                if offset == NOT_AN_OFFSET or link == _NO_ARRAY or following + DESCRIPTOR_SIZE > len(pool):
+                    return False
+                if element * count & 0xFFFF > index(pool, following)[0] - offset:
+                    return False
+            memory.spend(1 + (count > length))
+            INDEX.pack_into(pool, own + LENGTH_AT, count & 0xFFFF)
+            return True
+
+        def resize(count: int) -> int:
+            at, length = find()
+            if length == count or (is_array and fits(count)):
+                return at
+            memory.resize(self.index(place), count)
+            return find()[0]
+
+        return resize
+
     def writer(self, argument: int) -> Callable[[bytes | bytearray], None]:
         """A fast function that sets an array variable of bytes, see `set_bytes`."""
-        find, memory, pool, place = self.finder(argument), self.memory, self.memory.pool, Place(argument)
+        resize, pool = self.resizer(argument), self.memory.pool
 
         def put(content: bytes | bytearray) -> None:
-            at, length = find()
             count = len(content)
-            if length != count:
-                memory.resize(self.index(place), count)
-                at = find()[0]
+            at = resize(count)
             if at + count > len(pool):
                 raise OutOfMemory(_OUTSIDE)
             pool[at : at + count] = content
@@ -347,14 +375,6 @@ class Data:
         if at + len(content) > len(self.memory.pool):
             raise OutOfMemory(_OUTSIDE)
         self.memory.pool[at : at + len(content)] = content
-
-    def resized(self, argument: int, count: int) -> int:
-        """Set the length of an array variable of bytes; returns its place in the pool."""
-        at, length = self.span(argument)
-        if length == count:
-            return at
-        self.memory.resize(self.index(Place(argument)), count)
-        return self.span(argument)[0]
 
     def text(self, argument: int) -> bytes:
         """The bytes of a text before its closing zero."""

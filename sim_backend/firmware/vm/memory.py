@@ -32,7 +32,7 @@ _OFFSET = 0xFFFF
 _BEHIND = 0xA0000
 """Bytes of memory behind the pool: numbers of descriptors have 16 bits."""
 DESCRIPTOR = struct.Struct("<HHHHH")
-DESCRIPTOR_SIZE, _LENGTH_AT = DESCRIPTOR.size, 4
+DESCRIPTOR_SIZE, LENGTH_AT = DESCRIPTOR.size, 4
 INDEX = struct.Struct("<H")
 """Layout of a descriptor, and of the number of one."""
 
@@ -300,7 +300,7 @@ class Memory:
             self._unlink(index)
             self.describe(index, self.array(index)._replace(offset=offset))
             self._append(index)
-        INDEX.pack_into(self.pool, self._descriptor(index) + _LENGTH_AT, count & _OFFSET)
+        INDEX.pack_into(self.pool, self._descriptor(index) + LENGTH_AT, count & _OFFSET)
 
     def _room(self, array: Array) -> int:
         """Bytes from an array to the next one, or to the end of what is used."""

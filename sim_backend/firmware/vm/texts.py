@@ -89,14 +89,15 @@ def _join(machine: Machine, instruction: Instruction) -> Translation:
 
         return fail
     finders = [data.finder(source) for source in sources]
-    return lambda: _join_texts(data, target, finders)
+    resize = data.resizer(target)
+    return lambda: _join_texts(data, resize, finders)
 
 
-def _join_texts(data: Data, target: int, sources: list[Finder]) -> None:
+def _join_texts(data: Data, resize: Callable[[int], int], sources: list[Finder]) -> None:
     """Join texts; the target is resized before its own characters are copied, if it is a source."""
     lengths = [find()[1] for find in sources]
     length = sum(lengths) - len(lengths) + 1 & 0xFFFF
-    to = data.resized(target, length)
+    to = resize(length)
     if not length:
         return
     if 0 in lengths:  # the firmware overwrites its memory
@@ -111,12 +112,12 @@ def _join_texts(data: Data, target: int, sources: list[Finder]) -> None:
 def _part_of_text(machine: Machine, instruction: Instruction) -> Translation:
     data, operands = machine.data, machine.operands
     target, source, index, length = instruction.arguments[:4]
-    find, put = data.finder(source), data.writer(target)
+    find, put, resize = data.finder(source), data.writer(target), data.resizer(target)
 
     def cut(first: int, wanted: int) -> None:
         at, size = find()
         if not size:
-            data.resized(target, 0)
+            resize(0)
             return
         count = min(wanted, max(size - 1 - first, 0))
         put(data.memory.pool[at + first : at + first + count] + b"\0")
