@@ -27,6 +27,11 @@ def value_warnings(mission: Mission) -> Iterator[str]:
     # a key that is set for both profiles is meant for either
     if unused := sorted(getattr(mission, other).model_fields_set - own.model_fields_set):
         yield f"{other}: {', '.join(unused)} has no effect: the mission's profile is {table.profile!r}."
+    for name in sorted(mission.guessed_heights) if table.profile == "thesis" else ():
+        yield (
+            f"target.{name}: height_mm is missing, and the profile 'thesis' does not measure it by driving: "
+            f"{mission.target[name].height_mm:g} mm counts. Measure it and set height_mm."
+        )
     for name in dict.fromkeys(table.targets):
         yield from _odd_height(name, mission.target[name].height_mm)
     yield from _odd_robot(mission)

@@ -5,6 +5,7 @@ import pytest
 from behaviors.adaptive.bounded_sighting import no_farther_than_heard
 from behaviors.adaptive.camera_scale import CameraScale
 from behaviors.mission import Mission, MissionError, load_mission
+from behaviors.mission_warnings import value_warnings
 from behaviors.ports import Pose, Sighting
 
 HEAD = '[mission]\ntargets = ["mug"]\n[target.mug]\ndetector = "onnx"\n'
@@ -42,6 +43,16 @@ def test_a_mission_that_is_written_and_read_again_knows_what_was_guessed(load):
         again = Mission.model_validate_json(mission.model_dump_json())
         assert again.guessed_heights == guessed
         assert again.target["mug"].height_mm == 100
+
+
+@pytest.mark.parametrize(
+    ("profile", "keys", "warned"), [("thesis", "", 1), ("thesis", "height_mm = 95\n", 0), ("adaptive", "", 0)]
+)
+def test_the_thesis_is_warned_of_a_height_that_it_cannot_measure(load, profile, keys, warned):
+    mission = load(f'model = "cups.onnx"\nlabel = "cup"\n{keys}[thesis]\n')
+    table = mission.mission.model_copy(update={"profile": profile})
+    found = value_warnings(mission.model_copy(update={"mission": table}))
+    assert sum("does not measure it" in warning for warning in found) == warned
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,8 @@
 
 | layout | outputs |
 |---|---|
-| ``yolox`` | (1, N, 5 + C): centre and size, objectness, scores; N cells of the strides 8, 16 and 32 |
-| ``yolo`` | (1, 4 + C, N): centre and size in pixels, scores |
+| ``yolox`` | (1, N, 5 + C): centre and size, objectness, scores; N cells of the strides 8, 16, 32 |
+| ``yolo`` | (1, 4 + C, N), or (1, N, 4 + C) if the labels are known: centre and size in pixels, scores |
 | ``e2e`` | (1, N, 6): corners in pixels, score, label |
 | ``detr`` | logits (1, Q, C) and boxes (1, Q, 4): centre and size as shares of the frame |
 | ``detr-post`` | labels, boxes, scores; a second input takes the size of the frame |
@@ -92,7 +92,8 @@ def find_layout(
         raise ConfigError(f"The outputs of {model.path} {fits}: {told}.", remedy=remedy)
     if found.name == "yolox":
         rows = _rows(outputs[found.roles["all"]])
-        return Layout("yolox", found.roles, found.classes, raw=_relative(rows.astype(np.float32), size))
+        relative = len(rows) == len(_cells(size)[1]) and _relative(rows.astype(np.float32), size)
+        return Layout("yolox", found.roles, found.classes, raw=relative)
     return found
 
 
@@ -128,12 +129,15 @@ def _alone(shapes: Mapping[str, Sequence[int]], size: tuple[int, int], named: in
         return None
     roles, (rows, columns) = {"all": name}, shape[-2:]
     cells = len(_cells(size)[1])
+    by_rows, by_columns = rows - 4, columns - 4  # labels of ``yolo``, if each has a row or a column
+    in_rows = columns > rows if named in (0, by_rows) else named != by_columns
     fits = {
-        "yolox": rows == cells and columns >= 6 and (wanted == "yolox" or named in (0, columns - 5)),
+        "yolox": columns >= 6
+        and (rows % cells == 0 if wanted == "yolox" else rows == cells and named in (0, columns - 5)),
         "e2e": columns == 6 and (wanted == "e2e" or rows > 6 or named != 2),
-        "yolo": rows >= 5 and (wanted == "yolo" or columns > rows or named == rows - 4),
+        "yolo": min(rows, columns) >= 5 and (wanted == "yolo" or columns > rows or named in (by_rows, by_columns)),
     }
-    classes = {"yolox": columns - 5, "yolo": rows - 4, "e2e": None}
+    classes = {"yolox": columns - 5, "yolo": by_rows if in_rows else by_columns, "e2e": None}
     chosen = wanted if wanted in fits else next((each for each in fits if fits[each]), None)
     return Layout(chosen, roles, classes[chosen]) if chosen and fits[chosen] else None
 
@@ -177,7 +181,7 @@ def _rows(output: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
 def _dense(layout: Layout, rows: Floats, size: tuple[int, int]) -> Places:
     """Decode what has a row or a column for each cell."""
     if layout.name == "yolo":
-        rows = rows.T
+        rows = rows.T if layout.classes is None or len(rows) == layout.classes + 4 else rows
         scores = rows[:, 4:]
     else:
         scores = rows[:, 4:5] * rows[:, 5:]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pty
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,7 @@ import nxtdrive
 from behaviors.mission import load_mission
 from behaviors.mission_targets import PictureTarget
 from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.tools.dev.onnx_models import red_model
 from sim_backend.world.loading import load_world
 
 
@@ -110,6 +112,19 @@ def test_a_photograph_becomes_a_mission_that_succeeds_in_its_room(name, capsys):
 def test_the_red_box_stands_in_its_room_and_is_reached_though_the_frame_cuts_it_off(seed):
     assert main(["mission", "new"]) == DONE
     assert nxtdrive.run_mission("my-mission.toml", nxt=f"sim://my-mission-world.toml?seed={seed}").achieved
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("label", ["chair"])
+def test_what_a_network_finds_is_reached_without_its_height(label):
+    """The box is 100 mm high, a chair is taken for 850 mm at first."""
+    assert main(["mission", "new"]) == DONE
+    Path("red.onnx").write_bytes(red_model({"labels": label}))
+    text = Path("my-mission.toml").read_text(encoding="utf-8")
+    told = f'[target.box]\ndetector = "onnx"\nmodel = "red.onnx"\nlabel = "{label}"\n\n# Other kinds'
+    Path("m.toml").write_text(re.sub(r"\[target\.box\].*?# Other kinds", told, text, flags=re.DOTALL), encoding="utf-8")
+    (arrival,) = nxtdrive.run_mission("m.toml", nxt="sim://my-mission-world.toml?seed=1").arrivals
+    assert arrival["there"]
 
 
 def test_a_picture_elsewhere_is_named_by_its_path(tmp_path):

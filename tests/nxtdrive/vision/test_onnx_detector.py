@@ -100,6 +100,36 @@ def test_yunet_finds_faces(detector, runtime):
     assert found.score == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("runtime", RUNTIMES)
+def test_a_cell_a_row_is_read_if_the_labels_are_known(detector, runtime):
+    rows = outputs_of("yolo")["output0"].transpose(0, 2, 1).copy()
+    (found,) = detector(constant_model({"output0": rows}), runtime=runtime).detect(FRAME)
+    assert found.box == expected("yolo")
+
+
+@pytest.mark.parametrize("runtime", RUNTIMES)
+def test_three_shapes_a_cell_are_read_if_the_layout_is_named(detector, runtime):
+    rows = np.tile(outputs_of("yolox-decoded")["output"], (1, 3, 1))
+    with pytest.raises(ConfigError, match="fit no layout"):
+        detector(constant_model({"output": rows}), runtime=runtime)
+    options = {"layout": "yolox", "colors": "rgb", "normalisation": "unit"}
+    (found,) = detector(constant_model({"output": rows}), runtime=runtime, **options).detect(FRAME)
+    assert found.box == expected("yolox")
+
+
+def test_logits_may_be_called_labels_and_boxes_dets(detector):
+    outputs = outputs_of("detr")
+    made = detector(constant_model({"dets": outputs["pred_boxes"], "labels": outputs["logits"]}))
+    assert made.detect(FRAME)[0].box == expected("detr")
+    assert "layout detr" in made.description()["model"]
+
+
+def test_outputs_without_telling_names_are_told_apart_by_shape_and_type(detector):
+    outputs = outputs_of("boxes")
+    named = {"1203": outputs["boxes"], "1178": outputs["labels"], "1190": outputs["scores"]}
+    assert detector(constant_model(named, whole=["1178"])).detect(FRAME)[0].box == expected("boxes")
+
+
 def test_the_fainter_of_two_that_overlap_and_other_labels_are_left_out(detector):
     assert detector(model("e2e"), "cat").detect(FRAME) == []
     assert len(detector(model("e2e"), "bowl").detect(FRAME)) == 1
