@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import os
 import sys
 from concurrent.futures import BrokenExecutor
@@ -11,13 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.options import add_json_argument, number, writing
+from nxtdrive.cli.crew import add_crew_arguments, crew
+from nxtdrive.cli.options import add_json_argument, writing
 from nxtdrive.cli.output import make_console, write_json, write_line
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from concurrent.futures import Executor
-    from contextlib import AbstractContextManager
+    from collections.abc import Sequence
 
     from nxtdrive.tools.sweep.performance import Line, Task
     from nxtdrive.tools.sweep.runner import Swept
@@ -77,15 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="robot file that the missions believe; the robots stay those of their classes",
     )
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument(
-        "--workers", metavar="N", type=number("processes", int, 1, math.inf), default=1, help="processes (default: 1)"
-    )
-    where.add_argument(
-        "--dask",
-        metavar="ADDRESS",
-        help="a running Dask cluster, tcp://host:8786; needs the extra nxtdrive[cluster]",
-    )
+    add_crew_arguments(parser, 1, "1")
     parser.add_argument(
         "--out", metavar="FILE", type=Path, help=f"file for the results, one line per mission (default: {DEFAULT_OUT})"
     )
@@ -158,7 +148,7 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
     done = sum(task.key in known for task in tasks)
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}", markup=False))
     screen = make_console(stderr=True)
-    executor, number, watch = _crew(args)
+    executor, number, watch = crew(args)
     with executor as performs, Progress(*columns, console=screen, disable=args.json) as progress:
         bar = progress.add_task("missions", total=len(tasks), completed=done)
 
@@ -169,18 +159,6 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
             return sweep(tasks, out, performs, number=number, progress=show, watch=watch)
         except BrokenExecutor as error:
             raise ConfigError(f"a worker died ({error}).", remedy="Go on with --resume, and fewer --workers.") from None
-
-
-def _crew(args: argparse.Namespace) -> tuple[AbstractContextManager[Executor], int, Callable[[], None]]:
-    """Return the executor, its number of workers, and a function that watches over them."""
-    if args.dask:
-        from nxtdrive.tools.sweep.cluster import Cluster
-
-        cluster = Cluster(args.dask)
-        return cluster, cluster.number, cluster.watch
-    from nxtdrive.tools.sweep.runner import workers
-
-    return workers(args.workers), args.workers, lambda: None
 
 
 def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:

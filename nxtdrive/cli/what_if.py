@@ -7,14 +7,19 @@ import json
 import math
 import os
 from pathlib import Path
+from random import Random
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.crew import add_crew_arguments, crew
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument, number, writing
 from nxtdrive.cli.output import make_console, write_json, write_line
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from concurrent.futures import Executor
+
     from nxtdrive.tools.sweep.what_if import Course, Drawn, Folder
 
 DESCRIPTION = """\
@@ -25,21 +30,32 @@ docs/evaluation.md explains the regret and how its bias is removed."""
 EXAMPLES = """\
   nxtdrive what-if clutter:100
   nxtdrive what-if flat:7:adaptive --decision 3 --futures 10
-  nxtdrive what-if runs/lena-then-rilakkuma-001 --decision 1"""
+  nxtdrive what-if runs/lena-then-rilakkuma-001 --decision 1
+  nxtdrive what-if flat:100 before:100 --sample 3 --out regret.jsonl"""
 
 FUTURES = 6
+NEARLY = "within 3 s of the best"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument(
-        "run_path", metavar="RUN", help="a run's folder with a simulated robot, or CLASS:SEED[:PROFILE] of the sweep"
+        "run_paths",
+        metavar="RUN",
+        nargs="+",
+        help="a run's folder with a simulated robot, or CLASS:SEED[:PROFILE] of the sweep",
     )
     parser.add_argument(
         "--decision",
         metavar="N",
         type=number("decision", int, 1, math.inf),
         help="only this one, from 1 (default: all)",
+    )
+    parser.add_argument(
+        "--sample",
+        metavar="N",
+        type=number("decisions", int, 1, math.inf),
+        help="only so many decisions of each mission, drawn at random, always the same ones",
     )
     parser.add_argument(
         "--futures",
@@ -49,43 +65,100 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"for each candidate (default: {FUTURES})",
     )
     parser.add_argument(
-        "--workers", metavar="N", type=number("processes", int, 1, math.inf), help="processes (default: one a core)"
+        "--out", metavar="FILE", type=Path, help="add each mission to this file; those that it has are not repeated"
     )
+    add_crew_arguments(parser, os.cpu_count() or 1, "one a core")
     add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Play all branches; returns the exit code."""
+    if args.decision is not None and len(args.run_paths) > 1:
+        raise ConfigError("--decision is for one run.", remedy="Name one, or leave --decision out.")
+    sources = {name: _source(name) for name in args.run_paths}
+    kept = _kept(args.out) if args.out else {}
+    results: list[dict[str, Any]] = []
+    performs, _, watch = crew(args)
+    with performs as executor:
+        for name, source in sources.items():
+            result = kept.get(name) or _played(name, source, args, executor, watch)
+            results.append(result)
+            if args.out and name not in kept:
+                with writing(args.out), args.out.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(result) + "\n")
+            if not args.json:
+                _show(name, result["decisions"])
+    summary = _summary(results)
+    if args.json:
+        write_json({"runs": results, **summary}, indent=2)
+    elif summary:
+        words = {key: "{:.2f} [{:.2f}, {:.2f}]".format(*value) for key, value in summary.items()}
+        count = sum(len(each["decisions"]) for each in results)
+        made = f"{count} decision" + ("s" if count != 1 else "")
+        write_line(f"{made}: mean regret {words['regret_s']} s; {words['nearly_best']} of them {NEARLY}")
+    return DONE
+
+
+def _played(
+    name: str, source: Drawn | Folder, args: argparse.Namespace, executor: Executor, watch: Callable[[], None]
+) -> dict[str, Any]:
+    """Play a mission and its branches."""
     from behaviors.mission import MissionError
-    from nxtdrive.tools.sweep.runner import workers
     from nxtdrive.tools.sweep.what_if import Branch, Folder, branches, costs, play
 
-    source = _source(args.run_path)
     try:
         base = play(Branch(source, -1, 0, None))
     except MissionError as error:
         raise ConfigError(str(error)) from None
     if isinstance(source, Folder) and [(each.time_s, each.chose) for each in base.decisions] != list(source.choices):
         raise ConfigError(
-            f"{args.run_path} cannot be repeated: the same mission makes other decisions now.",
+            f"{name} cannot be repeated: the same mission makes other decisions now.",
             remedy="Another version of nxtdrive, a person or another program had a part in it.",
         )
-    only = None if args.decision is None else args.decision - 1
-    if only is not None and only >= len(base.decisions):
-        raise ConfigError(f"there is no decision {args.decision}: the mission has {len(base.decisions)}.")
     found: dict[int, dict[int, list[float]]] = {}
-    with workers(args.workers or os.cpu_count() or 1) as executor:
-        for branch, cost_s in costs(branches(source, base, args.futures, only), executor):
-            found.setdefault(branch.decision, {}).setdefault(branch.candidate, []).append(cost_s)
-    told = [_told(at, base, candidates) for at, candidates in found.items()]
-    result = {"run": args.run_path, "decisions": told}
+    for branch, cost_s in costs(branches(source, base, args.futures, _wanted(base, args)), executor, watch):
+        found.setdefault(branch.decision, {}).setdefault(branch.candidate, []).append(cost_s)
+    result = {"run": name, "decisions": [_told(at, base, candidates) for at, candidates in found.items()]}
     if isinstance(source, Folder):
         _keep(source.path, result)
-    if args.json:
-        write_json(result, indent=2)
-    else:
-        _show(told)
-    return DONE
+    return result
+
+
+def _wanted(base: Course, args: argparse.Namespace) -> list[int]:
+    """Return the numbers of the decisions to look at, from 0."""
+    numbers = list(range(len(base.decisions)))
+    if args.decision is not None:
+        if args.decision > len(numbers):
+            raise ConfigError(f"there is no decision {args.decision}: the mission has {len(numbers)}.")
+        numbers = [args.decision - 1]
+    if args.sample is not None and args.sample < len(numbers):
+        numbers = sorted(Random("what if").sample(numbers, args.sample))  # noqa: S311 - to repeat, not to hide
+    return numbers
+
+
+def _kept(out: Path) -> dict[str, dict[str, Any]]:
+    """Return the missions that a file has, by name."""
+    from input_files.json_text import MAX_BYTES, parse_object
+    from input_files.plain import read_text
+
+    if not os.path.lexists(out):
+        return {}
+    try:
+        results = [parse_object(line) for line in read_text(out, MAX_BYTES).splitlines()]
+        return {str(each["run"]): each for each in results if isinstance(each["decisions"], list)}
+    except (ValueError, KeyError):
+        raise ConfigError(f"{out} is no file of nxtdrive what-if.", remedy="Name another one with --out.") from None
+
+
+def _summary(results: list[dict[str, Any]]) -> dict[str, list[float]]:
+    """Return the mean regret and the share of choices that were nearly the best, each with its interval."""
+    from nxtdrive.tools.sweep.regret import over_missions
+
+    regrets_s = [[float(each["regret_s"]) for each in result["decisions"]] for result in results]
+    if not any(regrets_s):
+        return {}
+    figures = zip(("regret_s", "nearly_best"), over_missions(regrets_s), strict=True)
+    return {name: [round(value, 3) for value in (each.mean, each.low, each.high)] for name, each in figures}
 
 
 def _source(name: str) -> Drawn | Folder:
@@ -145,17 +218,16 @@ def _told(at: int, base: Course, candidates: dict[int, list[float]]) -> dict[str
     }
 
 
-def _show(told: list[dict[str, Any]]) -> None:
+def _show(name: str, told: list[dict[str, Any]]) -> None:
     from rich.table import Table
     from rich.text import Text
 
     from firmware_protocol.printable import printable
     from nxtdrive.recording.wording import failure_words
-    from nxtdrive.tools.sweep.regret import NEARLY_S
 
     console = make_console()
     for each in told:
-        head = f"{each['decision']}. {each['t']:.1f} s, {each['target']}: {failure_words(each['reason'])}"
+        head = f"{name}, {each['decision']}. {each['t']:.1f} s, {each['target']}: {failure_words(each['reason'])}"
         table = Table(title=Text(printable(head)), title_justify="left")
         for column in ("", "candidate", "mean seconds to the targets left [95 %]"):
             table.add_column(column, overflow="fold")
@@ -166,8 +238,4 @@ def _show(told: list[dict[str, Any]]) -> None:
         console.print(table)
         write_line(f"regret {each['regret_s']:.1f} s ({each['biased_regret_s']:.1f} s with the bias)")
     if not told:
-        write_line("The mission came to no decision.")
-    else:
-        mean = sum(each["regret_s"] for each in told) / len(told)
-        good = sum(each["regret_s"] <= NEARLY_S for each in told)
-        write_line(f"{len(told)} decisions: mean regret {mean:.1f} s; {good} within {NEARLY_S:g} s of the best")
+        write_line(f"{name}: the mission came to no decision")

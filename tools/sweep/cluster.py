@@ -32,7 +32,7 @@ GREETING_SIZE, LONGEST_GREETING = 8, 1 << 20
 """A scheduler speaks first: the size of this field in bytes, and a limit far above the greeting's length in it."""
 
 ROOMS = ("firmware_protocol", "input_files", "behaviors", "sim_backend", "nxtdrive", "nxtdrive.tools")
-INGREDIENTS = (".py", ".toml", ".png")
+INGREDIENTS = (".json", ".py", ".toml", ".png")
 """Results depend on the files of `ROOMS` with these extensions."""
 GO_ON = "What is done is in the file: go on with --resume."
 

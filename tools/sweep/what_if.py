@@ -7,8 +7,8 @@ the profile chooses again. Method and figures: docs/evaluation.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
+from collections.abc import Callable, Collection, Iterator
+from concurrent.futures import Executor, wait
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -37,6 +37,8 @@ from nxtdrive.simulated.scenario import draw_scenario
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.judge import scene, stop_counts
+
+from .runner import LOOK_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,19 +238,35 @@ def _open_folder(source: Folder) -> Iterator[_Stage]:
         yield _stage(mission, transport.simulation, observers, run)
 
 
-def branches(source: Drawn | Folder, base: Course, futures: int, only: int | None = None) -> list[Branch]:
-    """Return every candidate of every decision, or of one, in every future."""
+def branches(source: Drawn | Folder, base: Course, futures: int, only: Collection[int] | None = None) -> list[Branch]:
+    """Return every candidate of every decision, or of some, in every future."""
     return [
         Branch(source, number, candidate, future)
         for number, made in enumerate(base.decisions)
-        if only is None or number == only
+        if only is None or number in only
         for candidate, future in product(range(len(made.candidates)), range(futures))
     ]
 
 
-def costs(todo: list[Branch], executor: Executor) -> Iterator[tuple[Branch, float]]:
-    """Play branches; yield each with what it cost, in order."""
-    return zip(todo, executor.map(_cost_s, todo), strict=True)
+def costs(
+    todo: list[Branch], executor: Executor, watch: Callable[[], None] = lambda: None
+) -> Iterator[tuple[Branch, float]]:
+    """Play branches; yield each with what it cost, in order.
+
+    Args:
+        todo: The branches.
+        executor: Plays them.
+        watch: Called every second of waiting; raises if no result can come.
+    """
+    playing = [executor.submit(_cost_s, branch) for branch in todo]
+    try:
+        for branch, future in zip(todo, playing, strict=True):
+            while not wait([future], LOOK_S).done:
+                watch()
+            yield branch, future.result()
+    finally:
+        for future in playing:
+            future.cancel()
 
 
 def _cost_s(branch: Branch) -> float:

@@ -13,7 +13,7 @@ from nxtdrive.mission.setup import load, with_profile
 from nxtdrive.recording.explanation import what_if_words, what_ifs
 from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.recording.run_reader import read_run
-from nxtdrive.tools.sweep.regret import regret
+from nxtdrive.tools.sweep.regret import over_missions, regret
 from nxtdrive.tools.sweep.what_if import Branch, Course, Drawn, Made, branches, play
 from sim_backend.simulation import Simulation
 
@@ -36,6 +36,47 @@ def test_the_regret_of_a_choice_that_is_worse_is_what_it_costs_more():
     assert found.interval.low <= found.biased_s <= found.interval.high
 
 
+def test_figures_over_missions_count_decisions_and_resample_missions():
+    mean, nearly = over_missions([[0.0, 2.0], [10.0], [], [4.0]])
+    assert (mean.mean, nearly.mean, mean.number) == (4.0, 0.5, 4)
+    assert mean.low < 4.0 < mean.high
+
+
+def test_missions_that_a_file_has_are_not_repeated(tmp_path, capsys):
+    out = tmp_path / "regret.jsonl"
+    decisions = [{**TOLD, "regret_s": regret_s, "t": 1.0, "target": "a", "reason": "never_seen"} for regret_s in (2, 6)]
+    names = ["open:100", "flat:7:adaptive"]
+    out.write_text("".join(json.dumps({"run": name, "decisions": decisions}) + "\n" for name in names))
+    before = out.read_bytes()
+    assert main(["what-if", *names, "--out", str(out), "--workers", "1", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["regret_s"] == [4.0, 4.0, 4.0]
+    assert out.read_bytes() == before
+
+
+@pytest.mark.slow
+def test_a_sample_of_a_missions_decisions_is_added_to_a_file(tmp_path, capsys):
+    out, name = tmp_path / "regret.jsonl", "wall_start:103:adaptive"
+    for _ in range(2):
+        assert main(["what-if", name, "--sample", "1", "--futures", "2", "--workers", "1", "--out", str(out)]) == 0
+        (line,) = out.read_text().splitlines()
+        assert len(json.loads(line)["decisions"]) == 1
+        assert "1 decision: mean regret" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("text", ["no JSON\n", "{}\n", '{"run": "open:100", "decisions": 5}\nx\n'])
+def test_a_file_of_something_else_is_refused(tmp_path, text, capsys):
+    out = tmp_path / "other.jsonl"
+    out.write_text(text)
+    assert main(["what-if", "open:100", "--out", str(out), "--workers", "1"]) == 2
+    assert "is no file of nxtdrive what-if" in capsys.readouterr().err
+    assert out.read_text() == text
+
+
+def test_one_decision_of_several_runs_is_refused(capsys):
+    assert main(["what-if", "open:100", "open:101", "--decision", "1"]) == 2
+    assert "--decision is for one run" in capsys.readouterr().err
+
+
 def test_a_cost_counts_what_is_open_and_a_target_that_is_never_reached_by_the_time_that_is_left():
     course = Course(100.0, ("a", "b", "c"), [Made("a", "", (), 40.0)], reached={"a": 50.0, "b": 30.0})
     assert course.cost_s(0) == pytest.approx((10.0 + 60.0) / 2)
@@ -45,7 +86,7 @@ def test_a_cost_counts_what_is_open_and_a_target_that_is_never_reached_by_the_ti
 def test_every_candidate_is_played_in_every_future():
     course = Course(9.0, (), [Made("a", "", ("x", "y"), 1.0), Made("a", "", ("x",), 2.0)])
     assert len(branches(SOURCE, course, 3)) == 9
-    assert {(each.candidate, each.future) for each in branches(SOURCE, course, 2, only=1)} == {(0, 0), (0, 1)}
+    assert {(each.candidate, each.future) for each in branches(SOURCE, course, 2, only=[1])} == {(0, 0), (0, 1)}
 
 
 def test_chance_that_is_seeded_anew_differs_from_then_on():
@@ -83,7 +124,8 @@ def test_a_run_is_repeated_and_its_explanation_shows_the_regret(tmp_path, capsys
     (folder,) = tmp_path.glob("*-001")
     capsys.readouterr()
     assert main(["what-if", str(folder), "--decision", "1", "--futures", "2", "--workers", "1", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)["decisions"]
+    (result,) = json.loads(capsys.readouterr().out)["runs"]
+    told = result["decisions"]
     assert told == json.loads((folder / "what-if.json").read_text())["decisions"]
     assert [(each["decision"], each["futures"], len(each["candidates"])) for each in told] == [(1, 2, 3)]
     assert [each["chosen"] for each in told[0]["candidates"]] == [True, False, False]
