@@ -222,6 +222,10 @@ class Body(Protocol):
         """Whether the bumper is pressed; False without a sensor."""
         ...
 
+    def heed_sonar(self, doubt: str = "") -> None:
+        """Let the safety stop heed the sonar; with a `doubt`, in words, leave it out as if it had failed."""
+        ...
+
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off."""
         ...

@@ -9,7 +9,7 @@ from behaviors.adaptive.sonar_trust import SonarTrust
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.failures import Blocker
 from behaviors.mission import AdaptiveParameters
-from behaviors.ports import Sighting, StopReason
+from behaviors.ports import Pose, Sighting, StopReason
 from behaviors.skills import N as SKILLS
 from behaviors.skills import SkillContext, note_look, steering_deg_s
 from behaviors.target_queue import TargetOutcome, TargetQueue
@@ -28,6 +28,7 @@ class PerceptionNumbers:
         deaf_share: Share of its speed at which the robot drives while the sonar seems dead.
         slow_link_s: Where asking for an echo and the pose takes longer than this, the link is slow,
         burst: and this many frames are looked at each time: a frame takes little compared with a round trip.
+        test_s: Longest turn to test a doubtful sonar.
     """
 
     unheard_mm: float = 150.0
@@ -38,6 +39,7 @@ class PerceptionNumbers:
     deaf_share: float = 0.6
     slow_link_s: float = 0.5
     burst: int = 3
+    test_s: float = 8.0
 
 
 N = PerceptionNumbers()
@@ -123,7 +125,7 @@ class Perception:
             self._step_s += (now_s - self._looked_s - self._step_s) / 2
         self._answer_s += (now_s - asked_s - self._answer_s) / 2
         self._looked_s = now_s
-        self._range_mm = range_mm = self.sonar.believed(now_s, pose, range_mm)
+        self._range_mm = range_mm = self._believed(now_s, pose, range_mm)
         self.world.floor.weight = float(len(glimpses))
         first, *further = glimpses
         seen = [self.world.perceive(now_s, pose, range_mm, looked_for, first, hears=not self.sonar.deaf)]
@@ -132,6 +134,23 @@ class Perception:
         newest = next(filter(None, reversed(sightings)), None)
         note_look(context, pose, range_mm, newest)
         return Observation(now_s, newest, range_mm, tuple(each is not None for each in sightings))
+
+    def _believed(self, now_s: float, pose: Pose, range_mm: float | None) -> float | None:
+        """Return an echo that is to be believed; a sonar that lies may not stop the robot either."""
+        lied = self.sonar.lies
+        believed_mm = self.sonar.believed(now_s, pose, range_mm)
+        if self.sonar.lies is not lied:
+            self.context.body.heed_sonar("" if lied else f"It says {range_mm:.0f} mm wherever the robot turns.")
+            self.world.floor.forget_obstacles()
+        return believed_mm
+
+    def check_sonar(self) -> None:
+        """Turn until it is clear whether a doubtful sonar repeats an echo in all directions or not."""
+        end_s = self.now() + N.test_s
+        while self.sonar.doubtful and self.now() < end_s:
+            self.drive(0.0, self.profile.scan_deg_s)
+            self.step()
+        self.context.body.stop()
 
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
         """Drive on as `Body.drive` does, slower without a sonar and on a slow link.

@@ -17,12 +17,17 @@ class SonarNumbers:
         deaf_s: A sonar that has heard nothing for this time may be dead; in a room there is mostly something in range.
         stuck_mm: The same echo over a path of this length is no echo; a sonar measures centimetres.
         stuck_deg: So is the same echo over turns of this much in all.
+        lies_deg: A sonar that repeats an echo while the robot turns by this from one heading to another may not stop
+            it: a wall is heard at the same distance over twice the beam at most, and a corner over little more.
+        doubted_deg: Over this much it is doubtful, which a turn of `lies_deg` clears up.
         fresh: This many echoes that differ are believed again.
     """
 
     deaf_s: float = 5.0
     stuck_mm: float = 200.0
     stuck_deg: float = 40.0
+    lies_deg: float = 150.0
+    doubted_deg: float = 60.0
     fresh: int = 3
 
 
@@ -30,9 +35,15 @@ N = SonarNumbers()
 
 
 class SonarTrust:
-    """Judges the echoes of one mission."""
+    """Judges the echoes of one mission.
+
+    Attributes:
+        lies: Whether what it repeats is certainly no echo, so that the robot should not be stopped by it.
+    """
 
     def __init__(self) -> None:
+        self.lies = False
+        self._headings = 0.0, 0.0
         self._heard_s = -math.inf
         self._now_s = 0.0
         self._pose: Pose | None = None
@@ -45,6 +56,15 @@ class SonarTrust:
         """Whether it has had nothing to say for some time: then silence does not mean that the way is free."""
         return self._now_s - self._heard_s > N.deaf_s
 
+    @property
+    def doubtful(self) -> bool:
+        """Whether it repeats an echo where a wall would not be heard at the same distance, but might be a corner."""
+        return not self.lies and self._repeated_deg > N.doubted_deg
+
+    @property
+    def _repeated_deg(self) -> float:
+        return self._headings[1] - self._headings[0]
+
     def believed(self, now_s: float, pose: Pose, range_mm: float | None) -> float | None:
         """Return an echo, or None if there is none or the sonar is stuck."""
         self._now_s = now_s
@@ -53,12 +73,15 @@ class SonarTrust:
         if range_mm == self._last_mm and self._pose is not None:
             self._path_mm += math.hypot(pose.x_mm - self._pose.x_mm, pose.y_mm - self._pose.y_mm)
             self._turn_deg += abs(wrapped_deg(pose.heading_deg - self._pose.heading_deg))
+            self._headings = min(self._headings[0], pose.heading_deg), max(self._headings[1], pose.heading_deg)
         else:
             self._path_mm = self._turn_deg = 0.0
+            self._headings = pose.heading_deg, pose.heading_deg
             self._fresh += 1
         self._pose, self._last_mm = pose, range_mm
         if self._path_mm > N.stuck_mm or self._turn_deg > N.stuck_deg:
             self._fresh = 0
+        self.lies = (self.lies and self._fresh < N.fresh) or self._repeated_deg > N.lies_deg
         if self._fresh < N.fresh:
             return None
         self._heard_s = now_s

@@ -103,7 +103,12 @@ class AdaptiveProfile:
         return _Unhurried(self._skill(state, choice), self._settle)
 
     def _settle(self) -> None:
-        """Look and listen at rest until a decision here is not made on the evidence of the last one."""
+        """Look and listen at rest until a decision here is not made on the evidence of the last one.
+
+        A doubtful sonar is tested before, since what it said may be why the skill failed.
+        """
+        if self._perception.sonar.doubtful:
+            self._perception.check_sonar()
         while self._decided is not None:
             decided_s, place = self._decided
             elapsed_s = self._perception.now() - decided_s

@@ -118,6 +118,11 @@ class MissionBody:
         with link_errors_as_outages():
             return self._rover.touching()
 
+    def heed_sonar(self, doubt: str = "") -> None:
+        """Let the safety stop heed the sonar; with a `doubt`, leave it out as if it had failed."""
+        self._rover.heed_sonar(heed=not doubt)
+        self._sensor_changed("sonar", doubt)
+
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off."""
         with link_errors_as_outages():
@@ -144,6 +149,6 @@ class MissionBody:
         if error:
             self._lost[sensor] = error
         else:
-            del self._lost[sensor]
+            self._lost.pop(sensor, None)
         for listener in self._listeners:
             listener(sensor, error)

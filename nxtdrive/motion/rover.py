@@ -253,6 +253,10 @@ class Rover:
         with self._asking:
             return self._monitor.touching()
 
+    def heed_sonar(self, *, heed: bool) -> None:
+        """Say whether echoes may stop the robot; without them only the bumper does."""
+        self._monitor.heeds_sonar = heed
+
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off."""
         self._link.keep_alive()

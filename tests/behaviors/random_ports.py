@@ -89,6 +89,9 @@ class RandomPorts:
         self._answer()
         return 8000
 
+    def heed_sonar(self, doubt: str = "") -> None:
+        """Its sonar has nothing to do with its safety stop."""
+
     def on_sensor_change(self, listener) -> None:
         """No sensor fails here."""
 

@@ -7,6 +7,7 @@ import pytest
 from behaviors.events import Reason
 from behaviors.executive import Ending
 from behaviors.journal import Kind
+from sim_backend.devices.digital import UltrasonicSensor
 from sim_backend.link import LinkFaults
 
 PROFILES = pytest.mark.parametrize("profile", ["thesis", "adaptive"])
@@ -131,6 +132,41 @@ def test_a_sonar_that_is_pulled_out_slows_the_robot_and_no_more(perform, mission
     assert "cable" in lost.data["error"]
     assert max(_speeds(done, lost.time_s + 1.0)) < 0.6 * cruise_mm_s
     assert all(look.data["range_mm"] is None for look in done.of(Kind.LOOK) if look.time_s > lost.time_s)
+
+
+class _Repeating:
+    """A sonar that says one distance wherever it looks."""
+
+    def __init__(self, sonar, distance_cm):
+        self._sonar, self._distance_cm, self._register = sonar, distance_cm, 0
+        self.address = sonar.address
+
+    def write(self, data):
+        self._register = data[0] if data else self._register
+        self._sonar.write(data)
+
+    def read(self, size):
+        answer = self._sonar.read(size)
+        return bytes([self._distance_cm] * size) if self._register in UltrasonicSensor.DISTANCES else answer
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("distance_cm", [5, 20])
+@pytest.mark.parametrize("moment_s", [0.0, APPROACHING_S])
+def test_a_sonar_that_repeats_a_near_echo_everywhere_does_not_hold_the_robot(
+    perform, mission_for, moment_s, distance_cm
+):
+    def arrange(simulation):
+        sonar = _Repeating(simulation.brick.low_speed.channels[3].bus.sensor.device, distance_cm)
+        simulation.at(round(moment_s * 1000), lambda: simulation.brick.attach_sensor(4, sonar))
+
+    mission = mission_for("lena", profile="adaptive")
+    done = perform("open", mission, geometric=True, arrange=arrange)
+    assert done.report.achieved
+    (lost,) = done.of(Kind.SENSOR)
+    assert lost.data["sensor"] == "sonar"
+    assert f"{10 * distance_cm} mm wherever the robot turns" in lost.data["error"]
+    assert max(_speeds(done, lost.time_s + 1.0)) < 0.65 * mission.adaptive.cruise_mm_s
 
 
 @PROFILES

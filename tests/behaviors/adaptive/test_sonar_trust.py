@@ -43,6 +43,30 @@ def test_a_sonar_that_has_heard_nothing_for_some_time_is_deaf():
     assert trust.deaf
 
 
+def _turn(trust, degrees, range_mm=150.0, begin_deg=0.0):
+    """Turn to one side and back again, twice."""
+    for i in range(4 * 40):
+        share = (i % 80) / 40
+        heading_deg = begin_deg + degrees * (share if share <= 1.0 else 2.0 - share)
+        trust.believed(0.1 * i, Pose(heading_deg=heading_deg), range_mm)
+
+
+def test_only_the_same_echo_on_both_sides_is_certainly_none():
+    wall, stuck = SonarTrust(), SonarTrust()
+    _turn(wall, 80.0)
+    _turn(stuck, 160.0)
+    assert not wall.lies
+    assert stuck.lies
+
+
+def test_a_sonar_that_hears_different_things_again_lies_no_more():
+    trust = SonarTrust()
+    _turn(trust, 160.0)
+    for i in range(4):
+        trust.believed(20.0 + i, Pose(heading_deg=160.0), 500.0 + 10.0 * i)
+    assert not trust.lies
+
+
 def test_the_silence_of_a_dead_sonar_clears_nothing():
     table = {"mission": {"targets": ["a"]}, "target": {"a": {"detector": "marker", "id": 0}}}
     world = WorldModel(Mission.model_validate(table))
