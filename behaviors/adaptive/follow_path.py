@@ -23,6 +23,7 @@ class PathNumbers:
 
     Attributes:
         passed_mm: A waypoint is passed when the robot is this near.
+        beside_mm: Or beside or beyond it, at no more than this.
         pivot_deg: At a larger bearing the robot turns on the spot.
         steer_per_s: Turn rate per degree of bearing, 1/s: more than in an approach, since no picture has to stay sharp.
         steer_limit_deg_s: Fastest turn.
@@ -41,6 +42,7 @@ class PathNumbers:
     """
 
     passed_mm: float = 90.0
+    beside_mm: float = 250.0
     pivot_deg: float = 30.0
     steer_per_s: float = 2.0
     steer_limit_deg_s: float = 90.0
@@ -72,7 +74,7 @@ class FollowPathSkill:
         self._perception = perception
         self._route = list(route)
         self._goal = route[-1]
-        self._begin = perception.world.here
+        self._begin = self._from = perception.world.here
         self._stops = 0
         self._end_s = math.inf
         self._retreat: Retreat | None = None
@@ -112,14 +114,21 @@ class FollowPathSkill:
                 if (fact := self._replan(observation, Reason.PATH_RENEWED)) is not None:
                     return fact
                 renew_s = observation.time_s + N.renew_s
-            while self._route and perception.world.polar_to(self._route[0])[1] <= N.passed_mm:
-                self._route.pop(0)
+            while self._route and self._passed(self._route[0]):
+                self._from = self._route.pop(0)
             if not self._route:
                 return None
             bearing_deg, _ = perception.world.polar_to(self._route[0])
             stop = perception.drive(*self._speeds(bearing_deg, observation))
             if stop is not None:
                 return self._stopped(stop, observation)
+
+    def _passed(self, point: Point) -> bool:
+        """Whether the robot is at a waypoint, or beside or beyond it: it is not always near one when it looks."""
+        (x_mm, y_mm), (begin_x, begin_y) = self._perception.world.here, self._from
+        ahead = (point[0] - x_mm) * (point[0] - begin_x) + (point[1] - y_mm) * (point[1] - begin_y)
+        left_mm = math.hypot(point[0] - x_mm, point[1] - y_mm)
+        return left_mm <= N.passed_mm or (ahead <= 0 and left_mm <= N.beside_mm)
 
     def _speeds(self, bearing_deg: float, observation: Observation) -> tuple[float, float]:
         """Return how fast to drive, mm/s, and to turn, deg/s."""
@@ -171,7 +180,7 @@ class FollowPathSkill:
             return self._no_path(observation)
         if reason is Reason.PATH_RENEWED and self._still_good(paths):
             return None
-        self._route = list(paths.route_to(self._goal))
+        self._route, self._from = list(paths.route_to(self._goal)), world.here
         route = [[round(x_mm), round(y_mm)] for x_mm, y_mm in self._route]
         self._perception.context.report(Fact(Event.REPLANNED, reason, {"route": route}))
         return None

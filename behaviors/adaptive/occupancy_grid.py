@@ -101,7 +101,8 @@ class OccupancyGrid:
         sonar_forward_mm: The sonar in front of the axle.
         forgotten: How often its obstacles were forgotten.
         unheard: Whether it has to do without a sonar now.
-        weight: An echo counts for this many; on a slow link there are fewer, and from places farther apart.
+        weight: Floor that an echo shows to be free counts for this many echoes: on a slow link there are fewer, and
+            from places farther apart. What gives the echo does not, since it may stand anywhere on its arc.
     """
 
     def __init__(self, robot: RobotTable = USUAL_ROBOT) -> None:
@@ -135,7 +136,7 @@ class OccupancyGrid:
             return
         hit = (np.abs(along - range_mm) <= CELL_MM * N.arc_cells) & (off_deg <= min(N.arc_deg, self._beam_deg))
         gain, most = (N.hit_near, N.most) if range_mm <= N.near_mm else (N.hit_far, N.solid - 0.1)
-        cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + self.weight * gain, most))
+        cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
 
     def no_echo(self, pose: Pose) -> None:
         """Update with silence: most likely nothing is near, but smooth surfaces reflect echoes away."""

@@ -89,6 +89,15 @@ def test_an_echo_over_a_slow_link_clears_as_much_as_several_from_nearby_over_a_f
     assert slow.evidence[place] == pytest.approx(fast.evidence[place]) == pytest.approx(-3 * GRID.free_silent)
 
 
+def test_one_echo_over_a_slow_link_is_no_more_certain_than_over_a_fast_one_of_where_on_its_arc_something_stands():
+    floor = OccupancyGrid()
+    floor.weight = 3.0
+    floor.echo(Pose(), 500.0)
+    assert floor.clear_between((0.0, 0.0), (1000.0, 0.0))
+    floor.echo(Pose(30.0), 470.0)
+    assert not floor.clear_between((0.0, 0.0), (1000.0, 0.0))
+
+
 def test_a_path_takes_as_long_as_the_best_one_unless_something_blocks_it():
     floor = OccupancyGrid()
     for x_mm in np.arange(0.0, 1500.0, 50.0):
@@ -111,3 +120,13 @@ def test_a_path_that_is_hardly_worse_than_the_best_is_kept(perceive):
     FollowPathSkill(perception, route).call()
     assert PATH.kept > 1.0
     assert not [fact for fact in facts if fact.reason is Reason.PATH_RENEWED]
+
+
+def test_a_waypoint_that_was_driven_past_between_two_looks_is_passed(perceive):
+    perception = perceive[0](2.0)
+    perception.step()
+    x_mm, y_mm = perception.world.here
+    skill = FollowPathSkill(perception, ((x_mm + 400.0, y_mm), (x_mm + 400.0, y_mm + 400.0)))
+    for along_mm, aside_mm, passed in ((0.0, 0.0, False), (270.0, 0.0, False), (390.0, 80.0, True), (540.0, 0.0, True)):
+        perception.world.pose = Pose(x_mm + along_mm, y_mm + aside_mm)
+        assert skill._passed((x_mm + 400.0, y_mm)) is passed
