@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import dataclass
-from itertools import takewhile
 
 from behaviors.events import Reason
 from behaviors.ports import Point
@@ -39,6 +38,14 @@ class _FailedApproach:
     time_s: float
 
 
+@dataclass(frozen=True, slots=True)
+class _Failure:
+    target: str
+    turn: int
+    reason: Reason
+    place: Point
+
+
 class Attempts:
     """Remembers the attempts of one mission."""
 
@@ -46,7 +53,7 @@ class Attempts:
         self._choices: list[tuple[str, str, Point]] = []
         self._tries: Counter[str] = Counter()
         self._destinations: list[tuple[str, Point, Point]] = []
-        self._failures: list[tuple[str, int, Reason, Point]] = []
+        self._failures: list[_Failure] = []
         self._approaches: list[_FailedApproach] = []
 
     def chose(self, target: str, recovery: str, here: Point, destination: Point | None = None) -> None:
@@ -78,15 +85,19 @@ class Attempts:
 
     def failed(self, target: str, turn: int, reason: Reason, here: Point) -> None:
         """Remember that an attempt in a target's turn failed here."""
-        self._failures.append((target, turn, reason, here))
+        self._failures.append(_Failure(target, turn, reason, here))
 
-    def failures(self, target: str, turn: int, reason: Reason, here: Point) -> tuple[int, int]:
-        """Return how often attempts failed at this place for this reason in this turn, and how often in a row."""
-        same = [
-            (which, when, why) == (target, turn, reason) and _same_place(place, here)
-            for which, when, why, place in self._failures
-        ]
-        return sum(same), sum(1 for _ in takewhile(bool, reversed(same)))
+    def failures(self) -> tuple[int, int]:
+        """Return how often attempts of this turn failed as the last one did, at its place, and how often in a row.
+
+        In a row they are at one place if they are near the first of them, as of a robot that goes to and fro.
+        """
+        if not self._failures:
+            return 0, 0
+        first, run = self._failures[0], 0
+        for each in self._failures:
+            first, run = (first, run + 1) if _alike(first, each) else (each, 1)
+        return sum(_alike(each, self._failures[-1]) for each in self._failures), run
 
     def approach_failed(self, target: str, here: Point, aim: Point, now_s: float) -> None:
         """Remember that the approach to a target believed to be at `aim` came no farther than here."""
@@ -101,6 +112,11 @@ class Attempts:
             and now_s - each.time_s <= N.remembered_s
             and math.dist(each.aim, aim) <= N.same_aim_mm
         )
+
+
+def _alike(one: _Failure, other: _Failure) -> bool:
+    same = (one.target, one.turn, one.reason) == (other.target, other.turn, other.reason)
+    return same and _same_place(one.place, other.place)
 
 
 def _same_place(one: Point, other: Point) -> bool:

@@ -139,7 +139,7 @@ class AdaptiveProfile:
         """Add what is in the way, and what could be done with its time and chance."""
         world, target = self.world, basis.target
         candidates = CandidateGenerator(world, self._profile)
-        failures, run = world.attempts.failures(target, self._queue.round, basis.reason, world.here)
+        failures, run = world.attempts.failures()
         return replace(
             basis,
             round=self._queue.round,

@@ -34,13 +34,35 @@ def test_a_destination_was_tried_from_the_same_place():
 
 def test_failures_are_counted_for_each_place_and_reason_and_turn():
     attempts = Attempts()
-    for reason in (Reason.BLOCKED_LONG, Reason.NO_WAY, Reason.BLOCKED_LONG, Reason.BLOCKED_LONG):
-        attempts.failed("door", 1, reason, HERE)
-    assert attempts.failures("door", 1, Reason.BLOCKED_LONG, NEAR) == (3, 2)
-    assert attempts.failures("door", 1, Reason.NO_WAY, NEAR) == (1, 0)
-    assert attempts.failures("door", 1, Reason.BLOCKED_LONG, ELSEWHERE) == (0, 0)
-    assert attempts.failures("door", 2, Reason.BLOCKED_LONG, HERE) == (0, 0)
-    assert attempts.failures("window", 1, Reason.BLOCKED_LONG, HERE) == (0, 0)
+    assert attempts.failures() == (0, 0)
+    counted = []
+    for target, turn, reason, place in (
+        ("door", 1, Reason.BLOCKED_LONG, HERE),
+        ("door", 1, Reason.NO_WAY, HERE),
+        ("door", 1, Reason.BLOCKED_LONG, NEAR),
+        ("door", 1, Reason.BLOCKED_LONG, HERE),
+        ("door", 1, Reason.BLOCKED_LONG, ELSEWHERE),
+        ("door", 2, Reason.BLOCKED_LONG, HERE),
+        ("window", 2, Reason.BLOCKED_LONG, HERE),
+    ):
+        attempts.failed(target, turn, reason, place)
+        counted.append(attempts.failures())
+    assert counted == [(1, 1), (1, 1), (2, 1), (3, 2), (2, 3), (1, 1), (1, 1)]
+
+
+@pytest.mark.parametrize("places_mm", [(0, 200, -200), (0, -240, 240), (0, 240, 0)])
+def test_failures_to_and_fro_about_a_place_are_in_a_row(places_mm):
+    attempts = Attempts()
+    for x_mm in places_mm:
+        attempts.failed("door", 1, Reason.BLOCKED_LONG, (float(x_mm), 0.0))
+    assert attempts.failures()[1] == 3
+
+
+def test_a_robot_that_gets_on_does_not_fail_in_a_row():
+    attempts = Attempts()
+    for x_mm in (0.0, 200.0, 400.0, 600.0):
+        attempts.failed("door", 1, Reason.BLOCKED_LONG, (x_mm, 0.0))
+    assert attempts.failures()[1] == 2
 
 
 @pytest.mark.parametrize(

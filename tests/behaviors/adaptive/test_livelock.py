@@ -50,7 +50,8 @@ class Decider:
         targets_left: As in the evidence.
         places: Where the robot may be.
         made: How often each choice was made, by target, kind, place and destination.
-        run: What was decided on last, and how many recoveries in a row.
+        drift_mm: How far from these, each way.
+        run: Where, for whom and on what the first of a row of recoveries was chosen, and how many.
         longest_run: The longest run of recoveries at one place after one kind of failure.
     """
 
@@ -58,33 +59,45 @@ class Decider:
     random: Random
     targets_left: int = 2
     places: Sequence[Point] = PLACES
+    drift_mm: float = 0.0
     made: Counter[tuple[str, str, Point, Point | None]] = field(default_factory=Counter)
-    run: tuple[object, int] = (None, 0)
+    run: tuple[tuple[str, Reason, Point] | None, int] = (None, 0)
     longest_run: int = 0
 
     def decide(self, target: str) -> Choice:
         """Choose at a place that is drawn, and remember it."""
-        self.world.pose = Pose(*self.random.choice(self.places))
+        place = self.random.choice(self.places)
+        x_mm, y_mm = (each + self.random.uniform(-self.drift_mm, self.drift_mm) for each in place)
+        self.world.pose = Pose(x_mm, y_mm)
         reason = self.random.choice(REASONS)
         self.world.attempts.failed(target, 1, reason, self.world.here)
         evidence = self._evidence(target, reason)
         choice = AdaptivePolicy(repeats=REPEATS).select(evidence)
         destination = choice.route[-1] if choice.route else None
         self.world.attempts.chose(target, choice.kind.name, self.world.here, destination)
-        key = None if choice.kind is CHANGE_TARGET else (target, reason, self.world.here)
-        self.run = key, self.run[1] + 1 if key == self.run[0] else 1
-        self.longest_run = max(self.longest_run, self.run[1] if key else 0)
+        self._count(target, reason, choice)
         if choice.kind is not CHANGE_TARGET:
             # a way is another one when it leads elsewhere; a detour always leads past the same thing
             to = destination if choice.kind is MOVE_TO else None
-            self.made[target, choice.kind.name, self.world.here, to] += 1
+            self.made[target, choice.kind.name, place, to] += 1
         return choice
+
+    def _count(self, target: str, reason: Reason, choice: Choice) -> None:
+        """Count recoveries in a row as the sweep's judge does: near the first of them."""
+        first, run = self.run
+        if choice.kind is CHANGE_TARGET:
+            self.run = None, 0
+        elif first and first[:2] == (target, reason) and math.dist(first[2], self.world.here) <= ATTEMPTS.same_place_mm:
+            self.run = first, run + 1
+        else:
+            self.run = (target, reason, self.world.here), 1
+        self.longest_run = max(self.longest_run, self.run[1])
 
     def _evidence(self, target: str, reason: Reason) -> Evidence:
         random, world = self.random, self.world
         blocker = Blocker(400.0, random.uniform(0.0, 60.0), random.random() < 0.5, random.random() < 0.7)
         detour = Detour(random.uniform(1.0, 40.0), ((500.0, 500.0),))
-        failures, run = world.attempts.failures(target, 1, reason, world.here)
+        failures, run = world.attempts.failures()
         viewpoints = [
             Viewpoint(random.uniform(1.0, 20.0), 7.0, random.random(), (place,))
             for place in PLACES
@@ -119,6 +132,18 @@ def test_no_sequence_of_failures_makes_it_do_the_same_a_third_time_at_one_place(
         assert not decider.made or max(decider.made.values()) <= REPEATS
         assert decider.longest_run <= REPEATS
     assert decisions > 5 * SEQUENCES
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("drift_mm", [120.0, 240.0])
+def test_a_robot_that_drifts_between_its_failures_is_bound_all_the_same(drift_mm):
+    mission = two_targets(["a"])
+    for seed in range(SEQUENCES // 20):
+        random = Random(seed)
+        decider = Decider(WorldModel(mission), random, 2, PLACES[:1], drift_mm)
+        for _ in range(random.randint(2, 12)):
+            decider.decide("a")
+        assert decider.longest_run <= REPEATS
 
 
 @pytest.mark.slow
