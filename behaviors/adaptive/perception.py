@@ -158,9 +158,10 @@ class Perception:
         Reports when the safety stop holds the robot and when it lets go.
         """
         if speed_mm_s > 0:
-            share = N.deaf_share if self.sonar.deaf else 1.0
+            share = N.deaf_share if self.sonar.deaf and not self.sonar.lies else 1.0  # without it the body is slow
             speed_mm_s = min(share * speed_mm_s, N.step_mm / max(self._step_s, 0.01))
         stop = self.context.body.drive(speed_mm_s, turn_deg_s)
+        self.sonar.stopped |= stop is StopReason.OBSTACLE
         self.context.watch.update(stop, {"range_mm": self._range_mm})
         return stop
 

@@ -38,11 +38,12 @@ class SonarTrust:
     """Judges the echoes of one mission.
 
     Attributes:
-        lies: Whether what it repeats is certainly no echo, so that the robot should not be stopped by it.
+        stopped: Whether what it repeats has stopped the robot.
+        lies: Whether that is certainly no echo, so that the robot should not be stopped by it.
     """
 
     def __init__(self) -> None:
-        self.lies = False
+        self.stopped = self.lies = False
         self._headings = 0.0, 0.0
         self._heard_s = -math.inf
         self._now_s = 0.0
@@ -58,8 +59,8 @@ class SonarTrust:
 
     @property
     def doubtful(self) -> bool:
-        """Whether it repeats an echo where a wall would not be heard at the same distance, but might be a corner."""
-        return not self.lies and self._repeated_deg > N.doubted_deg
+        """Whether it holds the robot by an echo that no wall would give in all these directions; a corner might."""
+        return self.stopped and not self.lies and self._repeated_deg > N.doubted_deg
 
     @property
     def _repeated_deg(self) -> float:
@@ -77,11 +78,12 @@ class SonarTrust:
         else:
             self._path_mm = self._turn_deg = 0.0
             self._headings = pose.heading_deg, pose.heading_deg
+            self.stopped = False
             self._fresh += 1
         self._pose, self._last_mm = pose, range_mm
         if self._path_mm > N.stuck_mm or self._turn_deg > N.stuck_deg:
             self._fresh = 0
-        self.lies = (self.lies and self._fresh < N.fresh) or self._repeated_deg > N.lies_deg
+        self.lies = (self.lies and self._fresh < N.fresh) or (self.stopped and self._repeated_deg > N.lies_deg)
         if self._fresh < N.fresh:
             return None
         self._heard_s = now_s

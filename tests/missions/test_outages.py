@@ -166,7 +166,8 @@ def test_a_sonar_that_repeats_a_near_echo_everywhere_does_not_hold_the_robot(
     (lost,) = done.of(Kind.SENSOR)
     assert lost.data["sensor"] == "sonar"
     assert f"{10 * distance_cm} mm wherever the robot turns" in lost.data["error"]
-    assert max(_speeds(done, lost.time_s + 1.0)) < 0.65 * mission.adaptive.cruise_mm_s
+    speeds = sorted(_speeds(done, lost.time_s + 1.0))
+    assert speeds[round(0.9 * len(speeds))] < 0.6 * mission.adaptive.cruise_mm_s, "but for backing off"
 
 
 @PROFILES

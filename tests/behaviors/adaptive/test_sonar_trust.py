@@ -53,15 +53,28 @@ def _turn(trust, degrees, range_mm=150.0, begin_deg=0.0):
 
 def test_only_the_same_echo_on_both_sides_is_certainly_none():
     wall, stuck = SonarTrust(), SonarTrust()
-    _turn(wall, 80.0)
-    _turn(stuck, 160.0)
+    for trust, degrees in ((wall, 80.0), (stuck, 160.0)):
+        _turn(trust, 10.0)
+        trust.stopped = True
+        _turn(trust, degrees)
+    assert wall.doubtful
     assert not wall.lies
     assert stuck.lies
 
 
-def test_a_sonar_that_hears_different_things_again_lies_no_more():
+def test_a_sonar_that_stops_nothing_is_left_alone():
     trust = SonarTrust()
     _turn(trust, 160.0)
+    assert not trust.doubtful
+    assert not trust.lies
+
+
+def test_a_sonar_that_hears_different_things_again_lies_no_more():
+    trust = SonarTrust()
+    _turn(trust, 10.0)
+    trust.stopped = True
+    _turn(trust, 160.0)
+    assert trust.lies
     for i in range(4):
         trust.believed(20.0 + i, Pose(heading_deg=160.0), 500.0 + 10.0 * i)
     assert not trust.lies
