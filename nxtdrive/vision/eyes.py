@@ -12,7 +12,7 @@ from nxtdrive.vision.camera import Camera, EndOfFrames, Frame, frame_number, nex
 from nxtdrive.vision.confirm import Confirmation
 from nxtdrive.vision.cut_off import Shape, marked
 from nxtdrive.vision.detection import Detection, Quad, TargetDetector, box_of
-from nxtdrive.vision.detectors.picture import detect_each
+from nxtdrive.vision.detectors.shared_frame import detect_each
 from nxtdrive.vision.focus import detect_near
 from nxtdrive.vision.geometry import Pinhole
 

@@ -269,7 +269,8 @@ def measure_detectors() -> Iterable[Figure]:
 def _measure_twelve_pictures() -> Figure:
     """Measure a look for twelve pictures against the mean look for one of them; none is in the frame."""
     from nxtdrive.vision.detection import Detector
-    from nxtdrive.vision.detectors.picture import PictureDetector, detect_each
+    from nxtdrive.vision.detectors.picture import PictureDetector
+    from nxtdrive.vision.detectors.shared_frame import detect_each
     from nxtdrive.vision.sources import read_image
     from sim_backend.simulation import Simulation
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -13,11 +14,15 @@ from nxtdrive.vision.detectors.apart import try_apart
 from nxtdrive.vision.detectors.correlation import distinct
 from nxtdrive.vision.detectors.onnx_labels import number_of
 from nxtdrive.vision.detectors.onnx_model import OPEN_SIZE, OnnxModel, Options
+from nxtdrive.vision.detectors.shared_frame import SharedFrame
 from nxtdrive.vision.detectors.spec import DetectorSpec
 
 MIN_SCORE = 0.4
 MOST_PLACES = 100
 """So many of the best places are compared for overlaps."""
+
+
+_LOADED: WeakValueDictionary[tuple[object, ...], OnnxModel] = WeakValueDictionary()
 
 
 class OnnxDetector:
@@ -36,7 +41,7 @@ class OnnxDetector:
     def __init__(self, path: Path, label: str, options: Options | None = None, *, min_score: float = MIN_SCORE) -> None:
         if not 0 < min_score < 1:
             raise ConfigError(f"min_score = {min_score:g} is no score.", remedy="It lies between 0 and 1.")
-        self._model = OnnxModel(path, options or Options())
+        self._model = _loaded(path, options or Options())
         self._number = number_of(label, self._model.labels, path)
         self._min_score = min_score
 
@@ -46,7 +51,12 @@ class OnnxDetector:
 
     def detect(self, image: Image) -> list[Detection]:
         """Return all places that the model calls by the label, best first."""
-        places, extent = self._model.places(image)
+        return self.detect_in(SharedFrame(image))
+
+    def detect_in(self, frame: SharedFrame) -> list[Detection]:
+        """Do the same in a frame that detectors of other labels look at, too; they share the model's run."""
+        image = frame.image
+        places, extent = frame.once(self._model.places)
         wanted = np.flatnonzero((places.labels == self._number) & (places.scores >= self._min_score))
         best = wanted[np.argsort(-places.scores[wanted], kind="stable")][:MOST_PLACES]
         inside = np.tile((image.shape[1], image.shape[0]), 2)
@@ -56,6 +66,15 @@ class OnnxDetector:
             if right > left and bottom > top:
                 found.append(Detection((left, top, right - left, bottom - top), min(1.0, float(score))))
         return distinct(found)
+
+
+def _loaded(path: Path, options: Options) -> OnnxModel:
+    """Return a model, which is loaded once while detectors of several labels use it."""
+    stat = path.stat() if path.is_file() else None
+    key = path.resolve(), options, stat and (stat.st_mtime_ns, stat.st_size)
+    if (model := _LOADED.get(key)) is None:
+        model = _LOADED[key] = OnnxModel(path, options)
+    return model
 
 
 def from_spec(spec: DetectorSpec) -> OnnxDetector:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
 
 import cv2
 import numpy as np
@@ -75,6 +76,7 @@ class OnnxModel:
 
     def __init__(self, path: Path, options: Options) -> None:
         self._file, self._options = read_onnx(path), options
+        self._running = Lock()  # OpenCV's networks run in one thread at a time
         self._input = image_input(self._file, options.size)
         self._runtime = load(path, options.runtime)
         named = labels_of(path, options.labels)
@@ -94,6 +96,10 @@ class OnnxModel:
         Raises:
             ConfigError: It cannot be run.
         """
+        with self._running:
+            return self._places(image)
+
+    def _places(self, image: Image) -> tuple[Places, np.ndarray[tuple[int], np.dtype[np.float64]]]:
         small, scale = fitted(image, self._input.size_for(image), stretched=self._layout.name in STRETCHED)
         size = small.shape[1], small.shape[0]
         if self._faces is not None:

@@ -2,42 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import cached_property
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
 
 from firmware_protocol.errors import CameraError, ConfigError
-from nxtdrive.vision.detection import Detection, Detector, Image
+from nxtdrive.vision.detection import Detection, Image
 from nxtdrive.vision.detectors.correlation import CorrelationMatcher, distinct
-from nxtdrive.vision.detectors.features import FeatureMatcher, Keypoints, keypoints
-from nxtdrive.vision.detectors.frame_pyramid import Pyramid, pyramid
+from nxtdrive.vision.detectors.features import FeatureMatcher, keypoints
+from nxtdrive.vision.detectors.frame_pyramid import pyramid
+from nxtdrive.vision.detectors.shared_frame import SharedFrame
 from nxtdrive.vision.detectors.spec import DetectorSpec
 from nxtdrive.vision.sources import read_image
 
 SMALLEST_PX = 40
-
-
-class PreparedFrame:
-    """What all pictures are compared with: computed once for a frame, however many pictures are looked for.
-
-    Args:
-        image: The BGR frame.
-    """
-
-    def __init__(self, image: Image) -> None:
-        self.image = image
-
-    @cached_property
-    def pyramid(self) -> Pyramid:
-        """The frame for correlation."""
-        return pyramid(self.image)
-
-    @cached_property
-    def keypoints(self) -> Keypoints:
-        """The frame for features; they take a third of the time of a look, so they wait until correlation failed."""
-        return keypoints(self.image)
 
 
 class PictureDetector:
@@ -65,23 +44,16 @@ class PictureDetector:
 
     def detect(self, image: Image) -> list[Detection]:
         """Return all places where the picture is found, best first."""
-        return self.detect_in(PreparedFrame(image))
+        return self.detect_in(SharedFrame(image))
 
-    def detect_in(self, frame: PreparedFrame) -> list[Detection]:
+    def detect_in(self, frame: SharedFrame) -> list[Detection]:
         """Do the same in a frame that other detectors look at, too."""
-        found = [detection for matcher in self._correlation for detection in matcher.match(frame.pyramid)]
+        found = [detection for matcher in self._correlation for detection in matcher.match(frame.once(pyramid))]
         if not found and self._features:
-            found = [one for matcher in self._features for one in matcher.match(frame.image, frame.keypoints)]
+            # they take a third of the time of a look, so they wait until correlation failed
+            seen = frame.once(keypoints)
+            found = [one for matcher in self._features for one in matcher.match(frame.image, seen)]
         return distinct(found)
-
-
-def detect_each(detectors: Mapping[str, Detector], image: Image) -> dict[str, list[Detection]]:
-    """Return what each detector finds in the BGR `image`; pictures share the work that depends on the frame alone."""
-    frame = PreparedFrame(image)
-    return {
-        name: detector.detect_in(frame) if isinstance(detector, PictureDetector) else detector.detect(image)
-        for name, detector in detectors.items()
-    }
 
 
 def from_spec(spec: DetectorSpec) -> PictureDetector:

@@ -11,6 +11,7 @@ from nxtdrive.tools.dev.onnx_models import BOX, LAYOUTS, SCORE, SIDE, constant_m
 from nxtdrive.vision.detectors import make_detector
 from nxtdrive.vision.detectors.onnx import OnnxDetector
 from nxtdrive.vision.detectors.onnx_model import Options
+from nxtdrive.vision.detectors.shared_frame import detect_each
 
 RUNTIMES = ("onnxruntime", "opencv")
 FRAME = np.full((240, 320, 3), 90, np.uint8)
@@ -92,6 +93,30 @@ def test_what_is_in_the_frame_decides(detector, runtime):
     assert found.box == (30, 50, 60, 50)
     (larger,) = made.detect(frame.repeat(2, axis=0).repeat(2, axis=1))
     assert larger.box == (60, 100, 120, 100)
+
+
+@pytest.mark.parametrize("runtime", RUNTIMES)
+def test_several_labels_of_a_model_share_its_run(detector, tmp_path, runtime):
+    cup = detector(model("e2e"), runtime=runtime)
+    bowl = OnnxDetector(tmp_path / "model.onnx", "bowl", Options(runtime=runtime))
+    runs = []
+
+    class Counted:
+        title = "counted"
+
+        def __init__(self, model):
+            self.run = lambda inputs: runs.append(1) or model.run(inputs)
+
+    cup._model._runtime = Counted(cup._model._runtime)
+    together = detect_each({"cup": cup, "bowl": bowl}, FRAME)
+    assert len(runs) == 1
+    assert together == {"cup": cup.detect(FRAME), "bowl": bowl.detect(FRAME)}
+    assert len(runs) == 3
+
+
+def test_a_model_that_was_replaced_is_loaded_again(detector):
+    assert detector(model("e2e")).detect(FRAME)[0].box == expected("e2e")
+    assert detector(model("boxes")).detect(FRAME)[0].box == expected("boxes")
 
 
 @pytest.mark.parametrize("runtime", RUNTIMES)

@@ -6,7 +6,8 @@ import pytest
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detectors.color import ColorDetector
-from nxtdrive.vision.detectors.picture import PictureDetector, detect_each
+from nxtdrive.vision.detectors.picture import PictureDetector
+from nxtdrive.vision.detectors.shared_frame import detect_each
 from nxtdrive.vision.focus import detect_near
 from nxtdrive.vision.geometry import Pinhole
 from sim_backend.bundled import PICTURES
