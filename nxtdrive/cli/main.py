@@ -12,7 +12,7 @@ import logging
 import re
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn, Protocol, cast
@@ -76,6 +76,7 @@ COMMANDS = {
     "detect": ("detect", "try a detector on a picture, a video or a camera"),
     "sim": ("sim", "offer the simulated brick to other programs"),
     "sweep": ("sweep", "compare policies on many simulated missions"),
+    "completion": ("completion", "print a script with which a shell completes commands and options"),
     "bench": ("bench", "measure this machine: protocol, simulation, detectors, doors, behaviors, motion"),
 }
 """Command -> (module in this package, one line of help); a module is imported when its command is used."""
@@ -260,15 +261,15 @@ def _overwritten(error: Exception) -> str:
 
 
 def _parse(arguments: Sequence[str]) -> argparse.Namespace:
-    parser = make_parser(next((word for word in arguments if word in COMMANDS), None))
+    parser = make_parser([word for word in arguments if word in COMMANDS][:1])
     args, unknown = parser.parse_known_args(arguments)
     if unknown:
         args.parser.reject(unknown)
     return args
 
 
-def make_parser(named: str | None) -> argparse.ArgumentParser:
-    """Make the parser of the command line; of the commands only `named` is imported and has its arguments."""
+def make_parser(named: Container[str]) -> argparse.ArgumentParser:
+    """Make the parser of the command line; of the commands only those `named` are imported and have their arguments."""
     parser = _Parser(
         prog="nxtdrive",
         description="A LEGO MINDSTORMS NXT that searches for what you showed it and drives there.",
@@ -279,7 +280,7 @@ def make_parser(named: str | None) -> argparse.ArgumentParser:
     parser.add_argument("-v", "--verbose", action="store_true", help="log what happens; show tracebacks")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, (module, summary) in COMMANDS.items():
-        if name == named:
+        if name in named:
             _add_command(commands, name, module, summary)
         else:
             commands.add_parser(name, help=summary)

@@ -23,7 +23,7 @@ LIBRARIES = {
     "input_files": {"cv2", "numpy", "PIL"},
     "behaviors": {"numpy", "pydantic", "statemachine"},
     "sim_backend": {"bumble", "cv2", "numpy", "pydantic", "pydantic_core", "pymunk", "usb", "gi"},
-    "nxtdrive": DRIVER | {"PIL", "gymnasium", "mcap", "onnxruntime", "pytest"},
+    "nxtdrive": DRIVER | {"PIL", "gymnasium", "mcap", "onnxruntime", "pytest", "shtab"},
     "tools": DRIVER
     | {"anyio", "distributed", "matplotlib", "mcp", "pygame", "segno", "starlette", "textual", "tomlkit", "uvicorn"}
     | {"PIL", "selenium"}  # tools/dev: pictures of the page

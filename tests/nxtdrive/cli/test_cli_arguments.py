@@ -25,7 +25,7 @@ def _leaves(parser):
 def _numeric_arguments():
     """Every argument of every command that is converted to a number; a new one is here by itself."""
     for command in sorted(COMMANDS):
-        top = make_parser(command)
+        top = make_parser([command])
         (commands,) = (action for action in top._actions if isinstance(action, argparse._SubParsersAction))
         for parser in _leaves(commands.choices[command]):
             for action in parser._actions:

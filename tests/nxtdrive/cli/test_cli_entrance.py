@@ -191,7 +191,7 @@ def _parsers(parser):
 @pytest.mark.parametrize("command", COMMANDS)
 def test_the_help_fits_into_80_columns(command, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
-    for parser in _parsers(make_parser(command)):
+    for parser in _parsers(make_parser([command])):
         assert not [line for line in parser.format_help().splitlines() if len(line) > 80]
 
 

@@ -1,0 +1,58 @@
+"""``nxtdrive completion``: scripts for shells."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import COMMANDS, DONE, make_parser
+from nxtdrive.cli.output import write_text
+from nxtdrive.host.environment import install_extra
+
+DESCRIPTION = """\
+Print a script with which a shell completes commands, actions, options, and the names
+of files. Needs the extra nxtdrive[completion] to print it, not to use it."""
+EXAMPLES = """\
+  nxtdrive completion bash > ~/.local/share/bash-completion/completions/nxtdrive
+  nxtdrive completion zsh > ~/.zfunc/_nxtdrive       # a folder of $fpath
+  nxtdrive completion fish > ~/.config/fish/completions/nxtdrive.fish"""
+
+SHELLS = ("bash", "zsh", "fish")
+_FOLDERS, _FILES = ("FOLDER",), ("FILE", "RUN", "PICTURE", "IMAGE", "VIDEO")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("shell", choices=SHELLS, help="the shell that shall complete")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the script; returns the exit code."""
+    from importlib.util import find_spec
+
+    if find_spec("shtab") is None:
+        raise ConfigError(
+            "the script is made by a package that is not installed.",
+            remedy=f"Install it: {install_extra('completion')}",
+        )
+    import shtab
+
+    parser = make_parser(COMMANDS)
+    _complete_paths(parser)
+    write_text(shtab.complete(parser, shell=args.shell).rstrip("\n"))
+    return DONE
+
+
+def _complete_paths(parser: argparse.ArgumentParser) -> None:
+    """Have the arguments that name files and folders completed by them."""
+    import shtab
+
+    for action in parser._actions:  # argparse has no public way to its arguments
+        if isinstance(action, argparse._SubParsersAction):
+            for each in set(action.choices.values()):
+                _complete_paths(each)
+        elif action.metavar in _FOLDERS:
+            action.complete = shtab.DIRECTORY  # type: ignore[attr-defined]  # how shtab is told
+        elif action.type is Path or action.metavar in _FILES:
+            action.complete = shtab.FILE  # type: ignore[attr-defined]

@@ -1,0 +1,124 @@
+"""What is published: the wheel and the source distribution pass the index's checks and run outside a checkout."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tarfile
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SOURCES = ("behaviors", "firmware_protocol", "input_files", "nxtdrive", "sim_backend", "tools")
+FILES = ("pyproject.toml", "README.md", "LICENSE")
+MAX_MB = 2.0
+"""A file that is published by mistake would show; the goal of 1 MB is missed (docs/releasing.md)."""
+MISSION = """
+[mission]
+name = "small"
+targets = ["lena"]
+[target.lena]
+detector = "picture"
+pictures = ["lena.png"]
+"""
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.xdist_group("packaging"),
+    pytest.mark.skipif(sys.platform == "win32", reason="needs symbolic links"),
+]
+
+
+def _tool(*words: object, cwd: Path | None = None) -> str:
+    done = subprocess.run(
+        [sys.executable, "-m", *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def published(tmp_path_factory):
+    """The wheel and the source distribution, built from a copy of this checkout."""
+    for module in ("build", "twine", "check_wheel_contents", "setuptools"):
+        pytest.importorskip(module, reason=f"{module} builds or checks what is published")
+    source, folder = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("dist")
+    for name in SOURCES:
+        shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in FILES:
+        shutil.copy(ROOT / name, source)
+    _tool("build", "--no-isolation", "--outdir", folder, source)
+    return folder
+
+
+def test_the_index_would_take_both(published):
+    _tool("twine", "check", "--strict", *sorted(published.iterdir()))
+
+
+def test_the_wheel_has_what_it_should(published):
+    (wheel,) = published.glob("*.whl")
+    _tool("check_wheel_contents", "--config", ROOT / "pyproject.toml", wheel)
+    names = zipfile.ZipFile(wheel).namelist()
+    for package in SOURCES[:-1]:
+        assert f"{package}/py.typed" in names
+    assert not [name for name in names if "tests/" in name or "tools/dev/" in name or "/rig/" in name]
+
+
+def test_they_are_small(published):
+    for path in published.iterdir():
+        assert path.stat().st_size < MAX_MB * 1e6, path.name
+
+
+def test_the_source_distribution_has_the_licences(published):
+    (path,) = published.glob("*.tar.gz")
+    with tarfile.open(path) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    assert {*FILES, "nxtdrive/drawing/fonts/LICENSE_DEJAVU"} <= names
+
+
+@pytest.fixture(scope="module")
+def bare(tmp_path_factory):
+    """A Python with this suite's packages except nxtdrive."""
+    home = tmp_path_factory.mktemp("bare")
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", home], check=True, timeout=60)
+    (packages,) = home.glob("lib/python*/site-packages")
+    for folder in {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}:
+        for entry in Path(folder).iterdir():
+            if not entry.name.startswith((*SOURCES, "__editable__")):
+                (packages / entry.name).symlink_to(entry)
+    return home / "bin" / "python"
+
+
+@pytest.fixture(scope="module")
+def installed(published, bare):
+    """A Python outside a checkout, into which pip has put the wheel; its dependencies are those of this suite."""
+    (wheel,) = published.glob("*.whl")
+    maker = getattr(sys, "_base_executable", sys.executable)
+    pip = [maker, "-m", "pip", "--python", bare, "install", "--no-deps", "--no-index", "--quiet", wheel]
+    done = subprocess.run(pip, capture_output=True, text=True, check=False, timeout=120)
+    if "No module named pip" in done.stderr:
+        pytest.skip("no pip")
+    assert done.returncode == 0, done.stderr
+    return bare
+
+
+def test_the_wheel_runs_a_mission_outside_a_checkout(installed, tmp_path):
+    (tmp_path / "small.toml").write_text(MISSION, encoding="utf-8")
+    command = installed.with_name("nxtdrive")
+    words = ("run", "small.toml", "--nxt", "sim://open", "--no-video")
+    done = subprocess.run([command, *words], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert json.loads((tmp_path / "runs" / "small-001" / "summary.json").read_text(encoding="utf-8"))["achieved"]
+
+
+def test_only_pythons_that_ran_the_suite_are_named():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    named = [each.rpartition(" ")[2] for each in project["classifiers"] if " :: 3." in each]
+    assert named, "the classifiers name no Python"
+    assert {tuple(map(int, each.split("."))) for each in named} <= {(3, 11)}, "docs/releasing.md says what ran"
