@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ast
 import contextlib
+import json
 import re
 import shlex
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -60,6 +62,14 @@ def test_what_is_to_be_installed_goes_into_a_named_environment(path):
     named = re.compile(r"pip3? --python \.venv install|\.venv[/\\](bin[/\\]pip|Scripts[/\\]python -m pip) install")
     for line in re.findall(r".*\bpip3? .*install.*", path.read_text(encoding="utf-8")):
         assert named.search(line), line
+
+
+@pytest.mark.parametrize("path", DOCUMENTS + EXAMPLES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_blocks_of_code_are_well_formed(path):
+    parse = {"python": ast.parse, "toml": tomllib.loads, "json": json.loads}
+    for language, block in re.findall(r"```(\w+)\n(.*?)```", path.read_text(encoding="utf-8"), flags=re.DOTALL):
+        if language in parse:
+            parse[language](block)
 
 
 @pytest.mark.parametrize("name", ["README.md", "docs/sensors.md"])

@@ -25,7 +25,19 @@ LIBRARIES = {
     "sim_backend": {"bumble", "cv2", "numpy", "pydantic", "pydantic_core", "pymunk", "usb", "gi"},
     "nxtdrive": DRIVER | {"PIL", "gymnasium", "mcap", "onnxruntime", "pytest", "shtab"},
     "tools": DRIVER
-    | {"anyio", "distributed", "matplotlib", "mcp", "pygame", "segno", "starlette", "textual", "tomlkit", "uvicorn"}
+    | {
+        "anyio",
+        "distributed",
+        "matplotlib",
+        "mcp",
+        "pygame",
+        "mkdocs",
+        "segno",
+        "starlette",
+        "textual",
+        "tomlkit",
+        "uvicorn",
+    }
     | {"PIL", "selenium"}  # tools/dev: pictures of the page
     | {"onnx", "skimage"},  # tools/dev: photographs to look for
 }

@@ -1,0 +1,80 @@
+"""The documentation site: links of the repository become links between pages, and the build has no warning."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+from nxtdrive.tools.dev.docs_site import pages, site_links
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize(
+    ("page", "written", "shown"),
+    [
+        ("index.md", "[web](docs/web.md#one-run-in-the-browser)", "[web](web.md#one-run-in-the-browser)"),
+        ("index.md", "![run](docs/images/run.png)", "![run](images/run.png)"),
+        ("index.md", "[lesson](examples/lesson)", "[lesson](examples/lesson.md)"),
+        ("index.md", "[licence](nxtdrive/drawing/fonts/LICENSE_DEJAVU)", "licence"),
+        ("web.md", "[motion.md](motion.md)", "[motion.md](motion.md)"),
+        ("web.md", "[home](../README.md)", "[home](index.md)"),
+        ("web.md", "[here](#missions), [there](https://semver.org)", "[here](#missions), [there](https://semver.org)"),
+        ("examples/lesson.md", "[tests](../../docs/testing-your-robot.md)", "[tests](../testing-your-robot.md)"),
+        ("adr/0001-telegrams-declared-once.md", "[all](../protocol.md)", "[all](../protocol.md)"),
+    ],
+)
+def test_links_lead_to_pages(page, written, shown):
+    assert site_links(written, page) == shown
+
+
+def test_every_example_with_a_readme_is_a_page():
+    assert {f"examples/{path.parent.name}/README.md" for path in (ROOT / "examples").glob("*/README.md")} <= set(
+        pages()
+    )
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The site, built so that a warning is an error."""
+    for module in ("material", "mkdocstrings"):
+        pytest.importorskip(module, reason="the extra `docs` builds the site")
+    folder = tmp_path_factory.mktemp("site")
+    built = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", folder],
+        cwd=ROOT,
+        env={**os.environ, "NO_MKDOCS_2_WARNING": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=240,
+    )
+    assert built.returncode == 0, built.stdout + built.stderr
+    return folder
+
+
+@pytest.mark.slow
+def test_the_site_has_no_broken_link_and_fetches_nothing_from_elsewhere(site):
+    found = 0
+    for page in site.rglob("*.html"):
+        html = page.read_text(encoding="utf-8")
+        assert not re.findall(r"<(?:script|link|img)[^>]*(?:src|href)=\"?(https?:[^\s\">]*)", html), page.name
+        for target in re.findall(r"(?:href|src)=\"?([^\s\">]+)", html):
+            path = unquote(urlsplit(target).path)
+            if not urlsplit(target).scheme and path and page.name != "404.html":
+                assert (page.parent / path).exists(), f"{page.relative_to(site)}: {target}"
+                found += 1
+    assert found > 1000
+
+
+@pytest.mark.slow
+def test_the_reference_is_made_of_the_docstrings(site):
+    driver = (site / "reference" / "driver.html").read_text(encoding="utf-8")
+    for told in ("Open a brick, make sure that it answers", "run_angle", "compass"):
+        assert told in driver

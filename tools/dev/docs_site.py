@@ -1,0 +1,70 @@
+"""The documentation site's pages that are not in docs/: README, changelog, contributing, and each example's README.
+
+A hook of mkdocs (mkdocs.yml). Links between Markdown files, which are written for the repository, become links between
+pages; a link to any other file of the repository becomes its text.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mkdocs.config.defaults import MkDocsConfig
+    from mkdocs.structure.files import Files
+    from mkdocs.structure.pages import Page
+
+ROOT = Path(__file__).parents[2]
+LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]*)(#[^)\s]*)?\)")
+ELSEWHERE = {"README.md": "index.md", "CHANGELOG.md": "changelog.md", "CONTRIBUTING.md": "contributing.md"}
+
+
+def pages() -> dict[str, str]:
+    """Return the pages that are made of files outside docs/: path in the repository -> page."""
+    examples = sorted((ROOT / "examples").glob("*/README.md"))
+    return {
+        **ELSEWHERE,
+        **{f"examples/{each.parent.name}/README.md": f"examples/{each.parent.name}.md" for each in examples},
+    }
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the pages."""
+    from mkdocs.structure.files import File
+
+    for source, page in pages().items():
+        files.append(File.generated(config, page, content=(ROOT / source).read_text(encoding="utf-8")))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:  # noqa: ANN401 - mkdocs'
+    """Point links to pages."""
+    return site_links(markdown, page.file.src_uri)
+
+
+def site_links(markdown: str, page: str) -> str:
+    """Return a page with the links of the site.
+
+    Args:
+        markdown: With the links of the repository.
+        page: Its path on the site, such as ``examples/lesson.md``.
+    """
+    made = pages()
+    source = next((path for path, each in made.items() if each == page), f"docs/{page}")
+
+    def point(match: re.Match[str]) -> str:
+        picture, text, target, anchor = match.groups(default="")
+        if not target or ":" in target:
+            return match.group()
+        path = os.path.normpath(PurePosixPath(source).parent / target)
+        readme = f"{path}/README.md"
+        there = made.get(path) or made.get(readme)
+        if there is None and path.startswith("docs/"):
+            there = path.removeprefix("docs/")
+        if there is None or not ((ROOT / "docs" / there).is_file() or there in made.values()):
+            return text
+        return f"{picture}[{text}]({os.path.relpath(there, PurePosixPath(page).parent)}{anchor})"
+
+    return LINK.sub(point, markdown)
