@@ -29,7 +29,7 @@ simulated one in real time. Needs the extra nxtdrive[mcp]; docs/mcp.md explains 
 EXAMPLES = """\
   nxtdrive mcp
   nxtdrive mcp --nxt usb:// --camera 0 --max-mm 300
-  nxtdrive mcp --web                      # people watch on a page, which has a STOP"""
+  nxtdrive mcp --web                      # people watch on a page with a STOP"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
