@@ -28,6 +28,7 @@ from sim_backend.firmware.module_handlers import ModuleHandlers
 from sim_backend.firmware.output import MotorPlant, OutputModule
 from sim_backend.firmware.output_handlers import OutputHandlers
 from sim_backend.firmware.program_handlers import ProgramHandlers
+from sim_backend.firmware.program_watch import ProgramWatch
 from sim_backend.firmware.property_handlers import PropertyHandlers
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.screen_refresh import ScreenRefresh
@@ -97,8 +98,10 @@ class SimBrick:
         self.low_speed = LowSpeedModule(clock, self.input.ports, version)
         self.loader = loader = Loader(flash or fresh_flash(version), version)
         self.sound = SoundModule(clock, self.loader)
-        self.display = DisplayModule(self._show_status, enhanced=version.dialect.enhanced_calls)
         self._screen = ScreenRefresh(clock)
+        self.display = DisplayModule(
+            self._show_status, self._screen.show_drawing, enhanced=version.dialect.enhanced_calls
+        )
         self.io_control = IoControl()
         self.ui = UiModule(clock, self.io_control, self.sound, loader.restore_settings, loader.flash.names_ending)
         self.radio = Radio(clock, name.encode("latin-1"), address)
@@ -116,7 +119,7 @@ class SimBrick:
         self._calibrations: dict[bytes, tuple[int, int]] = {}
         self.high_speed = HighSpeed()
         ui, screen = self.ui, self._screen
-        self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, self.command, screen, ui)
+        self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, ui)
         channel = Channel()
         self._maps = self._make_maps(version)
         comm_map = self._maps[0]
@@ -138,8 +141,14 @@ class SimBrick:
 
     def _make_maps(self, version: Version) -> list[LiveMap]:
         """The IO maps, in the firmware's order of modules."""
-        status_bar = StatusBar(self._clock, self.ui, self.radio)
-        self.ui.on_pass = status_bar.follow
+        status_bar = StatusBar(self._clock, self.ui, self.radio, self._screen)
+        watch = ProgramWatch(self.ui, self.sound)
+
+        def follow() -> None:
+            watch.follow()
+            status_bar.follow()
+
+        self.ui.on_pass = follow
         maps = [
             io_maps.comm_map(self.radio, self.high_speed),
             io_maps.input_map(self.input),
@@ -159,8 +168,8 @@ class SimBrick:
         return maps
 
     def _equip(self, mailboxes: Mailboxes) -> Devices:
-        """The modules that a program started now can use; it does not see earlier releases of buttons."""
-        self.button.forget_releases()
+        """The modules that a program started now can use."""
+        self.ui.wake()
         return Devices(
             output=self.output,
             input=self.input,
@@ -187,6 +196,7 @@ class SimBrick:
 
     def _reset_devices(self) -> None:
         """Reset ports and motors, as at the start of a program and when the display no longer shows its end."""
+        self.button.forget_releases()
         self.input.reset()
         self.low_speed.reset()
         self.output.reset()

@@ -91,7 +91,7 @@ class ButtonModule:
         self.due_ms = min(self.due_ms, (self._clock.now_ms // SAMPLE_MS + 1) * SAMPLE_MS)
 
     def forget_releases(self) -> None:
-        """Clear the counters of releases, as at the start of a program."""
+        """Clear the counters of releases: whenever inputs and outputs are reset."""
         for button in self.buttons:
             button.short_releases = button.long_releases = button.releases = 0
 

@@ -34,6 +34,8 @@ class _Phase(Enum):
     RUNNING = auto()
     ENDED = auto()
     """The program still counts as active but no longer runs."""
+    WAITING = auto()
+    """Nothing is started until ProgStatus is RESET."""
 
 
 class CommandModule:
@@ -95,7 +97,7 @@ class CommandModule:
     @property
     def active(self) -> bool:
         """Whether a program is active; it still is in the pass after its end."""
-        return self._phase is not _Phase.IDLE
+        return self._phase in (_Phase.RUNNING, _Phase.ENDED)
 
     @property
     def state(self) -> int:
@@ -104,7 +106,7 @@ class CommandModule:
             return self._state
         if self._phase is _Phase.ENDED:
             return InterpreterState.STOPPING
-        return InterpreterState.IDLE if self.status == ProgramStatus.IDLE else InterpreterState.ENDED
+        return InterpreterState.IDLE if self._phase is _Phase.IDLE else InterpreterState.ENDED
 
     @property
     def place(self) -> tuple[int, int]:
@@ -179,10 +181,12 @@ class CommandModule:
             self._clear_away()
         elif self._phase is _Phase.RUNNING:
             self._advance(now_ms)
-        elif self.status == ProgramStatus.RESET:
-            self.status = int(ProgramStatus.IDLE)
-            self._reset_devices()
-        elif self.activate and self.status == ProgramStatus.IDLE:
+        elif self._phase is _Phase.WAITING:
+            if self.status == ProgramStatus.RESET:
+                self._phase, self.status = _Phase.IDLE, int(ProgramStatus.IDLE)
+                self._reset_devices()
+                self.due_ms = now_ms + 1 if self.activate else NEVER
+        elif self.activate:
             self.activate = 0
             self._activate(now_ms)
 
@@ -214,7 +218,7 @@ class CommandModule:
         except (BadProgram, OutOfMemory) as error:
             self._refuse(error.fault if isinstance(error, BadProgram) else Fault.OUT_OF_MEMORY)
             if self._handle is None:
-                self._phase = _Phase.IDLE
+                self._phase = _Phase.WAITING
             return
         self.mailboxes = Mailboxes(memory)
         self._machine = Machine(program, memory, self._equip(self.mailboxes), OPCODES, self._dialect)
@@ -257,6 +261,6 @@ class CommandModule:
             self._loader.close(self._handle)
         self._handle = self._machine = self.mailboxes = None
         self.breakpoints = []
-        self._phase = _Phase.IDLE
+        self._phase = _Phase.WAITING
         if self.activate:
             self.wake()

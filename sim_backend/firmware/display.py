@@ -30,17 +30,21 @@ class DisplayModule:
 
     Args:
         show_status: Called with False when a program takes the screen, with True when it gives it back.
-
-    Args:
-        show_status: Called with whether the status bar is shown.
+        show_drawing: Called when a program has drawn something.
         enhanced: Whether lines are drawn from left to right, and cut off at the edges of the screen first.
 
     Attributes:
         memory: The module's IO map.
     """
 
-    def __init__(self, show_status: Callable[[bool], None] = lambda _: None, *, enhanced: bool = False) -> None:
-        self._show_status, self._enhanced = show_status, enhanced
+    def __init__(
+        self,
+        show_status: Callable[[bool], None] = lambda _: None,
+        show_drawing: Callable[[], None] = lambda: None,
+        *,
+        enhanced: bool = False,
+    ) -> None:
+        self._show_status, self.show_drawing, self._enhanced = show_status, show_drawing, enhanced
         self.memory = bytearray(DISPLAY.size)
         self._drawn = False
         self._shape: dict[tuple[int, int], int] | None = None

@@ -12,6 +12,12 @@ from sim_backend.firmware.module import NEVER, Clock
 _STATUS_BAR = 0x8000
 """Bit of UpdateMask that stands for the status bar; the user interface sets it with every sample of the battery."""
 
+_SCREEN, _FRAME = 0x4000_0000, 0x1000
+"""Bit of EraseMask whose turn clears a bit of UpdateMask, and that one."""
+
+_DRAWING = 0x2000_0000
+"""Bit of UpdateMask that a program's drawing sets."""
+
 _PERIOD_MS, _PAUSE = 17, 15
 """Passes of a refresh, and the one of them, counted from the boot, after which no line is being sent."""
 
@@ -53,6 +59,16 @@ class ScreenRefresh:
     def flags(self, flags: int) -> None:
         self._flags = flags
 
+    def mark(self, *, erase: int = 0, update: int = 0) -> None:
+        """Add parts of the screen to erase and to draw, from the next pass on."""
+        self.erase_mask |= erase
+        self._update_mask |= update
+        self.wake()
+
+    def show_drawing(self) -> None:
+        """Draw what a program has drawn."""
+        self.mark(update=_DRAWING)
+
     def wake(self) -> None:
         """Run in the next pass: the map was written."""
         self.due_ms = self._clock.now_ms + 1
@@ -60,6 +76,8 @@ class ScreenRefresh:
     def run(self, now_ms: int) -> None:
         """Do one part of the screen, and end the refresh when it is switched off."""
         if self.erase_mask:
+            if self.erase_mask.bit_length() == _SCREEN.bit_length():
+                self._update_mask &= ~_FRAME
             self.erase_mask = _without_highest(self.erase_mask)
         else:
             self._update_mask = _without_highest(self._update_mask)

@@ -8,10 +8,15 @@ from __future__ import annotations
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.module import Clock
 from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.ui import UiModule
+from sim_backend.firmware.ui_states import UiState
 
 _BLUETOOTH, _USB, _BATTERY, _RECHARGEABLE = 0x19, 0x1F, 0x0D, 0x13
 """First icon of each kind."""
+
+_STATUS_TEXT, _EVERYTHING, _RUNNING = 0x200, 0x1F200, 0x18
+"""Bits of the display's masks when everything is drawn again: erased, drawn, and drawn while a file runs."""
 
 _STEPS = 12
 """Icons of the running sign, from 1."""
@@ -24,10 +29,11 @@ class StatusBar:
         clock: The brick's time.
         ui: Its battery and states.
         radio: Its state.
+        screen: What draws it.
     """
 
-    def __init__(self, clock: Clock, ui: UiModule, radio: Radio) -> None:
-        self._clock, self._ui, self._radio = clock, ui, radio
+    def __init__(self, clock: Clock, ui: UiModule, radio: Radio, screen: ScreenRefresh) -> None:
+        self._clock, self._ui, self._radio, self._screen = clock, ui, radio, screen
         self._shown, self._shown_since_ms = True, 0
         self._last = b""
 
@@ -39,6 +45,9 @@ class StatusBar:
         elif shown and not self._shown:
             self._shown_since_ms = now_ms
         self._shown = shown
+        if shown and self._ui.flags & UiFlag.REDRAW_STATUS:
+            running = _RUNNING if self._ui.state == UiState.RUNNING else 0
+            self._screen.mark(erase=_STATUS_TEXT, update=_EVERYTHING | running)
 
     @property
     def icons(self) -> bytes:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from firmware_protocol.iomap import SoundState, UiFlag
+from firmware_protocol.iomap import ProgramStatus, SoundState, UiFlag
 from sim_backend.firmware import ui_states as states
 from sim_backend.firmware import ui_times as times
 from sim_backend.firmware.battery import Battery
@@ -71,7 +71,7 @@ class UiModule:
         self.buttons: Sequence[Button] = ()
         self.on_pass: Callable[[], None] = lambda: None
         self._menu, self._keys = Menu(self, files), Keys()
-        self._schedule()
+        self.due_ms = 0
 
     @property
     def sleep_timer(self) -> int:
@@ -112,7 +112,7 @@ class UiModule:
         """Handle a change of the buttons; those newly pressed are given as bits of the button module."""
         if buttons:
             self._timer_started_ms = self._clock.now_ms
-            if self._runs_file and (buttons & _EXIT_MASK or self._run is Run.MESSAGE):
+            if self.runs_file and (buttons & _EXIT_MASK or self._run is Run.MESSAGE):
                 self._skip_message()
         if not self._in_menu and self._off_ms == NEVER:
             self._keys.read(self.buttons, self._clock.now_ms)
@@ -120,7 +120,7 @@ class UiModule:
                 if buttons >> number & 1:
                     disabled = self._disabled(key)
                     self._answered |= self.state == UiState.LOW_BATTERY and not disabled
-                    if not (disabled and self._runs_file):
+                    if not (disabled and self.runs_file):
                         self._sound.click(self.volume)
         self.wake()
 
@@ -156,7 +156,7 @@ class UiModule:
 
     def program_ended(self) -> None:
         """Show the end of a program from the next pass on."""
-        if self._runs_file:
+        if self.runs_file and self._run is Run.PROGRAM:
             self._run, self._next_step_ms = Run.PROGRAM_ENDED, self._clock.now_ms + 1
             self._schedule()
 
@@ -211,14 +211,14 @@ class UiModule:
             self._next_step_ms, self._starting = now_ms + 1, True
 
     @property
-    def _runs_file(self) -> bool:
+    def runs_file(self) -> bool:
         """Whether a file has the screen: a program, a sound, or the message about its end."""
         return self.state == UiState.RUNNING or self._from_menu
 
     @property
     def _takes_keys(self) -> bool:
         """Whether a key of the map counts outside of the menus: a message is shown."""
-        return self.state == UiState.LOW_BATTERY or (self._runs_file and self._run is Run.MESSAGE)
+        return self.state == UiState.LOW_BATTERY or (self.runs_file and self._run is Run.MESSAGE)
 
     def _take_key(self) -> None:
         if not self._answered:
@@ -226,7 +226,7 @@ class UiModule:
             self.button = 0
         self._answered = False
         self._timer_started_ms = self._clock.now_ms
-        if self._runs_file:
+        if self.runs_file:
             self._next_step_ms = self._message_ends_ms = self._clock.now_ms
         else:
             self.flags &= ~int(UiFlag.BUSY)
@@ -274,7 +274,7 @@ class UiModule:
         elif self.state == UiState.OPENING:
             self.state, self._run, self._exit_pressed = int(UiState.RUNNING), Run.TONE, False
             self._file, self._next_step_ms = self.program_name, now_ms + times.FADE_MS + self._delay_ms
-        elif self._runs_file:
+        elif self.runs_file:
             self._continue(now_ms)
         elif self.state == UiState.MENU:
             self.state, self._next_step_ms = int(UiState.DRAWING), now_ms + times.DRAWING_MS
@@ -331,11 +331,11 @@ class UiModule:
 
     def _open(self, now_ms: int) -> None:
         """Start a file by its extension; an unknown one leaves the user interface busy for ever, as on a real brick."""
-        kind = extension(self._file)
-        self._next_step_ms = now_ms + 1
+        kind, self._next_step_ms = extension(self._file), now_ms + 1
         if kind in states.PROGRAMS:
-            self._run = Run.PROGRAM
-            self.programs.start(self._file)
+            if self.programs.status == ProgramStatus.IDLE:
+                self._run = Run.PROGRAM
+                self.programs.start(self._file)
         elif kind == states.SOUND:
             self._run, self._next_step_ms = Run.SOUND, now_ms + 2
             self._sound.play_file(unpack_name(self._file), loop=False)
@@ -397,4 +397,4 @@ class UiModule:
         if not self.battery.settled or not self.flags & (UiFlag.ENABLE_STATUS | UiFlag.UPDATE):
             due = min(due, self.battery.next_sample_ms(now_ms))
         unread = self._warns or self.button or (self._reads_keys and self._keys.changed(self.buttons))
-        self.due_ms = now_ms + 1 if unread else max(due, now_ms + 1)
+        self.due_ms = now_ms + 1 if unread or (self.programs.active and not self.runs_file) else max(due, now_ms + 1)

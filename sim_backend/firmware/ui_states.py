@@ -62,7 +62,13 @@ class Run(Enum):
 
 
 class Programs(Protocol):
-    """The part of the command module that the user interface uses."""
+    """The part of the command module that the user interface uses.
+
+    Attributes:
+        status: How the last program ended.
+    """
+
+    status: int
 
     @property
     def active(self) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from firmware_protocol.status import Status
 from sim_backend.firmware.vm.calls import Call, Function
-from sim_backend.firmware.vm.pictures import draw_picture
+from sim_backend.firmware.vm.pictures import DRAWN, draw_picture
 
 _CLEAR = 0x3
 """Bits of the options that clear the screen before drawing."""
@@ -32,6 +32,8 @@ def drawing(
         status = draw(call)
         if combined:
             call.devices.display.combine(options, fills=fills)
+        if status in (None, DRAWN):
+            call.devices.display.show_drawing()
         call.put(0, status or Status.OK)
 
     return run

@@ -19,7 +19,7 @@ _WORDS = {_SPRITE: 3, _MAP: 2, _COPY: 8, _PIXEL: 4, _LINE: 5, _RECTANGLE: 5, _CI
 """Least number of words after the opcode; an instruction with fewer does nothing."""
 _NUMBERS = range(1, 11)
 """Numbers that sprites and maps may have."""
-_DRAWN, _ERASED = 0xFD, 0xFF
+DRAWN, _ERASED = 0xFD, 0xFF
 _SPRITE_HEADER = 6
 _PARAMETER, _MAP_SHIFT, _MAP_MASK, _INDEX_MASK = 0x1000, 8, 0xF, 0xFF
 _HEADER = struct.Struct("<HH")
@@ -142,4 +142,4 @@ def draw_content(
             break
         picture.draw(opcode, at + _HEADER.size, size - 2)
         at += 2 + size
-    return _DRAWN
+    return DRAWN

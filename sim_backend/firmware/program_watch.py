@@ -1,0 +1,35 @@
+"""What the user interface does when a program begins and ends that it did not start itself.
+
+Source: docs/firmware.md section 8.
+"""
+
+from __future__ import annotations
+
+from firmware_protocol.iomap import UiFlag
+from sim_backend.firmware import ui_states as states
+from sim_backend.firmware.sound import SoundModule
+from sim_backend.firmware.ui import UiModule
+
+
+class ProgramWatch:
+    """Disables the keys while a program is active, and ends its sound.
+
+    Args:
+        ui: The user interface, which does both itself for a program that it started.
+        sound: The sound module.
+    """
+
+    def __init__(self, ui: UiModule, sound: SoundModule) -> None:
+        self._ui, self._sound = ui, sound
+        self._was_active = False
+
+    def follow(self) -> None:
+        """Look whether a program is active, once in a pass of the user interface."""
+        ui, active = self._ui, self._ui.programs.active
+        began, ended = active and not self._was_active, self._was_active and not active
+        if began:
+            ui.flags |= states.RUNNING_FLAGS
+        elif ended and not ui.runs_file:
+            ui.flags = ui.flags & ~states.RUNNING_FLAGS | int(UiFlag.ENABLE_STATUS)
+            self._sound.end_program(ui.volume)
+        self._was_active = active
