@@ -249,7 +249,7 @@ class SimBrick:
     def tick(self, passes: int = 1) -> None:
         """Run `passes` milliseconds. A pass that a program sees reads the sensors before it."""
         clock, output, inputs, sleepers = self._clock, self.output, self.input, self._sleepers
-        button, low_speed, sound, command, screen, ui = sleepers
+        button, low_speed, sound, screen, command, ui = sleepers
         now, end = clock.now_ms, clock.now_ms + passes
         while now < end:  # the modules by name: a loop over them would take longer than all that they do
             wake_ms = min(button.due_ms, low_speed.due_ms, sound.due_ms, command.due_ms, screen.due_ms, ui.due_ms)
