@@ -26,7 +26,11 @@ _ADD, _MUL, _INDEX, _REPLACE, _SUBSET, _TO_TEXT, _TO_NUMBER, _JOIN, _PART = (
     *(0x00, 0x03, 0x15, 0x16, 0x19),
     *(0x1F, 0x20, 0x21, 0x22),
 )
-_JUMP, _BRANCH_IF, _SET_OUTPUT, _GET_INPUT, _GET_OUTPUT, _WAIT, _TICK = 0x25, 0x26, 0x31, 0x32, 0x33, 0x34, 0x35
+_FILL, _JUMP, _BRANCH_IF, _SET_OUTPUT, _GET_INPUT, _GET_OUTPUT, _WAIT, _TICK = (
+    *(0x1A, 0x25, 0x26, 0x31),
+    *(0x32, 0x33, 0x34, 0x35),
+)
+_ELEMENTS = 50
 _NONE, _LESS = 0xFFFF, 0
 _SCALED, _ROTATION, _POWER = 4, 14, 2
 _FIELDS = (0, 1, 2, 5, 6, 7, 8, 10)
@@ -79,14 +83,18 @@ def programs() -> Mapping[str, bytes]:
 
 
 def _loop(body: Callable[..., list[Words]], floats: Iterable[float] = (1.0, 0.5)) -> bytes:
-    """Return a program that repeats instructions on: count, 1, limit, port 0, text, two floats, array."""
+    """Return a program that repeats instructions on: count, 1, limit, port 0, text, two floats, array.
+
+    The program makes the array first, so that it lies at a whole word, as those of compiled programs do.
+    """
     variables = Variables()
-    array = variables.array([0] * 50, Type.SLONG)  # first, so that it begins at a whole word, as compilers place it
     numbers = [variables.number(value) for value in (0, 1, 3, 0)]
     text = variables.text(b"text\0")
     decimals = [variables.number(value, Type.FLOAT) for value in floats]
+    array = variables.array([], Type.SLONG)
+    begin = instruction(_FILL, array, numbers[-1], variables.number(_ELEMENTS))
     lines = body(*numbers, text, *decimals, array)
-    return assemble(variables, [*lines, instruction(_JUMP, -sum(map(len, lines)))])
+    return assemble(variables, [begin, *lines, instruction(_JUMP, -sum(map(len, lines)))])
 
 
 def _poll(opcode: int, field: int, count: int, port: int, limit: int) -> list[Words]:
