@@ -82,8 +82,8 @@ class _OnnxRuntime:
             raise _cannot("load", path, self.title, error, "Export the model again.") from error
 
     def run(self, inputs: Arrays) -> Arrays:
-        names = [one.name for one in self._session.get_outputs()]
         try:
+            names = [one.name for one in self._session.get_outputs()]
             values: Sequence[Any] = self._session.run(names, dict(inputs))
         except Exception as error:
             raise _cannot("run", self._path, self.title, error, "Export the model again.") from error
@@ -99,16 +99,16 @@ class _OpenCv:
         try:
             self._net = cv2.dnn.readNetFromONNX(str(path))
             self._names = list(self._net.getUnconnectedOutLayersNames())
-        except cv2.error as error:
-            raise _cannot("load", path, self.title, error, self._remedy) from None
+        except Exception as error:  # besides its own, those of names that are no text
+            raise _cannot("load", path, self.title, error, self._remedy) from error
 
     def run(self, inputs: Arrays) -> Arrays:
         try:
             for name, value in inputs.items():
                 self._net.setInput(value.astype(np.float32), name)
             return dict(zip(self._names, self._net.forward(self._names), strict=True))
-        except cv2.error as error:
-            raise _cannot("run", self._path, self.title, error, self._remedy) from None
+        except Exception as error:  # besides its own, those of names that are no text
+            raise _cannot("run", self._path, self.title, error, self._remedy) from error
 
 
 def _cannot(do: str, path: Path, runtime: str, error: Exception, remedy: str) -> ConfigError:

@@ -260,6 +260,12 @@ def test_a_name_that_is_no_text_is_refused_without_a_word_of_the_runtime(detecto
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize("runtime", RUNTIMES)
+def test_an_output_whose_name_is_no_text_is_refused(detector, runtime):
+    with pytest.raises(ConfigError, match=r"cannot (load|run) .*model\.onnx"):
+        detector(model("yolo").replace(b"output0", b"outpu\xf40"), runtime=runtime)
+
+
 def test_what_crashes_opencv_is_refused(tmp_path):
     (tmp_path / "cups.onnx").write_bytes(NO_TEXT)
     with pytest.raises(ConfigError, match=r"cups\.onnx crashes the runtime"):

@@ -22,6 +22,7 @@ CAMPAIGNS: tuple[str, ...] = (
     "soak",
     "errors",
     "files",
+    "models",
     "servers",
 )
 """The modules of this folder that hold a campaign, in the order of docs/reliability.md."""
