@@ -76,5 +76,7 @@ def test_the_site_has_no_broken_link_and_fetches_nothing_from_elsewhere(site):
 @pytest.mark.slow
 def test_the_reference_is_made_of_the_docstrings(site):
     driver = (site / "reference" / "driver.html").read_text(encoding="utf-8")
+    for page in (site / "reference").iterdir():
+        assert "::</p>" not in page.read_text(encoding="utf-8"), "a marker of another markup language"
     for told in ("Open a brick, make sure that it answers", "run_angle", "compass"):
         assert told in driver

@@ -44,6 +44,11 @@ def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:  # noqa: ANN40
     return site_links(markdown, page.file.src_uri)
 
 
+def on_page_content(html: str, **_: Any) -> str:  # noqa: ANN401 - mkdocs'
+    """Leave out what introduces a program in a docstring; on the page its frame does."""
+    return html.replace("<p>::</p>\n", "")
+
+
 def site_links(markdown: str, page: str) -> str:
     """Return a page with the links of the site.
 
