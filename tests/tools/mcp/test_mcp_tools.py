@@ -29,9 +29,9 @@ Call = Callable[..., Awaitable[Any]]
 
 
 @contextmanager
-def _robot(folder: Path, address: str) -> Iterator[Assistant]:
+def _robot(folder: Path, address: str, camera: str | None = None) -> Iterator[Assistant]:
     account = Account()
-    robot = Robot(Address.parse(address), None, setup.load(None), account, folder / "runs")
+    robot = Robot(Address.parse(address), camera, setup.load(None), account, folder / "runs")
     robot.open()
     try:
         yield Assistant(robot, account, Missions(folder), folder / "runs")
@@ -42,6 +42,13 @@ def _robot(folder: Path, address: str) -> Iterator[Assistant]:
 @pytest.fixture
 def fast(tmp_path):
     with _robot(tmp_path, "sim://open?pace=fast") as assistant:
+        yield assistant
+
+
+@pytest.fixture
+def quick(tmp_path):
+    """A robot that finds its targets by geometry and renders no frames."""
+    with _robot(tmp_path, "sim://open?pace=fast", setup.GEOMETRIC) as assistant:
         yield assistant
 
 
@@ -122,6 +129,7 @@ def test_what_is_no_number_never_reaches_the_motors(fast):
     _converse(fast, talk)
 
 
+@pytest.mark.slow
 def test_driving_ends_before_an_obstacle(fast):
     async def talk(call: Call) -> None:
         for _ in range(5):
@@ -180,8 +188,8 @@ def test_a_persons_stop_is_not_released_by_the_assistant(slow):
 
 
 @pytest.mark.slow
-def test_a_mission_is_run_followed_and_explained(fast):
-    (fast.missions.folder / "quick.toml").write_text(QUICK, encoding="utf-8")
+def test_a_mission_is_run_followed_and_explained(quick):
+    (quick.missions.folder / "quick.toml").write_text(QUICK, encoding="utf-8")
 
     async def talk(call: Call) -> None:
         assert (await call("missions"))["missions"] == ["", "quick.toml"]
@@ -195,12 +203,12 @@ def test_a_mission_is_run_followed_and_explained(fast):
         assert explained == await call("explain", run=explained["run"])
         assert "There is no run" in await call("explain", run="../elsewhere")
 
-    _converse(fast, talk)
+    _converse(quick, talk)
 
 
 @pytest.mark.slow
 def test_the_assistant_may_decide_each_recovery(tmp_path):
-    with _robot(tmp_path, "sim://?pace=fast") as assistant:
+    with _robot(tmp_path, "sim://?pace=fast", setup.GEOMETRIC) as assistant:
 
         async def talk(call: Call) -> None:
             assert "No mission" in await call("mission_choose", number=0)
