@@ -98,7 +98,7 @@ class SimBrick:
         self.low_speed = LowSpeedModule(clock, self.input.ports, version)
         self.loader = loader = Loader(flash or fresh_flash(version), version)
         self.sound = SoundModule(clock, self.loader)
-        self._screen = ScreenRefresh(clock)
+        self._screen, self._end_pauses_screen = ScreenRefresh(clock), version.end_pauses_screen
         self.display = DisplayModule(
             self._show_status, self._screen.show_drawing, enhanced=version.dialect.enhanced_calls
         )
@@ -189,6 +189,8 @@ class SimBrick:
 
     def _program_ended(self) -> None:
         self.display.end()
+        if self._end_pauses_screen:
+            self._screen.rest()
         self.ui.program_ended()
 
     def _show_status(self, shown: bool) -> None:

@@ -36,7 +36,7 @@ class ScreenRefresh:
         self._clock = clock
         self.due_ms = NEVER
         self.erase_mask = self._update_mask = 0
-        self._flags = int(DisplayFlag.ON | DisplayFlag.REFRESH)
+        self._flags, self._rests_ms = int(DisplayFlag.ON | DisplayFlag.REFRESH), NEVER
 
     @property
     def update_mask(self) -> int:
@@ -52,7 +52,8 @@ class ScreenRefresh:
         """See `DisplayFlag`; the screen is being refreshed in all passes but one of each period."""
         if self._flags & _STOPPED:
             return self._flags
-        pauses = self._flags & DisplayFlag.REFRESH and self._clock.now_ms % _PERIOD_MS == _PAUSE
+        now_ms = self._clock.now_ms
+        pauses = self._flags & DisplayFlag.REFRESH and (now_ms % _PERIOD_MS == _PAUSE or now_ms == self._rests_ms)
         return self._flags & ~int(DisplayFlag.BUSY) | (0 if pauses else int(DisplayFlag.BUSY))
 
     @flags.setter
@@ -68,6 +69,10 @@ class ScreenRefresh:
     def show_drawing(self) -> None:
         """Draw what a program has drawn."""
         self.mark(update=_DRAWING)
+
+    def rest(self) -> None:
+        """Send no line in the next pass."""
+        self._rests_ms = self._clock.now_ms + 1
 
     def wake(self) -> None:
         """Run in the next pass: the map was written."""

@@ -36,6 +36,7 @@ class Version:
         resends_messages: Whether an I2C message without acknowledge is sent again; otherwise the bytes after it are.
         counts_full_ring: Whether an idle port counts the 16 bytes of a full receive ring; otherwise it counts none.
         write_options: Whether LSWrite takes ports modulo 4, with options in higher bits; otherwise it refuses others.
+        end_pauses_screen: Whether the refresh of the screen rests in the pass after the end of a program.
         stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor,
             or only the partner.
         windup_by_gain: Whether the limit of the position error in speed regulation is divided by the P gain.
@@ -70,6 +71,7 @@ class Version:
     resends_messages: bool
     counts_full_ring: bool
     write_options: bool
+    end_pauses_screen: bool
     stops_all_synchronised: bool
     windup_by_gain: bool
     wraps_sync_error: bool
@@ -106,6 +108,7 @@ _V1_29 = Version(
     resends_messages=False,
     counts_full_ring=False,
     write_options=False,
+    end_pauses_screen=False,
     stops_all_synchronised=True,
     windup_by_gain=True,
     wraps_sync_error=False,
@@ -170,6 +173,7 @@ _V1_32 = replace(
     windup_by_gain=False,
     regulates_position=True,
     port_groups={0xFF: (0, 1, 2), 3: (0, 1), 4: (0, 2), 5: (1, 2), 6: (0, 1, 2)},
+    end_pauses_screen=True,
     stops_all_synchronised=False,
     resends_messages=True,
     counts_full_ring=True,

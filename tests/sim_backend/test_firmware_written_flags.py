@@ -138,3 +138,15 @@ def test_what_a_program_draws_is_shown_by_a_bit_for_one_pass():
     shown = [update & ~STATUS_BAR for _, update in masks(bench, 16)]
     first = shown.index(DRAWING)
     assert shown[first : first + 8] == [DRAWING, *[0] * 7]
+
+
+@pytest.mark.parametrize(("firmware", "rests"), [("1.05", False), ("1.29", False), ("1.32", True)])
+@pytest.mark.parametrize("passes", [20, 23])
+def test_the_refresh_of_the_screen_rests_in_the_pass_after_the_end_of_a_program(firmware, rests, passes):
+    bench = Bench(SimBrick(firmware=firmware))
+    store(bench.brick, "loop.rxe", LOOP)
+    start(bench)
+    tick(bench, passes)
+    bench.telegram(direct.StopProgram().encode().hex())
+    busy = [field(bench, DISPLAY, "Flags")[0] >> 7 for _ in range(3)]
+    assert busy == [1, int(not rests), 1]
