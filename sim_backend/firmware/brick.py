@@ -256,11 +256,12 @@ class SimBrick:
         while now < end:  # the modules by name: a loop over them would take longer than all that they do
             wake_ms = min(button.due_ms, low_speed.due_ms, sound.due_ms, command.due_ms, screen.due_ms, ui.due_ms)
             now += 1
-            alone_ms = min(end, wake_ms, inputs.due_ms)
-            while output.due_ms <= now < alone_ms:  # nothing but the motors: most passes of a robot that drives
-                clock.now_ms = now
-                output.run(now)
-                now += 1
+            if output.due_ms <= now:
+                alone_ms = min(end, wake_ms, inputs.due_ms)
+                while output.due_ms <= now < alone_ms:  # nothing but the motors: most passes of a robot that drives
+                    clock.now_ms = now
+                    output.run(now)
+                    now += 1
             if wake_ms > now:
                 now = min(end, max(now, min(inputs.due_ms, output.due_ms, wake_ms)))
             clock.now_ms = now

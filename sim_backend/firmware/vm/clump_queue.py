@@ -83,9 +83,10 @@ class ClumpQueue:
 
     def rotate(self) -> None:
         """Put the first clump at the end."""
-        number = self.first
-        if number != self.last:
+        ends, first = self._ends, self._at
+        number, last = ends[first], ends[first + 1]
+        if number != last:
             at = self._link_at(number)
-            self._ends[self._at] = self._pool[at]
-            self._pool[self._link_at(self.last)] = number
-            self._ends[self._at + 1], self._pool[at] = number, NO_CLUMP
+            ends[first] = self._pool[at]
+            self._pool[self._link_at(last)] = number
+            ends[first + 1], self._pool[at] = number, NO_CLUMP

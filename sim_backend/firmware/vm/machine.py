@@ -117,7 +117,7 @@ class Machine:
     @property
     def _runs(self) -> bool:
         """Whether it is the turn of a clump that exists."""
-        return self._exists(self.queue.first)
+        return self.queue.first < len(self.tasks)
 
     @property
     def place(self) -> tuple[int, int]:
@@ -143,10 +143,13 @@ class Machine:
         return Outcome.OK if self._stopped or not (self._runs or self._exists(self._sleeping.first)) else None
 
     def _run_turns(self, instructions: int) -> None:
-        turns, queue = self._timing.turns, self.queue
-        while instructions > 0 and turns > 0 and self._runs and not self._stopped and self.memory.work_left > 0:
-            self.task = task = self.tasks[queue.first]
-            alone = queue.first == queue.last
+        turns, queue, tasks = self._timing.turns, self.queue, self.tasks
+        while instructions > 0 and turns > 0 and not self._stopped and self.memory.work_left > 0:
+            number = queue.first
+            if number >= len(tasks):
+                return
+            self.task = task = tasks[number]
+            alone = number == queue.last
             self.asked_time, self._turns_left = 0, turns
             most, several = min(instructions, task.turn), False
             if alone and turns > 2 * instructions:
@@ -222,7 +225,7 @@ class Machine:
         return rest
 
     def _wake(self) -> None:
-        for number in self._sleeping:
+        for number in self._sleeping if self._sleeping.first != NO_CLUMP else ():
             if self._wake_ms(number) <= self.now_ms:
                 self._sleeping.remove(number)
                 self.queue.append(number)
