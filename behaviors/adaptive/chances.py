@@ -1,7 +1,7 @@
 """How often choices come true: counts from earlier missions, and the chance of a candidate that follows from them.
 
-Counts are kept for each situation: a choice, the chance that the world model gives it, how many choices in a row led to
-no approach, and the failure's cause. Rare situations take after the more common ones that they are part of.
+Counts are kept for each situation: a choice, the chance that the world model gives it, the failure's name, and how many
+choices in a row led to no approach. Rare situations take after the more common ones that they are part of.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def shipped() -> Counts:
 
 def _situation(choice: Recovery, estimate: float | str, evidence: Evidence) -> str:
     tries = max(each for each in TRIES if each <= evidence.tries)
-    return f"{choice.name}/{estimate}/{tries}/{evidence.reason}"
+    return f"{choice.name}/{estimate}/{evidence.reason}/{tries}"
 
 
 def _parts(situation: str) -> Iterator[str]:

@@ -62,7 +62,7 @@ def _came_true(decision: Decision) -> bool | None:
         return None if outcome.result is Result.FINISHED else outcome.detail != decision.reason
     wanted = choice.instead or decision.target
     if any(step.state == "arrive" and step.target == wanted for step in outcome.steps):
-        return True
+        return bool(choice.instead) or outcome.detail != decision.reason
     return None if outcome.result is Result.FINISHED else False
 
 

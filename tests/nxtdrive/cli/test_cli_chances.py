@@ -40,12 +40,12 @@ def test_counts_of_runs_are_shown_and_kept(tmp_path, capsys):
     assert main(["chances", *runs, "--out", str(out)]) == DONE
     assert "rescan" in capsys.readouterr().out
     kept = json.loads(out.read_text())
-    assert kept["counts"] == {"rescan/0.15/0/never_seen": [2, 2]}
+    assert kept["counts"] == {"rescan/0.15/never_seen/0": [2, 2]}
     assert [each["name"] for each in kept["sources"]] == ["run-0", "run-1", "run-2", "run-3"]
 
 
 def test_counts_of_a_sweep_say_how_it_was_made(tmp_path):
-    chance = {"choice": "wait", "reason": "blocked_short", "chance": 0.5, "situation": "wait/0.5/0/blocked_short"}
+    chance = {"choice": "wait", "reason": "blocked_short", "chance": 0.5, "situation": "wait/0.5/blocked_short/0"}
     line = {"episode_index": 0, "class": "open", "seed": 1, "policy": "adaptive", "eyes": "geometric", "success": True}
     line |= {"sum_reward": 0.0, "max_reward": 0.0, "done": True, "ending": "achieved", "error": "", "targets": []}
     line |= {"duration_s": 1.0, "contacts": 0, "chances": [{**chance, "came_true": True}]}
@@ -55,7 +55,7 @@ def test_counts_of_a_sweep_say_how_it_was_made(tmp_path):
     out = tmp_path / "chances.json"
     assert main(["chances", str(tmp_path / "sweep.jsonl"), "--out", str(out)]) == DONE
     kept = json.loads(out.read_text())
-    assert kept["counts"] == {"wait/0.5/0/blocked_short": [1, 0]}
+    assert kept["counts"] == {"wait/0.5/blocked_short/0": [1, 0]}
     assert kept["sources"] == [
         {"name": "sweep.jsonl", "choices": 1, "command": ["nxtdrive", "sweep"], "seeds": {"open": [1]}}
     ]

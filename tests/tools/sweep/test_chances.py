@@ -33,12 +33,13 @@ def _journal(*after):
     [
         ([("rescan", "arrive", "sighted"), ("arrive", "reached", "within_reach")], [True]),
         ([("rescan", "arrive", "sighted"), ("arrive", "select", "target_lost")], [True]),
+        ([("rescan", "arrive", "sighted"), ("arrive", "select", "full_turn_without_sighting")], [False]),
         ([("rescan", "search", ""), ("search", "select", "full_turn_without_sighting")], [False]),
         ([("rescan", "search", ""), ("search", "finished", "time_up")], []),
         ([("rescan", "search", "")], []),
     ],
 )
-def test_a_look_comes_true_when_the_target_is_seen_before_the_next_decision(after, came_true):
+def test_a_look_comes_true_when_it_shows_the_target_and_the_same_failure_does_not_follow(after, came_true):
     found = predictions(_journal(*after), "adaptive", MISSION)
     assert [each.came_true for each in found] == came_true
     assert all((each.choice, each.situation.split("/")[:2]) == ("rescan", ["rescan", "0.15"]) for each in found)
