@@ -13,14 +13,12 @@ class Retreat:
 
     Args:
         perception: What to work with.
-        distance_mm: How far to back off at least; without a sonar, until it can turn without touching the same.
+        distance_mm: How far to back off.
         stop: Why the robot was stopped.
     """
 
     def __init__(self, perception: Perception, distance_mm: float, stop: StopReason) -> None:
         self._context = perception.context
-        if perception.sonar.deaf:
-            distance_mm = max(distance_mm, perception.world.floor.radius_mm)
         self._straight = ResumableStraight(self._context.body, -distance_mm, perception.world.pose)
         reason = Reason.CONTACT if stop is StopReason.CONTACT else Reason.STALLED
         self._context.report(Fact(Event.BACKING_OFF, reason, {"distance_mm": distance_mm}))

@@ -14,10 +14,9 @@ from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.occupancy_grid import OccupancyGrid, cell
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.perception import N, Perception
-from behaviors.adaptive.retreat import Retreat
 from behaviors.adaptive.scan import ScanSkill
 from behaviors.events import Event, Fact, Reason
-from behaviors.ports import Pose, StopReason
+from behaviors.ports import Pose
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
@@ -131,13 +130,3 @@ def test_a_waypoint_that_was_driven_past_between_two_looks_is_passed(perceive):
     for along_mm, aside_mm, passed in ((0.0, 0.0, False), (270.0, 0.0, False), (390.0, 80.0, True), (540.0, 0.0, True)):
         perception.world.pose = Pose(x_mm + along_mm, y_mm + aside_mm)
         assert skill._passed((x_mm + 400.0, y_mm)) is passed
-
-
-def test_without_a_sonar_the_robot_backs_off_until_it_can_turn(perceive):
-    make, facts = perceive
-    perception = make(2.0)
-    perception.sonar.believed(perception.now(), perception.world.pose, 900.0)
-    Retreat(perception, 80.0, StopReason.CONTACT)
-    perception.sonar.believed(perception.now() + 60.0, perception.world.pose, None)
-    Retreat(perception, 80.0, StopReason.CONTACT)
-    assert [fact.measured["distance_mm"] for fact in facts[-2:]] == [80.0, perception.world.floor.radius_mm]
