@@ -15,7 +15,7 @@ import socket
 import sys
 from typing import Self
 
-from firmware_protocol.errors import AddressError, BrickNotFound, LinkBusy, LinkError
+from firmware_protocol.errors import AddressError, BrickNotFound, LinkBusy, LinkError, PermissionDenied
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.sockets import SocketTransport
 
@@ -27,7 +27,6 @@ CHANNEL = 1
 """The brick's serial port service. Source: docs/firmware.md section 2."""
 
 _MAC = re.compile(r"([0-9A-F]{2}:){5}[0-9A-F]{2}", re.IGNORECASE)
-_PAIR = "Is it on, in range and paired ({how})? The brick's default PIN is 1234."
 
 
 class _SockaddrRc(ctypes.Structure):
@@ -48,6 +47,7 @@ class BluetoothTransport(SocketTransport):
             BrickNotFound: The brick does not answer.
             LinkBusy: Another program is connected to it.
             LinkError: This computer has no Bluetooth adapter, or its Python cannot use it.
+            PermissionDenied: The brick and this computer are not paired.
         """
         address.read_options({})
         mac = address.target.upper()
@@ -116,5 +116,13 @@ def _refused(mac: str, failure: int, reason: str) -> Exception:
         return LinkBusy(
             f"the brick {mac} is busy: {reason}.", remedy="Close the other program that is connected to it."
         )
-    how = "in the Bluetooth settings" if sys.platform == "win32" else f"`bluetoothctl pair {mac}`"
-    return BrickNotFound(f"the brick {mac} does not answer: {reason}.", remedy=_PAIR.format(how=how))
+    pair = "in the Bluetooth settings" if sys.platform == "win32" else f"`bluetoothctl`, in it `scan on`, `pair {mac}`"
+    if failure == errno.EACCES:
+        return PermissionDenied(
+            f"the brick {mac} does not let this computer in: {reason}.",
+            remedy=f"Pair them ({pair}). The brick's default PIN is 1234.",
+        )
+    return BrickNotFound(
+        f"the brick {mac} does not answer: {reason}.",
+        remedy=f"Is it on, in range and paired ({pair})? The brick's default PIN is 1234.",
+    )

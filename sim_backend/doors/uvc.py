@@ -160,7 +160,10 @@ class UvcDoor:
     Attributes:
         port: The actual port.
         command: How to plug it into this computer.
+        covered: Whether something covers the lens: black frames.
     """
+
+    covered = False
 
     def __init__(self, size: tuple[int, int], fps: float, port: int = 0, *, host: str = LOOPBACK) -> None:
         """Start to listen.
@@ -192,7 +195,7 @@ class UvcDoor:
 
     def show(self, image: NDArray[np.uint8]) -> None:
         """Publish the BGR `image`; it is lost if the host has not read the last one."""
-        self._loop.call_soon_threadsafe(self._publish, coded(image))
+        self._loop.call_soon_threadsafe(self._publish, coded(np.zeros_like(image) if self.covered else image))
 
     def unplug(self) -> None:
         """Pull the cable."""

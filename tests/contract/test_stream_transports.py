@@ -113,7 +113,10 @@ def test_without_bluetooth_the_remedy_names_another_way(mocker):
         open_transport("bt://00:16:53:0A:1B:2C")
 
 
-@pytest.mark.parametrize(("number", "error"), [(errno.EBUSY, LinkBusy), (errno.EHOSTDOWN, BrickNotFound)])
+@pytest.mark.parametrize(
+    ("number", "error"),
+    [(errno.EBUSY, LinkBusy), (errno.EHOSTDOWN, BrickNotFound), (errno.EACCES, PermissionDenied)],
+)
 def test_a_bluetooth_brick_that_does_not_let_us_in(mocker, number, error):
     mocker.patch("socket.socket")
     library = mocker.patch("ctypes.CDLL").return_value

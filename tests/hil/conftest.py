@@ -14,6 +14,7 @@ from nxtdrive.tools.rig import kernel
 from nxtdrive.tools.rig.rig import Done, Rig
 
 HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
 MISSION = HERE / "red-mission.toml"
 STOP_MM = 700
 """Where the profiles stop before a target at most, from the middle of the axle."""
@@ -65,9 +66,9 @@ class Bench:
             assert time.monotonic() < until, f"not after {limit_s:g} s: {self.rig.truth()}"
             time.sleep(0.1)
 
-    def mission(self, profile: str = "adaptive", nxt: str = "usb://") -> str:
+    def mission(self, profile: str = "adaptive", nxt: str = "usb://", file: str | Path = MISSION) -> str:
         """The command that runs the mission with the webcam."""
-        return f"rm -rf runs; nxtdrive run {MISSION} --profile {profile} --nxt {nxt} --camera 0 --no-video --out runs"
+        return f"rm -rf runs; nxtdrive run {file} --profile {profile} --nxt {nxt} --camera 0 --no-video --out runs"
 
     def reached(self) -> bool:
         """Whether the robot stands before the sheet."""
@@ -88,6 +89,14 @@ def rig() -> Iterator[Rig]:
     """The running rig."""
     rig = Rig.start(str(HERE / "red.toml"))
     yield rig
+    rig.stop()
+
+
+@pytest.fixture
+def own_bench() -> Iterator[Bench]:
+    """A rig of its own, for what may break the guest's kernel."""
+    rig = Rig.start(str(HERE / "red.toml"))
+    yield Bench(rig)
     rig.stop()
 
 

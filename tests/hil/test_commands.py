@@ -1,6 +1,10 @@
 """The commands that need a brick, on a real kernel's USB."""
 
+import json
+
 import pytest
+
+from nxtdrive.tools.rig import camera
 
 NOBODY = 65534
 
@@ -22,6 +26,9 @@ def test_without_a_rule_an_ordinary_user_is_told_of_it(bench):
     done = bench.run("HOME=/run/tmp nxtdrive info --nxt usb://", user=NOBODY)
     assert done.code == 3
     assert "doctor --fix-udev" in done.err
+    examined = bench.run("HOME=/run/tmp nxtdrive doctor", user=NOBODY)
+    assert examined.code == 1
+    assert "doctor --fix-udev" in examined.out
 
 
 def test_info_and_the_motor(bench):
@@ -43,6 +50,28 @@ def test_files_come_back_as_they_were(bench):
 def test_the_camera_gives_pictures(bench):
     done = bench.run("nxtdrive detect try 0 --color red --frames 5", timeout_s=60)
     assert done.code == 0, done.err + done.out
+
+
+def test_the_webcam_s_pictures_are_fresh(bench, record_property):
+    figures = camera.measure(bench.rig)
+    record_property("frames_per_s", figures.frames_per_s)
+    record_property("latency_s", figures.latency_s)
+    assert figures.frames_per_s > 5
+    assert figures.longest_s < 2
+
+
+def test_the_monitor_shows_sensors_and_the_sensor_command_reads_one(bench):
+    shown = bench.run("nxtdrive monitor --nxt usb:// --once --json")
+    assert shown.code == 0, shown.err
+    assert json.loads(shown.out)
+    read = bench.run("nxtdrive sensor read 4 ultrasonic --nxt usb://")
+    assert read.code == 0, read.err
+
+
+def test_a_brick_with_another_id_is_not_taken(bench):
+    done = bench.run("nxtdrive info --nxt usb://001653FFFFFF")
+    assert done.code == 3
+    assert "001653010203" in done.err
 
 
 def test_a_second_program_is_told_that_the_brick_is_in_use(bench):

@@ -7,6 +7,7 @@ import shlex
 import sys
 import time
 
+from . import camera
 from .errors import RigError
 from .rig import Rig, forget
 
@@ -17,10 +18,12 @@ EXAMPLES = """\
   python -m tools.rig fault usb unplug 5
   python -m tools.rig fault usb halt in
   python -m tools.rig fault bluetooth vanish 5
+  python -m tools.rig fault camera cover 5
+  python -m tools.rig camera
   python -m tools.rig truth
   python -m tools.rig down"""
 
-FAULTS = {"usb": ("unplug", "halt", "mute"), "camera": ("unplug",), "bluetooth": ("vanish",)}
+FAULTS = {"usb": ("unplug", "halt", "mute"), "camera": ("unplug", "cover"), "bluetooth": ("vanish",)}
 ENDPOINTS = {"out": 0x01, "in": 0x82}
 
 
@@ -44,9 +47,10 @@ def main() -> int:
     execute.set_defaults(run=_exec)
     fault = actions.add_parser("fault", help="make a fault")
     fault.add_argument("device", choices=FAULTS)
-    fault.add_argument("kind", choices=("unplug", "halt", "mute", "vanish"))
-    fault.add_argument("value", help="seconds (unplug, mute, vanish), or the endpoint: in, out (halt)")
+    fault.add_argument("kind", choices=("unplug", "halt", "mute", "vanish", "cover"))
+    fault.add_argument("value", help="seconds; for halt the endpoint, in or out")
     fault.set_defaults(run=_fault)
+    actions.add_parser("camera", help="measure frames per second and latency in the guest").set_defaults(run=_camera)
     actions.add_parser("truth", help="print the world's truth").set_defaults(run=_truth)
     actions.add_parser("down", help="end it").set_defaults(run=_down)
     args = parser.parse_args()
@@ -84,10 +88,10 @@ def _fault(args: argparse.Namespace) -> int:
         rig.fault(halt=ENDPOINTS[args.value])
         return 0
     seconds = float(args.value)
-    if args.kind == "mute":
-        rig.fault(mute=True)
+    if args.kind in ("mute", "cover"):
+        rig.fault(**{args.kind: True})
         time.sleep(seconds)
-        rig.fault(mute=False)
+        rig.fault(**{args.kind: False})
     elif args.kind == "vanish":
         rig.fault(radio="vanish")
         time.sleep(seconds)
@@ -96,6 +100,13 @@ def _fault(args: argparse.Namespace) -> int:
         rig.fault(unplug=args.device)
         time.sleep(seconds)
         rig.plug(args.device)
+    return 0
+
+
+def _camera(_: argparse.Namespace) -> int:
+    figures = camera.measure(Rig.running())
+    print(f"{figures.frames_per_s:.1f} frames a second")
+    print(f"latency {figures.latency_s * 1000:.0f} ms, at most {figures.longest_s * 1000:.0f} ms, of {camera.COVERS}")
     return 0
 
 

@@ -165,6 +165,6 @@ class Server(socketserver.ThreadingTCPServer):
 
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    print(f"rig: guest up after {time.clock_gettime(time.CLOCK_BOOTTIME):.1f} s", flush=True)
     with Server(("", PORT), Handler) as server:
+        print(f"rig: guest up after {time.clock_gettime(time.CLOCK_BOOTTIME):.1f} s", flush=True)
         server.serve_forever()

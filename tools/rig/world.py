@@ -1,7 +1,8 @@
 """The host's process of the rig: simulated brick, world and webcam behind USB/IP, and a port for faults and truth.
 
 Started by `tools.rig.rig`. The control port takes lines of JSON and answers each with a line: ``{"unplug": "usb"}``,
-``{"halt": 130}``, ``{"mute": true}``, ``{"radio": "vanish"}`` (or "return", "hang up"), ``{"truth": true}``;
+``{"cover": true}`` (the lens), ``{"halt": 130}``, ``{"mute": true}``, ``{"radio": "vanish"}`` (or "return", "hang up"),
+``{"pin": "1234"}`` (only paired computers may connect), ``{"truth": true}``;
 ``{"error": "..."}`` if it cannot.
 """
 
@@ -108,6 +109,10 @@ class World:
                 self.usb.device.mute = value
             case "radio" if self.radio is not None:
                 {"vanish": self.radio.vanish, "return": self.radio.come_back, "hang up": self.radio.hang_up}[value]()
+            case "pin" if self.radio is not None:
+                self.radio.ask_for_pin(value)
+            case "cover":
+                self.webcam.covered = value
             case "truth":
                 return self._truth()
             case _:
