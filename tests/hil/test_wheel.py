@@ -1,15 +1,16 @@
 """The wheel, installed by pip from a local folder with the guest's own Python, without a network."""
 
-import shutil
+import contextlib
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from tests.hil.conftest import ROOT
 
-PYTHONS = ["/usr/bin/python3", "python3.12", "python3.13", "python3.14"]
-"""The distribution's, and newer ones where this computer has them."""
+VERSIONS = ["the distribution's", "3.12", "3.13", "3.14"]
+"""Newer ones where this computer has them, among those that pyenv has built or by name."""
 
 
 def pip(*arguments):
@@ -19,13 +20,16 @@ def pip(*arguments):
         pytest.skip(f"pip cannot get the packages: {done.stderr[-300:]}")
 
 
-@pytest.fixture(params=PYTHONS)
+@pytest.fixture(params=VERSIONS)
 def python(request):
     """A Python of this computer, and so of the guest."""
-    found = shutil.which(request.param)
-    if found is None:
-        pytest.skip(f"no {request.param} here")
-    return found
+    built = sorted(Path.home().glob(f".pyenv/versions/{request.param}.*/bin/python3"))
+    names = ["/usr/bin/python3"] if request.param == VERSIONS[0] else [*map(str, built), f"python{request.param}"]
+    for name in names:
+        with contextlib.suppress(OSError, subprocess.CalledProcessError):
+            subprocess.run([name, "-c", "import venv"], check=True, capture_output=True)
+            return name
+    return pytest.skip(f"no Python {request.param} here")
 
 
 def test_pip_installs_the_wheel_and_the_command_reaches_the_brick(bench, python, tmp_path_factory):
