@@ -20,7 +20,7 @@ def press(bench, key, seconds):
 
 def test_the_keys_drive_until_they_are_let_go(bench):
     with bench.during(TELEOP, timeout_s=300) as done:
-        bench.rig.wait_for("grep -aq Esc screen.txt", "the screen of teleop", 120.0)
+        bench.rig.wait_for("grep -aq 'T target' screen.txt", "the screen of teleop", 120.0)
         start = bench.rig.truth()["pose"]
         press(bench, "w", 3)
         bench.at_rest()
