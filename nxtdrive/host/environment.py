@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import shlex
 import sys
+from importlib.machinery import PathFinder
 from importlib.metadata import PackageNotFoundError, distribution
-from importlib.util import find_spec
 from pathlib import Path
 
 CHECKOUT = Path(__file__).parents[2]
@@ -27,7 +27,7 @@ def pip_command(*words: str) -> str:
     Args:
         words: Such as ``"install", "textual"``.
     """
-    if find_spec("pip"):
+    if PathFinder.find_spec("pip"):  # importlib.util's asks setuptools's hook, too, which warns
         command = [sys.executable, "-m", "pip", *words]
     else:  # of an environment made --without-pip: the Python that made it has pip
         maker = getattr(sys, "_base_executable", "") or "python3"

@@ -3,6 +3,7 @@
 import shlex
 import subprocess
 import sys
+import types
 import venv
 from importlib.metadata import PackageNotFoundError
 from pathlib import Path
@@ -37,3 +38,9 @@ def test_without_an_installation_the_extra_is_the_checkout_s_and_no_index_is_ask
 
     monkeypatch.setattr("nxtdrive.host.environment.distribution", missing)
     assert shlex.split(install_extra("tui"))[-1] == f"{ROOT}[tui]"
+
+
+def test_a_remedy_is_printed_without_a_warning_of_setuptools(monkeypatch):
+    """Its hook warns when pip is looked for after distutils was imported; warnings are errors here."""
+    monkeypatch.setitem(sys.modules, "distutils", types.ModuleType("distutils"))
+    assert install_extra("tui")
