@@ -5,9 +5,10 @@ import re
 from tests.hil.conftest import ROOT
 
 TELEOP = (
-    "rm -f keys screen.txt; mkfifo keys; sleep 300 > keys & "
+    "rm -f keys screen.txt; mkfifo keys; sleep 300 > keys 2>&1 & "
     "TERM=xterm-256color "
-    "script -qfec 'stty rows 40 cols 120; nxtdrive teleop --nxt usb:// --camera 0' screen.txt < keys"
+    "script -qfec 'stty rows 40 cols 120; nxtdrive teleop --nxt usb:// --camera 0' screen.txt < keys; "
+    "code=$?; kill %1; exit $code"
 )
 WEB = "nxtdrive web --nxt usb:// --camera 0 --port 7080 > web.txt"
 DRIVE = f"python3 {ROOT}/examples/web-client/drive.py"
@@ -27,7 +28,7 @@ def test_the_keys_drive_until_they_are_let_go(bench):
         ahead = bench.rig.truth()["pose"]
         press(bench, "d", 20)
         bench.at_rest()
-        press(bench, "s", 5)
+        press(bench, "s", 1)
         bench.at_rest()
         bench.run("printf '\\033' > keys")
     assert done[0].code == 0, done[0].out[-2000:]
