@@ -28,8 +28,8 @@ def estimated(sighting: Sighting, heard_mm: float | None, remembered: tuple[floa
         bearing_deg = _aside(sighting, remembered[0])
         distance_mm = min(distance_mm, remembered[1])
     heard = heard_mm is not None and Cut.BOTTOM in sighting.cut and abs(sighting.bearing_deg) <= BEAM_DEG
-    if heard_mm is not None and heard:
-        distance_mm = min(sighting.distance_mm, heard_mm)
+    if heard:
+        distance_mm = no_farther_than_heard(sighting, heard_mm).distance_mm
     bound = remembered is None and not heard
     return replace(sighting, bearing_deg=bearing_deg, distance_mm=distance_mm, bound=bound)
 

@@ -1,17 +1,15 @@
-"""Tries a model in a process of its own: a damaged one can crash, exhaust or stop a runtime."""
+"""Tries an ONNX model in a process of its own, once for each version of a file."""
 
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detectors.onnx_file import read_onnx
+from nxtdrive.vision.detectors.trial import run_trial
 
 TRIAL_S = 120.0
 PROGRAM = Path(__file__).with_name("onnx_trial.py")
@@ -39,12 +37,8 @@ def try_apart(path: Path, options: Mapping[str, object]) -> None:
 @lru_cache(maxsize=32)
 def _tried(path: str, options: str, _mtime_ns: int, _size: int) -> tuple[str, str] | None:
     """Return why a model cannot be used, and what to do; tried once for each version of a file."""
-    # -P: the folder of the program is no place for modules
-    command = [sys.executable, "-P", str(PROGRAM), path, options]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    try:
-        done = subprocess.run(command, check=False, capture_output=True, timeout=TRIAL_S, env=environment)  # noqa: S603 - our own
-    except subprocess.TimeoutExpired:
+    done = run_trial(PROGRAM, path, options, limit_s=TRIAL_S)
+    if done is None:
         return f"{path} took more than {TRIAL_S:g} s for one frame.", "Use a smaller model."
     if done.returncode == 0:
         return None

@@ -8,21 +8,12 @@ import sys
 import cv2
 import numpy as np
 
-MOST_MEMORY = 4_000_000_000
-"""Address space of this process, bytes."""
+from nxtdrive.vision.detectors.trial import limit_this_process
 
 
 def main() -> int:
     """Try it."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        pass
-    else:
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-        most = MOST_MEMORY if hard == resource.RLIM_INFINITY else min(MOST_MEMORY, hard)
-        resource.setrlimit(resource.RLIMIT_AS, (most, hard))
+    limit_this_process()
     cv2.setNumThreads(1)
     classifier = cv2.CascadeClassifier()
     if not classifier.load(sys.argv[1]):

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import cv2
@@ -15,6 +13,7 @@ from nxtdrive.host.environment import pip_command
 from nxtdrive.vision.detection import Detection, Image
 from nxtdrive.vision.detectors.correlation import distinct
 from nxtdrive.vision.detectors.spec import DetectorSpec
+from nxtdrive.vision.detectors.trial import run_trial
 
 DEFAULT_CASCADE = "haarcascade_frontalface_alt2"
 
@@ -92,12 +91,8 @@ def _works(path: Path) -> bool:
     """Whether another process can load the cascade and look with it: a damaged file may crash OpenCV."""
     if path.stat().st_size > MAX_BYTES:
         return False
-    # -P: the folder of the program is no place for modules
-    command = [sys.executable, "-P", str(TRIAL), str(path.resolve())]
-    try:
-        return subprocess.run(command, check=False, capture_output=True, timeout=TRIAL_S).returncode == 0  # noqa: S603 - our own
-    except subprocess.TimeoutExpired:
-        return False
+    done = run_trial(TRIAL, str(path.resolve()), limit_s=TRIAL_S)
+    return done is not None and done.returncode == 0
 
 
 def _folder() -> Path:

@@ -12,23 +12,13 @@ import numpy as np
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detectors.apart import REFUSED
 from nxtdrive.vision.detectors.onnx_model import OnnxModel, Options
+from nxtdrive.vision.detectors.trial import limit_this_process
 from nxtdrive.vision.opencv import configure
-
-MOST_MEMORY = 4_000_000_000
-"""Address space of this process, bytes."""
 
 
 def main() -> int:
     """Try it; what is wrong goes to standard output, as a list of message and remedy."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        pass
-    else:
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-        most = MOST_MEMORY if hard == resource.RLIM_INFINITY else min(MOST_MEMORY, hard)
-        resource.setrlimit(resource.RLIMIT_AS, (most, hard))
+    limit_this_process()
     configure()
     noise = np.random.default_rng(0).integers(0, 256, (240, 320, 3), np.uint8)
     try:

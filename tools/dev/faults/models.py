@@ -23,7 +23,7 @@ import onnx
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detectors.onnx_model import OnnxModel, Options
 from nxtdrive.vision.detectors.onnx_runtimes import RUNTIMES
-from nxtdrive.vision.detectors.onnx_trial import MOST_MEMORY
+from nxtdrive.vision.detectors.trial import MOST_MEMORY
 from nxtdrive.vision.opencv import configure
 
 from ..onnx_models import LAYOUTS, constant_model, outputs_of, red_model, yunet_model

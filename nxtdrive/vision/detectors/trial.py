@@ -1,0 +1,34 @@
+"""Tries a file in a process of its own: a damaged one can crash, exhaust or stop the library that loads it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+MOST_MEMORY = 4_000_000_000
+"""Address space of the process, bytes."""
+
+
+def run_trial(program: Path, *words: str, limit_s: float) -> subprocess.CompletedProcess[bytes] | None:
+    """Run a program of this package in a process of its own; returns how it ended, None after `limit_s`."""
+    # -P: the folder of the program is no place for modules
+    command = [sys.executable, "-P", str(program), *words]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    try:
+        return subprocess.run(command, check=False, capture_output=True, timeout=limit_s, env=environment)  # noqa: S603 - our own
+    except subprocess.TimeoutExpired:
+        return None
+
+
+def limit_this_process() -> None:
+    """Called by such a program: no more than `MOST_MEMORY`, and no core dump; without effect on Windows."""
+    try:
+        import resource
+    except ImportError:
+        return
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    most = MOST_MEMORY if hard == resource.RLIM_INFINITY else min(MOST_MEMORY, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (most, hard))
